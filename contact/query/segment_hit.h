@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contact/shape/obb_tree.h"
+
+namespace haptic {
+
+struct SegmentHit {
+  bool hit = false;
+  double t = 1;           // fraction of the way from → to, in [0, 1]
+  uint32_t triangle = 0;
+};
+
+/// First triangle that the segment from → to (both in O) enters through its front side
+/// (n·(to−from) < 0). Exact in double for a fixed segment: the three edge volumes are computed
+/// antisymmetrically, so no segment slips between two triangles that share an edge or a vertex.
+/// A zero-length segment hits nothing. Ties go to the lower triangle index.
+/// Line–OBB test of H-Collide (Gregory, Lin, Gottschalk, Taylor 2000), padded for rounding.
+SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
+
+/// Segment against one triangle; the same arithmetic as first_hit. t is meaningful where true.
+bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a, const Vec3& b,
+                             const Vec3& c, double& t);
+
+}  // namespace haptic

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "proto/config.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// What a device can do, in its own units.
+struct DeviceCaps {
+  double max_force = 0;   // [N]
+  double max_torque = 0;  // [N·m]; 0: no torque actuators
+  bool open_loop = false; // the wrench has no effect on the motion
+  bool simulated = false;
+};
+
+/// Both instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
+struct TickTime {
+  int64_t deadline_ns;  // the grid point this tick belongs to
+  int64_t now_ns;       // when it really woke
+};
+
+/// The one virtual interface of the project. Opening is the constructor's work and may throw and
+/// block; after that no call allocates, throws, locks or takes unbounded time.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  virtual DeviceCaps caps() const = 0;
+
+  /// Fills in the state at this tick. False when nothing new could be read: the state is then the
+  /// previous one with kDeviceHeld set instead of kDeviceFresh.
+  virtual bool read(const TickTime& tick, DeviceState& state) = 0;
+
+  /// Holds this wrench (on the handle at its origin, in B) until the next write.
+  virtual void write(const Wrench& F_B) = 0;
+
+  /// Zero wrench, whatever came before. Idempotent; called on every way out.
+  virtual void stop() = 0;
+};
+
+/// Opens the device the config names. Throws std::runtime_error with a one-line remedy.
+std::unique_ptr<Device> open_device(const DeviceConfig& config);
+
+}  // namespace haptic

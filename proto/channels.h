@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "proto/ring.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// Who owns a segment. A second hand adds 0x10 to the servo's and the contact's number.
+enum class SegmentId : uint32_t { kControl = 1, kServo0 = 2, kContact0 = 3, kSim = 4 };
+
+/// What one process publishes. 4096 servo frames: four seconds at 1 kHz that survive a crash, the
+/// flight recorder.
+struct ServoChannels {
+  static constexpr SegmentId kId = SegmentId::kServo0;
+  static constexpr const char* kName = "servo0";
+  Ring<ServoFrame, 4096> frames;
+  Ring<Event, 256> events;
+};
+
+struct ContactChannels {
+  static constexpr SegmentId kId = SegmentId::kContact0;
+  static constexpr const char* kName = "contact0";
+  Ring<ContactSet, 512> sets;
+  Ring<Event, 256> events;
+};
+
+struct SimChannels {
+  static constexpr SegmentId kId = SegmentId::kSim;
+  static constexpr const char* kName = "sim";
+  Ring<SceneFrame, 256> frames;
+  Ring<Event, 256> events;
+};
+
+struct ControlChannels {
+  static constexpr SegmentId kId = SegmentId::kControl;
+  static constexpr const char* kName = "control";
+  Ring<ControlFrame, 64> frames;
+  Ring<Event, 256> events;
+};
+
+}  // namespace haptic

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "proto/mapping.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+using Name = std::array<char, 64>;   // zero-terminated
+using Path = std::array<char, 512>;  // zero-terminated
+
+enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1 };
+enum class MotionKind : uint32_t { kStatic = 0, kOscillate = 1, kSpin = 2 };
+enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
+
+/// The seeded intention of the simulated hand: minimum-jerk strokes over a ball around `centre_B`.
+/// Each stroke reaches from outside to `press_radius`, slides along the arc, and lifts off again.
+struct IntentConfig {
+  Vec3 centre_B;
+  double hover_radius = 0.07;   // between strokes [m]
+  double press_radius = 0.03;   // where the intention goes: inside the object [m]
+  double stroke_angle = 0.7;    // of the arc of a stroke [rad]
+  double stroke_time = 1.2;     // one stroke: reach, slide, lift [s]
+  double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
+};
+
+/// Mass–damper device held by a human arm (devices.md §4 of the reference; Hogan 1989).
+struct SimulatedHandConfig {
+  uint64_t seed = 1;
+  double mass = 0.1;              // moving mass of the device [kg]
+  double damping = 1.0;           // [N·s/m]
+  double coulomb_friction = 0.05; // [N]
+  double encoder_step = 2e-5;     // position quantum [m]; 0: none
+  double hand_mass = 0.5;         // rigid grip [kg]
+  double hand_damping = 5;        // [N·s/m]
+  double hand_stiffness = 300;    // [N/m]
+  double velocity_cutoff = 100;   // of the differentiated position [Hz]
+  IntentConfig intent;
+};
+
+struct ReplayConfig {
+  Path path{};
+  Resampling resampling = Resampling::kCubic;
+  uint32_t reserved = 0;
+  double max_gap = 0.02;  // longer holes in the recording are held and flagged [s]
+  // 1-DoF recordings: x_B = lever_arm · column, along axis_B; 0: the file holds x, y, z
+  double lever_arm = 0;
+  Vec3 axis_B{1, 0, 0};
+  Name column{};  // of the lever angle [rad]
+};
+
+struct DeviceConfig {
+  DeviceKind kind = DeviceKind::kSimulatedHand;
+  uint32_t has_torque = 0;
+  double max_force = 8;    // of the actuators [N], device units
+  double max_torque = 0;   // [N·m]
+  SimulatedHandConfig hand;
+  ReplayConfig replay;
+};
+
+/// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about axis.
+struct MotionConfig {
+  MotionKind kind = MotionKind::kStatic;
+  uint32_t reserved = 0;
+  Vec3 axis_O{0, 0, 1};
+  double amplitude = 0;  // [m]
+  double frequency = 0;  // [Hz]; for spin, turns per second
+};
+
+struct ObjectConfig {
+  Name name{};
+  Path mesh{};              // absolute; or "primitive:box", "primitive:sphere"
+  double unit = 0;          // metres per file unit; 0: any, scaled so that the longest side is size
+  double size = 0;          // longest side of the bounding box [m]
+  uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
+  uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
+  Vec3 extent;              // of a primitive box [m]
+  Pose X_WO;
+  MotionConfig motion;
+};
+
+struct CouplingConfig {
+  double translational_stiffness = 800;  // [N/m], scene units
+  double translational_damping = 0;      // [N·s/m]
+  double rotational_stiffness = 0;       // [N·m/rad]
+  double rotational_damping = 0;         // [N·m·s/rad]
+};
+
+struct SafetyConfig {
+  double max_force = 6;      // [N], device units; the device's own limit holds too
+  double max_torque = 0.1;   // [N·m]
+  double soft_start = 0.5;   // ramp after start, fault and re-seeding [s]
+};
+
+/// A parsed, checked session. Trivially copyable: hapticd parses the file once and hands this copy
+/// to every process it starts or restarts, in a sealed memfd.
+struct SessionConfig {
+  Name name{};
+  Path file{};  // where it came from
+  double servo_rate = 1000;          // [Hz]
+  double contact_poll_rate = 4000;   // how often contact looks for a new ServoFrame [Hz]
+  double sim_rate = 120;             // [Hz]
+  uint64_t mesh_memory_limit = uint64_t{4} << 30;  // bytes a mesh may need while it is baked
+  uint32_t realtime = 1;             // 0: do not even ask for FIFO and locked memory
+  Renderer renderer = Renderer::kGodObject3;
+  DeviceMap map;
+  DeviceConfig device;
+  CouplingConfig coupling;
+  SafetyConfig safety;
+  uint32_t n_objects = 0;
+  uint32_t reserved = 0;
+  std::array<ObjectConfig, kMaxObjects> objects{};
+};
+static_assert(std::is_trivially_copyable_v<SessionConfig>);
+
+/// What is wrong with a file a person wrote: one line "file:line:column: what; how to mend".
+struct ConfigError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads, checks and resolves a TOML session file. Quantities are strings with a unit ("800 N/m",
+/// "2 mm", "1 kHz"); relative paths are taken from the folder of the file. Throws ConfigError.
+SessionConfig load_config(const std::string& path);
+
+/// The same for text; `origin` is the path named in errors and the base of relative paths.
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin);
+
+/// Copies text into a fixed array; throws ConfigError when it does not fit.
+template <size_t N>
+void assign(std::array<char, N>& out, std::string_view text) {
+  if (text.size() >= N) {
+    throw ConfigError("'" + std::string(text) + "' is longer than " + std::to_string(N - 1) +
+                      " characters; shorten it");
+  }
+  out = {};
+  text.copy(out.data(), N - 1);
+}
+
+template <size_t N>
+std::string_view view(const std::array<char, N>& text) {
+  return std::string_view(text.data());
+}
+
+}  // namespace haptic

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace haptic {
+
+/// The one channel of the project: single writer, many readers, overwriting, wait-free.
+///
+/// Item n lives in slot n % kSlots under a ticket: 2n+1 while it is being written, 2n+2 once
+/// complete. A reader copies the words between two looks at the ticket, so it needs no write access
+/// and can be stopped, killed or late at no cost to the writer. A writer killed in mid-copy leaves
+/// an odd ticket in a slot that was never counted: every counted item stays readable.
+/// All-zero memory is an empty ring; there is no pointer in it. Seqlock after Boehm, "Can seqlocks
+/// get along with programming language memory models?", MSPC 2012.
+template <typename T, uint64_t kSlots>
+class Ring {
+  static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0);
+  static_assert(std::has_single_bit(kSlots) && kSlots >= 4);
+  static_assert(std::atomic<uint64_t>::is_always_lock_free);
+  static constexpr size_t kWords = sizeof(T) / 8;
+  using Words = std::array<uint64_t, kWords>;
+
+  struct alignas(64) Slot {
+    std::atomic<uint64_t> ticket;
+    std::array<std::atomic<uint64_t>, kWords> words;
+  };
+  // own cache-line pair: readers poll it while the writer fills slots
+  alignas(128) std::atomic<uint64_t> count_{0};
+  alignas(128) std::array<Slot, kSlots> slots_{};
+
+ public:
+  using Item = T;
+  static constexpr uint64_t kCapacity = kSlots;
+
+  /// Writer only. One copy, no branch on any reader.
+  void publish(const T& value) noexcept {
+    const uint64_t n = count_.load(std::memory_order_relaxed);
+    const Words w = std::bit_cast<Words>(value);
+    Slot& slot = slots_[n % kSlots];
+    slot.ticket.store(2 * n + 1, std::memory_order_relaxed);
+    // release on each word: none becomes visible before the odd ticket (a plain mov on x86)
+    for (size_t i = 0; i < kWords; ++i) slot.words[i].store(w[i], std::memory_order_release);
+    slot.ticket.store(2 * n + 2, std::memory_order_release);
+    count_.store(n + 1, std::memory_order_release);
+  }
+
+  /// Items published so far; the newest is published() − 1.
+  uint64_t published() const noexcept { return count_.load(std::memory_order_acquire); }
+
+  /// Item n; false when it is not there yet or already overwritten.
+  bool read(uint64_t n, T& out) const noexcept {
+    const Slot& slot = slots_[n % kSlots];
+    if (slot.ticket.load(std::memory_order_acquire) != 2 * n + 2) return false;
+    Words w;
+    for (size_t i = 0; i < kWords; ++i) w[i] = slot.words[i].load(std::memory_order_acquire);
+    if (slot.ticket.load(std::memory_order_relaxed) != 2 * n + 2) return false;
+    out = std::bit_cast<T>(w);
+    return true;
+  }
+
+  /// Newest item; false before the first publish, or when lapped kSlots times in mid-copy.
+  bool latest(T& out) const noexcept {
+    const uint64_t n = published();
+    return n > 0 && read(n - 1, out);
+  }
+};
+
+/// Where a reader is in a ring, and what it missed because it was lapped.
+struct Cursor {
+  uint64_t next = 0;
+  uint64_t lost = 0;
+};
+
+/// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that it
+/// is not lapped again at once, and counts exactly what it skipped.
+template <typename T, uint64_t kSlots>
+bool read_next(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
+  const uint64_t end = ring.published();
+  while (cursor.next < end) {
+    if (end - cursor.next <= kSlots && ring.read(cursor.next, out)) {
+      ++cursor.next;
+      return true;
+    }
+    // each pass moves forward, so this ends after at most a few rounds even against a fast writer
+    const uint64_t restart = end > kSlots / 2 ? end - kSlots / 2 : 0;
+    const uint64_t target = restart > cursor.next ? restart : cursor.next + 1;
+    cursor.lost += target - cursor.next;
+    cursor.next = target;
+  }
+  return false;
+}
+
+}  // namespace haptic
