@@ -6,6 +6,15 @@
 #include "proto/math/pose.h"
 #include "tests/support/tolerance.h"
 
+template <>
+struct Catch::StringMaker<haptic::Vec3> {
+  static std::string convert(const haptic::Vec3& a) {
+    Catch::ReusableStringStream text;
+    text << "(" << a.x << ", " << a.y << ", " << a.z << ")";
+    return text.str();
+  }
+};
+
 namespace haptic::test {
 
 /// Catch2 matcher: a vector within an absolute distance (scaled by HAPTIC_TOL_SCALE) of another.
@@ -25,12 +34,3 @@ class IsNear : public Catch::MatcherBase<Vec3> {
 };
 
 }  // namespace haptic::test
-
-template <>
-struct Catch::StringMaker<haptic::Vec3> {
-  static std::string convert(const haptic::Vec3& a) {
-    Catch::ReusableStringStream text;
-    text << "(" << a.x << ", " << a.y << ", " << a.z << ")";
-    return text.str();
-  }
-};
