@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/step.h"
+
+#include <algorithm>
+
+#include "proto/mapping.h"
+#include "proto/scene_pose.h"
+#include "servo/solve/point_proxy.h"
+
+namespace haptic {
+namespace {
+
+bool is_finite(const DeviceState& device) {
+  return haptic::is_finite(device.X_BH) && haptic::is_finite(device.V_BH.v) &&
+         haptic::is_finite(device.V_BH.w);
+}
+
+/// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
+std::array<Pose, kMaxObjects> object_poses(const ServoInput& input) {
+  std::array<Pose, kMaxObjects> X_WO{};
+  if (input.contacts != nullptr) X_WO = input.contacts->X_WO;
+  if (input.scene != nullptr) {
+    for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
+      X_WO[i] = object_pose_at(*input.scene, i, input.t_ns);
+    }
+  }
+  return X_WO;
+}
+
+ContactWeight weigh(ServoState& state, const ServoInput& input, double dt) {
+  ContactArrival arrival;
+  if (input.contacts != nullptr) {
+    arrival = {true, input.contacts->seq, input.contacts->answers_t_ns,
+               input.contact_generation == state.contact_generation};
+  }
+  state.contact_generation = input.contact_generation;
+  return weigh_contacts(state.age, arrival, input.t_ns, dt);
+}
+
+void follow_control(const ServoModel& model, ServoState& state, const ServoInput& input) {
+  if (!state.started) state.coupling = model.coupling;
+  if (input.control == nullptr) return;
+  const Coupling wanted{input.control->translational_stiffness,
+                        input.control->translational_damping};
+  ramp_coupling(state.coupling, wanted, model.coupling, model.dt);
+}
+
+/// Pushes the opposite of the tool's force into the objects that carry it.
+void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
+                  const std::array<Pose, kMaxObjects>& X_WO, double dt, ServoState& state) {
+  Vec3 sum_W{};
+  for (int i = 0; i < solution.n_active; ++i) sum_W += solution.push_W[static_cast<size_t>(i)];
+  const double length2 = norm_squared(sum_W);
+  if (length2 == 0) return;
+  // the coupling force is parallel to the sum of the pushes: each plane carries its part
+  const double gain = dot(force_W, sum_W) / length2;
+  for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
+    const uint32_t object = solution.object[i];
+    const Vec3 impulse_W = -dt * gain * solution.push_W[i];
+    const Vec3 arm_W = solution.proxy_W - X_WO[object].p;
+    Wrench& total = state.object_impulse_W[object];
+    total = total + Wrench{impulse_W, cross(arm_W, impulse_W)};
+  }
+}
+
+Vec3 proxy_velocity(const ServoInput& input, const PointProxySolution& solution,
+                    const std::array<Pose, kMaxObjects>& X_WO) {
+  if (input.scene == nullptr || solution.n_active == 0) return {};
+  const uint32_t object = solution.object[0];
+  return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W);
+}
+
+/// The device keeps the last good pose while its sample is unusable.
+void begin_frame(const ServoModel& model, ServoState& state, const ServoInput& input, bool usable,
+                 ServoFrame& frame) {
+  frame.tick = input.tick;
+  frame.t_ns = input.t_ns;
+  frame.realtime_ns = input.realtime_ns;
+  frame.wake_late_ns = input.wake_late_ns;
+  frame.skipped = input.skipped;
+  frame.device = input.device;
+  if (!usable) {
+    frame.X_WT = state.X_WT;
+    frame.device.X_BH = {};
+    frame.device.V_BH = {};
+    return;
+  }
+  const Pose X_WT_last = state.started ? state.X_WT : tool_pose(model.map, {}, input.device.X_BH);
+  frame.X_WT = apply_clutch(model.map, state.clutch, input.device, X_WT_last);
+  frame.V_WT = tool_twist(model.map, input.device.X_BH, input.device.V_BH);
+  if (state.clutch.held) {
+    frame.V_WT = {};
+    frame.flags |= kServoClutched;
+  }
+}
+
+}  // namespace
+
+ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device) {
+  ServoModel model;
+  model.dt = 1 / config.servo_rate;
+  model.map = config.map;
+  model.coupling = {config.coupling.translational_stiffness,
+                    config.coupling.translational_damping};
+  model.limits = {std::min(config.safety.max_force, device.max_force),
+                  std::min(config.safety.max_torque, device.max_torque), config.safety.soft_start};
+  return model;
+}
+
+ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
+  ServoFrame frame{};
+  const bool usable = is_finite(input.device);
+  begin_frame(model, state, input, usable, frame);
+  follow_control(model, state, input);
+
+  // planes where the objects are now, as far as their age allows
+  const ContactWeight age = weigh(state, input, model.dt);
+  frame.flags |= age.flags;
+  frame.fade = age.weight;
+  const auto X_WO = object_poses(input);
+  PointProxySolution proxy;
+  proxy.proxy_W = frame.X_WT.p;
+  if (input.contacts != nullptr) {
+    proxy = solve_point_proxy(*input.contacts, X_WO, frame.X_WT.p, age.weight);
+  }
+  if (!proxy.converged) frame.flags |= kServoSolverLimit;
+
+  // the spring is here: this tick's tool pose, no queue in between
+  const Vec3 force_W = coupling_force(
+      state.coupling,
+      {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, proxy_velocity(input, proxy, X_WO)});
+  frame.F_coupling_W = {force_W, {}};
+  frame.X_WP = {proxy.proxy_W, frame.X_WT.q};
+  frame.depth = norm(proxy.proxy_W - frame.X_WT.p);
+  frame.n_contacts = static_cast<uint32_t>(proxy.n_active);
+  if (proxy.n_active > 0) frame.flags |= kServoContact;
+  add_impulses(proxy, force_W, X_WO, model.dt, state);
+  frame.object_impulse_W = state.object_impulse_W;
+
+  SafetyInput safety;
+  safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
+  safety.input_finite = usable && proxy.finite;
+  if (input.contacts != nullptr) {
+    const ContactSet& set = *input.contacts;
+    frame.contact_seq = set.seq;
+    frame.contact_tick = set.answers_tick;
+    frame.X_WG = set.X_WG;
+    const bool news = set.seq != state.last_contact_seq || !state.started;
+    state.last_contact_seq = set.seq;
+    safety.restart = news && (set.flags & kContactReseeded) != 0;
+    safety.force_closed = (set.flags & kContactNoFreePose) != 0;
+  }
+  if (input.scene != nullptr) frame.scene_seq = input.scene->seq;
+  if (input.control != nullptr) {
+    frame.control_revision = input.control->revision;
+    safety.fault_clears = input.control->fault_clears;
+    if (input.control->paused != 0) frame.flags |= kServoPaused;
+  }
+  safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused)) != 0;
+
+  const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
+  frame.F_device_B = safe.F_B;
+  frame.flags |= safe.flags;
+
+  if (state.started) {
+    const double since = static_cast<double>(input.t_ns - state.t_ns) * 1e-9;
+    if (since > 0) frame.V_WP.v = (frame.X_WP.p - state.X_WP.p) / since;
+  }
+  state.started = state.started || usable;
+  state.t_ns = input.t_ns;
+  if (usable) state.X_WT = frame.X_WT;
+  state.X_WP = frame.X_WP;
+  return frame;
+}
+
+}  // namespace haptic

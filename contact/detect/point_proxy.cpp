@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/point_proxy.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "contact/query/segment_hit.h"
+#include "proto/math/project_point.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kMaxSweeps = 48;       // bound of a step; a corner of three facets needs about seven
+constexpr size_t kMaxPlanes = 12;    // met in one leg; more are dropped by restarting the leg
+constexpr int kMaxSeedAttempts = 8;  // objects that may overlap where the hand starts
+constexpr double kNoProgress = 1e-3;  // of epsilon
+
+struct SceneHit {
+  bool hit = false;
+  double t = 1;
+  ProxyPlane plane;
+};
+
+SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W) {
+  SceneHit first;
+  for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+    const Pose X_OW = inverse(scene.X_WO[i]);
+    const SegmentHit hit = first_hit(scene.shapes[i], X_OW * from_W, X_OW * to_W);
+    if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
+  }
+  return first;
+}
+
+HalfSpace facet_plane(const PointScene& scene, const ProxyPlane& plane) {
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  const Vec3 normal_W = rotate(X_WO.q, mesh.face_normals[plane.triangle]);
+  const Vec3 corner_W = X_WO * mesh.vertices[mesh.triangles[plane.triangle][0]];
+  return {normal_W, dot(normal_W, corner_W)};
+}
+
+/// The planes met in one leg, kept off the surface by epsilon.
+struct Leg {
+  std::array<HalfSpace, kMaxPlanes> half_spaces;
+  std::array<ProxyPlane, kMaxPlanes> planes;
+  size_t size = 0;
+
+  std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
+};
+
+/// Too many facets in one leg: forget those that do not push.
+Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
+  Leg kept;
+  for (int i = 0; i < goal.n_active; ++i) {
+    const auto k = static_cast<size_t>(goal.active[static_cast<size_t>(i)]);
+    kept.half_spaces[kept.size] = leg.half_spaces[k];
+    kept.planes[kept.size++] = leg.planes[k];
+  }
+  return kept;
+}
+
+/// Objects that moved over the proxy take it along: in their frame it stays where it was.
+uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
+  uint32_t flags = 0;
+  for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+    if (proxy.X_WO[i] == scene.X_WO[i]) continue;
+    const Vec3 before_O = inverse(proxy.X_WO[i]) * proxy.g_W;
+    const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
+    if (!first_hit(scene.shapes[i], before_O, after_O).hit) continue;
+    const Vec3 carried_W = scene.X_WO[i] * before_O;
+    // the way it is carried must be free of the others
+    if (first_hit_in_scene(scene, proxy.g_W, carried_W).hit) {
+      bool squeezed = false;
+      for (uint32_t j = 0; j < scene.shapes.size(); ++j) {
+        const Pose X_OW = inverse(scene.X_WO[j]);
+        squeezed |= j != i &&
+                    first_hit(scene.shapes[j], X_OW * proxy.g_W, X_OW * carried_W).hit;
+      }
+      if (squeezed) flags |= kContactNoFreePose;
+    }
+    proxy.g_W = carried_W;
+  }
+  proxy.X_WO = scene.X_WO;
+  return flags;
+}
+
+}  // namespace
+
+uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
+  proxy.g_W = p_W;
+  proxy.X_WO = scene.X_WO;
+  proxy.seeded = false;
+  uint32_t flags = 0;
+  for (int attempt = 0; attempt < kMaxSeedAttempts; ++attempt) {
+    bool moved = false;
+    for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+      const MeshShape& shape = scene.shapes[i];
+      if (!shape.mesh.closed) continue;
+      const Vec3 p_O = inverse(scene.X_WO[i]) * proxy.g_W;
+      const ClosestPoint c = closest_point(shape, p_O, std::numeric_limits<double>::infinity());
+      if (!c.found || !c.inside) continue;
+      // out through the nearest surface point, along the facet's normal
+      const Vec3 out_O = c.point_O + scene.epsilon * shape.mesh.face_normals[c.triangle];
+      proxy.g_W = scene.X_WO[i] * out_O;
+      flags |= kContactReseeded;
+      moved = true;
+    }
+    if (!moved) {
+      proxy.seeded = true;
+      return flags;
+    }
+  }
+  return flags | kContactNoFreePose;
+}
+
+ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
+  ProxyMove move;
+  move.flags = carry_with_objects(scene, proxy);
+  const Vec3 start_W = proxy.g_W;
+  const double to_go = norm(p_W - start_W);
+
+  Leg leg;
+  PointProjection goal;
+  goal.x = p_W;
+  int sweeps = 0;
+  for (; sweeps < kMaxSweeps; ++sweeps) {
+    const SceneHit hit = first_hit_in_scene(scene, proxy.g_W, goal.x);
+    if (!hit.hit) {
+      // the leg is free; where planes bent it, try again for the tool itself
+      const double gained = norm(goal.x - proxy.g_W);
+      proxy.g_W = goal.x;
+      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
+      leg.size = 0;
+      goal = {};
+      goal.x = p_W;
+      continue;
+    }
+    // stop epsilon in front of the facet, never moving back
+    HalfSpace plane = facet_plane(scene, hit.plane);
+    const double height = dot(plane.normal, proxy.g_W) - plane.offset;
+    const double drop = dot(plane.normal, proxy.g_W - goal.x);
+    const double t = drop > 0 ? std::clamp((height - scene.epsilon) / drop, 0.0, hit.t) : 0.0;
+    proxy.g_W += t * (goal.x - proxy.g_W);
+
+    if (leg.size == kMaxPlanes) {
+      leg = pushing_planes(leg, goal);
+      move.flags |= kContactTruncated;
+    }
+    plane.offset += scene.epsilon;
+    leg.half_spaces[leg.size] = plane;
+    leg.planes[leg.size++] = hit.plane;
+    goal = project_onto_half_spaces(p_W, leg.view());
+    if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
+  }
+  if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
+
+  const Leg carrying = pushing_planes(leg, goal);
+  move.n_active = static_cast<uint32_t>(carrying.size);
+  std::copy_n(carrying.planes.begin(), carrying.size, move.active.begin());
+  move.free_fraction = to_go > 0 ? std::min(1.0, norm(proxy.g_W - start_W) / to_go) : 1.0;
+  return move;
+}
+
+}  // namespace haptic

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for proto/math/project_point.cpp.
+#include "proto/math/project_point.h"
+
+#include <Eigen/Dense>
+#include <random>
+#include <vector>
+
+#include "tests/support/near.h"
+
+using haptic::HalfSpace;
+using haptic::PointProjection;
+using haptic::Vec3;
+using haptic::test::IsNear;
+using haptic::test::tol;
+
+namespace {
+
+constexpr double kAlgebra = 1e-12;  // relative, coordinates of size one
+
+Vec3 random_unit(std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss;
+  return haptic::normalized(Vec3{gauss(rng), gauss(rng), gauss(rng)});
+}
+
+/// Oracle: every subset of at most three planes, solved by Eigen's QR, the nearest feasible point.
+Vec3 brute_force(const Vec3& p, const std::vector<HalfSpace>& h) {
+  const int m = static_cast<int>(h.size());
+  double best = std::numeric_limits<double>::infinity();
+  Vec3 best_x = p;
+  auto consider = [&](const Vec3& x) {
+    for (const HalfSpace& s : h) {
+      if (dot(s.normal, x) < s.offset - 1e-9) return;
+    }
+    if (norm(x - p) < best) best = norm(x - p), best_x = x;
+  };
+  consider(p);
+  for (int i = 0; i < m; ++i) {
+    for (int j = i; j < m; ++j) {
+      for (int k = j; k < m; ++k) {
+        std::vector<int> s{i};
+        if (j > i) s.push_back(j);
+        if (k > j && j > i) s.push_back(k);
+        if (k > j && j == i) continue;
+        Eigen::MatrixXd n(s.size(), 3);
+        Eigen::VectorXd gap(s.size());
+        for (size_t r = 0; r < s.size(); ++r) {
+          const HalfSpace& a = h[static_cast<size_t>(s[r])];
+          n.row(static_cast<long>(r)) << a.normal.x, a.normal.y, a.normal.z;
+          gap(static_cast<long>(r)) = a.offset - dot(a.normal, p);
+        }
+        const Eigen::Vector3d step = n.completeOrthogonalDecomposition().solve(gap);
+        consider(p + Vec3{step.x(), step.y(), step.z()});
+      }
+    }
+  }
+  return best_x;
+}
+
+}  // namespace
+
+TEST_CASE("project: a point outside every plane stays", "[math]") {
+  const std::vector<HalfSpace> h{{{0, 0, 1}, 0.0}};
+  const PointProjection r = project_onto_half_spaces({1, 2, 3}, h);
+  CHECK(r.x == Vec3{1, 2, 3});
+  CHECK(r.n_active == 0);
+  CHECK(r.converged);
+}
+
+TEST_CASE("project: 90 degree concave corner", "[math][trap]") {
+  // algorithms.md 1.4: HIP = (−1, −2, 3) mm, planes x ≥ 0 and y ≥ 0, g = (0, 0, 3) mm
+  const std::vector<HalfSpace> h{{{1, 0, 0}, 0}, {{0, 1, 0}, 0}};
+  const PointProjection r = project_onto_half_spaces({-1e-3, -2e-3, 3e-3}, h);
+  CHECK_THAT(r.x, IsNear({0, 0, 3e-3}, 1e-3 * kAlgebra));
+  CHECK(r.n_active == 2);
+}
+
+TEST_CASE("project: over-constraint trap", "[math][trap]") {
+  // both planes are violated by the goal, but only the first one pushes
+  const std::vector<HalfSpace> h{{{0, 1, 0}, 0}, {{0.6, 0.8, 0}, 0}};
+  const PointProjection r = project_onto_half_spaces({0.1, -1, 0}, h);
+  CHECK_THAT(r.x, IsNear({0.1, 0, 0}, kAlgebra));
+  REQUIRE(r.n_active == 1);
+  CHECK(r.active[0] == 0);
+}
+
+TEST_CASE("project: prism of three dependent normals falls back to two planes", "[math][trap]") {
+  // normals in one plane: the 3×3 system is singular
+  const double s = std::sqrt(0.75);
+  const std::vector<HalfSpace> h{{{0, 1, 0}, -0.1}, {{s, 0.5, 0}, 0}, {{-s, 0.5, 0}, 0}};
+  const PointProjection r = project_onto_half_spaces({0.2, -1, 0.7}, h);
+  CHECK(r.converged);
+  CHECK_THAT(r.x, IsNear({0, 0, 0.7}, kAlgebra));
+  CHECK(r.n_active == 2);
+}
+
+TEST_CASE("project: the same plane many times is one plane", "[math]") {
+  std::vector<HalfSpace> h;
+  for (int i = 0; i < 64; ++i) {
+    h.push_back({haptic::normalized(Vec3{1e-16 * i, 0, 1}), 1e-18 * i});
+  }
+  const PointProjection r = project_onto_half_spaces({0.3, 0.2, -0.01}, h);
+  CHECK(r.converged);
+  CHECK_THAT(r.x, IsNear({0.3, 0.2, 0}, kAlgebra));
+}
+
+TEST_CASE("project: contradictory planes are reported, not looped over", "[math]") {
+  const std::vector<HalfSpace> h{{{0, 0, 1}, 1}, {{0, 0, -1}, 1}};
+  const PointProjection r = project_onto_half_spaces({0, 0, 0}, h);
+  CHECK_FALSE(r.converged);
+  CHECK(is_finite(r.x));
+}
+
+TEST_CASE("project: random half-spaces agree with brute force and satisfy KKT", "[math][property]") {
+  std::mt19937_64 rng(20261121);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int trial = 0; trial < 3000; ++trial) {
+    // a point c that satisfies all planes keeps the problem feasible
+    const Vec3 c{uniform(rng), uniform(rng), uniform(rng)};
+    const Vec3 p{3 * uniform(rng), 3 * uniform(rng), 3 * uniform(rng)};
+    std::vector<HalfSpace> h(static_cast<size_t>(1 + trial % 10));
+    for (HalfSpace& s : h) {
+      s.normal = random_unit(rng);
+      s.offset = dot(s.normal, c) - 0.1 * std::fabs(uniform(rng));
+    }
+    const PointProjection r = project_onto_half_spaces(p, h);
+    CAPTURE(trial, p.x, p.y, p.z, h.size());
+    REQUIRE(r.converged);
+    CHECK(norm(r.x - brute_force(p, h)) <= tol(1e-7));
+    Vec3 push = r.x - p;
+    for (int i = 0; i < r.n_active; ++i) {
+      const auto k = static_cast<size_t>(i);
+      const HalfSpace& s = h[static_cast<size_t>(r.active[k])];
+      CHECK(r.multiplier[k] >= 0);
+      CHECK(std::fabs(dot(s.normal, r.x) - s.offset) <= tol(1e-9));
+      push -= r.multiplier[k] * s.normal;
+    }
+    CHECK(norm(push) <= tol(1e-9));
+    for (const HalfSpace& s : h) CHECK(dot(s.normal, r.x) - s.offset >= -tol(1e-9));
+  }
+}
+
+TEST_CASE("project: 64 planes of a polytope need few steps", "[math]") {
+  std::mt19937_64 rng(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<HalfSpace> h(64);
+    for (HalfSpace& s : h) s = {random_unit(rng), -1.0};
+    const PointProjection r = project_onto_half_spaces(5.0 * random_unit(rng), h);
+    CHECK(r.converged);
+    CHECK(r.iterations < 32);
+    for (const HalfSpace& s : h) CHECK(dot(s.normal, r.x) - s.offset >= -tol(1e-9));
+  }
+}

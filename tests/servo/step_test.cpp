@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for servo/step.cpp and servo/solve/point_proxy.cpp on hand-made contacts.
+#include "servo/step.h"
+
+#include <limits>
+#include <memory>
+
+#include "servo/solve/point_proxy.h"
+#include "tests/support/near.h"
+
+using haptic::Contact;
+using haptic::ContactSet;
+using haptic::PointProxySolution;
+using haptic::Pose;
+using haptic::SceneFrame;
+using haptic::ServoFrame;
+using haptic::ServoInput;
+using haptic::ServoModel;
+using haptic::ServoState;
+using haptic::Vec3;
+using haptic::test::IsNear;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+
+Contact plane(const Vec3& normal_O, const Vec3& point_O, double extent = 0.02) {
+  Contact c{};
+  c.normal_O = c.shading_normal_O = normal_O;
+  c.object_point_O = point_O;
+  c.extent = extent;
+  return c;
+}
+
+std::unique_ptr<ContactSet> set_of(std::initializer_list<Contact> contacts) {
+  auto set = std::make_unique<ContactSet>();
+  *set = {};
+  for (const Contact& c : contacts) set->contacts[set->n_contacts++] = c;
+  set->n_active = set->n_contacts;
+  set->n_objects = 1;
+  return set;
+}
+
+ServoModel plain_model(double stiffness) {
+  ServoModel model;
+  model.coupling = {stiffness, 0};
+  model.limits = {100, 1, 0};
+  return model;
+}
+
+ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set) {
+  ServoInput input;
+  input.tick = static_cast<uint64_t>(tick);
+  input.t_ns = tick * kMs;
+  input.device.X_BH.p = p_W;
+  input.contacts = set;
+  return input;
+}
+
+}  // namespace
+
+TEST_CASE("servo: plane force is k times depth, exact", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {0.01, 0.02, 0.003})});
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(900), state, input_at(1, {0.013, 0.018, 0.0013}, set.get()));
+  CHECK(norm(f.F_device_B.f - Vec3{0, 0, 900 * (0.003 - 0.0013)}) <= haptic::test::tol(1e-9) * 1.53);
+  CHECK(f.F_device_B.f.x == 0);
+  CHECK(f.F_device_B.f.y == 0);
+  CHECK((f.flags & haptic::kServoContact) != 0);
+}
+
+TEST_CASE("servo: above the plane there is no force", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {0, 0, 0})});
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(900), state, input_at(1, {0, 0, 1e-9}, set.get()));
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK((f.flags & haptic::kServoContact) == 0);
+}
+
+TEST_CASE("servo: penalty force is plus k d n (the slide has minus: its normal points in)",
+          "[servo][trap]") {
+  // algorithms.md 0.4: the force must push the tool out, whatever the plane's direction
+  for (const Vec3& n : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, haptic::normalized(Vec3{1, 2, -3})}) {
+    const auto set = set_of({plane(n, {})});
+    ServoState state;
+    const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, -1e-3 * n, set.get()));
+    CHECK_THAT(f.F_device_B.f, IsNear(n, 1e-12));
+  }
+}
+
+TEST_CASE("servo: 90 degree concave corner", "[servo][trap]") {
+  const auto set = set_of({plane({1, 0, 0}, {0, 0, 3e-3}), plane({0, 1, 0}, {0, 0, 3e-3})});
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 3e-3}, set.get()));
+  CHECK_THAT(f.X_WP.p, IsNear({0, 0, 3e-3}, 1e-15));
+  CHECK_THAT(f.F_device_B.f, IsNear({1, 2, 0}, 1e-12));
+}
+
+TEST_CASE("servo: a corner of small facets holds although the tool is deep in both walls",
+          "[servo]") {
+  // extents far below the depth: the proxy is in the corner, so both planes hold in full
+  const auto set = set_of({plane({1, 0, 0}, {0, 0, 0}, 5e-4), plane({0, 1, 0}, {0, 0, 0}, 5e-4)});
+  const PointProxySolution s = solve_point_proxy(*set, {}, {-3e-3, -5e-3, 0}, 1);
+  CHECK_THAT(s.proxy_W, IsNear({0, 0, 0}, 1e-15));
+}
+
+TEST_CASE("servo: over-constraint trap", "[servo][trap]") {
+  const auto set = set_of({plane({0, 1, 0}, {}, 1), plane({0.6, 0.8, 0}, {}, 1)});
+  const PointProxySolution s = solve_point_proxy(*set, {}, {0.1, -1, 0}, 1);
+  CHECK_THAT(s.proxy_W, IsNear({0.1, 0, 0}, 1e-12));
+  CHECK(s.n_active == 1);
+}
+
+TEST_CASE("servo: ghost wall trap: beyond its extent a plane gives no force", "[servo][trap]") {
+  const auto set = set_of({plane({0, 0, 1}, {}, 1e-3)});
+  const double depth = 0.5e-3;
+  auto force_at = [&](double x) {
+    return 1000 * norm(solve_point_proxy(*set, {}, {x, 0, -depth}, 1).proxy_W - Vec3{x, 0, -depth});
+  };
+  CHECK(force_at(0.9e-3) == Approx(0.5));
+  CHECK(force_at(1.2e-3) == 0);
+  // in between it falls without a step: 1 µm of motion changes it by at most 1 % of the full force
+  for (double x = 0.9e-3; x < 1.2e-3; x += 1e-6) {
+    CHECK(std::fabs(force_at(x + 1e-6) - force_at(x)) <= 0.5 * 0.0101);
+  }
+}
+
+TEST_CASE("servo: contacts move with their object", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  SceneFrame scene{};
+  scene.n_objects = 1;
+  scene.t_ns = 100 * kMs;
+  scene.X_WO[0].p = {0, 0, 0.01};
+  scene.V_WO[0].v = {0, 0, 1};
+  ServoState state;
+  // 5 ms after the scene frame the surface is 5 mm higher
+  ServoInput input = input_at(105, {0, 0, 0.014}, set.get());
+  input.scene = &scene;
+  set->answers_t_ns = 104 * kMs;
+  const ServoFrame f = servo_step(plain_model(1000), state, input);
+  CHECK(f.F_device_B.f.z == Approx(1.0));
+  CHECK(f.object_impulse_W[0].f.z == Approx(-1.0 * 1e-3));
+}
+
+TEST_CASE("servo: a dead sim freezes the scene after 20 ms", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  SceneFrame scene{};
+  scene.n_objects = 1;
+  scene.t_ns = 100 * kMs;
+  scene.V_WO[0].v = {0, 0, 0.1};
+  ServoState state;
+  ServoInput input = input_at(1100, {0, 0, 0}, set.get());
+  input.scene = &scene;
+  set->answers_t_ns = 1099 * kMs;
+  const ServoFrame f = servo_step(plain_model(1000), state, input);
+  CHECK(f.depth == Approx(0.1 * 0.020));
+}
+
+TEST_CASE("servo: impulses of two objects share the force by their planes", "[servo]") {
+  auto set = set_of({plane({1, 0, 0}, {}), plane({0, 1, 0}, {})});
+  set->contacts[1].object = 1;
+  set->n_objects = 2;
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
+  CHECK_THAT(f.object_impulse_W[0].f, IsNear({-1e-3, 0, 0}, 1e-15));
+  CHECK_THAT(f.object_impulse_W[1].f, IsNear({0, -2e-3, 0}, 1e-15));
+}
+
+TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latched fault",
+          "[servo]") {
+  const double bad = GENERATE(std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::infinity());
+  const bool in_contact = GENERATE(true, false);
+  auto set = set_of({plane({0, 0, 1}, {})});
+  ServoState state;
+  const ServoModel model = plain_model(1000);
+  servo_step(model, state, input_at(1, {0, 0, -1e-3}, set.get()));
+  ServoInput input = input_at(2, {0, 0, -1e-3}, set.get());
+  if (in_contact) {
+    set->contacts[0].normal_O.z = bad;
+  } else {
+    input.device.X_BH.p.y = bad;
+  }
+  const ServoFrame f = servo_step(model, state, input);
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK((f.flags & haptic::kServoFault) != 0);
+  CHECK(is_finite(f.X_WT));
+  CHECK(is_finite(f.X_WP));
+
+  set->contacts[0].normal_O.z = 1;
+  const ServoFrame after = servo_step(model, state, input_at(3, {0, 0, -1e-3}, set.get()));
+  CHECK(after.F_device_B == haptic::Wrench{});
+}
+
+TEST_CASE("servo: contradictory planes are flagged and stay finite", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {0, 0, 1e-3}), plane({0, 0, -1}, {0, 0, -1e-3})});
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {}, set.get()));
+  CHECK((f.flags & haptic::kServoSolverLimit) != 0);
+  CHECK(is_finite(f.F_device_B));
+}
+
+TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[servo][property]") {
+  auto set = std::make_unique<ContactSet>();
+  ServoModel model = plain_model(5000);
+  model.limits.max_force = 6;
+  uint64_t seed = 1;
+  auto uniform = [&] {
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    return static_cast<double>(seed >> 11) * 0x1p-52 - 1;
+  };
+  ServoState state;
+  for (int64_t k = 1; k < 2000; ++k) {
+    *set = {};
+    set->n_contacts = haptic::kMaxContacts;
+    set->answers_t_ns = (k - 1) * kMs;
+    set->seq = static_cast<uint64_t>(k);
+    for (Contact& c : set->contacts) {
+      c = plane(haptic::normalized(Vec3{uniform(), uniform(), uniform()}),
+                0.01 * Vec3{uniform(), uniform(), uniform()}, 0.01 * std::fabs(uniform()));
+    }
+    const ServoFrame f =
+        servo_step(model, state, input_at(k, 0.02 * Vec3{uniform(), uniform(), uniform()}, set.get()));
+    REQUIRE(is_finite(f.F_device_B));
+    REQUIRE(norm(f.F_device_B.f) <= 6 + 1e-12);
+  }
+}

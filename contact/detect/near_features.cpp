@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/near_features.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr double kOnSurface = 1e-12;  // below, the direction to the point is rounding noise [m]
+
+/// Triangles that must agree before a feature counts as locally nearest.
+size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
+  switch (feature.kind) {
+    case FeatureKind::kFace:
+      return 1;
+    case FeatureKind::kEdge:
+      return mesh.edge_faces[feature.index][1] == kNoFace ? 1 : 2;
+    case FeatureKind::kVertex:
+      return mesh.vertex_valence[feature.index];
+  }
+  return 1;
+}
+
+Vec3 pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
+  switch (feature.kind) {
+    case FeatureKind::kFace:
+      return mesh.face_normals[feature.index];
+    case FeatureKind::kEdge:
+      return mesh.edge_normals[feature.index];
+    case FeatureKind::kVertex:
+      return mesh.vertex_normals[feature.index];
+  }
+  return {};
+}
+
+}  // namespace
+
+NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
+                         NearScratch& scratch, std::span<NearFeature> out) {
+  const size_t seen = triangles_within(shape, p_O, radius, scratch.triangles);
+  NearResult result{0, seen > scratch.triangles.size()};
+  const auto begin = scratch.triangles.begin();
+  const auto end = begin + static_cast<std::ptrdiff_t>(std::min(seen, scratch.triangles.size()));
+
+  // equal features side by side, so that a run counts the triangles that agree
+  std::sort(begin, end, [](const ClosestPoint& a, const ClosestPoint& b) {
+    return a.feature.id() != b.feature.id() ? a.feature.id() < b.feature.id()
+                                            : a.triangle < b.triangle;
+  });
+  for (auto it = begin; it != end && result.count < out.size();) {
+    const auto next = std::find_if(
+        it, end, [&](const ClosestPoint& c) { return !(c.feature == it->feature); });
+    const Vec3 outward_O = pseudo_normal(shape.mesh, it->feature);
+    const Vec3 away_O = p_O - it->point_O;
+    const bool in_front = dot(away_O, outward_O) >= 0;
+    const bool agreed = static_cast<size_t>(next - it) == ring_size(shape.mesh, it->feature);
+    if (agreed && in_front) {
+      const bool face = it->feature.kind == FeatureKind::kFace;
+      const Vec3 normal_O = face || it->distance < kOnSurface ? outward_O : away_O / it->distance;
+      out[result.count++] = {*it, normal_O};
+    }
+    it = next;
+  }
+  std::sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(result.count),
+            [](const NearFeature& a, const NearFeature& b) {
+              return a.closest.distance < b.closest.distance;
+            });
+  return result;
+}
+
+}  // namespace haptic

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "contact/query/closest_point.h"
+
+namespace haptic {
+
+/// A feature the point may run into next: the surface is locally nearest there.
+struct NearFeature {
+  ClosestPoint closest;
+  Vec3 normal_O;  // unit, from the surface to the point
+};
+
+inline constexpr size_t kMaxNearTriangles = 256;
+
+/// Room for the candidates of one query, so that a step allocates nothing.
+struct NearScratch {
+  std::array<ClosestPoint, kMaxNearTriangles> triangles;
+};
+
+struct NearResult {
+  size_t count = 0;
+  bool truncated = false;
+};
+
+/// Local minima of the distance from p_O to the mesh within radius, nearest first: faces seen from
+/// the front, and edges and vertices with p_O inside their normal cone (all triangles around them
+/// agree that they are nearest). Their planes are the ones that may become active; a face beyond a
+/// convex edge is not among them.
+NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
+                         NearScratch& scratch, std::span<NearFeature> out);
+
+}  // namespace haptic

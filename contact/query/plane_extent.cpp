@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/plane_extent.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMaxVisited = 32;
+constexpr double kTurnCosine = 0.906;  // cos 25°: beyond, a plane is felt as a ghost wall
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double length2 = norm_squared(ab);
+  const double t = length2 > 0 ? std::clamp(dot(p - a, ab) / length2, 0.0, 1.0) : 0.0;
+  return norm(p - (a + t * ab));
+}
+
+uint32_t neighbour_across(const TriangleMesh& mesh, uint32_t triangle, size_t side) {
+  const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
+  return faces[0] == triangle ? faces[1] : faces[0];
+}
+
+}  // namespace
+
+double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& point_O) {
+  const Vec3 normal_O = mesh.face_normals[triangle];
+  std::array<uint32_t, kMaxVisited> visited{triangle};
+  size_t n_visited = 1;
+  double extent = kMaxExtent;
+
+  // breadth first over triangles that still follow the plane
+  for (size_t head = 0; head < n_visited; ++head) {
+    const Triangle& corners = mesh.triangles[visited[head]];
+    for (size_t side = 0; side < 3; ++side) {
+      const Vec3& a = mesh.vertices[corners[side]];
+      const Vec3& b = mesh.vertices[corners[(side + 1) % 3]];
+      const double distance = distance_to_segment(point_O, a, b);
+      if (distance >= extent) continue;
+      const uint32_t next = neighbour_across(mesh, visited[head], side);
+      if (next == kNoFace) {
+        extent = distance;
+        continue;
+      }
+      const auto end = visited.begin() + static_cast<std::ptrdiff_t>(n_visited);
+      if (std::find(visited.begin(), end, next) != end) continue;
+
+      const Triangle& far = mesh.triangles[next];
+      double lowest = 0, highest = 0;
+      for (const uint32_t v : far) {
+        const double height = dot(normal_O, mesh.vertices[v] - a);
+        lowest = std::min(lowest, height), highest = std::max(highest, height);
+      }
+      const bool turns = dot(mesh.face_normals[next], normal_O) < kTurnCosine;
+      const bool convex = -lowest > highest;
+      if (turns && !convex) continue;
+      if (turns || n_visited == kMaxVisited) {
+        extent = distance;
+      } else {
+        visited[n_visited++] = next;
+      }
+    }
+  }
+  return std::max(extent, kMinExtent);
+}
+
+}  // namespace haptic

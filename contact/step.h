@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "contact/detect/near_features.h"
+#include "contact/detect/point_proxy.h"
+#include "proto/config.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// All that is constant after start.
+struct ContactModel {
+  std::array<MeshShape, kMaxObjects> shapes;
+  uint32_t n_objects = 0;
+  std::array<Pose, kMaxObjects> X_WO;  // configured poses, until a SceneFrame arrives
+  double epsilon = 1e-7;               // stand-off of the verified proxy [m]
+  double servo_period = 1e-3;          // [s]
+};
+
+/// All that survives a step.
+struct ContactState {
+  PointProxy proxy;
+  uint64_t seq = 0;
+  int64_t last_answered_ns = 0;
+  double period = 1e-3;  // smoothed time between answered frames [s]
+  NearScratch scratch;
+  std::array<NearFeature, kMaxContacts> features;
+};
+
+/// Shapes in the order of the config's objects; they must outlive the model.
+ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes);
+
+/// Answers one ServoFrame: moves the verified proxy towards its tool and reports the facets that
+/// carry it, then the features it may reach before the next two answers, within
+/// v·(2·T_contact + T). A restarted contact takes the proxy up where the servo last saw it.
+/// `scene` may be null. Allocates nothing.
+ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
+                        const SceneFrame* scene);
+
+}  // namespace haptic

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "proto/config.h"
+#include "proto/wire.h"
+#include "servo/contact_age.h"
+#include "servo/coupling.h"
+#include "servo/safety.h"
+
+namespace haptic {
+
+/// All that is constant after start.
+struct ServoModel {
+  double dt = 1e-3;  // nominal period [s]
+  DeviceMap map;
+  Coupling coupling;  // as configured; the ControlFrame may change it
+  SafetyLimits limits;
+};
+
+/// All that survives a tick.
+struct ServoState {
+  Coupling coupling;
+  ContactAge age;
+  SafetyState safety;
+  Clutch clutch;
+  bool started = false;
+  Pose X_WT;  // last tick's tool
+  Pose X_WP;  // last tick's proxy
+  int64_t t_ns = 0;
+  uint64_t contact_generation = 0;
+  uint64_t last_contact_seq = 0;
+  std::array<Wrench, kMaxObjects> object_impulse_W{};
+};
+
+/// What the shell measured and received for this tick. Pointers may be null: nothing received yet.
+struct ServoInput {
+  uint64_t tick = 0;
+  int64_t t_ns = 0;          // deadline of the tick
+  int64_t realtime_ns = 0;
+  int64_t wake_late_ns = 0;
+  uint64_t skipped = 0;
+  DeviceState device{};
+  const ContactSet* contacts = nullptr;
+  uint64_t contact_generation = 0;  // of the segment the set came from
+  const SceneFrame* scene = nullptr;
+  const ControlFrame* control = nullptr;
+};
+
+/// Limits are the smaller of the device's and the config's.
+struct ActuatorLimits {
+  double max_force = 0;
+  double max_torque = 0;
+};
+ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device);
+
+/// One tick: tool pose → carried planes → proxy → coupling force → device wrench → safety. Always
+/// returns a frame with a finite wrench; what went wrong is in its flags. busy_ns is the shell's.
+ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input);
+
+}  // namespace haptic
