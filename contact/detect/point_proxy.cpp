@@ -14,6 +14,7 @@ constexpr int kMaxSweeps = 48;       // bound of a step; a corner of three facet
 constexpr size_t kMaxPlanes = 12;    // met in one leg; more are dropped by restarting the leg
 constexpr int kMaxSeedAttempts = 8;  // objects that may overlap where the hand starts
 constexpr double kNoProgress = 1e-3;  // of epsilon
+constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
   bool hit = false;
@@ -39,6 +40,17 @@ HalfSpace facet_plane(const PointScene& scene, const ProxyPlane& plane) {
   return {normal_W, dot(normal_W, corner_W)};
 }
 
+/// A facet that p_W nearly touches, if any. A swept segment may graze an edge and end on the surface
+/// to the last bit: such a point is not free for sure, and the next sweep could start inside.
+SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+  for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+    const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
+    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
+    if (c.found) return {true, 0, {i, c.triangle}};
+  }
+  return {};
+}
+
 /// The planes met in one leg, kept off the surface by epsilon.
 struct Leg {
   std::array<HalfSpace, kMaxPlanes> half_spaces;
@@ -47,6 +59,16 @@ struct Leg {
 
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
 };
+
+/// Where the way from → to ends: epsilon in front of the facet that was hit, never moving back.
+Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W,
+                const Vec3& to_W) {
+  const HalfSpace plane = facet_plane(scene, hit.plane);
+  const double height = dot(plane.normal, from_W) - plane.offset;
+  const double drop = dot(plane.normal, from_W - to_W);
+  const double t = drop > 0 ? std::clamp((height - scene.epsilon) / drop, 0.0, hit.t) : 0.0;
+  return from_W + t * (to_W - from_W);
+}
 
 /// Too many facets in one leg: forget those that do not push.
 Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
@@ -124,31 +146,31 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   goal.x = p_W;
   int sweeps = 0;
   for (; sweeps < kMaxSweeps; ++sweeps) {
-    const SceneHit hit = first_hit_in_scene(scene, proxy.g_W, goal.x);
-    if (!hit.hit) {
+    SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
+    const Vec3 reached_W =
+        blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
+    const SceneHit touched = touched_facet(scene, reached_W);
+    const double gained = norm(reached_W - proxy.g_W);
+    if (touched.hit) {
+      blocked = touched;
+    } else {
+      proxy.g_W = reached_W;
+    }
+    if (!blocked.hit) {
       // the leg is free; where planes bent it, try again for the tool itself
-      const double gained = norm(goal.x - proxy.g_W);
-      proxy.g_W = goal.x;
       if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
       leg.size = 0;
       goal = {};
       goal.x = p_W;
       continue;
     }
-    // stop epsilon in front of the facet, never moving back
-    HalfSpace plane = facet_plane(scene, hit.plane);
-    const double height = dot(plane.normal, proxy.g_W) - plane.offset;
-    const double drop = dot(plane.normal, proxy.g_W - goal.x);
-    const double t = drop > 0 ? std::clamp((height - scene.epsilon) / drop, 0.0, hit.t) : 0.0;
-    proxy.g_W += t * (goal.x - proxy.g_W);
-
     if (leg.size == kMaxPlanes) {
       leg = pushing_planes(leg, goal);
       move.flags |= kContactTruncated;
     }
-    plane.offset += scene.epsilon;
-    leg.half_spaces[leg.size] = plane;
-    leg.planes[leg.size++] = hit.plane;
+    leg.half_spaces[leg.size] = facet_plane(scene, blocked.plane);
+    leg.half_spaces[leg.size].offset += scene.epsilon;
+    leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
     if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
   }

@@ -12,8 +12,10 @@ struct SegmentHit {
 };
 
 /// First triangle that the segment from → to (both in O) enters through its front side
-/// (n·(to−from) < 0). Exact in double for a fixed segment: the three edge volumes are computed
-/// antisymmetrically, so no segment slips between two triangles that share an edge or a vertex.
+/// (n·(to−from) < 0). Each vertex is projected along the segment with one rounding that all its
+/// triangles share; on these points the edge volumes have exact signs and are exactly antisymmetric,
+/// so no segment slips between two triangles that share an edge or a vertex (after Woop, Benthin,
+/// Wald 2013, with the sign decided by the remainders where theirs is zero).
 /// A zero-length segment hits nothing. Ties go to the lower triangle index.
 /// Line–OBB test of H-Collide (Gregory, Lin, Gottschalk, Taylor 2000), padded for rounding.
 SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
@@ -21,5 +23,8 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
 /// Segment against one triangle; the same arithmetic as first_hit. t is meaningful where true.
 bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a, const Vec3& b,
                              const Vec3& c, double& t);
+
+/// Whether the segment meets the box; exact up to rounding, no slack.
+bool segment_meets_box(const Vec3& from_O, const Vec3& to_O, const Obb& box);
 
 }  // namespace haptic

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/baked_file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string>
+
+namespace haptic {
+namespace {
+
+constexpr std::array<char, 8> kMagic{'h', 'a', 'p', 't', 'b', 'a', 'k', 'e'};
+constexpr size_t kAlignment = 64;
+constexpr size_t kSections = 14;
+
+struct Section {
+  uint64_t offset = 0, count = 0;
+};
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  uint32_t version = kBakeVersion;
+  uint32_t header_bytes = sizeof(Header);
+  uint64_t file_bytes = 0;
+  uint64_t key = 0;
+  uint64_t checksum = 0;  // of the header with this field zero, then of the rest
+  Vec3 lower, upper;
+  uint64_t closed = 0;
+  std::array<Section, kSections> sections;
+};
+static_assert(std::is_trivially_copyable_v<Header>);
+
+/// Calls f on each array, in the order of the file.
+template <class Content, class F>
+void for_each_section(Content& content, F&& f) {
+  auto& mesh = content.shape.mesh;
+  f(mesh.vertices), f(mesh.triangles), f(mesh.face_normals), f(mesh.triangle_edges);
+  f(mesh.edge_faces), f(mesh.vertex_valence), f(mesh.edge_normals), f(mesh.vertex_normals);
+  f(content.shape.tree.nodes), f(content.shape.tree.order);
+  f(content.eye_vertices), f(content.eye_normals), f(content.eye_triangles), f(content.notes);
+}
+
+size_t aligned(size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
+
+uint64_t checksum(Header header, std::span<const std::byte> rest) {
+  header.checksum = 0;
+  return hash_bytes(rest, hash_bytes(std::as_bytes(std::span(&header, 1))));
+}
+
+void require(bool holds, const char* what) {
+  if (!holds) throw BakedFileError(what);
+}
+
+Header read_header(std::span<const std::byte> bytes, uint64_t key) {
+  Header header;
+  require(bytes.size() >= sizeof header, "shorter than its header");
+  std::memcpy(&header, bytes.data(), sizeof header);
+  require(header.magic == kMagic, "not a baked shape");
+  require(header.version == kBakeVersion && header.header_bytes == sizeof header,
+          "baked by another version");
+  require(header.key == key, "baked from something else");
+  require(header.file_bytes == bytes.size(), "truncated");
+  require(header.checksum == checksum(header, bytes.subspan(sizeof header)), "damaged");
+  return header;
+}
+
+template <class T>
+std::span<const T> view_section(std::span<const std::byte> bytes, const Section& section) {
+  require(section.offset <= bytes.size() && section.offset % alignof(T) == 0 &&
+              section.count <= (bytes.size() - section.offset) / sizeof(T),
+          "an array outside the file");
+  return {reinterpret_cast<const T*>(bytes.data() + section.offset), section.count};
+}
+
+template <class Rows>
+bool all_below(const Rows& rows, size_t limit) {
+  return std::all_of(rows.begin(), rows.end(), [&](const auto& row) {
+    return std::all_of(row.begin(), row.end(), [&](uint32_t i) { return i < limit; });
+  });
+}
+
+void check_mesh(const TriangleMesh& mesh) {
+  const size_t n_faces = mesh.triangles.size(), n_edges = mesh.edge_faces.size();
+  require(mesh.face_normals.size() == n_faces && mesh.triangle_edges.size() == n_faces &&
+              mesh.edge_normals.size() == n_edges &&
+              mesh.vertex_normals.size() == mesh.vertices.size() &&
+              mesh.vertex_valence.size() == mesh.vertices.size(),
+          "arrays of different lengths");
+  require(all_below(mesh.triangles, mesh.vertices.size()) &&
+              all_below(mesh.triangle_edges, n_edges) &&
+              std::all_of(mesh.edge_faces.begin(), mesh.edge_faces.end(),
+                          [&](const auto& f) {
+                            return f[0] < n_faces && (f[1] < n_faces || f[1] == kNoFace);
+                          }),
+          "an index out of range");
+}
+
+void check_tree(const ObbTree& tree, size_t n_faces) {
+  require(tree.order.size() == n_faces && tree.nodes.empty() == (n_faces == 0),
+          "a tree of another mesh");
+  require(std::all_of(tree.order.begin(), tree.order.end(),
+                      [&](uint32_t i) { return i < n_faces; }),
+          "a triangle out of range in the tree");
+  // children come after their parent: no cycles, and depths in one pass
+  std::vector<int> depth(tree.nodes.size(), 0);
+  for (size_t i = 0; i < tree.nodes.size(); ++i) {
+    const ObbNode& node = tree.nodes[i];
+    if (node.count > 0) {
+      require(node.first <= n_faces && node.count <= n_faces - node.first, "a leaf out of range");
+      continue;
+    }
+    require(node.first > i && uint64_t{node.first} + 1 < tree.nodes.size() &&
+                depth[i] < kMaxTreeDepth,
+            "a broken tree");
+    for (const uint32_t child : {node.first, node.first + 1}) {
+      depth[child] = std::max(depth[child], depth[i] + 1);
+    }
+  }
+}
+
+}  // namespace
+
+uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed) {
+  constexpr uint64_t kPrime = 0x9e3779b97f4a7c15;
+  // four independent lanes keep the multiplier busy; each step is invertible
+  std::array<uint64_t, 4> lanes{seed ^ kPrime, seed + kPrime, ~seed, bytes.size()};
+  const auto mix = [](uint64_t h, uint64_t word) { return std::rotl((h ^ word) * kPrime, 29); };
+  size_t i = 0;
+  for (; i + 32 <= bytes.size(); i += 32) {
+    std::array<uint64_t, 4> words;
+    std::memcpy(words.data(), bytes.data() + i, sizeof words);
+    for (size_t k = 0; k < 4; ++k) lanes[k] = mix(lanes[k], words[k]);
+  }
+  for (; i < bytes.size(); ++i) lanes[i % 4] = mix(lanes[i % 4], std::to_integer<uint64_t>(bytes[i]));
+  uint64_t h = bytes.size();
+  for (const uint64_t lane : lanes) h = mix(h, lane ^ (lane >> 31));
+  h = (h ^ (h >> 32)) * kPrime;
+  return h ^ (h >> 29);
+}
+
+std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key) {
+  Header header;
+  header.key = key;
+  header.lower = content.shape.mesh.lower;
+  header.upper = content.shape.mesh.upper;
+  header.closed = content.shape.mesh.closed;
+  size_t end = aligned(sizeof header), s = 0;
+  for_each_section(content, [&](const auto& array) {
+    header.sections[s++] = {end, array.size()};
+    end = aligned(end + array.size_bytes());
+  });
+  header.file_bytes = end;
+  std::vector<std::byte> bytes(end);
+  s = 0;
+  for_each_section(content, [&](const auto& array) {
+    const Section& section = header.sections[s++];
+    if (!array.empty()) std::memcpy(bytes.data() + section.offset, array.data(), array.size_bytes());
+  });
+  header.checksum = checksum(header, std::span(bytes).subspan(sizeof header));
+  std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
+}
+
+BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key) {
+  const Header header = read_header(bytes, key);
+  require(reinterpret_cast<uintptr_t>(bytes.data()) % alignof(double) == 0, "not aligned");
+  BakedContent content;
+  size_t s = 0;
+  for_each_section(content, [&]<class T>(std::span<const T>& array) {
+    array = view_section<T>(bytes, header.sections[s++]);
+  });
+  TriangleMesh& mesh = content.shape.mesh;
+  mesh.lower = header.lower;
+  mesh.upper = header.upper;
+  mesh.closed = header.closed != 0;
+  check_mesh(mesh);
+  check_tree(content.shape.tree, mesh.triangles.size());
+  require(content.eye_normals.size() == content.eye_vertices.size() &&
+              all_below(content.eye_triangles, content.eye_vertices.size()),
+          "an index out of range in the mesh for the eye");
+  return content;
+}
+
+}  // namespace haptic

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/segment_hit.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/meshes.h"
+#include "tests/support/near.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+// position along a segment, where the same triangle is hit through other roundings
+constexpr double kFractionTolerance = 1e-9;
+
+/// Every triangle, no tree.
+SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
+  SegmentHit best;
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    double t = 0;
+    if (segment_enters_triangle(from, to, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], t) &&
+        (!best.hit || t < best.t)) {
+      best = {true, t, i};
+    }
+  }
+  return best;
+}
+
+void compare_with_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+  Random random(seed);
+  const MeshShape view = shape.view();
+  const double size = norm(view.mesh.upper - view.mesh.lower);
+  for (size_t i = 0; i < n; ++i) {
+    // long ones, short ones at the surface, and some along the axes
+    const Vec3 from = i % 2 == 0 ? random.near_mesh(view.mesh)
+                                 : random.on_surface(view.mesh) + 0.01 * size * random.direction();
+    Vec3 to = i % 2 == 0 ? random.near_mesh(view.mesh) : from + 0.03 * size * random.direction();
+    if (i % 11 == 0) to = {from.x, from.y, to.z};
+    const SegmentHit fast = first_hit(view, from, to), slow = brute_hit(view.mesh, from, to);
+    CAPTURE(i, from, to, slow.t, slow.triangle);
+    REQUIRE(fast.hit == slow.hit);
+    if (!fast.hit) continue;
+    REQUIRE(fast.t == slow.t);
+    REQUIRE(fast.triangle == slow.triangle);
+  }
+}
+
+/// Slab clipping of a segment in the frame of the box.
+bool slabs_meet(const Vec3& from, const Vec3& to, const Obb& box) {
+  const Vec3 p = box.R_BO * (from - box.centre_O), d = box.R_BO * (to - from);
+  double enter = 0, leave = 1;
+  for (int i = 0; i < 3; ++i) {
+    if (d[i] == 0) {
+      if (std::fabs(p[i]) > box.half[i]) return false;
+      continue;
+    }
+    const double a = (-box.half[i] - p[i]) / d[i], b = (box.half[i] - p[i]) / d[i];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave;
+}
+
+/// Segments through exact points of edges and exact vertices, from outside to inside: the worst
+/// places for cracks. `depth` must keep both ends clear of the rest of the surface.
+void never_slips(const TestShape& shape, double depth, uint64_t seed, size_t n) {
+  Random random(seed);
+  const MeshShape view = shape.view();
+  const TriangleMesh& mesh = view.mesh;
+  for (size_t i = 0; i < n; ++i) {
+    const Triangle& tri = mesh.triangles[random.index(mesh.triangles.size())];
+    const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]];
+    const double u = i % 2 == 0 ? 0 : random.uniform(0, 1);
+    const Vec3 aim = a + u * (b - a);
+    // the aim splits the segment anywhere; half of them run towards the centre
+    Vec3 inward = -normalized(aim);
+    if (i % 4 >= 2) inward = normalized(inward + 0.5 * random.direction());
+    const Vec3 from = aim - random.uniform(0.1, 1) * depth * inward;
+    const Vec3 to = aim + random.uniform(0.1, 1) * depth * inward;
+    const SegmentHit hit = first_hit(view, from, to);
+    if (hit.hit) continue;
+    CAPTURE(i, from, to, aim);
+    FAIL("slipped through at an edge or a vertex");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("segment hit: the tree finds what brute force finds") {
+  compare_with_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 1, trials(20000));
+  compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(4000));
+  compare_with_brute_force(make_shape(make_grid(0.05, 12)), 3, trials(8000));
+  compare_with_brute_force(make_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
+  const Soup bunny = load_off("bunny00.off", 0.1);
+  if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 5, trials(300));
+}
+
+TEST_CASE("segment hit: no segment slips between triangles that share an edge or a vertex") {
+  never_slips(make_shape(make_icosphere(0.05, 4)), 0.02, 6, trials(1500000));
+  never_slips(make_shape(make_icosphere(1, 1)), 0.3, 7, trials(500000));
+  never_slips(make_shape(make_box({1, 1, 1})), 0.3, 8, trials(500000));
+  // far from the origin the vertices are coarse, yet shared
+  Soup away = make_icosphere(0.05, 3);
+  for (Vec3& v : away.vertices) v += Vec3{1e3, -2e3, 5e2};
+  const TestShape shape = make_shape(away);
+  Random random(9);
+  for (size_t i = 0; i < trials(200000); ++i) {
+    const Vec3& aim = shape.mesh.vertices[random.index(shape.mesh.vertices.size())];
+    const Vec3 centre{1e3, -2e3, 5e2};
+    REQUIRE(first_hit(shape.view(), aim + 0.5 * (aim - centre), centre).hit);
+  }
+}
+
+TEST_CASE("segment hit: axis-parallel segments through lattice vertices never slip") {
+  // many projected coordinates are exactly zero here: every edge test is a tie
+  const TestShape shape = make_shape(make_grid(1, 16));
+  for (const auto& v : shape.mesh.vertices) {
+    if (std::fabs(v.x) == 1 || std::fabs(v.y) == 1) continue;
+    const SegmentHit hit = first_hit(shape.view(), v + Vec3{0, 0, 1}, v - Vec3{0, 0, 1});
+    REQUIRE(hit.hit);
+    REQUIRE(hit.t == 0.5);
+    REQUIRE_FALSE(first_hit(shape.view(), v - Vec3{0, 0, 1}, v + Vec3{0, 0, 1}).hit);
+  }
+}
+
+TEST_CASE("segment hit: beside an edge by less than a rounding only one side is hit") {
+  // the edge a b passes the axis at about e²: the two products of its volume round to one number
+  constexpr double e = 0x1p-52;
+  const Vec3 a{1 + 2 * e, 1 + e, 0}, b{-(1 + e), -1, 0}, left{1, -1, 0}, right{-1, 1, 0};
+  const Vec3 from{0, 0, 1}, to{0, 0, -1};
+  double t = 0;
+  CHECK(segment_enters_triangle(from, to, a, b, left, t));
+  CHECK_FALSE(segment_enters_triangle(from, to, b, a, right, t));
+}
+
+TEST_CASE("segment hit: only front faces count") {
+  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  CHECK(first_hit(shape.view(), {3, 0.1, 0.2}, {0, 0.1, 0.2}).t == Approx(2.0 / 3));
+  CHECK_FALSE(first_hit(shape.view(), {0, 0.1, 0.2}, {3, 0.1, 0.2}).hit);
+  // straight through: the near face
+  CHECK(first_hit(shape.view(), {3, 0.1, 0.2}, {-3, 0.1, 0.2}).t == Approx(1.0 / 3));
+}
+
+TEST_CASE("segment hit: a zero-length, an empty and a non-finite query hit nothing") {
+  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  CHECK_FALSE(first_hit(shape.view(), {1, 0, 0}, {1, 0, 0}).hit);
+  CHECK_FALSE(first_hit(shape.view(), {0, 0, 0}, {0, 0, 0}).hit);
+  CHECK_FALSE(first_hit(make_shape({}).view(), {3, 0, 0}, {0, 0, 0}).hit);
+  const double nan = std::nan("");
+  CHECK_FALSE(first_hit(shape.view(), {3, nan, 0}, {0, 0, 0}).hit);
+  CHECK_FALSE(first_hit(shape.view(), {3, 0, 0}, {0, 0, nan}).hit);
+  double t = 0;
+  CHECK_FALSE(segment_enters_triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, t));
+}
+
+TEST_CASE("segment hit: equal hits go to the lower triangle") {
+  Soup twice = make_grid(1, 1);
+  twice.triangles.insert(twice.triangles.begin(), twice.triangles.begin(), twice.triangles.end());
+  const TestShape shape = make_shape(twice);
+  CHECK(first_hit(shape.view(), {0.5, -0.25, 1}, {0.5, -0.25, -1}).triangle == 0);
+  // on the diagonal all four triangles tie
+  CHECK(first_hit(shape.view(), {0.25, 0.25, 1}, {0.25, 0.25, -1}).triangle == 0);
+}
+
+TEST_CASE("segment hit: a rigid motion of everything changes nothing") {
+  const Soup sphere = make_icosphere(0.05, 3);
+  const TestShape still = make_shape(sphere);
+  Random random(10);
+  for (int motion = 0; motion < 5; ++motion) {
+    const Pose X = random.pose(0.5);
+    Soup turned = sphere;
+    for (Vec3& v : turned.vertices) v = X * v;
+    const TestShape moved = make_shape(turned);
+    for (size_t i = 0; i < trials(2000); ++i) {
+      const Vec3 from = random.near_mesh(still.mesh.view()), to = random.near_mesh(still.mesh.view());
+      const SegmentHit a = first_hit(still.view(), from, to);
+      const SegmentHit b = first_hit(moved.view(), X * from, X * to);
+      REQUIRE(a.hit == b.hit);
+      REQUIRE(std::fabs(a.t - b.t) < tol(kFractionTolerance));
+    }
+  }
+}
+
+TEST_CASE("segment hit: a plane is hit where the closed form says") {
+  const TestShape grid = make_shape(make_grid(1, 9));
+  Random random(11);
+  for (size_t i = 0; i < trials(20000); ++i) {
+    const Vec3 from = random.in_box({-0.9, -0.9, 0.01}, {0.9, 0.9, 1});
+    const Vec3 to = random.in_box({-0.9, -0.9, -1}, {0.9, 0.9, -0.01});
+    const SegmentHit hit = first_hit(grid.view(), from, to);
+    REQUIRE(hit.hit);
+    REQUIRE(std::fabs(hit.t - from.z / (from.z - to.z)) < tol(kFractionTolerance));
+  }
+}
+
+TEST_CASE("segment hit: the box test agrees with slab clipping") {
+  Random random(12);
+  size_t met = 0;
+  for (size_t i = 0; i < trials(200000); ++i) {
+    Obb box;
+    box.R_BO = to_matrix(random.pose(1).q);
+    box.centre_O = random.direction();
+    box.half = random.in_box({0, 0, 0}, {1, 1, 1});
+    if (i % 7 == 0) box.half.z = 0;
+    const Vec3 from = 3 * random.direction(), to = random.in_box({-3, -3, -3}, {3, 3, 3});
+    const bool expected = slabs_meet(from, to, box);
+    CAPTURE(i, from, to, box.centre_O, box.half);
+    REQUIRE(segment_meets_box(from, to, box) == expected);
+    met += expected;
+  }
+  CHECK(met > trials(200000) / 20);
+  // a point is in the box or it is not
+  const Obb unit{{}, {0, 0, 0}, {1, 1, 1}};
+  CHECK(segment_meets_box({0.5, 0.5, 1}, {0.5, 0.5, 1}, unit));
+  CHECK_FALSE(segment_meets_box({0.5, 0.5, 1.001}, {0.5, 0.5, 1.001}, unit));
+}
