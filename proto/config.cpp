@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proto/config_section.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename Enum, size_t N>
+using Words = std::array<std::pair<std::string_view, Enum>, N>;
+
+constexpr Words<Renderer, 1> kRenderers{{{"god-object3", Renderer::kGodObject3}}};
+constexpr Words<DeviceKind, 2> kDeviceKinds{
+    {{"simulated-hand", DeviceKind::kSimulatedHand}, {"replay", DeviceKind::kReplay}}};
+constexpr Words<Resampling, 2> kResamplings{
+    {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
+                                         {"oscillate", MotionKind::kOscillate},
+                                         {"spin", MotionKind::kSpin}}};
+constexpr Words<double, 5> kMeshUnits{
+    {{"m", 1}, {"mm", 1e-3}, {"cm", 1e-2}, {"in", 0.0254}, {"any", 0}}};
+
+enum class Primitive { kBox, kSphere };
+constexpr Words<Primitive, 2> kPrimitives{
+    {{"box", Primitive::kBox}, {"sphere", Primitive::kSphere}}};
+
+// the servo's grid: below it is no haptics, above it no device
+constexpr Range kServoRates{100, 10e3};
+constexpr Range kPollRates{10, 100e3};
+constexpr Range kSimRates{1, 1e3};
+constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
+constexpr int64_t kButtons = 32;
+
+template <typename Enum, size_t N>
+std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
+  return list;
+}
+
+/// The folders a mesh is looked for in, after that of the config file.
+std::vector<fs::path> mesh_folders() {
+  std::vector<fs::path> folders;
+  if (const char* own = std::getenv("HAPTICD_MESHES"); own != nullptr) folders.emplace_back(own);
+  folders.push_back(fs::path(HAPTICD_SOURCE_DIR) / "build" / "meshes");
+  folders.emplace_back("/usr/share/hapticd/meshes");
+  return folders;
+}
+
+/// Absolute path of a mesh; "package:" skips the folder of the config file.
+std::string find_mesh(const Section& object, std::string name, const fs::path& config_folder) {
+  constexpr std::string_view kPackage = "package:";
+  std::vector<fs::path> folders = mesh_folders();
+  if (name.starts_with(kPackage)) {
+    name.erase(0, kPackage.size());
+  } else {
+    folders.insert(folders.begin(), config_folder);
+  }
+  std::string places;
+  for (const fs::path& folder : folders) {
+    const fs::path candidate = folder / name;
+    std::error_code error;
+    if (fs::is_regular_file(candidate, error)) return fs::absolute(candidate).lexically_normal();
+    places += (places.empty() ? "" : ", ") + candidate.lexically_normal().string();
+  }
+  object.fail_at("mesh", "was not found; looked for " + places +
+                             "; fetch the example meshes with `./run meshes`, or set "
+                             "HAPTICD_MESHES to the folder of yours");
+}
+
+void read_session(Section& root, SessionConfig& config) {
+  root.require("session", "[session] with name = \"bunny\"");
+  Section session = *root.section("session");
+  session.require("name", "name = \"bunny\"");
+  session.read_text("name", config.name);
+  session.read_choice("renderer", words(kRenderers), config.renderer);
+  session.read_flag("realtime", config.realtime);
+  session.finish();
+}
+
+void read_rates(Section& root, SessionConfig& config) {
+  if (auto servo = root.section("servo")) {
+    servo->read_quantity("rate", Dimension::kFrequency, kServoRates, config.servo_rate);
+    servo->finish();
+  }
+  if (auto contact = root.section("contact")) {
+    contact->read_quantity("poll_rate", Dimension::kFrequency, kPollRates,
+                           config.contact_poll_rate);
+    double bytes = static_cast<double>(config.mesh_memory_limit);
+    constexpr Range kMemory{1 << 20, 1e15};
+    contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
+    config.mesh_memory_limit = static_cast<uint64_t>(bytes);
+    contact->finish();
+  }
+  if (auto sim = root.section("sim")) {
+    sim->read_quantity("rate", Dimension::kFrequency, kSimRates, config.sim_rate);
+    sim->finish();
+  }
+}
+
+void read_map(Section& root, DeviceMap& map) {
+  auto section = root.section("map");
+  if (!section) return;
+  section->read_pose(map.X_WB);
+  section->read_number("motion_scale", kPositive, map.motion_scale);
+  section->read_number("force_scale", kPositive, map.force_scale);
+  if (auto tool = section->section("tool_on_grip")) {
+    tool->read_pose(map.X_HT);
+    tool->finish();
+  }
+  int64_t button = map.clutch_button;
+  section->read_integer("clutch_button", 0, kButtons - 1, button);
+  map.clutch_button = static_cast<int32_t>(button);
+  section->finish();
+}
+
+void read_intent(Section& hand, IntentConfig& intent) {
+  auto section = hand.section("intent");
+  if (!section) return;
+  section->read_lengths("centre", kAny, intent.centre_B);
+  section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
+  section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
+  section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
+  section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
+                         intent.tremor_amplitude);
+  section->finish();
+}
+
+void read_hand(Section& device, SimulatedHandConfig& hand) {
+  auto section = device.section("hand");
+  if (!section) return;
+  int64_t seed = static_cast<int64_t>(hand.seed);
+  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
+  hand.seed = static_cast<uint64_t>(seed);
+  section->read_quantity("mass", Dimension::kMass, kPositive, hand.mass);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative, hand.damping);
+  section->read_quantity("coulomb_friction", Dimension::kForce, kNotNegative,
+                         hand.coulomb_friction);
+  section->read_quantity("encoder_step", Dimension::kLength, kNotNegative, hand.encoder_step);
+  section->read_quantity("hand_mass", Dimension::kMass, kNotNegative, hand.hand_mass);
+  section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
+  section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
+                         hand.hand_stiffness);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
+                         hand.velocity_cutoff);
+  read_intent(*section, hand.intent);
+  section->finish();
+}
+
+void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_folder) {
+  auto section = device.section("replay");
+  if (!section) return;
+  section->require("path", "path = \"hand.csv\"");
+  std::string path;
+  section->read_text("path", path);
+  const fs::path file = fs::absolute(config_folder / path).lexically_normal();
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) {
+    section->fail_at("path", "was not found: " + file.string() +
+                                 "; relative paths start at the folder of this file");
+  }
+  if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
+  assign(replay.path, file.string());
+  section->read_choice("resampling", words(kResamplings), replay.resampling);
+  section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_text("column", replay.column);
+  section->read_direction("axis", replay.axis_B);
+  if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {
+    section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
+  }
+  section->finish();
+}
+
+void read_device(Section& root, DeviceConfig& device, const fs::path& config_folder) {
+  root.require("device", "[device] with kind = \"simulated-hand\"");
+  Section section = *root.section("device");
+  section.require("kind", "kind = \"simulated-hand\"");
+  section.read_choice("kind", words(kDeviceKinds), device.kind);
+  section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
+  section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
+  device.has_torque = device.max_torque > 0 ? 1 : 0;
+  if (device.kind == DeviceKind::kReplay) {
+    section.require("replay", "[device.replay] with path = \"hand.csv\"");
+  }
+  read_hand(section, device.hand);
+  read_replay(section, device.replay, config_folder);
+  section.finish();
+}
+
+void read_coupling(Section& root, CouplingConfig& coupling) {
+  auto section = root.section("coupling");
+  if (!section) return;
+  section->read_quantity("stiffness", Dimension::kStiffness, kNotNegative,
+                         coupling.translational_stiffness);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative,
+                         coupling.translational_damping);
+  section->read_quantity("rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
+                         coupling.rotational_stiffness);
+  section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                         coupling.rotational_damping);
+  section->finish();
+}
+
+void read_safety(Section& root, SafetyConfig& safety) {
+  auto section = root.section("safety");
+  if (!section) return;
+  section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);
+  section->read_quantity("max_torque", Dimension::kTorque, kNotNegative, safety.max_torque);
+  section->read_quantity("soft_start", Dimension::kTime, kNotNegative, safety.soft_start);
+  section->finish();
+}
+
+void read_motion(Section& object, MotionConfig& motion) {
+  auto section = object.section("motion");
+  if (!section) return;
+  section->require("kind", "kind = \"oscillate\"");
+  section->read_choice("kind", words(kMotions), motion.kind);
+  section->read_direction("axis", motion.axis_O);
+  section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
+  section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
+  if (motion.kind != MotionKind::kStatic) section->require("frequency", "frequency = \"0.5 Hz\"");
+  if (motion.kind == MotionKind::kOscillate) {
+    section->require("amplitude", "amplitude = \"5 mm\"");
+  }
+  section->finish();
+}
+
+void read_mesh(Section& section, ObjectConfig& object, const fs::path& config_folder) {
+  std::string mesh;
+  section.read_text("mesh", mesh);
+  const std::string path = find_mesh(section, mesh, config_folder);
+  if (path.size() >= object.mesh.size()) section.fail_at("mesh", "has too long a path: " + path);
+  assign(object.mesh, path);
+  section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
+  section.require("size", "size = \"100 mm\", the longest side of the bounding box");
+  section.read_choice("unit", words(kMeshUnits), object.unit);
+  section.read_quantity("size", Dimension::kLength, kPositive, object.size);
+  section.read_flag("open", object.allow_open);
+}
+
+void read_primitive(Section& section, ObjectConfig& object) {
+  Primitive kind = Primitive::kBox;
+  section.read_choice("primitive", words(kPrimitives), kind);
+  object.unit = 1;
+  if (kind == Primitive::kBox) {
+    assign(object.mesh, "primitive:box");
+    section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
+    section.read_lengths("extent", kPositive, object.extent);
+    object.size = std::max({object.extent.x, object.extent.y, object.extent.z});
+    return;
+  }
+  assign(object.mesh, "primitive:sphere");
+  section.require("size", "size = \"100 mm\", the diameter");
+  section.read_quantity("size", Dimension::kLength, kPositive, object.size);
+  int64_t subdivisions = 4;
+  section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
+  object.subdivisions = static_cast<uint32_t>(subdivisions);
+  object.extent = {object.size, object.size, object.size};
+}
+
+void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
+  if (config.n_objects == kMaxObjects) {
+    section.fail_at("name", "is one [[object]] too many; " + std::to_string(kMaxObjects) +
+                                " is the most a session can hold, join some meshes");
+  }
+  ObjectConfig& object = config.objects[config.n_objects];
+  section.require("name", "name = \"bunny\"");
+  section.read_text("name", object.name);
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    if (config.objects[i].name == object.name) {
+      section.fail_at("name", "is used twice ('" + std::string(view(object.name)) +
+                                  "'); give each [[object]] its own name");
+    }
+  }
+  if (section.has("mesh") == section.has("primitive")) {
+    section.fail_missing("mesh", "mesh = \"bunny00.off\", or primitive = \"box\" (one of the two)");
+  }
+  if (section.has("mesh")) {
+    read_mesh(section, object, config_folder);
+  } else {
+    read_primitive(section, object);
+  }
+  section.read_pose(object.X_WO);
+  read_motion(section, object.motion);
+  section.finish();
+  ++config.n_objects;
+}
+
+toml::table parse_toml(std::string_view text, const std::string& origin) {
+  try {
+    return toml::parse(text, std::string_view(origin));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                      ": not TOML: " + std::string(error.description()) +
+                      "; see https://toml.io for the syntax");
+  }
+}
+
+}  // namespace
+
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+  const toml::table table = parse_toml(toml_text, origin);
+  const fs::path file = fs::absolute(origin).lexically_normal();
+  const fs::path folder = file.parent_path();
+  SessionConfig config;
+  assign(config.file, file.string());
+
+  Section root(table, "the file", origin);
+  read_session(root, config);
+  read_rates(root, config);
+  read_map(root, config.map);
+  read_device(root, config.device, folder);
+  read_coupling(root, config.coupling);
+  read_safety(root, config.safety);
+  for (Section& object : root.sections("object")) read_object(object, config, folder);
+  root.finish();
+  return config;
+}
+
+SessionConfig load_config(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  if (!file || fs::is_directory(path, error)) {
+    throw ConfigError(path + ": cannot be read; check the name, examples are in configs/");
+  }
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  return parse_config(text, path);
+}
+
+}  // namespace haptic

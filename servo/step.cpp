@@ -137,6 +137,7 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   add_impulses(proxy, force_W, X_WO, model.dt, state);
   frame.object_impulse_W = state.object_impulse_W;
 
+  frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
   SafetyInput safety;
   safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
   safety.input_finite = usable && proxy.finite;

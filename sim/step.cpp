@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/scene.h"
+
+namespace haptic {
+namespace {
+
+// first step: nothing has passed; after an outage the scene stood still but for the extrapolation
+int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
+  if (!state.started) return 0;
+  const int64_t elapsed = std::max<int64_t>(0, t_ns - state.t_ns);
+  return state.resumed ? std::min(elapsed, kSceneExtrapolation_ns) : elapsed;
+}
+
+}  // namespace
+
+SimModel build_sim(const SessionConfig& config) {
+  return {std::min(config.n_objects, kMaxObjects), config.objects};
+}
+
+SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
+  const int64_t elapsed = elapsed_ns(state, t_ns);
+  // scale 1 stays exact; others are rounded to a nanosecond of scene time
+  state.scene_ns += std::llround(time_scale * static_cast<double>(elapsed));
+  state.t_ns = state.started && !state.resumed ? std::max(state.t_ns, t_ns) : t_ns;
+  state.started = true;
+  state.resumed = false;
+
+  SceneFrame frame{};
+  frame.seq = ++state.seq;
+  frame.t_ns = state.t_ns;
+  frame.n_objects = model.n_objects;
+  const double scene_time = 1e-9 * static_cast<double>(state.scene_ns);
+  for (uint32_t i = 0; i < model.n_objects; ++i) {
+    const ObjectConfig& object = model.objects[i];
+    const double speed = phase_speed(object.motion);
+    const ScriptedState scripted =
+        scripted_state(object, state.first_phase[i] + speed * scene_time, time_scale * speed);
+    frame.X_WO[i] = scripted.X_WO;
+    frame.V_WO[i] = scripted.V_WO;
+  }
+  return frame;
+}
+
+void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
+  state = {};
+  state.seq = last.seq;
+  state.t_ns = last.t_ns;
+  state.started = true;
+  state.resumed = true;
+  for (uint32_t i = 0; i < std::min(model.n_objects, last.n_objects); ++i) {
+    state.first_phase[i] = phase_of(model.objects[i], last.X_WO[i], last.V_WO[i]);
+  }
+}
+
+}  // namespace haptic

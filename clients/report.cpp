@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/report.h"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#ifndef HAPTICD_VERSION
+#define HAPTICD_VERSION "unknown"
+#endif
+
+namespace haptic {
+namespace {
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string json_number(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? format("%.9g", *value) : "null";
+}
+
+bool is_count(double value) { return value == std::floor(value) && std::fabs(value) < 1e15; }
+
+std::string verdict(const Row& row) {
+  if (!row.holds) return "";
+  std::string text = *row.holds ? "ok" : "MISSED";
+  if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";
+  return text;
+}
+
+/// Display width of UTF-8 text: continuation bytes take no column.
+size_t columns(const std::string& text) {
+  return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+  }));
+}
+
+std::string padded(const std::string& text, size_t width) {
+  const size_t used = columns(text);
+  return used < width ? text + std::string(width - used, ' ') : text;
+}
+
+}  // namespace
+
+std::string readable(double value, const std::string& unit) {
+  if (unit.empty()) return is_count(value) ? format("%.0f", value) : format("%.4g", value);
+  if (unit != "s" && unit != "m" && unit != "J") {
+    return (is_count(value) && std::fabs(value) >= 100 ? format("%.0f", value)
+                                                       : format("%.4g", value)) +
+           " " + unit;
+  }
+  struct Prefix {
+    double scale;
+    const char* name;
+  };
+  for (const Prefix& p : {Prefix{1, ""}, Prefix{1e-3, "m"}, Prefix{1e-6, "µ"}, Prefix{1e-9, "n"}}) {
+    if (std::fabs(value) >= p.scale) return format("%.3g", value / p.scale) + " " + p.name + unit;
+  }
+  return value == 0 ? "0 " + unit : format("%.2e", value) + " " + unit;
+}
+
+void print_table(std::ostream& out, const std::vector<Row>& rows) {
+  size_t metric_width = 0, value_width = 0;
+  for (const Row& row : rows) {
+    metric_width = std::max(metric_width, columns(row.metric));
+    value_width = std::max(value_width, columns(readable(row.value, row.unit)));
+  }
+  for (const Row& row : rows) {
+    const std::string note = verdict(row);
+    out << "  " << padded(row.metric, metric_width + 2);
+    out << (note.empty() ? readable(row.value, row.unit)
+                         : padded(readable(row.value, row.unit), value_width + 2) + note);
+    out << '\n';
+  }
+}
+
+void print_json(std::ostream& out, const std::vector<Row>& rows) {
+  out << "[\n";
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    out << "  {\"case\": " << json_string(row.case_name)
+        << ", \"metric\": " << json_string(row.metric) << ", \"value\": " << json_number(row.value)
+        << ", \"unit\": " << json_string(row.unit)
+        << ", \"peer\": " << (row.peer.empty() ? "null" : json_string(row.peer))
+        << ", \"peer_value\": " << json_number(row.peer_value)
+        << ", \"ratio\": " << json_number(row.ratio()) << ", \"goal\": " << json_number(row.goal)
+        << ", \"holds\": " << (!row.holds ? "null" : *row.holds ? "true" : "false") << "}"
+        << (i + 1 < rows.size() ? ",\n" : "\n");
+  }
+  out << "]\n";
+}
+
+bool all_hold(const std::vector<Row>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
+}
+
+MachineInfo machine_info() {
+  MachineInfo info;
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    if (line.rfind("model name", 0) != 0) continue;
+    info.cpu = line.substr(std::min(line.size(), line.find(':') + 2));
+    break;
+  }
+  utsname system{};
+  if (uname(&system) == 0) info.kernel = system.release;
+  info.version = HAPTICD_VERSION;
+  info.cores = std::thread::hardware_concurrency();
+  double load = 0;
+  if (getloadavg(&load, 1) == 1) info.load = load;
+  return info;
+}
+
+}  // namespace haptic

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/mcap.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "proto/mcap_format.h"
+
+namespace haptic {
+
+using namespace mcap;
+
+namespace {
+
+constexpr uint64_t kMaxChunk = uint64_t{1} << 30;  // a larger one is taken for a broken file
+
+using Buffer = std::vector<char>;
+
+/// Takes numbers and texts out of a record; throws std::out_of_range where it is too short.
+class Parser {
+ public:
+  explicit Parser(const Buffer& content) : data_(content.data()), left_(content.size()) {}
+
+  const char* bytes(uint64_t n) {
+    if (n > left_) throw std::out_of_range("record too short");
+    const char* at = data_;
+    data_ += n;
+    left_ -= n;
+    return at;
+  }
+  template <typename T>
+  T number() {
+    T value;
+    std::memcpy(&value, bytes(sizeof value), sizeof value);
+    return value;
+  }
+  std::string text() {
+    const uint32_t n = number<uint32_t>();
+    return std::string(bytes(n), n);
+  }
+  McapMetadata metadata() {
+    McapMetadata out;
+    const uint32_t size = number<uint32_t>();
+    if (size > left_) throw std::out_of_range("record too short");
+    for (const uint64_t end = left_ - size; left_ > end;) {
+      std::string key = text();
+      out[std::move(key)] = text();
+    }
+    return out;
+  }
+  uint64_t left() const { return left_; }
+
+ private:
+  const char* data_;
+  uint64_t left_;
+};
+
+bool read_magic(int file, uint64_t offset) {
+  char magic[kMagic.size()];
+  const ssize_t n = ::pread(file, magic, sizeof magic, static_cast<off_t>(offset));
+  return n == sizeof magic && std::string_view(magic, sizeof magic) == kMagic;
+}
+
+McapChunkIndex parse_chunk_index(const Buffer& content) {
+  Parser in(content);
+  McapChunkIndex index;
+  index.first_ns = in.number<uint64_t>();
+  index.last_ns = in.number<uint64_t>();
+  index.offset = in.number<uint64_t>();
+  index.length = in.number<uint64_t>();
+  for (uint32_t left = in.number<uint32_t>(); left >= 10; left -= 10) {
+    const uint16_t channel = in.number<uint16_t>();
+    index.index_offsets[channel] = in.number<uint64_t>();
+  }
+  index.index_length = in.number<uint64_t>();
+  in.text();
+  index.compressed = in.number<uint64_t>();
+  index.uncompressed = in.number<uint64_t>();
+  return index;
+}
+
+}  // namespace
+
+McapReader::McapReader(const std::string& path) : path_(path) {
+  file_.fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file_.fd < 0) fail(std::string("cannot be read (") + std::strerror(errno) + ")");
+  struct stat status {};
+  if (::fstat(file_.fd, &status) != 0 || !S_ISREG(status.st_mode)) fail("is not a file");
+  size_ = static_cast<uint64_t>(status.st_size);
+  if (!read_magic(file_.fd, 0)) {
+    fail("is not an MCAP file; recordings are made by `hapt record`");
+  }
+  if (!read_summary()) scan();
+}
+
+McapReader::File::~File() {
+  if (fd >= 0) ::close(fd);
+}
+
+void McapReader::fail(const std::string& what) const { throw McapError(path_ + ": " + what); }
+
+const McapChannel* McapReader::find_channel(std::string_view topic) const {
+  for (const McapChannel& c : channels_) {
+    if (c.topic == topic) return &c;
+  }
+  return nullptr;
+}
+
+const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
+  for (const McapSchema& s : schemas_) {
+    if (s.id == channel.schema) return s;
+  }
+  throw McapError(path_ + ": topic '" + channel.topic + "' has no schema; the file is damaged");
+}
+
+/// False when the record is not wholly in the file.
+bool McapReader::read_record(uint64_t offset, Record& record) const {
+  char header[kRecordHeader];
+  if (offset > size_ || size_ - offset < sizeof header) return false;
+  if (::pread(file_.fd, header, sizeof header, static_cast<off_t>(offset)) != sizeof header) {
+    return false;
+  }
+  uint64_t length = 0;
+  std::memcpy(&length, header + 1, sizeof length);
+  if (length > size_ - offset - sizeof header) return false;
+  record.op = static_cast<uint8_t>(header[0]);
+  record.offset = offset;
+  record.length = sizeof header + length;
+  record.content.resize(length);
+  for (uint64_t done = 0; done < length;) {
+    const ssize_t n = ::pread(file_.fd, record.content.data() + done, length - done,
+                              static_cast<off_t>(offset + sizeof header + done));
+    if (n <= 0) return false;
+    done += static_cast<uint64_t>(n);
+  }
+  return true;
+}
+
+/// Takes what a record says into the lists; the first of several with one id holds.
+void McapReader::keep(const Record& record) {
+  Parser in(record.content);
+  if (record.op == kSchema) {
+    const uint16_t id = in.number<uint16_t>();
+    std::string name = in.text(), encoding = in.text();
+    for (const McapSchema& s : schemas_) {
+      if (s.id == id) return;
+    }
+    schemas_.push_back({id, std::move(name), std::move(encoding), in.text()});
+  } else if (record.op == kChannel) {
+    const uint16_t id = in.number<uint16_t>(), schema = in.number<uint16_t>();
+    std::string topic = in.text(), encoding = in.text();
+    for (const McapChannel& c : channels_) {
+      if (c.id == id) return;
+    }
+    channels_.push_back({id, schema, std::move(topic), std::move(encoding), in.metadata()});
+  } else if (record.op == kMetadata) {
+    std::string name = in.text();
+    metadata_[std::move(name)] = in.metadata();
+  } else if (record.op == kMessage) {
+    fail("has messages outside of chunks; only recordings of `hapt record` can be read");
+  }
+}
+
+/// False when the file has no sound end: its writer was killed, or the end is damaged.
+bool McapReader::read_summary() {
+  if (size_ < 2 * kMagic.size() + kFooterBytes || !read_magic(file_.fd, size_ - kMagic.size())) {
+    return false;
+  }
+  const uint64_t footer_offset = size_ - kMagic.size() - kFooterBytes;
+  Record record;
+  if (!read_record(footer_offset, record) || record.op != kFooter) return false;
+  try {
+    const uint64_t summary = Parser(record.content).number<uint64_t>();
+    if (summary == 0) return false;
+    for (uint64_t at = summary; at < footer_offset; at += record.length) {
+      if (!read_record(at, record)) return false;
+      if (record.op == kChunkIndex) {
+        chunks_.push_back(parse_chunk_index(record.content));
+      } else if (record.op == kMetadataIndex) {
+        Record metadata;
+        if (!read_record(Parser(record.content).number<uint64_t>(), metadata)) return false;
+        keep(metadata);
+      } else {
+        keep(record);
+      }
+    }
+    finished_ = true;
+  } catch (const std::out_of_range&) {
+    chunks_.clear();
+  }
+  return finished_;
+}
+
+/// Walks the records from the start to the first that is not whole.
+void McapReader::scan() {
+  chunks_.clear();
+  Record record;
+  try {
+    for (uint64_t at = kMagic.size(); read_record(at, record); at += record.length) {
+      if (record.op == kDataEnd) break;
+      if (record.op != kChunk) {
+        keep(record);
+        continue;
+      }
+      // no message index: it may be the part that is missing
+      Parser in(record.content);
+      McapChunkIndex chunk;
+      chunk.first_ns = in.number<uint64_t>();
+      chunk.last_ns = in.number<uint64_t>();
+      chunk.offset = record.offset;
+      chunk.length = record.length;
+      chunks_.push_back(std::move(chunk));
+    }
+  } catch (const std::out_of_range&) {
+    fail("damaged record at byte " + std::to_string(record.offset));
+  }
+}
+
+/// The records of a chunk, unpacked and checked.
+std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
+  const std::string where = "chunk at byte " + std::to_string(index.offset);
+  Record record;
+  if (!read_record(index.offset, record) || record.op != kChunk) fail(where + " is not there");
+  Parser in(record.content);
+  in.bytes(2 * sizeof(uint64_t));
+  const uint64_t size = in.number<uint64_t>();
+  const uint32_t crc = in.number<uint32_t>();
+  const std::string compression = in.text();
+  const uint64_t packed_size = in.number<uint64_t>();
+  const char* packed = in.bytes(packed_size);
+  if (size > kMaxChunk) fail(where + " claims " + std::to_string(size) + " bytes");
+  Buffer out(size);
+  if (compression == kZstd) {
+    const size_t got = ZSTD_decompress(out.data(), out.size(), packed, packed_size);
+    if (ZSTD_isError(got) || got != size) fail(where + " cannot be unpacked; the file is damaged");
+  } else if (compression.empty() && packed_size == size) {
+    out.assign(packed, packed + size);
+  } else {
+    fail(where + " is packed with '" + compression + "'; only zstd and none can be read");
+  }
+  if (crc != 0 && crc != crc32(out.data(), out.size())) {
+    fail(where + " has a wrong CRC; the file is damaged");
+  }
+  return out;
+}
+
+void McapReader::for_each(uint16_t channel,
+                          const std::function<void(const McapMessage&)>& use) const {
+  constexpr size_t kMessageHeader = 2 + 4 + 8 + 8;
+  for (const McapChunkIndex& index : chunks_) {
+    if (!index.index_offsets.empty() && !index.index_offsets.contains(channel)) continue;
+    try {
+      const Buffer records = read_chunk(index);
+      Parser in(records);
+      while (in.left() > 0) {
+        const uint8_t op = in.number<uint8_t>();
+        const uint64_t length = in.number<uint64_t>();
+        if (op != kMessage || length < kMessageHeader) {
+          in.bytes(length);
+          continue;
+        }
+        McapMessage message;
+        message.channel = in.number<uint16_t>();
+        message.sequence = in.number<uint32_t>();
+        message.log_time_ns = in.number<uint64_t>();
+        message.publish_time_ns = in.number<uint64_t>();
+        const uint64_t size = length - kMessageHeader;
+        message.data = std::as_bytes(std::span(in.bytes(size), size));
+        if (message.channel == channel) use(message);
+      }
+    } catch (const std::out_of_range&) {
+      fail("chunk at byte " + std::to_string(index.offset) + " is cut; the file is damaged");
+    }
+  }
+}
+
+}  // namespace haptic

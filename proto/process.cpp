@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/process.h"
+
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace haptic {
+namespace {
+
+static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may store it
+std::atomic<bool> stop_flag{false};
+
+void on_stop_signal(int) {
+  stop_flag.store(true, std::memory_order_relaxed);
+}
+
+template <typename Number>
+bool parse_number(std::string_view text, Number& out) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+int fail(const char* program, const char* what, int code) {
+  std::fprintf(stderr, "%s: %s\n", program, what);
+  return code;
+}
+
+}  // namespace
+
+ChildArguments parse_child_arguments(int argc, char** argv) {
+  ChildArguments arguments;
+  bool ok = argc == 7;
+  for (int i = 1; ok && i + 1 < argc; i += 2) {
+    const std::string_view key = argv[i];
+    if (key == "--config-fd") {
+      ok = parse_number(argv[i + 1], arguments.config_fd);
+    } else if (key == "--control-fd") {
+      ok = parse_number(argv[i + 1], arguments.control_fd);
+    } else {
+      ok = key == "--generation" && parse_number(argv[i + 1], arguments.generation);
+    }
+  }
+  if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
+    throw std::invalid_argument(
+        "started by hapticd with --config-fd N --control-fd M --generation G; start 'hapticd "
+        "CONFIG.toml' instead");
+  }
+  return arguments;
+}
+
+int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
+  const char* slash = argc > 0 ? std::strrchr(argv[0], '/') : nullptr;
+  const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
+  try {
+    return run(parse_child_arguments(argc, argv));
+  } catch (const std::system_error& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const SegmentError& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const HandoutError& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const std::bad_alloc&) {
+    return fail(program, "out of memory", kExitCrash);
+  } catch (const std::exception& error) {
+    return fail(program, error.what(), kExitBadInput);
+  }
+}
+
+void catch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_stop_signal;
+  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, nullptr);
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &action, nullptr);
+}
+
+bool stop_requested() noexcept {
+  return stop_flag.load(std::memory_order_relaxed);
+}
+void request_stop() noexcept {
+  stop_flag.store(true, std::memory_order_relaxed);
+}
+
+void die_with_parent(int control_fd) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  // dead before the line above: no signal will come
+  pollfd peer{control_fd, POLLIN, 0};
+  if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) request_stop();
+}
+
+SessionConfig read_config(int config_fd) {
+  const FileDescriptor fd(config_fd);
+  struct stat status {};
+  if (fstat(fd.get(), &status) != 0 || status.st_size != sizeof(SessionConfig)) {
+    throw SegmentError(SegmentFault::kWrongLayout,
+                       "the configuration handed over is not that of this build; build all "
+                       "programs of the session from the same source");
+  }
+  SessionConfig config;
+  if (pread(fd.get(), &config, sizeof config, 0) != sizeof config) {
+    throw std::system_error(errno, std::generic_category(), "cannot read the configuration");
+  }
+  return config;
+}
+
+AttachOptions child_attach_options(const SessionConfig& config) {
+  return {.lock_memory = config.realtime != 0,
+          .on_error = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); },
+          .on_closed = request_stop};
+}
+
+}  // namespace haptic

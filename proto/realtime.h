@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <time.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+/// The real-time shell: clocks, absolute deadlines, and the rights a periodic thread asks for.
+namespace haptic {
+
+inline constexpr int64_t kNsPerSecond = 1'000'000'000;
+
+/// Reading of a clock [ns].
+inline int64_t read_clock_ns(clockid_t clock) noexcept {
+  timespec t;
+  clock_gettime(clock, &t);
+  return int64_t{t.tv_sec} * kNsPerSecond + t.tv_nsec;
+}
+
+/// CLOCK_MONOTONIC [ns]: the clock of every deadline and every t_ns.
+inline int64_t now_ns() noexcept {
+  return read_clock_ns(CLOCK_MONOTONIC);
+}
+
+/// CLOCK_REALTIME [ns] since 1970: only for recordings, it may jump.
+inline int64_t realtime_now_ns() noexcept {
+  return read_clock_ns(CLOCK_REALTIME);
+}
+
+/// Period [ns] of a rate [Hz].
+inline int64_t period_ns(double rate) noexcept {
+  return static_cast<int64_t>(static_cast<double>(kNsPerSecond) / rate + 0.5);
+}
+
+/// Sleeps until an instant of CLOCK_MONOTONIC; signals do not cut it short.
+void sleep_until(int64_t deadline_ns) noexcept;
+
+/// One wake-up on the grid.
+struct Tick {
+  uint64_t index;       // grid point; skipped ones leave a gap
+  int64_t deadline_ns;  // the instant of that grid point, CLOCK_MONOTONIC
+  int64_t late_ns;      // wake-up after it
+  uint64_t skipped;     // grid points skipped since the clock was made
+};
+
+/// Grid point to wake at after grid point `last`, when it is `now_ns`: the next one, or, where that
+/// is past already, the first one still to come. Grid point i lies at start + i·period.
+uint64_t next_grid_point(int64_t start_ns, int64_t period, uint64_t last, int64_t now_ns) noexcept;
+
+/// Absolute grid on CLOCK_MONOTONIC. A grid point that was missed is skipped and counted; two ticks
+/// are never run in a burst to catch up. Grid point 0 is one period after construction.
+class DeadlineClock {
+ public:
+  explicit DeadlineClock(int64_t period) noexcept;
+
+  /// Sleeps until the next grid point. No allocation; one system call.
+  Tick wait() noexcept;
+
+  int64_t period() const noexcept { return period_; }
+
+ private:
+  int64_t period_;
+  int64_t start_ns_;
+  uint64_t next_ = 0;  // first grid point not yet used
+  uint64_t skipped_ = 0;
+};
+
+/// What a process asks of the kernel; also the bits in a segment's header.
+enum RealtimeBit : uint32_t {
+  kRealtimeWanted = 1u << 0,        // the session asks for it
+  kRealtimeFifo = 1u << 1,          // SCHED_FIFO granted
+  kRealtimeMemoryLocked = 1u << 2,  // all memory, present and future, is locked
+};
+
+struct RealtimeOptions {
+  int fifo_priority = 0;  // 1–99; 0: stay at normal priority
+  bool lock_memory = false;
+  size_t prefault_stack = 256 * 1024;  // bytes of this thread's stack to touch; 0: none
+};
+
+/// What was granted and what was refused. Nothing is fatal: without the rights the loop still runs
+/// and counts its late ticks.
+struct RealtimeReport {
+  uint32_t bits = 0;          // RealtimeBit
+  int fifo_errno = 0;         // why SCHED_FIFO was refused; 0: granted or not asked for
+  int memory_errno = 0;       // the same for locked memory
+  uint64_t memory_limit = 0;  // RLIMIT_MEMLOCK [bytes]; ~0: none
+
+  /// The first refusal, for the segment's header; 0: everything asked for was granted.
+  int first_errno() const noexcept { return fifo_errno != 0 ? fifo_errno : memory_errno; }
+
+  /// One line for people: what was refused, why, how to mend it; "real time: …" when all is well.
+  std::string explain() const;
+};
+
+/// Makes the calling thread real time as far as it may: timer slack 1 ns, SCHED_FIFO with
+/// SCHED_RESET_ON_FORK (threads started later are normal again) and a 2 s RLIMIT_RTTIME against a
+/// runaway loop, memory locked and the stack touched. Memory is locked as a whole only with
+/// CAP_IPC_LOCK or without a limit: under a finite RLIMIT_MEMLOCK a later mmap would fail, so then
+/// segments are locked singly and the report says EPERM. Call it after the attach thread runs.
+RealtimeReport enter_realtime(const RealtimeOptions& options);
+
+/// Whether mlockall(MCL_FUTURE) is safe: CAP_IPC_LOCK, or no RLIMIT_MEMLOCK.
+bool may_lock_all_memory() noexcept;
+
+}  // namespace haptic
