@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "clients/hapt_commands.h"
+#include "clients/recorder.h"
+#include "proto/process.h"
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kDrainPeriodNs = 10'000'000;   // a hundredth of what the smallest ring holds
+constexpr int64_t kAttachTimeNs = kNsPerSecond;  // segments come within milliseconds
+
+struct RecordOptions {
+  std::string output, session, config;
+  double duration = std::numeric_limits<double>::infinity();  // [s]
+  bool json = false, overwrite = false;
+};
+
+std::string read_text(const std::string& path) {
+  if (path.empty()) return "";
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw ConfigError(path + ": cannot be read; name the session's configuration");
+  return std::string((std::istreambuf_iterator<char>(file)), {});
+}
+
+/// What the servo got of what it asked for, in words.
+std::string realtime_status(const SegmentHeader* header) {
+  if (header == nullptr) return "unknown: no servo was running";
+  const uint32_t bits = header->realtime_bits.load();
+  if ((bits & kRealtimeWanted) == 0) return "not asked for";
+  return std::string("fifo ") + ((bits & kRealtimeFifo) != 0 ? "granted" : "refused") +
+         ", locked memory " + ((bits & kRealtimeMemoryLocked) != 0 ? "granted" : "refused");
+}
+
+void print_json(const Recorder& recorder, const TraceWriter& trace, double seconds) {
+  std::cout << "[";
+  const char* separator = "\n";
+  for (const TopicCount& count : recorder.counts()) {
+    std::cout << separator << "  {\"topic\": \"" << count.topic
+              << "\", \"recorded\": " << count.recorded << ", \"lost\": " << count.lost
+              << ", \"seconds\": " << seconds << ", \"file_bytes\": " << trace.size() << "}";
+    separator = ",\n";
+  }
+  std::cout << "\n]\n";
+}
+
+void print_table(const Recorder& recorder, const TraceWriter& trace, const std::string& path,
+                 double seconds) {
+  for (const TopicCount& count : recorder.counts()) {
+    std::cout << "  " << count.topic << ": " << count.recorded << " recorded, " << count.lost
+              << " lost\n";
+  }
+  std::cout << path << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
+}
+
+void run_record(const RecordOptions& options) {
+  if (!options.overwrite && std::filesystem::exists(options.output)) {
+    throw McapError(options.output + ": exists; choose another name or add --overwrite");
+  }
+  const std::string config = read_text(options.config);
+  Attachments attachments(connect_session(options.session));
+  Recorder recorder(attachments);
+  attachments.start();
+  catch_stop_signals();
+
+  const int64_t start_ns = now_ns();
+  while (recorder.servo_header() == nullptr && now_ns() - start_ns < kAttachTimeNs &&
+         !stop_requested()) {
+    sleep_until(now_ns() + kDrainPeriodNs);
+  }
+  TraceWriter trace(options.output,
+                    recording_metadata(options.session, config,
+                                       realtime_status(recorder.servo_header())));
+  std::cerr << "recording to " << options.output << "; Ctrl-C ends it\n";
+  const int64_t begin_ns = now_ns();
+  double seconds = 0;
+  bool good = true;
+  while (good && seconds < options.duration && !stop_requested() && attachments.is_connected()) {
+    sleep_until(now_ns() + kDrainPeriodNs);
+    good = recorder.drain(trace, now_ns());
+    seconds = static_cast<double>(now_ns() - begin_ns) * 1e-9;
+  }
+  if (!attachments.is_connected()) std::cerr << "the session has ended\n";
+  good = recorder.finish(trace, now_ns()) && good;
+  if (options.json) {
+    print_json(recorder, trace, seconds);
+  } else {
+    print_table(recorder, trace, options.output, seconds);
+  }
+  if (!good) throw McapError(trace.error());
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app) {
+  const auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = app.add_subcommand("record", "Record a running session");
+  command->add_option("-o,--output", options->output, "file to write (.mcap)")->required();
+  command->add_option("--for", options->duration, "how long [s]; default: until Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--session", options->session, "which one; default: the only one running");
+  command->add_option("--config", options->config, "configuration to keep in the recording (.toml)");
+  command->add_flag("--overwrite", options->overwrite, "replace the file where it exists");
+  command->add_flag("--json", options->json, "counts as JSON");
+  command->callback([options] { run_record(*options); });
+}
+
+}  // namespace haptic

@@ -148,4 +148,10 @@ std::string_view view(const std::array<char, N>& text) {
   return std::string_view(text.data());
 }
 
+/// Replaces the configured device by a recording of a hand, played back open loop.
+inline void use_trace(SessionConfig& config, const std::string& trace) {
+  config.device.kind = DeviceKind::kReplay;
+  assign(config.device.replay.path, trace);
+}
+
 }  // namespace haptic

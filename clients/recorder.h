@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "proto/handout.h"
+#include "proto/trace.h"
+
+namespace haptic {
+
+/// Event::code of a loss that the recorder noticed: {records lost now, lost since start, generation
+/// of the writer, 0 frames or 1 events, 0}; source is the writer. Codes from 0x100 on are the
+/// recorder's.
+inline constexpr uint32_t kEventRecordsLost = 0x100;
+
+struct TopicCount {
+  std::string_view topic;
+  uint64_t recorded = 0;
+  uint64_t lost = 0;  // published while recording, but overwritten before they were read
+};
+
+/// Drains every ring of a session into a recording. A writer that restarts is followed; what its
+/// predecessor had published is recorded first. Losses are counted exactly and each is a record on
+/// /events. A chunk stays open for a quarter of a second: that much is lost when the recorder is
+/// killed, and nothing at all when anything else is.
+///
+///   Attachments attachments(connect_session(name));
+///   Recorder recorder(attachments);            // before attachments.start()
+///   attachments.start();
+///   TraceWriter trace(path, metadata);
+///   while (…) { recorder.drain(trace, now_ns()); sleep 10 ms; }
+///   recorder.finish(trace);
+class Recorder {
+ public:
+  explicit Recorder(Attachments& attachments);
+
+  /// Records all that is new; `t_ns` is now (CLOCK_MONOTONIC). False when the file was ended by an
+  /// error: trace.error() says why.
+  bool drain(TraceWriter& trace, int64_t t_ns);
+
+  /// The last drain; adds the counts as metadata and closes the file. False as above.
+  bool finish(TraceWriter& trace, int64_t t_ns);
+
+  /// One for each of kTopics, in that order.
+  std::array<TopicCount, 5> counts() const { return counts_; }
+
+  /// Header of the servo's segment; null before it came.
+  const SegmentHeader* servo_header() const noexcept { return servo_.frames.header(); }
+
+ private:
+  template <auto kFrames, auto kEvents>
+  struct Feed {
+    RingSource<kFrames> frames;
+    RingSource<kEvents> events;
+    uint64_t lost_frames = 0, lost_events = 0;  // already told
+  };
+
+  struct Origin {
+    SegmentId writer;
+    uint64_t generation;
+  };
+
+  template <typename T>
+  void tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin& origin, uint64_t lost,
+                 uint64_t& told);
+  template <auto kMember, typename T>
+  void drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
+                  SegmentId writer, TraceWriter& trace);
+  template <typename T>
+  void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
+
+  Feed<&ServoChannels::frames, &ServoChannels::events> servo_;
+  Feed<&ContactChannels::sets, &ContactChannels::events> contact_;
+  Feed<&SimChannels::frames, &SimChannels::events> sim_;
+  Feed<&ControlChannels::frames, &ControlChannels::events> control_;
+  std::array<TopicCount, 5> counts_;
+  int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
+  int64_t flushed_ns_ = 0;
+};
+
+}  // namespace haptic

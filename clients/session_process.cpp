@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/session_process.h"
+
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kStopPatience = 5 * kNsPerSecond;
+constexpr int64_t kPollPeriod = 5'000'000;
+
+std::string hapticd_path() {
+  const char* folder = std::getenv("HAPTICD_LIBEXEC");
+  return (folder != nullptr ? std::string(folder) : program_folder()) + "/hapticd";
+}
+
+}  // namespace
+
+std::string program_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
+}
+
+SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
+  const std::string path = hapticd_path();
+  std::vector<std::string> words{path};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const int error = posix_spawn(&pid_, path.c_str(), nullptr, nullptr, argv.data(), environ);
+  if (error != 0) {
+    throw std::runtime_error(path + ": cannot be started (" + std::strerror(error) +
+                             "); build it, or set HAPTICD_LIBEXEC to its folder");
+  }
+}
+
+SessionProcess::~SessionProcess() { stop(); }
+
+std::optional<int> SessionProcess::exit_code() {
+  int status = 0;
+  if (!code_ && waitpid(pid_, &status, WNOHANG) == pid_) {
+    code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  return code_;
+}
+
+int SessionProcess::stop() {
+  if (!exit_code()) kill(pid_, SIGTERM);
+  for (const int64_t start = now_ns(); !exit_code();) {
+    if (now_ns() - start > kStopPatience) kill(pid_, SIGKILL);
+    sleep_until(now_ns() + kPollPeriod);
+  }
+  return *code_;
+}
+
+}  // namespace haptic
