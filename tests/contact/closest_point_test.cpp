@@ -112,8 +112,7 @@ TEST_CASE("closest point: on a triangle it agrees with projection and clamping")
     const MeshData mesh = build_mesh(soup.vertices, soup.triangles);
     const Vec3 p = random.in_box({-2, -2, -2}, {2, 2, 2});
     const ClosestPoint c = closest_point_on_triangle(mesh.view(), 0, p);
-    const Vec3 expected =
-        reference_point(p, soup.vertices[0], soup.vertices[1], soup.vertices[2]);
+    const Vec3 expected = reference_point(p, soup.vertices[0], soup.vertices[1], soup.vertices[2]);
     // slivers lose digits along themselves, hardly in distance
     CAPTURE(i, p, c.point_O, expected);
     REQUIRE(std::fabs(c.distance - norm(p - expected)) < tol(1e-9));

@@ -52,8 +52,8 @@ int check_tree(const TestShape& shape) {
     for (const uint32_t t : below) {
       for (const uint32_t v : mesh.triangles[t]) {
         const Vec3 q = node.box.R_BO * (mesh.vertices[v] - node.box.centre_O);
-        inside = inside && std::fabs(q.x) <= node.box.half.x &&
-                 std::fabs(q.y) <= node.box.half.y && std::fabs(q.z) <= node.box.half.z;
+        inside = inside && std::fabs(q.x) <= node.box.half.x && std::fabs(q.y) <= node.box.half.y &&
+                 std::fabs(q.z) <= node.box.half.z;
       }
     }
     REQUIRE(inside);

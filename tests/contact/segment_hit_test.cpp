@@ -20,7 +20,8 @@ SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to)
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& [a, b, c] = mesh.triangles[i];
     double t = 0;
-    if (segment_enters_triangle(from, to, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], t) &&
+    if (segment_enters_triangle(from, to, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c],
+                                t) &&
         (!best.hit || t < best.t)) {
       best = {true, t, i};
     }
@@ -174,7 +175,8 @@ TEST_CASE("segment hit: a rigid motion of everything changes nothing") {
     for (Vec3& v : turned.vertices) v = X * v;
     const TestShape moved = make_shape(turned);
     for (size_t i = 0; i < trials(2000); ++i) {
-      const Vec3 from = random.near_mesh(still.mesh.view()), to = random.near_mesh(still.mesh.view());
+      const Vec3 from = random.near_mesh(still.mesh.view()),
+                 to = random.near_mesh(still.mesh.view());
       const SegmentHit a = first_hit(still.view(), from, to);
       const SegmentHit b = first_hit(moved.view(), X * from, X * to);
       REQUIRE(a.hit == b.hit);

@@ -23,7 +23,9 @@ inline constexpr size_t kSlowdown = 1;
 #endif
 
 /// Number of random trials, fewer where a sanitizer slows each one down.
-constexpr size_t trials(size_t n) { return n / kSlowdown > 0 ? n / kSlowdown : 1; }
+constexpr size_t trials(size_t n) {
+  return n / kSlowdown > 0 ? n / kSlowdown : 1;
+}
 
 /// A mesh with its tree, owning both.
 struct TestShape {
@@ -89,8 +91,8 @@ inline std::string find_mesh(const std::string& name) {
   return {};
 }
 
-/// Reads a plain OFF file of triangles, independent of the baker; scaled so that the longest side is
-/// `size` metres. No triangles where the mesh is absent.
+/// Reads a plain OFF file of triangles, independent of the baker; scaled so that the longest side
+/// is `size` metres. No triangles where the mesh is absent.
 inline Soup load_off(const std::string& name, double size) {
   const std::string path = find_mesh(name);
   Soup soup;

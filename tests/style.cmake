@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Fails on what a reviewer should not have to look for: the licence line, files that grew too long,
+# test names that CTest would split in two, config keys without a word in the reference.
+# Run: cmake -DROOT=<repository> -P tests/style.cmake
+cmake_minimum_required(VERSION 3.25)
+
+# what others may link is Apache-2.0, the programs are GPL-3.0-or-later
+set(apache_files "^(proto/|clients/examples/|clients/(client|histogram|recorder)\\.)")
+
+# longest allowed, first match wins: files | lines
+set(caps
+  "^CMakeLists\\.txt$ | 100"
+  "^servo/main\\.cpp$ | 120"
+  "^clients/examples/ | 60"
+  "CMakeLists\\.txt$  | 100"
+  "                   | 600")
+
+function(check_length source text)
+  # counted by length: splitting into a list would trip over ; and [
+  string(REPLACE "\n" "" joined "${text}")
+  string(LENGTH "${text}" with_newlines)
+  string(LENGTH "${joined}" without)
+  math(EXPR lines "${with_newlines} - ${without}")
+  foreach(cap IN LISTS caps)
+    string(REGEX MATCH "^([^ ]*) *\\| ([0-9]+)$" found "${cap}")
+    set(files "${CMAKE_MATCH_1}")
+    set(limit "${CMAKE_MATCH_2}")
+    if(files STREQUAL "" OR source MATCHES "${files}")
+      break()
+    endif()
+  endforeach()
+  if(lines GREATER limit)
+    message(SEND_ERROR "${source}: ${lines} lines, ${limit} are allowed; split it")
+  endif()
+endfunction()
+
+function(check_licence source text)
+  set(licence "GPL-3.0-or-later")
+  if(source MATCHES "${apache_files}")
+    set(licence "Apache-2.0")
+  endif()
+  set(comment "//")
+  if(source MATCHES "\\.cmake$")
+    set(comment "#")
+  endif()
+  string(FIND "${text}" "${comment} SPDX-License-Identifier: ${licence}\n" place)
+  if(NOT place EQUAL 0)
+    message(SEND_ERROR
+      "${source}: the first line must be '${comment} SPDX-License-Identifier: ${licence}'")
+  endif()
+endfunction()
+
+function(check_test_names source text)
+  if(text MATCHES "TEST_CASE\\([ \n]*\"[^\"]*;[^\"]*\"")
+    message(SEND_ERROR "${source}: ';' in a test name makes two phantom tests that both pass")
+  endif()
+endfunction()
+
+# every key the config reader asks for is explained to people
+function(check_config_keys source text)
+  file(READ ${ROOT}/docs/config.md reference)
+  string(REGEX MATCHALL "(read_[a-z]+|sections?)\\(\"[a-z_]+\"" calls "${text}")
+  foreach(call IN LISTS calls)
+    string(REGEX REPLACE ".*\"([a-z_]+)\"" "\\1" key "${call}")
+    if(NOT reference MATCHES "[^a-z_]${key}[^a-z_]")
+      message(SEND_ERROR "${source}: the key '${key}' is missing from docs/config.md")
+    endif()
+  endforeach()
+endfunction()
+
+set(patterns)
+foreach(room IN ITEMS proto contact servo sim device-io clients tests)
+  foreach(name IN ITEMS *.h *.cpp *.cmake CMakeLists.txt)
+    list(APPEND patterns ${ROOT}/${room}/${name})
+  endforeach()
+endforeach()
+file(GLOB_RECURSE sources RELATIVE ${ROOT} ${patterns})
+list(APPEND sources CMakeLists.txt)
+
+foreach(source IN LISTS sources)
+  file(READ ${ROOT}/${source} text)
+  check_length(${source} "${text}")
+  if(NOT source MATCHES "CMakeLists\\.txt$")
+    check_licence(${source} "${text}")
+  endif()
+  if(source MATCHES "^tests/.*\\.cpp$")
+    check_test_names(${source} "${text}")
+  elseif(source MATCHES "^proto/config[a-z_]*\\.cpp$")
+    check_config_keys(${source} "${text}")
+  endif()
+endforeach()
+
+list(LENGTH sources count)
+message(STATUS "style: ${count} files looked at")
