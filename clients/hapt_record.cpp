@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <string>
 
 #include "clients/hapt_commands.h"
+#include "clients/realtime_line.h"
 #include "clients/recorder.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
@@ -24,22 +23,6 @@ struct RecordOptions {
   double duration = std::numeric_limits<double>::infinity();  // [s]
   bool json = false, overwrite = false;
 };
-
-std::string read_text(const std::string& path) {
-  if (path.empty()) return "";
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw ConfigError(path + ": cannot be read; name the session's configuration");
-  return std::string((std::istreambuf_iterator<char>(file)), {});
-}
-
-/// What the servo got of what it asked for, in words.
-std::string realtime_status(const SegmentHeader* header) {
-  if (header == nullptr) return "unknown: no servo was running";
-  const uint32_t bits = header->realtime_bits.load();
-  if ((bits & kRealtimeWanted) == 0) return "not asked for";
-  return std::string("fifo ") + ((bits & kRealtimeFifo) != 0 ? "granted" : "refused") +
-         ", locked memory " + ((bits & kRealtimeMemoryLocked) != 0 ? "granted" : "refused");
-}
 
 void print_json(const Recorder& recorder, const TraceWriter& trace, double seconds) {
   std::cout << "[";
@@ -66,7 +49,7 @@ void run_record(const RecordOptions& options) {
   if (!options.overwrite && std::filesystem::exists(options.output)) {
     throw McapError(options.output + ": exists; choose another name or add --overwrite");
   }
-  const std::string config = read_text(options.config);
+  const std::string config = options.config.empty() ? "" : read_config_text(options.config);
   Attachments attachments(connect_session(options.session));
   Recorder recorder(attachments);
   attachments.start();
@@ -77,9 +60,8 @@ void run_record(const RecordOptions& options) {
          !stop_requested()) {
     sleep_until(now_ns() + kDrainPeriodNs);
   }
-  TraceWriter trace(options.output,
-                    recording_metadata(options.session, config,
-                                       realtime_status(recorder.servo_header())));
+  TraceWriter trace(options.output, recording_metadata(options.session, config,
+                                                       realtime_line(recorder.servo_header())));
   std::cerr << "recording to " << options.output << "; Ctrl-C ends it\n";
   const int64_t begin_ns = now_ns();
   double seconds = 0;
@@ -108,7 +90,8 @@ void add_record_command(CLI::App& app) {
   command->add_option("--for", options->duration, "how long [s]; default: until Ctrl-C")
       ->check(CLI::PositiveNumber);
   command->add_option("--session", options->session, "which one; default: the only one running");
-  command->add_option("--config", options->config, "configuration to keep in the recording (.toml)");
+  command->add_option("--config", options->config,
+                      "configuration to keep in the recording (.toml)");
   command->add_flag("--overwrite", options->overwrite, "replace the file where it exists");
   command->add_flag("--json", options->json, "counts as JSON");
   command->callback([options] { run_record(*options); });

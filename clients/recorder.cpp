@@ -11,11 +11,21 @@ namespace {
 constexpr int64_t kFlushPeriodNs = kNsPerSecond / 4;
 constexpr uint64_t kMostPerDrain = 4096;
 
-int64_t time_of(const ServoFrame& frame) { return frame.t_ns; }
-int64_t time_of(const ContactSet& set) { return set.answers_t_ns; }
-int64_t time_of(const SceneFrame& frame) { return frame.t_ns; }
-int64_t time_of(const ControlFrame& frame) { return frame.t_ns; }
-int64_t time_of(const Event& event) { return event.t_ns; }
+int64_t time_of(const ServoFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const ContactSet& set) {
+  return set.answers_t_ns;
+}
+int64_t time_of(const SceneFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const ControlFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const Event& event) {
+  return event.t_ns;
+}
 
 size_t index_of(std::string_view topic) {
   return static_cast<size_t>(find_topic(topic) - kTopics.data());
@@ -24,12 +34,12 @@ size_t index_of(std::string_view topic) {
 }  // namespace
 
 // a state that rarely changes is wanted even when it is older than the recording
-Recorder::Recorder(Attachments& attachments)
-    : servo_{attachments.ring<&ServoChannels::frames>(Start::kNewest),
+Recorder::Recorder(Attachments& attachments, Start start)
+    : servo_{attachments.ring<&ServoChannels::frames>(start),
              attachments.ring<&ServoChannels::events>(Start::kOldest)},
-      contact_{attachments.ring<&ContactChannels::sets>(Start::kNewest),
+      contact_{attachments.ring<&ContactChannels::sets>(start),
                attachments.ring<&ContactChannels::events>(Start::kOldest)},
-      sim_{attachments.ring<&SimChannels::frames>(Start::kNewest),
+      sim_{attachments.ring<&SimChannels::frames>(start),
            attachments.ring<&SimChannels::events>(Start::kOldest)},
       control_{attachments.ring<&ControlChannels::frames>(Start::kOldest),
                attachments.ring<&ControlChannels::events>(Start::kOldest)} {
@@ -50,7 +60,9 @@ void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin
   if (lost == told) return;
   counts_[index_of(topic.name)].lost += lost - told;
   write(trace, kEventTopic,
-        Event{now_ns(), kEventRecordsLost, static_cast<uint32_t>(origin.writer),
+        Event{now_ns(),
+              kEventRecordsLost,
+              static_cast<uint32_t>(origin.writer),
               {static_cast<double>(lost - told), static_cast<double>(lost),
                static_cast<double>(origin.generation), std::is_same_v<T, Event> ? 1.0 : 0.0, 0}});
   told = lost;

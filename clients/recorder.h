@@ -35,7 +35,9 @@ struct TopicCount {
 ///   recorder.finish(trace);
 class Recorder {
  public:
-  explicit Recorder(Attachments& attachments);
+  /// `start`: whether the frames that are in the rings already belong to the recording. The control
+  /// state and the events always do.
+  explicit Recorder(Attachments& attachments, Start start = Start::kNewest);
 
   /// Records all that is new; `t_ns` is now (CLOCK_MONOTONIC). False when the file was ended by an
   /// error: trace.error() says why.

@@ -90,7 +90,10 @@ VerifiedProxy verified_proxy(const ContactSet& set) {
 SessionData load_session(const std::string& log) {
   SessionData data;
   const TraceReader reader(log);
-  data.frames = reader.read(kServo0Topic);
+  // the closing frame of a servo is no tick
+  reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+    if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
+  });
   data.scenes = reader.read(kSimTopic);
   reader.for_each<ContactSet>(kContact0Topic, [&](const ContactSet& set, const Stamp&) {
     data.proxies.push_back(verified_proxy(set));

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "contact/bake_cache.h"
+#include "contact/bake_eye.h"
+#include "contact/bake_read.h"
+#include "contact/bake_repair.h"
+#include "contact/shape/baked_file.h"
+#include "contact/shape/mesh_topology.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kEyeTriangles = 20000;
+constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
+constexpr std::string_view kPrimitive = "primitive:";
+
+std::string millimetres(double metres) {
+  std::ostringstream text;
+  text << 1e3 * metres << " mm";
+  return text.str();
+}
+
+std::string unit_name(double unit) {
+  if (unit == 1e-3) return "'mm'";
+  if (unit == 1e-2) return "'cm'";
+  if (unit == 1) return "'m'";
+  if (unit == 0.0254) return "'inch'";
+  return "of " + millimetres(unit);
+}
+
+/// Longest side of the bounding box of the points that faces use, in file units.
+double longest_side(const PolygonSoup& soup, const std::string& file) {
+  Vec3 lower, upper;
+  bool first = true;
+  for (const auto& polygon : soup.polygons) {
+    for (const size_t i : polygon) {
+      const auto& p = soup.points[i];
+      const Vec3 v{p.x(), p.y(), p.z()};
+      lower = first ? v : component_min(lower, v);
+      upper = first ? v : component_max(upper, v);
+      first = false;
+    }
+  }
+  const Vec3 side = upper - lower;
+  const double longest = std::max({side.x, side.y, side.z});
+  if (first || !(longest > 0))
+    throw MeshError(file + ": no triangle has an area; export a surface");
+  if (!std::isfinite(longest))
+    throw MeshError(file + ": coordinates out of range; export it again");
+  return longest;
+}
+
+/// File units to metres. Without a stated size there is nothing to compare with; without unit and
+/// size the numbers are metres.
+void scale_to_metres(PolygonSoup& soup, const ObjectConfig& object, BakeReport& report) {
+  const double longest = longest_side(soup, report.file);
+  const bool any_unit = object.unit == 0 && object.size > 0;
+  const double scale = any_unit ? object.size / longest : object.unit > 0 ? object.unit : 1;
+  report.size = scale * longest;
+  if (object.size > 0 && std::fabs(report.size - object.size) > kSizeTolerance * object.size) {
+    throw MeshError(report.file + ": states size " + millimetres(object.size) +
+                    " but the file at unit " + unit_name(object.unit) + " is " +
+                    millimetres(report.size) +
+                    ": correct unit or size, or unit = \"any\" to scale");
+  }
+  if (scale == 1) return;
+  for (auto& p : soup.points) p = {scale * p.x(), scale * p.y(), scale * p.z()};
+}
+
+/// The report as text: a line of numbers, then its lines.
+std::string write_report(const BakeReport& r) {
+  std::ostringstream text;
+  text.precision(17);
+  text << r.vertices << " " << r.triangles << " " << r.closed << " " << r.components << " "
+       << r.border_edges << " " << r.degenerate_removed << " " << r.duplicate_removed << " "
+       << r.non_manifold_split << " " << r.self_intersections << " " << r.reoriented << " "
+       << r.size << "\n";
+  for (const std::string& line : r.lines) text << line << "\n";
+  return text.str();
+}
+
+BakeReport read_report(std::span<const char> notes, const std::string& file) {
+  std::istringstream text(std::string(notes.data(), notes.size()));
+  BakeReport r;
+  r.file = file;
+  text >> r.vertices >> r.triangles >> r.closed >> r.components >> r.border_edges >>
+      r.degenerate_removed >> r.duplicate_removed >> r.non_manifold_split >> r.self_intersections >>
+      r.reoriented >> r.size;
+  std::string line;
+  std::getline(text, line);
+  while (std::getline(text, line)) r.lines.push_back(line);
+  return r;
+}
+
+BakedShape make_shape(std::span<const std::byte> bytes, std::shared_ptr<const void> storage,
+                      uint64_t key, const std::string& file) {
+  const BakedContent content = view_baked(bytes, key);
+  return {content.shape,
+          content.eye_vertices,
+          content.eye_normals,
+          content.eye_triangles,
+          read_report(content.notes, file),
+          std::move(storage)};
+}
+
+/// Everything from the soup in file units to the block that is mapped later.
+std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
+                                  const std::string& file, uint64_t key) {
+  BakeReport report;
+  report.file = file;
+  check_soup(soup, file);
+  scale_to_metres(soup, object, report);
+  Soup clean = repair_soup(std::move(soup), object.allow_open != 0, report);
+  const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
+  const ObbTreeData tree = build_obb_tree(mesh.view());
+  const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
+  const std::string notes = write_report(report);
+  return write_baked({{mesh.view(), tree.view()},
+                      eye.vertices,
+                      eye.vertex_normals,
+                      eye.triangles,
+                      {notes.data(), notes.size()}},
+                     key);
+}
+
+BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std::string& file) {
+  const auto storage = std::make_shared<std::vector<std::byte>>(std::move(bytes));
+  return make_shape(*storage, storage, key, file);
+}
+
+uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& path,
+                     const ObjectConfig& object) {
+  std::ostringstream options;
+  options << std::hexfloat << object.unit << " " << object.size << " " << object.allow_open << " "
+          << kBakeVersion << " " << std::filesystem::path(path).extension().string();
+  const std::string text = options.str();
+  return hash_bytes(file_bytes, hash_bytes(std::as_bytes(std::span(text))));
+}
+
+/// The cached shape, or nothing and, where a cache file was unusable, why.
+bool open_cache(const std::string& path, uint64_t key, const std::string& file, BakedShape& shape,
+                std::string& problem) {
+  if (std::error_code error; !std::filesystem::exists(path, error)) return false;
+  try {
+    const MappedFile mapped = map_file(path);
+    shape = make_shape(mapped.bytes, mapped.storage, key, file);
+    shape.report.from_cache = true;
+    return true;
+  } catch (const std::runtime_error& error) {
+    problem = "cache " + path + " was unusable (" + error.what() + "): baked again";
+    return false;
+  }
+}
+
+BakedShape bake_primitive(const ObjectConfig& object, std::string_view kind) {
+  Soup soup;
+  if (kind == "box") {
+    soup = make_box(object.extent);
+  } else if (kind == "sphere") {
+    soup = make_icosphere(0.5 * object.size, object.subdivisions);
+  } else {
+    throw MeshError(std::string(kPrimitive) + std::string(kind) +
+                    ": unknown primitive; use primitive:box or primitive:sphere");
+  }
+  // made in metres: there is no file to disagree with
+  ObjectConfig metres = object;
+  metres.unit = metres.size = 0;
+  return bake_soup(std::move(soup.vertices), std::move(soup.triangles), metres);
+}
+
+MappedFile open_mesh(const std::string& path) {
+  try {
+    return map_file(path);
+  } catch (const std::runtime_error& error) {
+    throw MeshError(path + ": cannot be read (" + error.what() + "); check the path");
+  }
+}
+
+}  // namespace
+
+BakedShape bake_soup(std::vector<Vec3> vertices, std::vector<Triangle> triangles,
+                     const ObjectConfig& object) {
+  PolygonSoup soup;
+  soup.points.reserve(vertices.size());
+  soup.polygons.reserve(triangles.size());
+  for (const Vec3& v : vertices) soup.points.emplace_back(v.x, v.y, v.z);
+  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
+  const std::string name = view(object.mesh).empty()
+                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
+                               : std::string(view(object.mesh));
+  return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
+}
+
+BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit) {
+  const std::string path(view(object.mesh));
+  if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));
+  const MappedFile file = open_mesh(path);
+  const uint64_t key = content_key(file.bytes, path, object);
+  const std::string cached = cache_path(key);
+  BakedShape shape;
+  std::string problem;
+  if (open_cache(cached, key, path, shape, problem)) return shape;
+
+  const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+  const MeshFileFacts facts = scan_mesh_file(text, path, memory_limit);
+  std::vector<std::byte> bytes = bake_bytes(read_mesh_file(path, facts), object, path, key);
+  const std::string refused = write_atomically(cached, bytes);
+  shape = shape_in_memory(std::move(bytes), key, path);
+  // about this run, not about the mesh: after what is kept
+  if (!problem.empty()) shape.report.lines.push_back(problem);
+  if (!refused.empty()) {
+    shape.report.lines.push_back("cache folder " + cache_folder() + " cannot be written (" +
+                                 refused + "): baked at every start; set HAPTICD_CACHE");
+  }
+  return shape;
+}
+
+}  // namespace haptic

@@ -52,7 +52,7 @@ std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& l
 std::vector<fs::path> mesh_folders() {
   std::vector<fs::path> folders;
   if (const char* own = std::getenv("HAPTICD_MESHES"); own != nullptr) folders.emplace_back(own);
-  folders.push_back(fs::path(HAPTICD_SOURCE_DIR) / "build" / "meshes");
+  folders.push_back(fs::path(HAPTIC_SOURCE_DIR) / "build" / "meshes");
   folders.emplace_back("/usr/share/hapticd/meshes");
   return folders;
 }
@@ -152,8 +152,7 @@ void read_hand(Section& device, SimulatedHandConfig& hand) {
   section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
   section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
                          hand.hand_stiffness);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
-                         hand.velocity_cutoff);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
   read_intent(*section, hand.intent);
   section->finish();
 }
@@ -164,12 +163,8 @@ void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_f
   section->require("path", "path = \"hand.csv\"");
   std::string path;
   section->read_text("path", path);
+  // whether it is there is for the device to say: `hapt replay` names another
   const fs::path file = fs::absolute(config_folder / path).lexically_normal();
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) {
-    section->fail_at("path", "was not found: " + file.string() +
-                                 "; relative paths start at the folder of this file");
-  }
   if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
   assign(replay.path, file.string());
   section->read_choice("resampling", words(kResamplings), replay.resampling);
@@ -329,14 +324,17 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   return config;
 }
 
-SessionConfig load_config(const std::string& path) {
+std::string read_config_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;
   if (!file || fs::is_directory(path, error)) {
     throw ConfigError(path + ": cannot be read; check the name, examples are in configs/");
   }
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  return parse_config(text, path);
+  return std::string((std::istreambuf_iterator<char>(file)), {});
+}
+
+SessionConfig load_config(const std::string& path) {
+  return parse_config(read_config_text(path), path);
 }
 
 }  // namespace haptic

@@ -132,6 +132,9 @@ SessionConfig load_config(const std::string& path);
 /// The same for text; `origin` is the path named in errors and the base of relative paths.
 SessionConfig parse_config(std::string_view toml_text, const std::string& origin);
 
+/// The text of a session file as it is, to be kept in a recording. Throws ConfigError.
+std::string read_config_text(const std::string& path);
+
 /// Copies text into a fixed array; throws ConfigError when it does not fit.
 template <size_t N>
 void assign(std::array<char, N>& out, std::string_view text) {

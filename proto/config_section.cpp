@@ -113,10 +113,11 @@ double Section::quantity_of(const toml::node& node, std::string_view key, Dimens
   const std::string example = "write for example \"" + std::string(example_of(dimension)) + "\"";
   const auto text = node.value_exact<std::string_view>();
   if (!text) {
-    fail(node.source(), quoted + (node.is_number() ? std::string("needs a unit")
-                                                   : "is " + type_name(node) +
-                                                         ", not text with a unit") +
-                            "; " + example);
+    fail(node.source(),
+         quoted +
+             (node.is_number() ? std::string("needs a unit")
+                               : "is " + type_name(node) + ", not text with a unit") +
+             "; " + example);
   }
   double value = 0;
   try {
@@ -229,7 +230,8 @@ bool Section::read_rotation(std::string_view key, Quat& out) {
     const auto part = [&](size_t i) { return number_of(*q.get(i), "quaternion", kAny); };
     const Quat typed{part(0), part(1), part(2), part(3)};
     if (!(std::abs(std::sqrt(dot(typed, typed)) - 1) < kUnitTolerance)) {
-      rotation->fail_at("quaternion", "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
+      rotation->fail_at("quaternion",
+                        "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
     }
     out = normalized(typed);
   } else {

@@ -29,8 +29,8 @@ inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), tru
 inline constexpr Range kNotNegative{0};
 
 /// A table whose keys are taken one by one. Each read_* leaves `out` alone where the key is absent
-/// and returns whether it was there; it throws ConfigError with file, line and column where the value
-/// will not do. finish() refuses every key that nobody asked for.
+/// and returns whether it was there; it throws ConfigError with file, line and column where the
+/// value will not do. finish() refuses every key that nobody asked for.
 class Section {
  public:
   /// `name` as the person wrote it: "[device.hand]".

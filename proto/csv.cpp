@@ -188,7 +188,9 @@ Number CsvReader::parse(size_t column, const char* kind) const {
   return value;
 }
 
-double CsvReader::number(size_t column) const { return parse<double>(column, "a finite number"); }
+double CsvReader::number(size_t column) const {
+  return parse<double>(column, "a finite number");
+}
 int64_t CsvReader::integer(size_t column) const {
   return parse<int64_t>(column, "a whole number");
 }

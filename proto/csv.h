@@ -33,7 +33,8 @@ class CsvReader {
   /// Index of a column; throws CsvError, which names the columns there are.
   size_t require(std::string_view column) const;
 
-  /// Reads the next row; false at the end. Throws CsvError when it has not as many cells as columns.
+  /// Reads the next row; false at the end. Throws CsvError when it has not as many cells as
+  /// columns.
   bool next();
   /// A cell of the present row; throws CsvError unless it is one finite number.
   double number(size_t column) const;
@@ -62,9 +63,10 @@ class CsvReader {
 /// in it.
 std::string column_name(const Field& field);
 
-/// Writes a topic of a recording as CSV: one row a record, one column a number, numbers with as many
-/// digits as read back to the same bits. Of an array only as many elements get columns as are used
-/// in the whole file; cells beyond the count of a record stay empty. Returns the number of rows.
+/// Writes a topic of a recording as CSV: one row a record, one column a number, numbers with as
+/// many digits as read back to the same bits. Of an array only as many elements get columns as are
+/// used in the whole file; cells beyond the count of a record stay empty. Returns the number of
+/// rows.
 size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out);
 
 }  // namespace haptic

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "proto/csv.h"
@@ -28,8 +30,8 @@ void append(HandTrace& trace, const DeviceState& sample, double max_gap, const F
   if (!trace.samples.empty()) {
     const DeviceState& last = trace.samples.back();
     if (sample.t_ns <= last.t_ns) {
-      fail("time does not advance: " + as_seconds(sample.t_ns) + " after " +
-           as_seconds(last.t_ns) + "; sort the file by time and remove repeated rows");
+      fail("time does not advance: " + as_seconds(sample.t_ns) + " after " + as_seconds(last.t_ns) +
+           "; sort the file by time and remove repeated rows");
     }
     const double gap = seconds_between(last, sample);
     trace.longest_gap = std::max(trace.longest_gap, gap);
@@ -87,8 +89,7 @@ HandTrace load_export(CsvReader& csv, double max_gap) {
         put(part.offset, static_cast<uint32_t>(csv.integer(part.column)));
       }
     }
-    DeviceState sample;
-    std::memcpy(&sample, bytes.data(), sizeof sample);
+    const DeviceState sample = std::bit_cast<DeviceState>(bytes);
     if ((sample.flags & kDeviceFresh) == 0) continue;
     append(trace, sample, max_gap, [&](const std::string& what) { csv.fail(what); });
   }
@@ -128,8 +129,8 @@ HandTrace load_positions(CsvReader& csv, double max_gap) {
     DeviceState sample = sample_at(csv.number(time));
     sample.X_BH.p = {csv.number(x), csv.number(y), csv.number(z)};
     if (turns) {
-      sample.X_BH.q = normalized(
-          Quat{csv.number(q[0]), csv.number(q[1]), csv.number(q[2]), csv.number(q[3])});
+      sample.X_BH.q =
+          normalized(Quat{csv.number(q[0]), csv.number(q[1]), csv.number(q[2]), csv.number(q[3])});
     }
     append(trace, sample, max_gap, [&](const std::string& what) { csv.fail(what); });
   }

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-/// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove, Lichtblick,
-/// PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
+/// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
+/// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
 namespace haptic {
 
 /// A recording that cannot be made or read: one line "file: what; how to mend".
@@ -62,8 +62,8 @@ struct McapMetadataIndex {
 /// A killed writer loses the chunk it was filling and nothing before it. A full disk loses no chunk
 /// either: before each chunk the space for it *and* for the end of the file is reserved, and where
 /// that is refused the file is ended there, a complete MCAP. Where the file system cannot reserve
-/// and a write falls short, the file is cut back to its last whole chunk. After such a stop `error()`
-/// says what happened, and further messages are refused.
+/// and a write falls short, the file is cut back to its last whole chunk. After such a stop
+/// `error()` says what happened, and further messages are refused.
 class McapWriter {
  public:
   /// Creates or replaces the file. Throws McapError.

@@ -102,7 +102,9 @@ McapReader::File::~File() {
   if (fd >= 0) ::close(fd);
 }
 
-void McapReader::fail(const std::string& what) const { throw McapError(path_ + ": " + what); }
+void McapReader::fail(const std::string& what) const {
+  throw McapError(path_ + ": " + what);
+}
 
 const McapChannel* McapReader::find_channel(std::string_view topic) const {
   for (const McapChannel& c : channels_) {

@@ -112,8 +112,8 @@ void put_chunk_index(Buffer& out, const McapChunkIndex& index) {
 /// Writes all or says no; errno holds the reason.
 bool write_all(int file, const Buffer& bytes, uint64_t offset) {
   for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n = ::pwrite(file, bytes.data() + done, bytes.size() - done,
-                               static_cast<off_t>(offset + done));
+    const ssize_t n =
+        ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n == 0) errno = ENOSPC;
     if (n <= 0) return false;
@@ -139,7 +139,9 @@ McapWriter::McapWriter(const std::string& path) : path_(path) {
   if (!append(start)) throw McapError(error_);
 }
 
-McapWriter::~McapWriter() { close(); }
+McapWriter::~McapWriter() {
+  close();
+}
 
 uint16_t McapWriter::add_schema(std::string_view name, std::string_view encoding,
                                 std::string_view text) {
@@ -152,8 +154,8 @@ uint16_t McapWriter::add_schema(std::string_view name, std::string_view encoding
   return id;
 }
 
-uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic,
-                                 std::string_view encoding, const McapMetadata& metadata) {
+uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
+                                 const McapMetadata& metadata) {
   const uint16_t id = static_cast<uint16_t>(channels_.size() + 1);
   channels_.push_back({id, schema, std::string(topic), std::string(encoding), metadata});
   Buffer record;
@@ -267,9 +269,15 @@ McapWriter::Buffer McapWriter::make_end() const {
       put(groups, uint64_t{out.size() - begin});
     });
   };
-  put_group(kSchema, [&] { for (const auto& s : schemas_) put_schema(out, s); });
-  put_group(kChannel, [&] { for (const auto& c : channels_) put_channel(out, c); });
-  put_group(kChunkIndex, [&] { for (const auto& c : chunks_) put_chunk_index(out, c); });
+  put_group(kSchema, [&] {
+    for (const auto& s : schemas_) put_schema(out, s);
+  });
+  put_group(kChannel, [&] {
+    for (const auto& c : channels_) put_channel(out, c);
+  });
+  put_group(kChunkIndex, [&] {
+    for (const auto& c : chunks_) put_chunk_index(out, c);
+  });
   put_group(kMetadataIndex, [&] {
     for (const McapMetadataIndex& m : metadata_) {
       put_record(out, kMetadataIndex, [&] {

@@ -99,7 +99,7 @@ void die_with_parent(int control_fd) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   // dead before the line above: no signal will come
   pollfd peer{control_fd, POLLIN, 0};
-  if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) request_stop();
+  if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) raise(SIGTERM);
 }
 
 SessionConfig read_config(int config_fd) {

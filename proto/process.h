@@ -59,8 +59,8 @@ bool stop_requested() noexcept;
 /// Raises the flag by hand.
 void request_stop() noexcept;
 
-/// SIGTERM when the parent dies; asks for a stop at once when it is dead already, which the hung-up
-/// socket pair shows (a pid could not: it may be reused).
+/// SIGTERM when the parent dies, and at once when it is dead already, which the hung-up socket pair
+/// shows (a pid could not: it may be reused).
 void die_with_parent(int control_fd);
 
 /// A copy of the configuration in a sealed memfd. Throws SegmentError where the size is not that of
@@ -71,8 +71,9 @@ SessionConfig read_config(int config_fd);
 /// refused segment, and asks for a stop when hapticd is gone.
 AttachOptions child_attach_options(const SessionConfig& config);
 
-/// One child of hapticd. The constructor catches signals, copies the configuration and makes the
-/// segment; everything may throw until start() returns, nothing does afterwards.
+/// One child of hapticd. The constructor copies the configuration and makes the segment. Until
+/// start() returns everything may throw, and SIGTERM ends the process on the spot, so that a long
+/// preparation does not hold up a stop; afterwards nothing throws, and SIGTERM ends the loop.
 template <typename Channels>
 class Child {
  public:
@@ -93,13 +94,14 @@ class Child {
     return attachments_.ring<kMember>(start);
   }
 
-  /// Offers the segment, starts to attach the others, then makes this thread as real time as the
-  /// session wants and the kernel grants (both in the header and in the kStarted event), and says
-  /// that it runs. Without `realtime` in the config nothing is asked for.
+  /// Offers the segment, starts to attach the others, catches the stop signals, then makes this
+  /// thread as real time as the session wants and the kernel grants (both in the header and in the
+  /// kStarted event), and says that it runs. Without `realtime` in the config nothing is asked for.
   RealtimeReport start(RealtimeOptions wanted) {
     offer_segment(arguments_.control_fd, Channels::kId, arguments_.generation, Channels::kName,
                   segment_.fd());
     attachments_.start();
+    catch_stop_signals();
     if (config_.realtime == 0) wanted = {.fifo_priority = 0, .lock_memory = false};
     const RealtimeReport report = enter_realtime(wanted);
     segment_.set_realtime(report);
@@ -135,7 +137,6 @@ class Child {
 
  private:
   static SessionConfig prepare(const ChildArguments& arguments) {
-    catch_stop_signals();
     die_with_parent(arguments.control_fd);
     return read_config(arguments.config_fd);
   }

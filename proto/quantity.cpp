@@ -110,21 +110,24 @@ std::string compact(std::string_view unit) {
 
 }  // namespace
 
-std::string_view example_of(Dimension dimension) { return kind_of(dimension).example; }
+std::string_view example_of(Dimension dimension) {
+  return kind_of(dimension).example;
+}
 
 double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string quoted = "\"" + std::string(text) + "\"";
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc::result_out_of_range) fail(quoted + " is too large or too small", dimension);
+  if (error == std::errc::result_out_of_range)
+    fail(quoted + " is too large or too small", dimension);
   if (error != std::errc()) fail(quoted + " does not begin with a number", dimension);
   if (!std::isfinite(value)) fail(quoted + " is not a finite number", dimension);
 
   const std::string unit = compact(text.substr(static_cast<size_t>(end - text.data())));
   if (unit.empty()) fail(quoted + " needs a unit", dimension);
-  const auto at = std::find_if(kUnits.begin(), kUnits.end(),
-                               [&](const Unit& u) { return u.name == unit; });
+  const auto at =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
   if (at == kUnits.end()) fail(quoted + " has an unknown unit", dimension);
   if (at->dimension != dimension) {
     fail(quoted + " is " + std::string(kind_of(at->dimension).name) + ", not " +

@@ -27,9 +27,9 @@ struct QuantityError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The value in SI units of a number with its unit: "800 N/m", "2 mm", "1 kHz", "90 deg", "4 GiB". A
-/// product may be written "N·s/m", "N*s/m", "N s/m" or "Ns/m". Throws QuantityError: no number, not
-/// finite, no unit, an unknown unit, or the unit of another kind.
+/// The value in SI units of a number with its unit: "800 N/m", "2 mm", "1 kHz", "90 deg", "4 GiB".
+/// A product may be written "N·s/m", "N*s/m", "N s/m" or "Ns/m". Throws QuantityError: no number,
+/// not finite, no unit, an unknown unit, or the unit of another kind.
 double parse_quantity(std::string_view text, Dimension dimension);
 
 /// A value of this kind as a person would write it, for messages: "800 N/m".

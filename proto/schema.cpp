@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstddef>
 #include <stdexcept>
 
@@ -187,6 +188,19 @@ void collect_types(std::string_view text, std::vector<std::string_view>& types) 
   }
 }
 
+/// The definition with its field names in lower case; types and comments stay.
+std::string with_ros_names(std::string_view text) {
+  std::string out(text);
+  const char* begin = text.data();
+  for (Line line; take_line(text, line);) {
+    const size_t at = static_cast<size_t>(line.name.data() - begin);
+    for (size_t i = at; i < at + line.name.size(); ++i) {
+      out[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(out[i])));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Field> flatten(std::string_view text) {
@@ -197,14 +211,14 @@ std::vector<Field> flatten(std::string_view text) {
 }
 
 std::string full_definition(std::string_view text) {
-  std::string whole(text);
+  std::string whole = with_ros_names(text);
   std::vector<std::string_view> types;
   collect_types(text, types);
   for (const std::string_view type : types) {
     whole += std::string(80, '=') + "\nMSG: ";
     whole += type;
     whole += '\n';
-    whole += definition(type);
+    whole += with_ros_names(definition(type));
   }
   return whole;
 }

@@ -50,8 +50,7 @@ McapMetadata recording_metadata(const std::string& session, const std::string& c
 TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata) : mcap_(path) {
   for (size_t i = 0; i < kTopics.size(); ++i) {
     const TopicInfo& topic = kTopics[i];
-    const uint16_t schema =
-        mcap_.add_schema(topic.schema, "ros2msg", full_definition(topic.text));
+    const uint16_t schema = mcap_.add_schema(topic.schema, "ros2msg", full_definition(topic.text));
     channels_[i] = mcap_.add_channel(schema, topic.name, "cdr",
                                      {{"what", std::string(topic.what)},
                                       {"log_time", "CLOCK_REALTIME"},

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -13,8 +15,9 @@
 #include "proto/schema.h"
 #include "proto/wire.h"
 
-/// Recordings: the wire structs in an MCAP file. The payload of a message is the CDR encoding of the
-/// struct, four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time CLOCK_MONOTONIC.
+/// Recordings: the wire structs in an MCAP file. The payload of a message is the CDR encoding of
+/// the struct, four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
+/// CLOCK_MONOTONIC.
 namespace haptic {
 
 /// A topic of a recording and the struct it carries.
@@ -95,9 +98,9 @@ class TraceReader {
                 const std::function<void(const T&, const Stamp&)>& use) const {
     const TopicInfo info{topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), ""};
     for_each_bytes(info, [&](const std::byte* bytes, const Stamp& stamp) {
-      T value;
-      std::memcpy(&value, bytes, sizeof value);
-      use(value, stamp);
+      std::array<std::byte, sizeof(T)> record;
+      std::memcpy(record.data(), bytes, sizeof(T));
+      use(std::bit_cast<T>(record), stamp);
     });
   }
 

@@ -56,6 +56,7 @@ enum ServoFlag : uint32_t {
   kServoPaused = 1u << 10,        // the control frame says pause; zero wrench
   kServoSolverLimit = 1u << 11,   // planes contradict each other or the solver ran out of steps
   kServoTorqueDropped = 1u << 12, // the device has no torque actuators
+  kServoStopped = 1u << 13,       // the closing frame: the loop has ended with a zero wrench
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.

@@ -1,1 +1,50 @@
-int main() { return 0; }
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapticd: starts, watches and restarts the three processes of a session, hands out their rings.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "proto/config.h"
+#include "proto/process.h"
+#include "servo/supervisor.h"
+
+namespace {
+
+struct Options {
+  std::string config_path;
+  std::string session;
+  bool check_only = false;
+  bool json = false;
+};
+
+int run(const Options& options) {
+  const haptic::SessionConfig config = haptic::load_config(options.config_path);
+  if (options.check_only) {
+    std::printf("%s: ok, session '%s', %u objects\n", options.config_path.c_str(),
+                config.name.data(), config.n_objects);
+    return haptic::kExitClean;
+  }
+  const std::string session =
+      options.session.empty() ? std::string(haptic::view(config.name)) : options.session;
+  haptic::HapticdLog log(options.json);
+  return haptic::Supervisor(config, session, log).run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Haptics server: runs the session that a file describes until it is told to stop.");
+  app.add_option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
+      ->required();
+  app.add_option("--session", options.session, "name of the session; default: that in the file");
+  app.add_flag("--check-config", options.check_only, "read and check the file, start nothing");
+  app.add_flag("--log-json", options.json, "one JSON object a line on stderr");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hapticd: %s\n", error.what());
+    return haptic::kExitBadInput;
+  }
+}

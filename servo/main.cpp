@@ -51,6 +51,7 @@ int run(const ChildArguments& arguments) {
 
   uint32_t notable = 0;
   ServoInput input;
+  ServoFrame frame{};
   DeadlineClock clock(period_ns(child.config().servo_rate));
   while (!child.stopping()) {
     const Tick tick = clock.wait();
@@ -64,7 +65,7 @@ int run(const ChildArguments& arguments) {
     input.wake_late_ns = tick.late_ns;
     input.skipped = tick.skipped;
 
-    ServoFrame frame = servo_step(model, state, input);
+    frame = servo_step(model, state, input);
     device->write(frame.F_device_B);
     frame.busy_ns = now_ns() - woke_ns;
     child.channels().frames.publish(frame);
@@ -77,8 +78,12 @@ int run(const ChildArguments& arguments) {
       notable = now_notable;
     }
   }
-  // every way out of the loop ends with a zero wrench
+  // every way out of the loop ends with a zero wrench, and the ring says so
   device->stop();
+  ++frame.tick;
+  frame.F_device_B = {};
+  frame.flags = kServoStopped;
+  child.channels().frames.publish(frame);
   child.finish();
   return kExitClean;
 }

@@ -1,1 +1,60 @@
-int main() { return 0; }
+// SPDX-License-Identifier: GPL-3.0-or-later
+// haptic-sim: moves the scene and publishes where everything is.
+#include <memory>
+
+#include "proto/process.h"
+#include "sim/step.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kPatience_ns = kNsPerSecond;  // for the frames of the sim before this one
+constexpr int64_t kLook_ns = 1'000'000;
+
+/// After a restart: the last frame of the predecessor. hapticd announces in order, so once our own
+/// segment comes back there is nothing older to wait for.
+bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_generation,
+                       SceneFrame& last) {
+  const int64_t give_up_ns = now_ns() + kPatience_ns;
+  bool found = false;
+  while (now_ns() < give_up_ns) {
+    found |= frames.latest(last);
+    if (frames.generation() == own_generation) break;
+    sleep_until(now_ns() + kLook_ns);
+  }
+  return found;
+}
+
+int run(const ChildArguments& arguments) {
+  Child<SimChannels> child(arguments);
+  auto predecessors = child.ring<&SimChannels::frames>(Start::kOldest);
+  auto controls = child.ring<&ControlChannels::frames>(Start::kOldest);
+  const SimModel model = build_sim(child.config());
+  const auto state = std::make_unique<SimState>();
+  child.start({.fifo_priority = 0, .lock_memory = false});
+
+  SceneFrame frame{};
+  if (child.generation() > 1 && last_frame_before(predecessors, child.generation(), frame)) {
+    resume(model, *state, frame);
+  }
+  ControlFrame control{};
+  control.scene_time_scale = 1;
+  DeadlineClock clock(period_ns(child.config().sim_rate));
+  while (!child.stopping()) {
+    const Tick tick = clock.wait();
+    child.beat(tick);
+    controls.latest(control);
+    frame = sim_step(model, *state, tick.deadline_ns, control.scene_time_scale);
+    frame.busy_ns = now_ns() - tick.deadline_ns - tick.late_ns;
+    child.channels().frames.publish(frame);
+  }
+  child.finish();
+  return kExitClean;
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) {
+  return haptic::run_child(argc, argv, haptic::run);
+}

@@ -9,10 +9,6 @@
 
 namespace haptic {
 
-/// How long a reader extrapolates the last SceneFrame by its twists before it holds it still
-/// (design.md §4): a resumed scene has moved on by at most this much.
-inline constexpr int64_t kSceneExtrapolation_ns = 20'000'000;
-
 /// The scene as configured; constant after start.
 struct SimModel {
   uint32_t n_objects = 0;
@@ -32,15 +28,15 @@ struct SimState {
 
 SimModel build_sim(const SessionConfig& config);
 
-/// Scene at t_ns, poses and twists exact; busy_ns is the shell's to fill in. The first step shows the
-/// configured poses. Scene time advances by time_scale (≥ 0) times the time since the last step, and
+/// Scene at t_ns, poses and twists exact; busy_ns is the shell's to fill in. The first step of a new
+/// scene shows the configured poses. Scene time advances by time_scale (≥ 0) times the time since the last step, and
 /// twists are scaled with it; t_ns before the last step repeats that instant.
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale = 1);
 
 /// Continues after a restart: seq follows last.seq and the phases are read from last's poses and
-/// twists. The first step advances by the time since `last`, at most kSceneExtrapolation_ns: that is
-/// where the readers' extrapolation left the objects, so that no outage, however long, makes them
-/// jump. Call before the first step.
+/// twists. The first step advances by the time since `last`, at most kMaxExtrapolation
+/// (proto/scene_pose.h): that is where the readers' extrapolation left the objects, so that no
+/// outage, however long, makes them jump. Call before the first step.
 void resume(const SimModel& model, SimState& state, const SceneFrame& last);
 
 }  // namespace haptic

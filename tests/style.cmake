@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Fails on what a reviewer should not have to look for: the licence line, files that grew too long,
-# test names that CTest would split in two, config keys without a word in the reference.
+# test names that CTest would split in two, config keys and code that the docs do not show as they
+# are.
 # Run: cmake -DROOT=<repository> -P tests/style.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -89,6 +90,16 @@ foreach(source IN LISTS sources)
     check_config_keys(${source} "${text}")
   endif()
 endforeach()
+
+# the README shows the first example as it is compiled
+file(READ ${ROOT}/README.md readme)
+file(READ ${ROOT}/clients/examples/01_watch.cpp example)
+string(FIND "${example}" "#include" start)
+string(SUBSTRING "${example}" ${start} -1 example)
+string(FIND "${readme}" "\n```cpp\n${example}```\n" place)
+if(place EQUAL -1)
+  message(SEND_ERROR "README.md: the client differs from clients/examples/01_watch.cpp; copy it")
+endif()
 
 list(LENGTH sources count)
 message(STATUS "style: ${count} files looked at")

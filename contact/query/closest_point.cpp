@@ -63,9 +63,12 @@ OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, cons
 
 const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
   switch (feature.kind) {
-    case FeatureKind::kVertex: return mesh.vertex_normals[feature.index];
-    case FeatureKind::kEdge: return mesh.edge_normals[feature.index];
-    default: return mesh.face_normals[feature.index];
+    case FeatureKind::kVertex:
+      return mesh.vertex_normals[feature.index];
+    case FeatureKind::kEdge:
+      return mesh.edge_normals[feature.index];
+    default:
+      return mesh.face_normals[feature.index];
   }
 }
 
@@ -78,9 +81,14 @@ ClosestPoint finish(const TriangleMesh& mesh, uint32_t triangle, const OnTriangl
   result.triangle = triangle;
   result.feature.kind = on.kind;
   switch (on.kind) {
-    case FeatureKind::kVertex: result.feature.index = mesh.triangles[triangle][on.index]; break;
-    case FeatureKind::kEdge: result.feature.index = mesh.triangle_edges[triangle][on.index]; break;
-    default: result.feature.index = triangle;
+    case FeatureKind::kVertex:
+      result.feature.index = mesh.triangles[triangle][on.index];
+      break;
+    case FeatureKind::kEdge:
+      result.feature.index = mesh.triangle_edges[triangle][on.index];
+      break;
+    default:
+      result.feature.index = triangle;
   }
   // an open surface has no inside
   result.inside = mesh.closed && dot(p_O - on.point, pseudo_normal(mesh, result.feature)) < 0;

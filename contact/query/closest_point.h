@@ -27,9 +27,9 @@ struct ClosestPoint {
   bool inside = false;  // behind the pseudo-normal of the feature (closed meshes)
 };
 
-/// Closest point of the mesh to p_O within max_distance, with the feature it lies on and the side by
-/// pseudo-normals (Bærentzen & Aanæs 2005; false for open meshes). Depth-first descent of the OBB
-/// tree, nearer child first; exact in double; ties go to the lower triangle index.
+/// Closest point of the mesh to p_O within max_distance, with the feature it lies on and the side
+/// by pseudo-normals (Bærentzen & Aanæs 2005; false for open meshes). Depth-first descent of the
+/// OBB tree, nearer child first; exact in double; ties go to the lower triangle index.
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance);
 
 /// Closest point of one triangle, with its feature (Ericson 2005, §5.1.5).

@@ -21,18 +21,21 @@ struct ProjectedVertex {
 /// follows is exact geometry on one slightly moved mesh: no cracks.
 struct SegmentView {
   Vec3 from_O;
-  int axis = 0;        // the dominant one
+  int axis = 0;  // the dominant one
   double x_per_z = 0, y_per_z = 0;
   double t_per_z = 0;
-  double facing = 1;   // mirrors x where the segment runs down its axis: front areas are negative
+  double facing = 1;  // mirrors x where the segment runs down its axis: front areas are negative
 };
 
 /// Coordinates turned cyclically so that `axis` comes last.
 Vec3 turned(const Vec3& v, int axis) {
   switch (axis) {
-    case 0: return {v.y, v.z, v.x};
-    case 1: return {v.z, v.x, v.y};
-    default: return v;
+    case 0:
+      return {v.y, v.z, v.x};
+    case 1:
+      return {v.z, v.x, v.y};
+    default:
+      return v;
   }
 }
 
@@ -139,9 +142,9 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
   if (shape.tree.nodes.empty() || !look_along(from_O, to_O, view)) return best;
   const Vec3 d_O = to_O - from_O;
   const double slack =
-      kRelativeSlack * std::max({largest_coordinate(from_O), largest_coordinate(to_O),
-                                 largest_coordinate(shape.mesh.lower),
-                                 largest_coordinate(shape.mesh.upper)});
+      kRelativeSlack *
+      std::max({largest_coordinate(from_O), largest_coordinate(to_O),
+                largest_coordinate(shape.mesh.lower), largest_coordinate(shape.mesh.upper)});
   HalfSegment segment = up_to(from_O, d_O, 1);
   const double half_length = norm(segment.half_O);
   // one sibling waits per level

@@ -41,7 +41,9 @@ void for_each_section(Content& content, F&& f) {
   f(content.eye_vertices), f(content.eye_normals), f(content.eye_triangles), f(content.notes);
 }
 
-size_t aligned(size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
+size_t aligned(size_t n) {
+  return (n + kAlignment - 1) / kAlignment * kAlignment;
+}
 
 uint64_t checksum(Header header, std::span<const std::byte> rest) {
   header.checksum = 0;
@@ -87,21 +89,20 @@ void check_mesh(const TriangleMesh& mesh) {
               mesh.vertex_normals.size() == mesh.vertices.size() &&
               mesh.vertex_valence.size() == mesh.vertices.size(),
           "arrays of different lengths");
-  require(all_below(mesh.triangles, mesh.vertices.size()) &&
-              all_below(mesh.triangle_edges, n_edges) &&
-              std::all_of(mesh.edge_faces.begin(), mesh.edge_faces.end(),
-                          [&](const auto& f) {
-                            return f[0] < n_faces && (f[1] < n_faces || f[1] == kNoFace);
-                          }),
-          "an index out of range");
+  require(
+      all_below(mesh.triangles, mesh.vertices.size()) && all_below(mesh.triangle_edges, n_edges) &&
+          std::all_of(
+              mesh.edge_faces.begin(), mesh.edge_faces.end(),
+              [&](const auto& f) { return f[0] < n_faces && (f[1] < n_faces || f[1] == kNoFace); }),
+      "an index out of range");
 }
 
 void check_tree(const ObbTree& tree, size_t n_faces) {
   require(tree.order.size() == n_faces && tree.nodes.empty() == (n_faces == 0),
           "a tree of another mesh");
-  require(std::all_of(tree.order.begin(), tree.order.end(),
-                      [&](uint32_t i) { return i < n_faces; }),
-          "a triangle out of range in the tree");
+  require(
+      std::all_of(tree.order.begin(), tree.order.end(), [&](uint32_t i) { return i < n_faces; }),
+      "a triangle out of range in the tree");
   // children come after their parent: no cycles, and depths in one pass
   std::vector<int> depth(tree.nodes.size(), 0);
   for (size_t i = 0; i < tree.nodes.size(); ++i) {
@@ -110,9 +111,9 @@ void check_tree(const ObbTree& tree, size_t n_faces) {
       require(node.first <= n_faces && node.count <= n_faces - node.first, "a leaf out of range");
       continue;
     }
-    require(node.first > i && uint64_t{node.first} + 1 < tree.nodes.size() &&
-                depth[i] < kMaxTreeDepth,
-            "a broken tree");
+    require(
+        node.first > i && uint64_t{node.first} + 1 < tree.nodes.size() && depth[i] < kMaxTreeDepth,
+        "a broken tree");
     for (const uint32_t child : {node.first, node.first + 1}) {
       depth[child] = std::max(depth[child], depth[i] + 1);
     }
@@ -132,7 +133,8 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed) {
     std::memcpy(words.data(), bytes.data() + i, sizeof words);
     for (size_t k = 0; k < 4; ++k) lanes[k] = mix(lanes[k], words[k]);
   }
-  for (; i < bytes.size(); ++i) lanes[i % 4] = mix(lanes[i % 4], std::to_integer<uint64_t>(bytes[i]));
+  for (; i < bytes.size(); ++i)
+    lanes[i % 4] = mix(lanes[i % 4], std::to_integer<uint64_t>(bytes[i]));
   uint64_t h = bytes.size();
   for (const uint64_t lane : lanes) h = mix(h, lane ^ (lane >> 31));
   h = (h ^ (h >> 32)) * kPrime;
@@ -155,7 +157,8 @@ std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key) {
   s = 0;
   for_each_section(content, [&](const auto& array) {
     const Section& section = header.sections[s++];
-    if (!array.empty()) std::memcpy(bytes.data() + section.offset, array.data(), array.size_bytes());
+    if (!array.empty())
+      std::memcpy(bytes.data() + section.offset, array.data(), array.size_bytes());
   });
   header.checksum = checksum(header, std::span(bytes).subspan(sizeof header));
   std::memcpy(bytes.data(), &header, sizeof header);

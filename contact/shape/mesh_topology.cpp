@@ -98,9 +98,8 @@ void build_normals(MeshData& mesh) {
 }  // namespace
 
 TriangleMesh MeshData::view() const {
-  return {vertices,       triangles,    face_normals,   triangle_edges, edge_faces,
-          vertex_valence, edge_normals, vertex_normals, lower,          upper,
-          closed};
+  return {vertices,     triangles,      face_normals, triangle_edges, edge_faces, vertex_valence,
+          edge_normals, vertex_normals, lower,        upper,          closed};
 }
 
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles) {

@@ -28,8 +28,8 @@ struct MeshData {
 /// Edges, valences, unit normals, angle-weighted pseudo-normals (an edge: the mean of its faces; a
 /// vertex: Σ αᵢ nᵢ over its corners; Bærentzen & Aanæs 2005) and bounds of an indexed mesh;
 /// start-up only. The two sides of an edge are one face that runs through it forwards and one that
-/// runs backwards; what finds no partner is a border, and `closed` means that there is none. Works on
-/// any soup: a zero-area face has a zero normal, an unused vertex too. Indices must be in range.
+/// runs backwards; what finds no partner is a border, and `closed` means that there is none. Works
+/// on any soup: a zero-area face has a zero normal, an unused vertex too. Indices must be in range.
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles);
 
 }  // namespace haptic

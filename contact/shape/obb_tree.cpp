@@ -134,8 +134,8 @@ ObbTreeData build_obb_tree(const TriangleMesh& mesh) {
     items[i] = {{mesh.vertices[tri[0]], mesh.vertices[tri[1]], mesh.vertices[tri[2]]}, i};
   }
   const Vec3 reach = component_max(mesh.upper, -mesh.lower);
-  const double pad = kBoxPad * std::max({std::fabs(reach.x), std::fabs(reach.y),
-                                         std::fabs(reach.z), norm(mesh.upper - mesh.lower)});
+  const double pad = kBoxPad * std::max({std::fabs(reach.x), std::fabs(reach.y), std::fabs(reach.z),
+                                         norm(mesh.upper - mesh.lower)});
   tree.nodes.reserve(items.size());
   tree.nodes.resize(1);
   build_node(tree, items, 0, 0, 0, pad);

@@ -28,8 +28,8 @@ struct ObbNode {
 /// OBB tree over the triangles of a mesh (Gottschalk, Lin, Manocha 1996): boxes from the
 /// area-weighted covariance of the triangles, split at the mean along the longest axis. A view.
 struct ObbTree {
-  std::span<const ObbNode> nodes;     // root first; empty for no triangles
-  std::span<const uint32_t> order;    // triangle indices, grouped by leaf
+  std::span<const ObbNode> nodes;   // root first; empty for no triangles
+  std::span<const uint32_t> order;  // triangle indices, grouped by leaf
 };
 
 inline constexpr int kMaxTreeDepth = 64;  // build_obb_tree never goes deeper: traversal stacks

@@ -5,7 +5,6 @@
 
 #include <catch2/catch.hpp>
 #include <cstring>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,14 +30,12 @@ struct Session {
   std::unique_ptr<TraceWriter> trace;
 
   Session() {
-    path = std::filesystem::temp_directory_path() /
-           ("hapticd_recorder_" + std::to_string(::getpid()) + ".mcap");
+    path = folder.path() + "/run.mcap";
     attachments = std::make_unique<Attachments>(connect_session("recorded"));
     recorder = std::make_unique<Recorder>(*attachments);
     attachments->start();
     trace = std::make_unique<TraceWriter>(path, McapMetadata{});
   }
-  ~Session() { std::filesystem::remove(path); }
 
   template <typename Channels>
   void announce(SegmentWriter<Channels>& writer) {
@@ -95,7 +92,9 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
   SegmentWriter<SimChannels> sim(1);
   SegmentWriter<ControlChannels> control(1);
   // control and events are wanted even when they are older than the recording
-  control.channels().frames.publish({.revision = 9, .t_ns = 3});
+  ControlFrame wanted{};
+  wanted.revision = 9;
+  control.channels().frames.publish(wanted);
   servo.channels().events.publish({.t_ns = 4, .code = 1, .source = 2, .numbers = {5, 6, 7, 8, 9}});
   session.announce(servo);
   session.announce(contact);

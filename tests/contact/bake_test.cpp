@@ -153,11 +153,15 @@ std::string as_binary_ply(const Soup& soup) {
   return out;
 }
 
+/// Rounded to a multiple of 2⁻²⁴: a float where |x| < 1. Not by a cast to float and back, which
+/// g++ 12 drops in a vectorised loop.
+double to_float_grid(double x) { return std::ldexp(std::round(std::ldexp(x, 24)), -24); }
+
 /// A sphere whose coordinates are floats, so that all formats can hold it.
 Soup float_sphere() {
   Soup sphere = make_icosphere(0.05, 2);
   for (Vec3& v : sphere.vertices) {
-    for (int k = 0; k < 3; ++k) v[k] = static_cast<double>(static_cast<float>(v[k]));
+    v = {to_float_grid(v.x), to_float_grid(v.y), to_float_grid(v.z)};
   }
   return sphere;
 }
@@ -212,7 +216,8 @@ TEST_CASE("bake: all formats of one shape give the same mesh in double") {
         std::pair("a.ply", as_text_ply(sphere)), std::pair("b.ply", as_binary_ply(sphere))}) {
     CAPTURE(name);
     const BakedShape baked = bake_object(object_at(bench.write(name, bytes)), kPlenty);
-    CHECK(baked.report.lines.empty());
+    CHECK(all_lines(baked.report) == "");
+    CHECK(baked.shape.mesh.vertices.size() == reference.shape.mesh.vertices.size());
     CHECK(same_shape(baked, reference));
   }
   // doubles survive: no rounding to float on the way

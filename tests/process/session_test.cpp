@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <optional>
+
+#include "proto/handout.h"
+#include "tests/process/hapticd_process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::eventually;
+using test::HapticdProcess;
+using test::TemporaryRuntimeFolder;
+
+/// A scene without files to read, with real time off so that the test needs no rights.
+std::string write_config(const std::string& folder) {
+  const std::string path = folder + "/plane.toml";
+  std::ifstream in(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
+  std::ofstream(path) << in.rdbuf();
+  return path;
+}
+
+/// A folder of programs in which some are replaced by shell scripts.
+class Programs {
+ public:
+  explicit Programs(const std::string& folder) : folder_(folder + "/programs") {
+    std::filesystem::create_directory(folder_);
+    for (const char* name : {"haptic-sim", "haptic-contact", "haptic-servo"}) {
+      std::filesystem::create_symlink(test::program_folder() / name, folder_ + "/" + name);
+    }
+    setenv("HAPTICD_LIBEXEC", folder_.c_str(), 1);
+  }
+  ~Programs() { unsetenv("HAPTICD_LIBEXEC"); }
+  Programs(const Programs&) = delete;
+
+  void replace(const std::string& name, const std::string& script) const {
+    const std::string path = folder_ + "/" + name;
+    std::filesystem::remove(path);
+    std::ofstream(path) << "#!/bin/sh\n" << script << "\n";
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  }
+
+ private:
+  std::string folder_;
+};
+
+/// Attached to the rings of a running session.
+struct Watcher {
+  Attachments attachments;
+  RingSource<&ServoChannels::frames> servo;
+  RingSource<&ContactChannels::sets> contact;
+  RingSource<&SimChannels::frames> sim;
+  RingSource<&ControlChannels::frames> control;
+  ServoFrame servo_frame{};
+  ContactSet contact_set{};
+  SceneFrame scene{};
+  ControlFrame control_frame{};
+
+  explicit Watcher(const std::string& session)
+      : attachments(connect(session)),
+        servo(attachments.ring<&ServoChannels::frames>(Start::kOldest)),
+        contact(attachments.ring<&ContactChannels::sets>(Start::kOldest)),
+        sim(attachments.ring<&SimChannels::frames>(Start::kOldest)),
+        control(attachments.ring<&ControlChannels::frames>(Start::kOldest)) {
+    attachments.start();
+  }
+  static FileDescriptor connect(const std::string& session) {
+    std::optional<FileDescriptor> socket;
+    eventually([&] {
+      try {
+        socket = connect_session(session);
+      } catch (const HandoutError&) {
+      }
+      return socket.has_value();
+    });
+    return std::move(socket.value());
+  }
+  bool wait_for_all() {
+    return eventually([&] { return servo.latest(servo_frame); }) &&
+           eventually([&] { return contact.latest(contact_set); }) &&
+           eventually([&] { return sim.latest(scene); }) &&
+           eventually([&] { return control.latest(control_frame); });
+  }
+};
+
+template <typename Source>
+pid_t writer_of(const Source& source) {
+  return static_cast<pid_t>(source.header()->pid.load());
+}
+
+bool programs_are_built() {
+  for (const char* name : {"hapticd", "haptic-sim", "haptic-contact", "haptic-servo"}) {
+    if (!std::filesystem::exists(test::program_folder() / name)) {
+      WARN("SKIPPED: " << name << " is not built beside this test");
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("session: all rings flow, and SIGTERM ends it cleanly") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "flow"}, folder.path());
+  Watcher watcher("flow");
+  INFO(hapticd.log());
+  REQUIRE(watcher.wait_for_all());
+  CHECK(watcher.control_frame.revision == 1);
+  CHECK(watcher.scene.n_objects == 1);
+  // the circle is closed: contact answers servo frames, the servo uses the answers and the scene
+  CHECK(eventually([&] {
+    watcher.servo.latest(watcher.servo_frame);
+    return watcher.servo_frame.contact_seq > 0 && watcher.servo_frame.scene_seq > 0 &&
+           watcher.servo_frame.control_revision == 1;
+  }));
+  const std::vector<pid_t> children{writer_of(watcher.sim), writer_of(watcher.contact),
+                                    writer_of(watcher.servo)};
+  hapticd.send(SIGTERM);
+  CHECK(hapticd.exit_code() == 0);
+  CHECK_FALSE(std::filesystem::exists(folder.path() + "/flow.sock"));
+  for (const pid_t child : children) CHECK_FALSE(test::is_alive(uint64_t(child)));
+  CHECK(eventually([&] { return !watcher.attachments.is_connected(); }));
+  // each had time to end by itself, and said so
+  CHECK(watcher.servo.header()->state == uint32_t(SegmentState::kDead));
+  CHECK(hapticd.said("servo0: stopped after"));
+  CHECK_FALSE(hapticd.said("is killed"));
+}
+
+TEST_CASE("session: what is killed comes back one generation higher and nobody else notices") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "kill"}, folder.path());
+  Watcher watcher("kill");
+  REQUIRE(watcher.wait_for_all());
+  const pid_t servo = writer_of(watcher.servo);
+
+  kill(writer_of(watcher.contact), SIGKILL);
+  CHECK(eventually([&] {
+    return watcher.contact.latest(watcher.contact_set) && watcher.contact.generation() == 2;
+  }));
+  const SceneFrame before = watcher.scene;
+  kill(writer_of(watcher.sim), SIGKILL);
+  CHECK(eventually(
+      [&] { return watcher.sim.latest(watcher.scene) && watcher.sim.generation() == 2; }));
+  // it goes on from its predecessor's last frame
+  CHECK(watcher.scene.seq > before.seq);
+  INFO(hapticd.log());
+  CHECK(writer_of(watcher.servo) == servo);
+  CHECK(watcher.servo.generation() == 1);
+
+  kill(servo, SIGKILL);
+  CHECK(eventually([&] {
+    return watcher.servo.latest(watcher.servo_frame) && watcher.servo.generation() == 2;
+  }));
+  CHECK(hapticd.said("haptic-servo was killed: Killed; starting it again in 0 ms"));
+}
+
+TEST_CASE("session: when hapticd is killed its processes end by themselves") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "orphans"}, folder.path());
+  Watcher watcher("orphans");
+  REQUIRE(watcher.wait_for_all());
+  const std::vector<pid_t> children{writer_of(watcher.sim), writer_of(watcher.contact),
+                                    writer_of(watcher.servo)};
+  hapticd.send(SIGKILL);
+  CHECK(hapticd.exit_code() == -SIGKILL);
+  for (const pid_t child : children) {
+    CHECK(eventually([&] { return !test::is_alive(uint64_t(child)); }));
+  }
+  // nothing is in the way of the next one
+  HapticdProcess next({write_config(folder.path()), "--session", "orphans"}, folder.path());
+  Watcher again("orphans");
+  CHECK(again.wait_for_all());
+}
+
+TEST_CASE("session: a second hapticd of the same name leaves with one line") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-contact", "exec sleep 1000");
+  programs.replace("haptic-servo", "exec sleep 1000");
+  const std::string config = write_config(folder.path());
+  HapticdProcess first({config, "--session", "twin"}, folder.path());
+  Watcher watcher("twin");
+  HapticdProcess second({config, "--session", "twin"}, folder.path());
+  CHECK(second.exit_code() == 2);
+  CHECK(second.said("'twin' runs already (hapticd, pid " + std::to_string(first.pid())));
+  const std::string said = second.log();
+  CHECK(std::count(said.begin(), said.end(), '\n') == 1);
+  // the first one is none the worse for it
+  CHECK(eventually([&] { return watcher.sim.latest(watcher.scene); }));
+}
+
+TEST_CASE("session: bad input of one process ends the session, it is not tried again") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-servo", "exec sleep 1000");
+  programs.replace("haptic-contact", "echo 'mesh.obj:3: not a number' >&2; exit 2");
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "bad"}, folder.path());
+  CHECK(hapticd.exit_code() == 2);
+  CHECK(hapticd.said("mesh.obj:3: not a number"));
+  CHECK(hapticd.said("haptic-contact cannot run with this input"));
+  CHECK_FALSE(hapticd.said("starting it again"));
+}
+
+TEST_CASE("session: a process that keeps dying is started again ever more slowly") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-servo", "exec sleep 1000");
+  programs.replace("haptic-contact", "exit 1");
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "loop"}, folder.path());
+  std::vector<std::string> delays;
+  CHECK(eventually([&] {
+    delays.clear();
+    std::istringstream lines(hapticd.log());
+    const std::string key = "starting it again in ";
+    for (std::string line; std::getline(lines, line);) {
+      const size_t at = line.find(key);
+      if (at != std::string::npos) delays.push_back(line.substr(at + key.size()));
+    }
+    return delays.size() >= 5;
+  }));
+  CHECK(delays == std::vector<std::string>{"0 ms", "50 ms", "200 ms", "1000 ms", "1000 ms"});
+  // meanwhile the rest of the session runs
+  Watcher watcher("loop");
+  CHECK(eventually([&] { return watcher.sim.latest(watcher.scene); }));
+  CHECK(watcher.sim.generation() == 1);
+}
+
+TEST_CASE("session: a process that does not listen to SIGTERM is killed in the end") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-servo", "exec sleep 1000");
+  programs.replace("haptic-contact", "trap '' TERM; echo ready >&2; while :; do sleep 1; done");
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "deaf"}, folder.path());
+  REQUIRE(eventually([&] { return hapticd.said("ready"); }));
+  hapticd.send(SIGTERM);
+  CHECK(hapticd.exit_code() == 0);
+  CHECK(hapticd.said("haptic-contact did not stop in time and is killed"));
+}
+
+TEST_CASE("session: a config is checked without starting anything") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string config = write_config(folder.path());
+  HapticdProcess good({config, "--check-config"}, folder.path());
+  CHECK(good.exit_code() == 0);
+  CHECK(good.said("ok, session 'plane', 1 objects"));
+  std::ofstream(config, std::ios::app) << "\nnonsense = 1\n";
+  HapticdProcess bad({config, "--check-config"}, folder.path());
+  CHECK(bad.exit_code() == 2);
+  CHECK(bad.said("plane.toml:"));
+  CHECK(running_sessions().empty());
+}
+
+TEST_CASE("session: with --log-json hapticd writes one object a line") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-contact", "exec sleep 1000");
+  programs.replace("haptic-servo", "exec sleep 1000");
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "json", "--log-json"},
+                         folder.path());
+  REQUIRE(
+      eventually([&] { return hapticd.said("\"source\":\"sim\",\"message\":\"started: pid "); }));
+  hapticd.send(SIGTERM);
+  CHECK(hapticd.exit_code() == 0);
+  std::istringstream lines(hapticd.log());
+  for (std::string line; std::getline(lines, line);) {
+    CAPTURE(line);
+    CHECK(line.rfind("{\"time\":\"", 0) == 0);
+    CHECK(line.back() == '}');
+  }
+}
+
+}  // namespace haptic

@@ -170,6 +170,42 @@ TEST_CASE("handout: the old writer's items are read to the end before its succes
   CHECK(seen == std::vector<uint64_t>{101, 102, 200, 300});
   CHECK(client.frames.lost() == 0);
   CHECK(client.frames.generation() == 3);
+
+  // an old generation never takes the place of a newer one
+  announce(server, first);
+  Client late("restart");
+  REQUIRE(serve_until(server, [&] { return late.frames.next(out); }));
+  CHECK(out.seq == 300);
+}
+
+TEST_CASE(
+    "handout: an announcement that comes twice, or under a wrong generation, changes nothing") {
+  int ends[2];
+  REQUIRE(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
+  const FileDescriptor sender(ends[0]);
+  std::atomic<int> errors{0};
+  Attachments attachments(FileDescriptor(ends[1]),
+                          {.on_error = [&](const std::string&) { ++errors; }});
+  SimRing frames = attachments.ring<&SimChannels::frames>(Start::kOldest);
+  auto controls = attachments.source<ControlChannels>();
+  attachments.start();
+  SegmentWriter<SimChannels> first(1), second(2);
+  SegmentWriter<ControlChannels> last(1);
+  publish(first, 10, 1);
+  publish(second, 20, 1);
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 5, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 2, "sim", second.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  // announcements are taken in order: once this one is there, so are the others
+  offer_segment(sender.get(), SegmentId::kControl, 1, "control", last.fd());
+  const int64_t give_up = now_ns() + kPatienceNs;
+  while (controls.channels() == nullptr && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
+  std::vector<uint64_t> seen;
+  for (SceneFrame out; frames.next(out);) seen.push_back(out.seq);
+  CHECK(seen == std::vector<uint64_t>{10, 20});
+  CHECK(errors == 1);
 }
 
 TEST_CASE("handout: losses are exact across generations") {

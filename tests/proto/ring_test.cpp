@@ -146,6 +146,9 @@ TEST_CASE("ring: readers beside a hammering writer see no torn item and lose non
           result.disorder += out.n < next;
           next = out.n + 1;
         }
+        // the oldest item: its slot is the one that is overwritten next
+        const uint64_t end = ring.published();
+        if (end >= 4 && ring.read(end - 4, out)) result.torn += !out.is_whole() || out.n != end - 4;
         if (last_look) break;
       }
       result.lost = cursor.lost;

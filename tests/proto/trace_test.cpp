@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <catch2/catch.hpp>
@@ -21,6 +22,7 @@
 
 #include "proto/csv.h"
 #include "proto/hand_trace.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 
 namespace haptic {
@@ -30,11 +32,9 @@ namespace fs = std::filesystem;
 
 /// A file name of this test alone, not there yet.
 std::string fresh_file(const std::string& name) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("hapticd_trace_" + std::to_string(::getpid()));
-  fs::create_directories(folder);
-  fs::remove(folder / name);
-  return (folder / name).string();
+  static const test::TemporaryFolder folder;
+  fs::remove(folder.path() + "/" + name);
+  return folder.path() + "/" + name;
 }
 
 std::string written(const std::string& name, const std::string& text) {
@@ -50,6 +50,24 @@ T random_record(uint64_t seed) {
   std::array<uint64_t, sizeof(T) / 8> words;
   for (uint64_t& word : words) word = random();
   return std::bit_cast<T>(words);
+}
+
+/// A finite number in every field: its position in the record, scaled so that no digit is zero.
+template <typename T>
+T counted_record(uint64_t seed) {
+  std::array<std::byte, sizeof(T)> bytes{};
+  double n = static_cast<double>(seed);
+  for (const Field& field : flatten(Schema<T>::text)) {
+    n += 1;
+    const double real = n / 3;
+    const uint64_t whole = static_cast<uint64_t>(n) + (uint64_t{1} << 60);
+    const uint32_t count = static_cast<uint32_t>(n);
+    const void* value = field.type == "float64"  ? static_cast<const void*>(&real)
+                        : field.type == "uint32" ? static_cast<const void*>(&count)
+                                                 : static_cast<const void*>(&whole);
+    std::memcpy(&bytes[field.offset], value, field.type == "uint32" ? 4 : 8);
+  }
+  return std::bit_cast<T>(bytes);
 }
 
 template <typename T>
@@ -68,7 +86,9 @@ ServoFrame frame_of(uint64_t tick) {
   return frame;
 }
 
-Stamp stamp_of(const ServoFrame& frame) { return {frame.t_ns, frame.realtime_ns, frame.tick}; }
+Stamp stamp_of(const ServoFrame& frame) {
+  return {frame.t_ns, frame.realtime_ns, frame.tick};
+}
 
 /// Ticks 1, 2, 3, … as they were written, and nothing else.
 uint64_t count_whole(const std::string& path) {
@@ -149,10 +169,9 @@ TEST_CASE("schema: names, offsets and units are those of the struct") {
 
 TEST_CASE("schema: the full text defines every type it names, each once") {
   const std::string text = full_definition(Schema<ServoFrame>::text);
-  for (const char* type :
-       {"geometry_msgs/Pose", "geometry_msgs/Point", "geometry_msgs/Quaternion",
-        "geometry_msgs/Twist", "geometry_msgs/Wrench", "geometry_msgs/Vector3",
-        "haptic_msgs/DeviceState"}) {
+  for (const char* type : {"geometry_msgs/Pose", "geometry_msgs/Point", "geometry_msgs/Quaternion",
+                           "geometry_msgs/Twist", "geometry_msgs/Wrench", "geometry_msgs/Vector3",
+                           "haptic_msgs/DeviceState"}) {
     const std::string head = std::string("MSG: ") + type + "\n";
     CAPTURE(type);
     CHECK(text.find(head) != std::string::npos);
@@ -399,7 +418,39 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
   CHECK(reader.find("object_impulse_W[2].force.x_Ns") == CsvReader::npos);
 }
 
-TEST_CASE("csv: an array has as many columns as the fullest record and empty cells beyond its own") {
+TEST_CASE("trace: a sample for other programs has finite numbers in every field") {
+  // tests/clients/mcap_reader.mjs names a folder and reads what is left there
+  const char* given = std::getenv("HAPTIC_SAMPLE_FOLDER");
+  const fs::path folder = given != nullptr ? fs::path(given) : fs::path(fresh_file("sample"));
+  fs::create_directories(folder);
+  const std::string path = (folder / "sample.mcap").string();
+  constexpr uint64_t kRecords = 400;
+  {
+    TraceWriter trace(path, recording_metadata("sample", "", ""));
+    const auto write = [&]<typename T>(const Topic<T>& topic, uint64_t i) {
+      const Stamp stamp{int64_t(i), int64_t(1000 * i), i};
+      trace.write(topic, counted_record<T>(i), stamp);
+    };
+    for (uint64_t i = 0; i < kRecords; ++i) {
+      write(kServo0Topic, i);
+      if (i % 4 == 0) write(kContact0Topic, i);
+      if (i % 8 == 0) write(kSimTopic, i);
+      if (i % 100 == 0) write(kControlTopic, i);
+      if (i % 50 == 0) write(kEventTopic, i);
+    }
+    REQUIRE(trace.close());
+  }
+  const TraceReader trace(path);
+  for (const TopicInfo& topic : kTopics) {
+    std::string name(topic.name);
+    std::replace(name.begin(), name.end(), '/', '_');
+    std::ofstream csv(folder / (name + ".csv"));
+    CHECK(export_csv(trace, topic, csv) >= 4);
+  }
+}
+
+TEST_CASE(
+    "csv: an array has as many columns as the fullest record and empty cells beyond its own") {
   const std::string path = fresh_file("sets.mcap");
   {
     TraceWriter trace(path, {});
@@ -452,8 +503,9 @@ TEST_CASE("csv: mistakes are told with file and line") {
 
 TEST_CASE("csv: holes longer than max_gap are counted, not refused") {
   ReplayConfig config =
-      replay_of(written("gaps.csv", "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
-                                    "0.06,3,0,0\r\n0.2,4,0,0\r\n"));
+      replay_of(written("gaps.csv",
+                        "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
+                        "0.06,3,0,0\r\n0.2,4,0,0\r\n"));
   config.max_gap = 0.02;
   const HandTrace trace = load_hand_trace(config);
   REQUIRE(trace.samples.size() == 5);

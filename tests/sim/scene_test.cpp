@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/scene_pose.h"
 #include "sim/step.h"
 #include "tests/support/near.h"
 
@@ -115,8 +116,8 @@ TEST_CASE("scene: a restarted sim continues where the last frame's extrapolation
   CHECK(next.seq == last.seq + 1);
   CHECK(next.t_ns == died_ns + outage_ns);
   // the uninterrupted sim at the instant where readers stopped extrapolating
-  const SceneFrame expected =
-      sim_step(model, first, died_ns + std::min(outage_ns, kSceneExtrapolation_ns));
+  const int64_t shown_ns = died_ns + std::min<int64_t>(outage_ns, std::llround(kMaxExtrapolation * 1e9));
+  const SceneFrame expected = sim_step(model, first, shown_ns);
   // asin at the turning point of an oscillation knows the phase to √ε, the position to ε
   constexpr double kPhaseError = 1e-7;
   for (uint32_t i = 0; i < model.n_objects; ++i) {

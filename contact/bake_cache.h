@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace haptic {
+
+/// A file mapped read-only; it lives as long as `storage`.
+struct MappedFile {
+  std::span<const std::byte> bytes;
+  std::shared_ptr<const void> storage;
+};
+
+/// Maps a file; an empty file has no bytes and no storage. Throws std::runtime_error with the
+/// system's reason.
+MappedFile map_file(const std::string& path);
+
+/// Where the shape with this key is kept.
+std::string cache_path(uint64_t key);
+
+/// Writes a file under a temporary name and renames it, so that nobody ever maps half of one.
+/// Returns what went wrong, empty for success.
+std::string write_atomically(const std::string& path, std::span<const std::byte> bytes);
+
+}  // namespace haptic

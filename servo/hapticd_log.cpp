@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd_log.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
+                                     std::pair{kServoNoContactSet, "no contacts yet"},
+                                     std::pair{kServoHolding, "holding"},
+                                     std::pair{kServoFading, "fading"},
+                                     std::pair{kServoStale, "contacts stale"},
+                                     std::pair{kServoReopening, "reopening"},
+                                     std::pair{kServoSaturated, "saturated"},
+                                     std::pair{kServoSoftStart, "soft start"},
+                                     std::pair{kServoFault, "FAULT"},
+                                     std::pair{kServoClutched, "clutched"},
+                                     std::pair{kServoPaused, "paused"},
+                                     std::pair{kServoSolverLimit, "solver limit"},
+                                     std::pair{kServoTorqueDropped, "no torque actuators"}};
+
+uint64_t whole(double number) {
+  return static_cast<uint64_t>(number);
+}
+
+std::string flag_names(uint32_t flags) {
+  std::string text;
+  for (const auto& [flag, name] : kServoFlagNames) {
+    if ((flags & flag) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
+  }
+  return text.empty() ? "all well" : text;
+}
+
+std::string rights(uint32_t bits, int error) {
+  if ((bits & kRealtimeWanted) == 0) return "real time: not asked for";
+  if (error != 0) {
+    return std::string("not real-time here (") + std::strerror(error) + "): run 'hapt doctor'";
+  }
+  RealtimeReport report;
+  report.bits = bits;
+  return report.explain();
+}
+
+std::string json_text(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<int>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+spdlog::level::level_enum spdlog_level(LogLevel level) {
+  switch (level) {
+    case LogLevel::kInfo:
+      return spdlog::level::info;
+    case LogLevel::kWarning:
+      return spdlog::level::warn;
+    case LogLevel::kError:
+      break;
+  }
+  return spdlog::level::err;
+}
+
+}  // namespace
+
+std::string describe_event(const Event& event) {
+  const std::array<double, 5>& n = event.numbers;
+  switch (static_cast<EventCode>(event.code)) {
+    case EventCode::kStarted:
+      return fmt::format("started: pid {}, generation {}; {}", whole(n[0]), whole(n[1]),
+                         rights(static_cast<uint32_t>(n[2]), static_cast<int>(n[3])));
+    case EventCode::kFlagsChanged:
+      return fmt::format("{} (was: {}) at tick {}", flag_names(static_cast<uint32_t>(n[1])),
+                         flag_names(static_cast<uint32_t>(n[0])), whole(n[2]));
+    case EventCode::kAttached:
+      return fmt::format("attached segment {}, generation {}", whole(n[0]), whole(n[1]));
+    case EventCode::kStopped:
+      return fmt::format("stopped after {} cycles, {} skipped", whole(n[0]), whole(n[1]));
+  }
+  return fmt::format("event {}: {} {} {} {} {}", event.code, n[0], n[1], n[2], n[3], n[4]);
+}
+
+LogLevel level_of(const Event& event) {
+  constexpr uint32_t kLoud = kServoFault | kServoStale;
+  const EventCode code = static_cast<EventCode>(event.code);
+  const bool refused = code == EventCode::kStarted && event.numbers[3] > 0;
+  const bool loud =
+      code == EventCode::kFlagsChanged && (static_cast<uint32_t>(event.numbers[1]) & kLoud) != 0;
+  return refused || loud ? LogLevel::kWarning : LogLevel::kInfo;
+}
+
+HapticdLog::HapticdLog(bool json)
+    : logger_(std::make_shared<spdlog::logger>(
+          "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>())),
+      json_(json) {
+  logger_->set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%e%z","level":"%l",%v})"
+                            : "%H:%M:%S.%e %^%l%$ %v");
+  logger_->flush_on(spdlog::level::info);
+}
+
+void HapticdLog::write(LogLevel level, std::string_view source, const std::string& message) {
+  const std::string text =
+      json_ ? fmt::format(R"("source":"{}","message":"{}")", json_text(source), json_text(message))
+            : fmt::format("{}: {}", source, message);
+  logger_->log(spdlog_level(level), text);
+}
+
+void HapticdLog::write_event(std::string_view source, const Event& event) {
+  write(level_of(event), source, describe_event(event));
+}
+
+}  // namespace haptic

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/supervisor.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <span>
+#include <stdexcept>
+
+#include "proto/process.h"
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kLookPeriodNs = 20 * kMs;      // events and pulses
+constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring finds one soon
+constexpr int64_t kLateNs = 20 * kMs;
+constexpr int64_t kHungNs = 250 * kMs;
+constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
+constexpr int64_t kStopNs = 2000 * kMs;
+constexpr int kExitNoProgram = 127;
+
+/// Folder of the programs: $HAPTICD_LIBEXEC, else where hapticd itself lies.
+std::string program_folder() {
+  if (const char* folder = std::getenv("HAPTICD_LIBEXEC"); folder != nullptr && *folder != '\0') {
+    return folder;
+  }
+  char path[PATH_MAX];
+  const ssize_t n = readlink("/proc/self/exe", path, sizeof path);
+  const std::string own(path, n > 0 ? static_cast<size_t>(n) : 0);
+  return own.substr(0, own.rfind('/'));
+}
+
+sigset_t stop_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  return set;
+}
+
+/// From now on the signals are read from a descriptor.
+FileDescriptor take_signals() {
+  const sigset_t set = stop_signals();
+  sigprocmask(SIG_BLOCK, &set, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  return FileDescriptor(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
+}
+
+ControlFrame initial_control(const SessionConfig& config) {
+  ControlFrame frame{};
+  frame.revision = 1;
+  frame.translational_stiffness = config.coupling.translational_stiffness;
+  frame.translational_damping = config.coupling.translational_damping;
+  frame.rotational_stiffness = config.coupling.rotational_stiffness;
+  frame.rotational_damping = config.coupling.rotational_damping;
+  frame.scene_time_scale = 1;
+  frame.renderer = static_cast<uint32_t>(config.renderer);
+  return frame;
+}
+
+/// After fork: only calls that are safe in a copy of a process with threads.
+[[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept) {
+  const sigset_t set = stop_signals();
+  sigprocmask(SIG_UNBLOCK, &set, nullptr);
+  signal(SIGPIPE, SIG_DFL);
+  // own group: Ctrl-C reaches hapticd alone, which stops the servo first
+  setpgid(0, 0);
+  for (const int fd : kept) fcntl(fd, F_SETFD, 0);
+  execv(path, argv);
+  _exit(kExitNoProgram);
+}
+
+std::string how_it_ended(int status) {
+  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status));
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+}  // namespace
+
+int64_t restart_delay_ns(int deaths_in_a_row) {
+  constexpr std::array kDelays{0 * kMs, 50 * kMs, 200 * kMs, 1000 * kMs};
+  const size_t last = kDelays.size() - 1;
+  return kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
+}
+
+Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {
+  if (silent_ns > kHungNs + period_ns) return Pulse::kHung;
+  return silent_ns > kLateNs + period_ns ? Pulse::kLate : Pulse::kFine;
+}
+
+Supervisor::Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log)
+    : log_(log),
+      folder_(program_folder()),
+      server_(session),
+      config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&config, 1)))),
+      signals_(take_signals()),
+      control_frame_(initial_control(config)),
+      processes_{{{"haptic-sim", SegmentId::kSim, "sim", period_ns(config.sim_rate)},
+                  {"haptic-contact", SegmentId::kContact0, "contact0",
+                   period_ns(config.contact_poll_rate)},
+                  {"haptic-servo", SegmentId::kServo0, "servo0", period_ns(config.servo_rate)}}},
+      attachments_(connect_session(session), {.on_error =
+                                                  [&log](const std::string& what) {
+                                                    log.write(LogLevel::kError, "hapticd", what);
+                                                  }}),
+      sim_events_(attachments_.ring<&SimChannels::events>(Start::kOldest)),
+      contact_events_(attachments_.ring<&ContactChannels::events>(Start::kOldest)),
+      servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)) {
+  for (const Process& process : processes_) {
+    const std::string path = folder_ + "/" + process.program;
+    if (access(path.c_str(), X_OK) != 0) {
+      throw std::runtime_error("cannot start " + path + ": " + std::strerror(errno) +
+                               "; build it or set HAPTICD_LIBEXEC to its folder");
+    }
+  }
+}
+
+Supervisor::~Supervisor() {
+  stop_children();
+}
+
+int Supervisor::run() {
+  control_.set_state(SegmentState::kRun);
+  publish_control(now_ns());
+  server_.announce(SegmentId::kControl, 1, ControlChannels::kName, control_.fd());
+  attachments_.start();
+  for (Process& process : processes_) start(process);
+  log_.write(LogLevel::kInfo, "hapticd", "session runs at " + server_.socket_path());
+
+  int64_t next_look_ns = now_ns();
+  int64_t next_control_ns = next_look_ns + kControlPeriodNs;
+  while (!stopping_) {
+    wait_for_work(next_look_ns);
+    for (Process& process : processes_) reap(process);
+    const int64_t t_ns = now_ns();
+    restart_due(t_ns);
+    if (t_ns >= next_control_ns) {
+      publish_control(t_ns);
+      next_control_ns = t_ns + kControlPeriodNs;
+    }
+    if (t_ns >= next_look_ns) {
+      write_events();
+      watch_pulses(t_ns);
+      next_look_ns = t_ns + kLookPeriodNs;
+    }
+  }
+  stop_children();
+  write_events();
+  return exit_code_;
+}
+
+void Supervisor::wait_for_work(int64_t until_ns) {
+  std::array<pollfd, 5> waiting{};
+  waiting[0] = {server_.poll_fd(), POLLIN, 0};
+  waiting[1] = {signals_.get(), POLLIN, 0};
+  for (size_t i = 0; i < processes_.size(); ++i) {
+    // poll ignores the −1 of a process that does not run
+    waiting[2 + i] = {processes_[i].pidfd.get(), POLLIN, 0};
+    if (processes_[i].pid < 0) until_ns = std::min(until_ns, processes_[i].restart_at_ns);
+  }
+  const int64_t left_ns = std::max<int64_t>(until_ns - now_ns(), 0);
+  poll(waiting.data(), waiting.size(), static_cast<int>((left_ns + kMs - 1) / kMs));
+  if (waiting[0].revents != 0) server_.serve({});
+  signalfd_siginfo info;
+  if (read(signals_.get(), &info, sizeof info) == sizeof info) {
+    log_.write(LogLevel::kInfo, "hapticd",
+               std::string("stopping: ") + strsignal(static_cast<int>(info.ssi_signo)));
+    stopping_ = true;
+  }
+}
+
+void Supervisor::start(Process& process) {
+  ++process.generation;
+  const FileDescriptor socket = server_.connect_child(process.id, process.generation);
+  const std::string path = folder_ + "/" + process.program;
+  std::array<std::string, 7> words{path,
+                                   "--config-fd",
+                                   std::to_string(config_file_.get()),
+                                   "--control-fd",
+                                   std::to_string(socket.get()),
+                                   "--generation",
+                                   std::to_string(process.generation)};
+  std::array<char*, 8> argv{};
+  for (size_t i = 0; i < words.size(); ++i) argv[i] = words[i].data();
+  const std::array kept{config_file_.get(), socket.get()};
+
+  const pid_t pid = fork();
+  if (pid == 0) become(path.c_str(), argv.data(), kept);
+  if (pid < 0) throw std::runtime_error(std::string("cannot fork: ") + std::strerror(errno));
+  process.pid = pid;
+  process.pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+  process.started_ns = now_ns();
+  process.pulse = Pulse::kFine;
+}
+
+void Supervisor::reap(Process& process) {
+  int status = 0;
+  if (process.pid < 0 || waitpid(process.pid, &status, WNOHANG) != process.pid) return;
+  process.pid = -1;
+  process.pidfd = {};
+  const int64_t t_ns = now_ns();
+  if (WIFEXITED(status) &&
+      (WEXITSTATUS(status) == kExitBadInput || WEXITSTATUS(status) == kExitNoProgram)) {
+    log_.write(LogLevel::kError, process.name,
+               std::string(process.program) +
+                   " cannot run with this input, for the reason above; the session ends");
+    exit_code_ = kExitBadInput;
+    stopping_ = true;
+    return;
+  }
+  if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
+  const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
+  process.restart_at_ns = t_ns + delay_ns;
+  log_.write(LogLevel::kWarning, process.name,
+             std::string(process.program) + " " + how_it_ended(status) + "; starting it again in " +
+                 std::to_string(delay_ns / kMs) + " ms");
+}
+
+void Supervisor::restart_due(int64_t t_ns) {
+  for (Process& process : processes_) {
+    if (!stopping_ && process.pid < 0 && t_ns >= process.restart_at_ns) start(process);
+  }
+}
+
+void Supervisor::publish_control(int64_t t_ns) {
+  control_frame_.t_ns = t_ns;
+  control_.channels().frames.publish(control_frame_);
+  control_.beat(control_.channels().frames.published(), t_ns);
+}
+
+void Supervisor::watch_pulses(int64_t t_ns) {
+  watch_pulse(processes_[0], sim_events_.header(), t_ns);
+  watch_pulse(processes_[1], contact_events_.header(), t_ns);
+  watch_pulse(processes_[2], servo_events_.header(), t_ns);
+}
+
+void Supervisor::watch_pulse(Process& process, const SegmentHeader* header, int64_t t_ns) {
+  // before its loop runs a process may bake or home for long: no pulse is expected
+  const bool expected = header != nullptr && process.pid >= 0 &&
+                        header->generation.load() == process.generation &&
+                        header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
+  const int64_t silent_ns = expected ? t_ns - header->heartbeat_ns.load() : 0;
+  const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
+  // one line when it gets worse, not one each look
+  if (pulse > process.pulse) {
+    log_.write(pulse == Pulse::kHung ? LogLevel::kError : LogLevel::kWarning, process.name,
+               std::string(pulse == Pulse::kHung ? "hangs: " : "late: ") + "no cycle for " +
+                   std::to_string(silent_ns / kMs) + " ms");
+  }
+  process.pulse = pulse;
+}
+
+template <typename Events>
+void Supervisor::write_events_of(const char* name, Events& events, uint64_t& lost) {
+  for (Event event; events.next(event);) log_.write_event(name, event);
+  if (events.lost() != lost) {
+    log_.write(LogLevel::kWarning, name,
+               std::to_string(events.lost() - lost) + " events came too fast to be written");
+    lost = events.lost();
+  }
+}
+
+void Supervisor::write_events() {
+  write_events_of(processes_[0].name, sim_events_, lost_events_[0]);
+  write_events_of(processes_[1].name, contact_events_, lost_events_[1]);
+  write_events_of(processes_[2].name, servo_events_, lost_events_[2]);
+}
+
+bool Supervisor::wait_for_exit(Process& process, int64_t deadline_ns) {
+  if (process.pid < 0) return true;
+  pollfd waiting{process.pidfd.get(), POLLIN, 0};
+  const int64_t left_ns = std::max<int64_t>(deadline_ns - now_ns(), 0);
+  if (poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs)) <= 0) return false;
+  waitpid(process.pid, nullptr, 0);
+  process.pid = -1;
+  process.pidfd = {};
+  return true;
+}
+
+void Supervisor::stop_children() {
+  const int64_t begin_ns = now_ns();
+  // the servo first: it writes the zero wrench while contact and sim still answer
+  Process& servo = processes_.back();
+  if (servo.pid >= 0) kill(servo.pid, SIGTERM);
+  wait_for_exit(servo, begin_ns + kServoStopNs);
+  for (Process& process : processes_) {
+    if (process.pid >= 0) kill(process.pid, SIGTERM);
+  }
+  for (Process& process : processes_) {
+    if (wait_for_exit(process, begin_ns + kStopNs)) continue;
+    log_.write(LogLevel::kWarning, process.name,
+               std::string(process.program) + " did not stop in time and is killed");
+    kill(process.pid, SIGKILL);
+    waitpid(process.pid, nullptr, 0);
+    process.pid = -1;
+  }
+}
+
+}  // namespace haptic

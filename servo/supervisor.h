@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "proto/config.h"
+#include "proto/handout.h"
+#include "proto/segment.h"
+#include "servo/hapticd_log.h"
+
+namespace haptic {
+
+/// Pause before a process is started again after its n-th death in a row (n = 1, 2, …): none, 50
+/// ms, 200 ms, then 1 s.
+int64_t restart_delay_ns(int deaths_in_a_row);
+
+/// A process that lived this long has recovered: its next death counts as the first.
+inline constexpr int64_t kHealthyNs = 10'000'000'000;
+
+/// What its heartbeat says about a running process.
+enum class Pulse { kFine, kLate, kHung };
+
+/// Late after 20 ms without a cycle, hung after 250 ms (a host may hold the machine up for 90 ms),
+/// both on top of the period of the loop.
+Pulse judge_pulse(int64_t silent_ns, int64_t period_ns);
+
+/// Starts haptic-sim, haptic-contact and haptic-servo, hands out their segments, restarts what dies
+/// and stops everything in the order that ends with a zero wrench.
+class Supervisor {
+ public:
+  /// Takes the session's name; throws HandoutError, SegmentError, or std::runtime_error when a
+  /// program is missing.
+  Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log);
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+
+  /// Runs until a stop signal or a permanent failure; returns hapticd's exit code.
+  int run();
+
+ private:
+  struct Process {
+    const char* program;
+    SegmentId id;
+    const char* name;
+    int64_t period_ns;
+    pid_t pid = -1;  // −1: not running
+    FileDescriptor pidfd = {};
+    uint64_t generation = 0;
+    int deaths_in_a_row = 0;
+    int64_t started_ns = 0;
+    int64_t restart_at_ns = 0;  // while it is not running
+    Pulse pulse = Pulse::kFine;
+  };
+  void start(Process& process);
+  void reap(Process& process);
+  void restart_due(int64_t t_ns);
+  void wait_for_work(int64_t until_ns);
+  void publish_control(int64_t t_ns);
+  void watch_pulses(int64_t t_ns);
+  void watch_pulse(Process& process, const SegmentHeader* header, int64_t t_ns);
+  void write_events();
+  template <typename Events>
+  void write_events_of(const char* name, Events& events, uint64_t& lost);
+  void stop_children();
+  bool wait_for_exit(Process& process, int64_t deadline_ns);
+
+  HapticdLog& log_;
+  std::string folder_;  // of the programs
+  HandoutServer server_;
+  FileDescriptor config_file_;
+  FileDescriptor signals_;
+  SegmentWriter<ControlChannels> control_{1};
+  ControlFrame control_frame_{};
+  std::array<Process, 3> processes_;  // sim, contact, servo: in the order of starting
+  // hapticd reads its children's events like any other client
+  Attachments attachments_;
+  RingSource<&SimChannels::events> sim_events_;
+  RingSource<&ContactChannels::events> contact_events_;
+  RingSource<&ServoChannels::events> servo_events_;
+  std::array<uint64_t, 3> lost_events_{};
+  int exit_code_ = 0;
+  bool stopping_ = false;
+};
+
+}  // namespace haptic
