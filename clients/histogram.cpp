@@ -8,11 +8,12 @@
 namespace haptic {
 namespace {
 
-constexpr int kBits = 7;                             // 2⁷ buckets an octave
+constexpr int kBits = 7;  // 2⁷ buckets an octave
 constexpr uint64_t kPerOctave = uint64_t{1} << kBits;
 constexpr size_t kBuckets = (63 - kBits + 1) * kPerOctave;  // up to the largest int64_t
 
-/// Values below 2⁸ have a bucket each; octave o above them is split by its 7 bits below the top one.
+/// Values below 2⁸ have a bucket each; octave o above them is split by its 7 bits below the top
+/// one.
 size_t bucket_of(uint64_t value) {
   const int shift = std::max(0, static_cast<int>(std::bit_width(value)) - kBits - 1);
   return static_cast<size_t>(static_cast<uint64_t>(shift) * kPerOctave + (value >> shift));

@@ -34,11 +34,20 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -96,9 +105,7 @@ struct Frame {
   double top;
   Range x, y;
 
-  double px(double value) const {
-    return kLeft + kPlotWidth * (value - x.low) / (x.high - x.low);
-  }
+  double px(double value) const { return kLeft + kPlotWidth * (value - x.low) / (x.high - x.low); }
   double py(double value) const {
     return top + kPanelHeight * (1 - (value - y.low) / (y.high - y.low));
   }
@@ -177,8 +184,8 @@ std::string axes(const Frame& frame, bool with_time) {
 }
 
 std::string legend(const Panel& panel, double baseline) {
-  std::string out = format("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight,
-                           baseline);
+  std::string out =
+      format("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight, baseline);
   for (size_t i = 0; i < panel.series.size(); ++i) {
     // no-break spaces keep the distance without shifting the right end, as dx would
     out += format("<tspan fill=\"%s\">\u00a0\u00a0\u00a0━\u00a0</tspan><tspan>",
@@ -200,7 +207,7 @@ std::string panel_body(const Panel& panel, const Frame& frame, bool last) {
   return out;
 }
 
-Range range_of(const std::vector<Series>& all, std::vector<double> Series::* values) {
+Range range_of(const std::vector<Series>& all, std::vector<double> Series::*values) {
   Range range;
   for (const Series& series : all) {
     for (const double value : series.*values) range.include(value);
@@ -241,12 +248,12 @@ std::string svg_document(const std::string& title, const std::vector<Panel>& pan
   const double height =
       kTitleHeight + count * (kPanelHead + kPanelHeight + kPanelGap) - kPanelGap + kFootHeight;
   std::string out =
-      format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
-             "height=\"%.0f\">\n",
-             kWidth, height, kWidth, height) +
+      format(
+          "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
+          "height=\"%.0f\">\n",
+          kWidth, height, kWidth, height) +
       kStyle + "<title>" + escaped(title) + "</title>\n" +
-      "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" +
-      text_at(kLeft, 34, "title", title);
+      "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" + text_at(kLeft, 34, "title", title);
   double top = kTitleHeight + kPanelHead;
   for (size_t i = 0; i < panels.size(); ++i) {
     const Frame frame{top, time, axis_range(range_of(panels[i].series, &Series::y))};

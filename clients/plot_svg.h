@@ -6,7 +6,8 @@
 
 namespace haptic {
 
-/// One line of a panel; x is time [s], not decreasing. Values that are not finite interrupt the line.
+/// One line of a panel; x is time [s], not decreasing. Values that are not finite interrupt the
+/// line.
 struct Series {
   std::string name;
   std::vector<double> x, y;
@@ -20,13 +21,12 @@ struct Panel {
 };
 
 /// Panels stacked over a shared time axis, as a standalone SVG document of fixed width. Of the
-/// samples that fall on one column of pixels the first, lowest, highest and last are drawn: no spike
-/// is lost and the size does not grow with the number of samples. Throws std::runtime_error when a
-/// series has x and y of different length or there is nothing to draw.
+/// samples that fall on one column of pixels the first, lowest, highest and last are drawn: no
+/// spike is lost and the size does not grow with the number of samples. Throws std::runtime_error
+/// when a series has x and y of different length or there is nothing to draw.
 std::string svg_document(const std::string& title, const std::vector<Panel>& panels);
 
 /// The same into a file. Throws std::runtime_error where it cannot be written.
-void write_svg(const std::string& path, const std::string& title,
-               const std::vector<Panel>& panels);
+void write_svg(const std::string& path, const std::string& title, const std::vector<Panel>& panels);
 
 }  // namespace haptic

@@ -35,7 +35,8 @@ size_t index_of(std::string_view topic) {
 
 // a state that rarely changes is wanted even when it is older than the recording
 Recorder::Recorder(Attachments& attachments, Start start)
-    : servo_{attachments.ring<&ServoChannels::frames>(start),
+    : newest_servo_(attachments.source<ServoChannels>()),
+      servo_{attachments.ring<&ServoChannels::frames>(start),
              attachments.ring<&ServoChannels::events>(Start::kOldest)},
       contact_{attachments.ring<&ContactChannels::sets>(start),
                attachments.ring<&ContactChannels::events>(Start::kOldest)},
@@ -81,8 +82,15 @@ void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint
   tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
 }
 
+const SegmentHeader* Recorder::servo_header() noexcept {
+  while (newest_servo_.advance()) {
+  }
+  return newest_servo_.header();
+}
+
 bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   realtime_offset_ns_ = realtime_now_ns() - now_ns();
+  servo_header();  // keeps no old generation mapped
   const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
     drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace);

@@ -49,8 +49,8 @@ class Recorder {
   /// One for each of kTopics, in that order.
   std::array<TopicCount, 5> counts() const { return counts_; }
 
-  /// Header of the servo's segment; null before it came.
-  const SegmentHeader* servo_header() const noexcept { return servo_.frames.header(); }
+  /// Header of the newest servo's segment; null before it came.
+  const SegmentHeader* servo_header() noexcept;
 
  private:
   template <auto kFrames, auto kEvents>
@@ -74,6 +74,7 @@ class Recorder {
   template <typename T>
   void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
 
+  Source<ServoChannels> newest_servo_;
   Feed<&ServoChannels::frames, &ServoChannels::events> servo_;
   Feed<&ContactChannels::sets, &ContactChannels::events> contact_;
   Feed<&SimChannels::frames, &SimChannels::events> sim_;

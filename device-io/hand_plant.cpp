@@ -20,14 +20,15 @@ Vec3 intent_position(const SimulatedHandConfig& config, double t) {
 
 /// One axis over one step: what moves it and where it is.
 struct Axis {
-  double force;       // of the device [N]
-  double intent_step; // the intention moves by this much [m]
-  double stretch;     // x − x_h at the start [m]
-  double velocity;    // at the start [m/s]
+  double force;        // of the device [N]
+  double intent_step;  // the intention moves by this much [m]
+  double stretch;      // x − x_h at the start [m]
+  double velocity;     // at the start [m/s]
 };
 
-/// Displacement and end velocity of an axis. With the mean velocity u, v₁ = 2u − v₀ and all forces at
-/// the middle of the step: u (2M + h(b + b_h) + h²k/2) = 2M v₀ + h F − J, J the friction impulse.
+/// Displacement and end velocity of an axis. With the mean velocity u, v₁ = 2u − v₀ and all forces
+/// at the middle of the step: u (2M + h(b + b_h) + h²k/2) = 2M v₀ + h F − J, J the friction
+/// impulse.
 struct AxisStep {
   double displacement, velocity, friction_loss;
 };
@@ -54,8 +55,7 @@ void account(const SimulatedHandConfig& c, const Axis& axis, const AxisStep& ste
   const double on_hand = c.hand_stiffness * (axis.stretch + slip / 2) + c.hand_damping * slip / h;
   energy.device_work += axis.force * step.displacement;
   energy.intention_work -= on_hand * axis.intent_step;
-  energy.device_loss +=
-      c.damping * step.displacement * step.displacement / h + step.friction_loss;
+  energy.device_loss += c.damping * step.displacement * step.displacement / h + step.friction_loss;
   energy.hand_loss += c.hand_damping * slip * slip / h;
 }
 

@@ -34,12 +34,11 @@ struct HandPlant {
 HandPlant start_plant(const SimulatedHandConfig& config);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in equal steps of at most
-/// kPlantStep_ns. Implicit midpoint rule, solved in closed form; an axis whose momentum friction can
-/// absorb within a step sticks. Second order; without friction it neither makes nor loses energy, so
-/// that it does not shift the stability limit of a sampled wall (semi-implicit Euler at the same
-/// step: 2 % too stiff).
-/// Exactly, whatever the step: change of mechanical_energy = device_work + intention_work −
-/// device_loss − hand_loss.
+/// kPlantStep_ns. Implicit midpoint rule, solved in closed form; an axis whose momentum friction
+/// can absorb within a step sticks. Second order; without friction it neither makes nor loses
+/// energy, so that it does not shift the stability limit of a sampled wall (semi-implicit Euler at
+/// the same step: 2 % too stiff). Exactly, whatever the step: change of mechanical_energy =
+/// device_work + intention_work − device_loss − hand_loss.
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns);
 

@@ -17,13 +17,13 @@ struct Intent {
 /// The parts of a cycle, in order; each starts and ends at rest.
 enum class IntentPart { kReach, kSlide, kLift, kTravel };
 
-/// Where in its cycle the intention is. Reach, slide and lift share stroke_time 1:2:1; travel to the
-/// start of the next stroke takes another half of it.
+/// Where in its cycle the intention is. Reach, slide and lift share stroke_time 1:2:1; travel to
+/// the start of the next stroke takes another half of it.
 struct IntentPhase {
-  uint64_t stroke;   // counts from zero
+  uint64_t stroke;  // counts from zero
   IntentPart part;
-  double fraction;   // of the part, [0, 1]
-  double duration;   // of the part [s]
+  double fraction;  // of the part, [0, 1]
+  double duration;  // of the part [s]
 };
 
 IntentPhase intent_phase(const IntentConfig& config, double t);
@@ -34,8 +34,8 @@ IntentPhase intent_phase(const IntentConfig& config, double t);
 ///  - slides along the arc of that radius to u2, which is u1 turned by stroke_angle;
 ///  - lifts to hover_radius along u2;
 ///  - travels on the sphere of hover_radius, by the shorter arc, to the u1 of stroke k + 1.
-/// The directions are a hash of (seed, k), uniform on the sphere. A tremor of 8 to 12 Hz per axis is
-/// added, at most tremor_amplitude long. A pure function of time, C¹, made of exactly rounded
+/// The directions are a hash of (seed, k), uniform on the sphere. A tremor of 8 to 12 Hz per axis
+/// is added, at most tremor_amplitude long. A pure function of time, C¹, made of exactly rounded
 /// operations only: the same bits on every machine.
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t);
 

@@ -100,8 +100,7 @@ DeviceState HandCurve::between(size_t i, int64_t t_ns) const {
   // Hermite cubic in the form that is exact for equal end points
   const double s2 = s * s, r = 1 - s;
   state.X_BH.p = a.X_BH.p + s2 * (3 - 2 * s) * step + s * r * r * from - s2 * r * to;
-  state.V_BH.v =
-      (6 * s * r * step + r * (1 - 3 * s) * from + s * (3 * s - 2) * to) / h;
+  state.V_BH.v = (6 * s * r * step + r * (1 - 3 * s) * from + s * (3 * s - 2) * to) / h;
   const Vec3 turn_H = to_rotation_vector(conjugate(a.X_BH.q) * b.X_BH.q);
   state.X_BH.q = normalized(a.X_BH.q * from_rotation_vector(s * turn_H));
   state.V_BH.w = rotate(a.X_BH.q, turn_H) / h;
@@ -110,7 +109,7 @@ DeviceState HandCurve::between(size_t i, int64_t t_ns) const {
 }
 
 void HandCurve::differentiate() {
-  const auto none = [&](Vec3 Twist::* part) {
+  const auto none = [&](Vec3 Twist::*part) {
     return std::all_of(samples_.begin(), samples_.end(),
                        [&](const DeviceState& sample) { return sample.V_BH.*part == Vec3{}; });
   };

@@ -13,8 +13,8 @@ namespace haptic {
 /// A recorded hand as a curve over time. Times are those of the recording.
 class HandCurve {
  public:
-  /// Takes at least two samples, strictly increasing in time. Velocities the recording does not have
-  /// (linear, angular, or both all zero) are differentiated from its poses.
+  /// Takes at least two samples, strictly increasing in time. Velocities the recording does not
+  /// have (linear, angular, or both all zero) are differentiated from its poses.
   HandCurve(std::vector<DeviceState> samples, Resampling resampling, double max_gap);
 
   /// The state at t_ns; t_ns of the result is the instant its pose is true at.
@@ -23,7 +23,8 @@ class HandCurve {
   ///    parabola through three neighbours (Catmull–Rom on unequal times, C¹), orientation by slerp
   ///    along the shorter arc, twist the derivative of both; grip blends, buttons hold.
   ///  - Between two samples, hold: the earlier one.
-  ///  - In a hole longer than max_gap: its first sample at rest, kDeviceHeld. After the last sample:
+  ///  - In a hole longer than max_gap: its first sample at rest, kDeviceHeld. After the last
+  ///  sample:
   ///    that one at rest, kDeviceHeld | kDeviceEnded.
   /// kDeviceFresh marks all others; kDeviceHomed and kDeviceSimulated are as recorded.
   DeviceState at(int64_t t_ns) const;

@@ -10,7 +10,9 @@ namespace {
 
 constexpr uint32_t kFlags = kDeviceFresh | kDeviceHomed | kDeviceSimulated;
 
-double quantised(double x, double step) { return step > 0 ? std::floor(x / step) * step : x; }
+double quantised(double x, double step) {
+  return step > 0 ? std::floor(x / step) * step : x;
+}
 
 }  // namespace
 
@@ -56,7 +58,9 @@ void SimulatedHand::write(const Wrench& F_B) {
   held_force_B_ = std::isfinite(size) ? max_force_ / size * F_B.f : Vec3{};
 }
 
-void SimulatedHand::stop() { write({}); }
+void SimulatedHand::stop() {
+  write({});
+}
 
 void SimulatedHand::move_on(int64_t elapsed_ns) {
   const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUp_ns);

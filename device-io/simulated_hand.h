@@ -12,12 +12,12 @@ namespace haptic {
 /// read is later than that, the hand and its intention do not live through.
 inline constexpr int64_t kMaxCatchUp_ns = 50'000'000;
 
-/// A 3-DoF device in a simulated hand, closed loop: the force held between two writes moves it for as
-/// long as really passed between the reads. Its orientation is the identity and torque has no effect.
-/// The position is floor(x/Δ)·Δ per axis; the velocity is its backward difference through a one-pole
-/// low-pass. A force above the actuators' limit is shortened, its direction kept; one that is not
-/// finite is held as zero; both are flagged kDeviceSaturated in the next state. One seed, one
-/// sequence of read times and forces: the same states bit for bit.
+/// A 3-DoF device in a simulated hand, closed loop: the force held between two writes moves it for
+/// as long as really passed between the reads. Its orientation is the identity and torque has no
+/// effect. The position is floor(x/Δ)·Δ per axis; the velocity is its backward difference through a
+/// one-pole low-pass. A force above the actuators' limit is shortened, its direction kept; one that
+/// is not finite is held as zero; both are flagged kDeviceSaturated in the next state. One seed,
+/// one sequence of read times and forces: the same states bit for bit.
 class SimulatedHand final : public Device {
  public:
   explicit SimulatedHand(const DeviceConfig& config);

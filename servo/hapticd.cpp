@@ -13,12 +13,14 @@ namespace {
 struct Options {
   std::string config_path;
   std::string session;
+  std::string replay;
   bool check_only = false;
   bool json = false;
 };
 
 int run(const Options& options) {
-  const haptic::SessionConfig config = haptic::load_config(options.config_path);
+  haptic::SessionConfig config = haptic::load_config(options.config_path);
+  if (!options.replay.empty()) haptic::use_trace(config, options.replay);
   if (options.check_only) {
     std::printf("%s: ok, session '%s', %u objects\n", options.config_path.c_str(),
                 config.name.data(), config.n_objects);
@@ -38,6 +40,7 @@ int main(int argc, char** argv) {
   app.add_option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
       ->required();
   app.add_option("--session", options.session, "name of the session; default: that in the file");
+  app.add_option("--replay", options.replay, "a recorded hand instead of the configured device");
   app.add_flag("--check-config", options.check_only, "read and check the file, start nothing");
   app.add_flag("--log-json", options.json, "one JSON object a line on stderr");
   CLI11_PARSE(app, argc, argv);

@@ -17,6 +17,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "proto/control.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -28,6 +29,7 @@ constexpr int64_t kLookPeriodNs = 20 * kMs;      // events and pulses
 constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring finds one soon
 constexpr int64_t kLateNs = 20 * kMs;
 constexpr int64_t kHungNs = 250 * kMs;
+constexpr int64_t kBakePatienceNs = 60'000 * kMs;  // a hand waits this long for its first contact
 constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
 constexpr int kExitNoProgram = 127;
@@ -56,18 +58,6 @@ FileDescriptor take_signals() {
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_IGN);
   return FileDescriptor(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
-}
-
-ControlFrame initial_control(const SessionConfig& config) {
-  ControlFrame frame{};
-  frame.revision = 1;
-  frame.translational_stiffness = config.coupling.translational_stiffness;
-  frame.translational_damping = config.coupling.translational_damping;
-  frame.rotational_stiffness = config.coupling.rotational_stiffness;
-  frame.rotational_damping = config.coupling.rotational_damping;
-  frame.scene_time_scale = 1;
-  frame.renderer = static_cast<uint32_t>(config.renderer);
-  return frame;
 }
 
 /// After fork: only calls that are safe in a copy of a process with threads.
@@ -136,7 +126,12 @@ int Supervisor::run() {
   publish_control(now_ns());
   server_.announce(SegmentId::kControl, 1, ControlChannels::kName, control_.fd());
   attachments_.start();
-  for (Process& process : processes_) start(process);
+  // the servo last: a hand must not get inside an object while its mesh is still being read
+  Process& servo = processes_.back();
+  for (Process& process : processes_) {
+    if (&process != &servo) start(process);
+  }
+  servo.restart_at_ns = now_ns() + kBakePatienceNs;
   log_.write(LogLevel::kInfo, "hapticd", "session runs at " + server_.socket_path());
 
   int64_t next_look_ns = now_ns();
@@ -172,7 +167,12 @@ void Supervisor::wait_for_work(int64_t until_ns) {
   }
   const int64_t left_ns = std::max<int64_t>(until_ns - now_ns(), 0);
   poll(waiting.data(), waiting.size(), static_cast<int>((left_ns + kMs - 1) / kMs));
-  if (waiting[0].revents != 0) server_.serve({});
+  if (waiting[0].revents != 0) {
+    server_.serve([this](const Announcement& offer, int) {
+      Process& servo = processes_.back();
+      if (offer.id == SegmentId::kContact0 && servo.generation == 0) servo.restart_at_ns = 0;
+    });
+  }
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
     log_.write(LogLevel::kInfo, "hapticd",

@@ -28,9 +28,10 @@ struct SimState {
 
 SimModel build_sim(const SessionConfig& config);
 
-/// Scene at t_ns, poses and twists exact; busy_ns is the shell's to fill in. The first step of a new
-/// scene shows the configured poses. Scene time advances by time_scale (≥ 0) times the time since the last step, and
-/// twists are scaled with it; t_ns before the last step repeats that instant.
+/// Scene at t_ns, poses and twists exact; busy_ns is the shell's to fill in. The first step of a
+/// new scene shows the configured poses. Scene time advances by time_scale (≥ 0) times the time
+/// since the last step, and twists are scaled with it; t_ns before the last step repeats that
+/// instant.
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale = 1);
 
 /// Continues after a restart: seq follows last.seq and the phases are read from last's poses and

@@ -145,9 +145,8 @@ TEST_CASE("plot: nothing to draw and unequal lengths are refused with a reason",
   CHECK_THROWS_WITH(svg_document("none", {}), Catch::Contains("no samples"));
   CHECK_THROWS_WITH(svg_document("odd", {{"p", "N", {{"s", {0, 1}, {0}}}}}),
                     Catch::Contains("2 times and 1 values"));
-  CHECK_THROWS_WITH(
-      write_svg("/nowhere/at/all.svg", "t", {{"p", "N", {{"s", {0, 1}, {0, 1}}}}}),
-      Catch::Contains("/nowhere/at/all.svg: cannot be written"));
+  CHECK_THROWS_WITH(write_svg("/nowhere/at/all.svg", "t", {{"p", "N", {{"s", {0, 1}, {0, 1}}}}}),
+                    Catch::Contains("/nowhere/at/all.svg: cannot be written"));
 }
 
 TEST_CASE("histogram: percentiles are those of the sorted values to one part in 128", "[clients]") {

@@ -53,6 +53,8 @@ struct Session {
       server.serve({});
       recorder->drain(*trace, now_ns());
     }
+    // a segment may have come since: from here on its rings are read
+    recorder->drain(*trace, now_ns());
     return true;
   }
 

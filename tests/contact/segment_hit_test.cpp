@@ -94,6 +94,17 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
   compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(4000));
   compare_with_brute_force(make_shape(make_grid(0.05, 12)), 3, trials(8000));
   compare_with_brute_force(make_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
+  // sheets close behind one another: the first hit shadows many
+  Soup sheets;
+  for (int k = 0; k < 30; ++k) {
+    const Soup grid = make_grid(0.05, 4);
+    const auto first = static_cast<uint32_t>(sheets.vertices.size());
+    for (const Vec3& v : grid.vertices) sheets.vertices.push_back(v + Vec3{0, 0, 0.001 * k});
+    for (const auto& [a, b, c] : grid.triangles) {
+      sheets.triangles.push_back({first + a, first + b, first + c});
+    }
+  }
+  compare_with_brute_force(make_shape(sheets), 6, trials(8000));
   const Soup bunny = load_off("bunny00.off", 0.1);
   if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 5, trials(300));
 }

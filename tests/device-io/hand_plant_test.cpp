@@ -31,8 +31,8 @@ SimulatedHandConfig bare_device(double mass, double damping) {
 struct SampledWall {
   double stiffness, damping;
   int64_t period_ns;
-  int delay = 0;         // whole samples from measurement to force
-  double encoder = 0;    // position quantum [m]
+  int delay = 0;       // whole samples from measurement to force
+  double encoder = 0;  // position quantum [m]
 };
 
 /// A bilateral wall at x = 0, as a servo would render it: sampled, held, backward difference.
@@ -68,7 +68,8 @@ class WallLoop {
   double last_ = 0;
 };
 
-/// Largest |x| of the last quarter of the run against that of the second quarter: above one, it grows.
+/// Largest |x| of the last quarter of the run against that of the second quarter: above one, it
+/// grows.
 double growth(const SimulatedHandConfig& device, const SampledWall& wall, double seconds) {
   WallLoop loop(device, wall, -0.0005, 0);
   const auto periods = static_cast<int>(seconds * 1e9 / static_cast<double>(wall.period_ns));
@@ -97,8 +98,7 @@ TEST_CASE("hand plant: a constant force gives the closed-form motion", "[device-
   // second order: (h b/m)²·t·b/m/12 of the exponential is 4e-9
   constexpr double kIntegrator = 2e-8;
   CHECK_THAT(plant.v_B, IsNear({rest + (v0 - rest) * decay, 0, 0}, kIntegrator));
-  CHECK_THAT(plant.p_B,
-             IsNear({rest * t + (v0 - rest) * (1 - decay) * m / b, 0, 0}, kIntegrator));
+  CHECK_THAT(plant.p_B, IsNear({rest * t + (v0 - rest) * (1 - decay) * m / b, 0, 0}, kIntegrator));
 }
 
 TEST_CASE("hand plant: the error of the integrator falls with the square of the step",
@@ -247,7 +247,8 @@ TEST_CASE("hand plant: far outside the limit of Abbott and Okamura a quantised w
   CHECK(largest > 10 * step);
 }
 
-// algorithms.md 8.3: with displacements y of the held steps the spring leaks, Σ K y_k(y_{k+1} − y_k)
+// algorithms.md 8.3: with displacements y of the held steps the spring leaks, Σ K y_k(y_{k+1} −
+// y_k)
 TEST_CASE("hand plant: a held spring leaks half K times the sum of squared displacements",
           "[device-io]") {
   SimulatedHandConfig device = bare_device(0.1, 0.8);
@@ -260,8 +261,8 @@ TEST_CASE("hand plant: a held spring leaks half K times the sum of squared displ
     loop.step();
     const double y = loop.plant.p_B.x, dy = y - previous;
     squares += dy * dy;
-    paired += K * previous * dy;    // the force held with the displacement it was held over
-    wrongly_paired += K * y * dy;   // the backward difference
+    paired += K * previous * dy;   // the force held with the displacement it was held over
+    wrongly_paired += K * y * dy;  // the backward difference
     previous = y;
   }
   const double potential = K / 2 * (previous * previous - start * start);

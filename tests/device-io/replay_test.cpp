@@ -35,7 +35,8 @@ DeviceState sample_at(int64_t t_ns) {
   const double t = 1e-9 * static_cast<double>(t_ns);
   DeviceState sample{};
   sample.t_ns = t_ns;
-  sample.X_BH = {position(t), from_rotation_vector(t * kSpin)};
+  // turned at the start, so that B and H are told apart
+  sample.X_BH = {position(t), from_rotation_vector(t * kSpin) * from_rotation_vector({1, 2, -1})};
   sample.flags = kDeviceFresh | kDeviceHomed;
   return sample;
 }
@@ -46,7 +47,9 @@ std::vector<DeviceState> recording(int64_t step_ns, int count, int64_t start_ns 
   return samples;
 }
 
-Vec3 rotation_between(const Quat& a, const Quat& b) { return to_rotation_vector(b * conjugate(a)); }
+Vec3 rotation_between(const Quat& a, const Quat& b) {
+  return to_rotation_vector(b * conjugate(a));
+}
 
 }  // namespace
 
@@ -241,9 +244,10 @@ TEST_CASE("replay: the force has no effect and people are told so", "[device-io]
     REQUIRE(a.X_BH == b.X_BH);
   }
   CHECK(pushed.caps().open_loop);
-  CHECK(pushed.resampling() ==
-        "open-loop replay: 91 samples, 1.0 s, 90.0 Hz; resampled by cubic and slerp, samples on the "
-        "grid exact; 1 holes over 20 ms held");
+  CHECK(
+      pushed.resampling() ==
+      "open-loop replay: 91 samples, 1.0 s, 90.0 Hz; resampled by cubic and slerp, samples on the "
+      "grid exact; 1 holes over 20 ms held");
 }
 
 TEST_CASE("replay: a real recorded hand opens as a device and is met on its own grid",

@@ -19,7 +19,9 @@ namespace {
 constexpr double kAlgebra = 1e-12;
 constexpr int64_t kMs = 1'000'000;
 
-TickTime tick_at(int64_t t_ns) { return {t_ns, t_ns}; }
+TickTime tick_at(int64_t t_ns) {
+  return {t_ns, t_ns};
+}
 
 DeviceState read_at(Device& device, int64_t t_ns) {
   DeviceState state{};

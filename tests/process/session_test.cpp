@@ -14,7 +14,7 @@ using test::eventually;
 using test::HapticdProcess;
 using test::TemporaryRuntimeFolder;
 
-/// A scene without files to read, with real time off so that the test needs no rights.
+/// A scene without files to read.
 std::string write_config(const std::string& folder) {
   const std::string path = folder + "/plane.toml";
   std::ifstream in(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");

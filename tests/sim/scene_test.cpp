@@ -42,7 +42,9 @@ SimModel three_objects() {
   return build_sim(config);
 }
 
-Vec3 rotation_between(const Quat& a, const Quat& b) { return to_rotation_vector(b * conjugate(a)); }
+Vec3 rotation_between(const Quat& a, const Quat& b) {
+  return to_rotation_vector(b * conjugate(a));
+}
 
 }  // namespace
 
@@ -116,7 +118,8 @@ TEST_CASE("scene: a restarted sim continues where the last frame's extrapolation
   CHECK(next.seq == last.seq + 1);
   CHECK(next.t_ns == died_ns + outage_ns);
   // the uninterrupted sim at the instant where readers stopped extrapolating
-  const int64_t shown_ns = died_ns + std::min<int64_t>(outage_ns, std::llround(kMaxExtrapolation * 1e9));
+  const int64_t shown_ns =
+      died_ns + std::min<int64_t>(outage_ns, std::llround(kMaxExtrapolation * 1e9));
   const SceneFrame expected = sim_step(model, first, shown_ns);
   // asin at the turning point of an oscillation knows the phase to √ε, the position to ε
   constexpr double kPhaseError = 1e-7;
