@@ -5,9 +5,9 @@ namespace CLI {
 class App;
 }
 
-/// The sub-commands of `hapt`, one file each. Each function adds its command and what it does to the
-/// app; the work runs while the app parses. It throws std::exception (one line for people, exit code
-/// 1), or CLI::RuntimeError where the exit code is all there is to say.
+/// The sub-commands of `hapt`, one file each. Each function adds its command and what it does to
+/// the app; the work runs while the app parses. It throws std::exception (one line for people, exit
+/// code 1), or CLI::RuntimeError where the exit code is all there is to say.
 namespace haptic {
 
 void add_demo_command(CLI::App& app);

@@ -24,10 +24,10 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kDrainPeriod = 10'000'000;             // [ns]
-constexpr int64_t kProgressPeriod = kNsPerSecond / 4;    // [ns]
-constexpr int64_t kStartPatience = 60 * kNsPerSecond;    // a mesh may have to be baked first
-constexpr double kNoNewsLimit = 10;                      // a session that shows nothing is broken [s]
+constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
+constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
+constexpr int64_t kStartPatience = 60 * kNsPerSecond;  // a mesh may have to be baked first
+constexpr double kNoNewsLimit = 10;                    // a session that shows nothing is broken [s]
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
@@ -153,11 +153,17 @@ void add_coverage_rows(const std::string& name, const SessionData& data, size_t 
   // grid points skipped over the end of the recording cost no sample
   const auto covered = static_cast<double>(last.tick - data.frames.front().tick);
   const double beyond = std::max(0.0, covered - static_cast<double>(samples));
-  const double skipped =
-      static_cast<double>(last.skipped - data.frames.front().skipped) - beyond;
+  const double skipped = static_cast<double>(last.skipped - data.frames.front().skipped) - beyond;
   const double total = used + skipped;
-  rows.push_back({name, "samples of the recorded hand", static_cast<double>(samples), "", "", {}, {}, {}});
-  rows.push_back({name, "frames plus counted skips", total, "", "", {}, static_cast<double>(samples),
+  rows.push_back(
+      {name, "samples of the recorded hand", static_cast<double>(samples), "", "", {}, {}, {}});
+  rows.push_back({name,
+                  "frames plus counted skips",
+                  total,
+                  "",
+                  "",
+                  {},
+                  static_cast<double>(samples),
                   total == static_cast<double>(samples)});
 }
 
@@ -194,7 +200,8 @@ void play(PlayOptions options) {
 
   // baked here once, so that contact finds it in the cache and the judge has it too
   const std::vector<BakedShape> baked = bake_all(config);
-  TraceWriter trace(options.log, recording_metadata(options.session, read_text(options.config), ""));
+  TraceWriter trace(options.log,
+                    recording_metadata(options.session, read_text(options.config), ""));
   const Played played = play_and_record(options, config, seconds, trace);
   SessionData data = load_session(options.log);
   data.lost = played.lost;

@@ -46,8 +46,8 @@ EvalRun run_lockstep(const SessionConfig& config, const std::vector<MeshShape>& 
       run.data.scenes.push_back(lockstep.scene());
     }
     const ContactSet* set = lockstep.contacts();
-    if (set != nullptr && (run.data.proxies.empty() ||
-                           run.data.proxies.back().answers_t_ns != set->answers_t_ns)) {
+    if (set != nullptr &&
+        (run.data.proxies.empty() || run.data.proxies.back().answers_t_ns != set->answers_t_ns)) {
       run.data.proxies.push_back(verified_proxy(*set));
     }
   }
@@ -68,8 +68,14 @@ void add_lab_rows(const std::string& name, EvalRun first, const EvalRun& second,
     add("one tick, all three steps max", first.step_seconds.back(), "s");
   }
   const bool same = first.hash == second.hash && n == second.step_seconds.size();
-  rows.push_back({name, "runs that differ from the first, of 1 repeated", same ? 0.0 : 1.0, "", "",
-                  {}, 0.0, same});
+  rows.push_back({name,
+                  "runs that differ from the first, of 1 repeated",
+                  same ? 0.0 : 1.0,
+                  "",
+                  "",
+                  {},
+                  0.0,
+                  same});
 }
 
 void run_eval(const EvalOptions& options) {
@@ -107,18 +113,19 @@ void run_eval(const EvalOptions& options) {
 
 void add_eval_command(CLI::App& app) {
   const auto options = std::make_shared<EvalOptions>();
-  CLI::App* command =
-      app.add_subcommand("eval", "Run a session offline in lockstep and judge it");
+  CLI::App* command = app.add_subcommand("eval", "Run a session offline in lockstep and judge it");
   command->add_option("--config", options->config, "session file")->capture_default_str();
   command->add_option("--trace", options->trace, "recorded hand instead of the configured device");
   command->add_option("--for", options->duration, "how long a simulated hand plays [s]")
       ->capture_default_str();
-  command->add_option("--contact-period", options->lockstep.contact_period,
-                      "servo ticks between two contact steps")
+  command
+      ->add_option("--contact-period", options->lockstep.contact_period,
+                   "servo ticks between two contact steps")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--contact-latency", options->lockstep.contact_latency,
-                      "ticks until an answer is visible; 0: within the tick")
+  command
+      ->add_option("--contact-latency", options->lockstep.contact_latency,
+                   "ticks until an answer is visible; 0: within the tick")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   command->add_option("--plot", options->plot, "draw force, depth and lateness to this .svg");

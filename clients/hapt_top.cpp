@@ -32,14 +32,15 @@ struct Line {
   std::string name;
   std::string state = "---";
   uint64_t generation = 0;
-  double rate = 0;                       // [Hz]
+  double rate = 0;                                     // [Hz]
   double wait_p99 = -1, busy_p50 = -1, busy_p99 = -1;  // [s]
   uint64_t items = 0, lost = 0;
 };
 
 double quantile(std::vector<double>& values, double q) {
   if (values.empty()) return -1;
-  const auto i = std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())));
+  const auto i =
+      std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values.end());
   return values[i];
 }
@@ -85,7 +86,9 @@ Line watch(const std::string& name, Source& source, double seconds, Busy busy, W
   return line;
 }
 
-std::string cell(double seconds) { return seconds < 0 ? "---" : readable(seconds, "s"); }
+std::string cell(double seconds) {
+  return seconds < 0 ? "---" : readable(seconds, "s");
+}
 
 void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
                   const SegmentHeader* servo) {
@@ -146,11 +149,11 @@ void run_top(const TopOptions& options) {
     last_ns = t_ns;
     const auto busy = [](const auto& item) { return item.busy_ns; };
     const auto no_wait = [](const auto&) { return int64_t{-1}; };
-    const std::vector<Line> lines{
-        watch("servo0", servo, seconds, busy,
-              [](const ServoFrame& f) { return f.wake_late_ns; }, frame),
-        watch("contact0", contact, seconds, busy, no_wait, set),
-        watch("sim", sim, seconds, busy, no_wait, scene)};
+    const std::vector<Line> lines{watch(
+                                      "servo0", servo, seconds, busy,
+                                      [](const ServoFrame& f) { return f.wake_late_ns; }, frame),
+                                  watch("contact0", contact, seconds, busy, no_wait, set),
+                                  watch("sim", sim, seconds, busy, no_wait, scene)};
     if (options.json) {
       print_screen_json(lines, frame);
       continue;

@@ -36,7 +36,9 @@ std::string json_number(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? format("%.9g", *value) : "null";
 }
 
-bool is_count(double value) { return value == std::floor(value) && std::fabs(value) < 1e15; }
+bool is_count(double value) {
+  return value == std::floor(value) && std::fabs(value) < 1e15;
+}
 
 std::string verdict(const Row& row) {
   if (!row.holds) return "";
@@ -101,8 +103,11 @@ void print_json(std::ostream& out, const std::vector<Row>& rows) {
         << ", \"peer\": " << (row.peer.empty() ? "null" : json_string(row.peer))
         << ", \"peer_value\": " << json_number(row.peer_value)
         << ", \"ratio\": " << json_number(row.ratio()) << ", \"goal\": " << json_number(row.goal)
-        << ", \"holds\": " << (!row.holds ? "null" : *row.holds ? "true" : "false") << "}"
-        << (i + 1 < rows.size() ? ",\n" : "\n");
+        << ", \"holds\": "
+        << (!row.holds   ? "null"
+            : *row.holds ? "true"
+                         : "false")
+        << "}" << (i + 1 < rows.size() ? ",\n" : "\n");
   }
   out << "]\n";
 }

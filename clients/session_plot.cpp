@@ -24,9 +24,11 @@ void plot_session(const std::string& path, const std::string& title, const Sessi
     t.push_back(static_cast<double>(f.t_ns - data.frames.front().t_ns) * 1e-9);
   }
   const std::vector<Panel> panels{
-      {"force at the device", "N",
+      {"force at the device",
+       "N",
        {series("|F|", data, t, [](const ServoFrame& f) { return norm(f.F_device_B.f); })}},
-      {"depth of the hand", "mm",
+      {"depth of the hand",
+       "mm",
        {series("depth", data, t, [](const ServoFrame& f) { return 1e3 * f.depth; })}},
       {"wake lateness", "µs", {series("late", data, t, [](const ServoFrame& f) {
          return 1e-3 * static_cast<double>(f.wake_late_ns);

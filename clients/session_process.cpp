@@ -44,7 +44,9 @@ SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
   }
 }
 
-SessionProcess::~SessionProcess() { stop(); }
+SessionProcess::~SessionProcess() {
+  stop();
+}
 
 std::optional<int> SessionProcess::exit_code() {
   int status = 0;

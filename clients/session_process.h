@@ -12,8 +12,8 @@ namespace haptic {
 /// hapticd as a child of this program: started, awaited, stopped with SIGTERM.
 class SessionProcess {
  public:
-  /// Starts the hapticd that lies beside this program (or in $HAPTICD_LIBEXEC) with these arguments;
-  /// its messages go to our stderr. Throws std::runtime_error.
+  /// Starts the hapticd that lies beside this program (or in $HAPTICD_LIBEXEC) with these
+  /// arguments; its messages go to our stderr. Throws std::runtime_error.
   explicit SessionProcess(const std::vector<std::string>& arguments);
 
   /// Stops it where that has not been done.

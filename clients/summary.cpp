@@ -39,8 +39,9 @@ Quantiles quantiles_of(const Items& items, Get get) {
 
 /// The scene in force at a frame; frames before the first scene see the configured poses.
 const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
-  const auto it = std::lower_bound(scenes.begin(), scenes.end(), seq,
-                                   [](const SceneFrame& s, uint64_t wanted) { return s.seq < wanted; });
+  const auto it =
+      std::lower_bound(scenes.begin(), scenes.end(), seq,
+                       [](const SceneFrame& s, uint64_t wanted) { return s.seq < wanted; });
   return it != scenes.end() && it->seq == seq ? &*it : nullptr;
 }
 

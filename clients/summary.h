@@ -38,17 +38,17 @@ SessionData load_session(const std::string& log);
 /// paired with the displacement over that same step (the other pairing hides the leak of the
 /// zero-order hold: Hannaford & Ryu 2002).
 struct PortEnergy {
-  double into_device = 0;  // the hand pushed against the force [J]
-  double returned = 0;     // the force pushed the hand [J]
+  double into_device = 0;                                // the hand pushed against the force [J]
+  double returned = 0;                                   // the force pushed the hand [J]
   double net() const { return into_device - returned; }  // ≥ 0: passive
 };
 PortEnergy port_energy(std::span<const ServoFrame> frames);
 
 /// How deep the proxies were inside the objects.
 struct Penetration {
-  size_t verified_inside = 0;   // ContactSets whose verified proxy is strictly inside: must be 0
+  size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
   size_t verified_checked = 0;
-  double deepest_proxy = 0;     // of this tick's proxy X_WP, which contacts answer late [m]
+  double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
 };
 
 /// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy.

@@ -56,17 +56,16 @@ void add_active(const PointScene& scene, const PointProxy& proxy, const ProxyMov
     const Vec3 corner_O = mesh.vertices[mesh.triangles[triangle][0]];
     // on the facet's own plane: the force is taken from the un-offset proxy
     const Vec3 point_O = g_O - dot(normal_O, g_O - corner_O) * normal_O;
-    set.contacts[set.n_contacts++] = make_contact(scene, object, triangle,
-                                                  {FeatureKind::kFace, triangle}, point_O, normal_O);
+    set.contacts[set.n_contacts++] =
+        make_contact(scene, object, triangle, {FeatureKind::kFace, triangle}, point_O, normal_O);
   }
   set.n_active = set.n_contacts;
 }
 
 bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature) {
-  return std::any_of(set.contacts.begin(), set.contacts.begin() + set.n_contacts,
-                     [&](const Contact& c) {
-                       return c.object == object && c.feature == feature.id();
-                     });
+  return std::any_of(
+      set.contacts.begin(), set.contacts.begin() + set.n_contacts,
+      [&](const Contact& c) { return c.object == object && c.feature == feature.id(); });
 }
 
 void add_approaching(const PointScene& scene, ContactState& state, double reach, ContactSet& set) {
@@ -82,8 +81,8 @@ void add_approaching(const PointScene& scene, ContactState& state, double reach,
         set.flags |= kContactTruncated;
         return;
       }
-      set.contacts[set.n_contacts++] = make_contact(scene, i, closest.triangle, closest.feature,
-                                                    closest.point_O, normal_O);
+      set.contacts[set.n_contacts++] =
+          make_contact(scene, i, closest.triangle, closest.feature, closest.point_O, normal_O);
     }
   }
 }

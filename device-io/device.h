@@ -11,9 +11,9 @@ namespace haptic {
 
 /// What a device can do, in its own units.
 struct DeviceCaps {
-  double max_force = 0;   // [N]
-  double max_torque = 0;  // [N·m]; 0: no torque actuators
-  bool open_loop = false; // the wrench has no effect on the motion
+  double max_force = 0;    // [N]
+  double max_torque = 0;   // [N·m]; 0: no torque actuators
+  bool open_loop = false;  // the wrench has no effect on the motion
   bool simulated = false;
 };
 

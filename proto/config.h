@@ -24,24 +24,24 @@ enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
 /// Each stroke reaches from outside to `press_radius`, slides along the arc, and lifts off again.
 struct IntentConfig {
   Vec3 centre_B;
-  double hover_radius = 0.07;   // between strokes [m]
-  double press_radius = 0.03;   // where the intention goes: inside the object [m]
-  double stroke_angle = 0.7;    // of the arc of a stroke [rad]
-  double stroke_time = 1.2;     // one stroke: reach, slide, lift [s]
+  double hover_radius = 0.07;      // between strokes [m]
+  double press_radius = 0.03;      // where the intention goes: inside the object [m]
+  double stroke_angle = 0.7;       // of the arc of a stroke [rad]
+  double stroke_time = 1.2;        // one stroke: reach, slide, lift [s]
   double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
 };
 
 /// Mass–damper device held by a human arm (devices.md §4 of the reference; Hogan 1989).
 struct SimulatedHandConfig {
   uint64_t seed = 1;
-  double mass = 0.1;              // moving mass of the device [kg]
-  double damping = 1.0;           // [N·s/m]
-  double coulomb_friction = 0.05; // [N]
-  double encoder_step = 2e-5;     // position quantum [m]; 0: none
-  double hand_mass = 0.5;         // rigid grip [kg]
-  double hand_damping = 5;        // [N·s/m]
-  double hand_stiffness = 300;    // [N/m]
-  double velocity_cutoff = 100;   // of the differentiated position [Hz]
+  double mass = 0.1;               // moving mass of the device [kg]
+  double damping = 1.0;            // [N·s/m]
+  double coulomb_friction = 0.05;  // [N]
+  double encoder_step = 2e-5;      // position quantum [m]; 0: none
+  double hand_mass = 0.5;          // rigid grip [kg]
+  double hand_damping = 5;         // [N·s/m]
+  double hand_stiffness = 300;     // [N/m]
+  double velocity_cutoff = 100;    // of the differentiated position [Hz]
   IntentConfig intent;
 };
 
@@ -59,13 +59,14 @@ struct ReplayConfig {
 struct DeviceConfig {
   DeviceKind kind = DeviceKind::kSimulatedHand;
   uint32_t has_torque = 0;
-  double max_force = 8;    // of the actuators [N], device units
-  double max_torque = 0;   // [N·m]
+  double max_force = 8;   // of the actuators [N], device units
+  double max_torque = 0;  // [N·m]
   SimulatedHandConfig hand;
   ReplayConfig replay;
 };
 
-/// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about axis.
+/// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about
+/// axis.
 struct MotionConfig {
   MotionKind kind = MotionKind::kStatic;
   uint32_t reserved = 0;
@@ -81,7 +82,7 @@ struct ObjectConfig {
   double size = 0;          // longest side of the bounding box [m]
   uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
   uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
-  Vec3 extent;              // of a primitive box [m]
+  Vec3 extent;                // of a primitive box [m]
   Pose X_WO;
   MotionConfig motion;
 };
@@ -94,21 +95,21 @@ struct CouplingConfig {
 };
 
 struct SafetyConfig {
-  double max_force = 6;      // [N], device units; the device's own limit holds too
-  double max_torque = 0.1;   // [N·m]
-  double soft_start = 0.5;   // ramp after start, fault and re-seeding [s]
+  double max_force = 6;     // [N], device units; the device's own limit holds too
+  double max_torque = 0.1;  // [N·m]
+  double soft_start = 0.5;  // ramp after start, fault and re-seeding [s]
 };
 
 /// A parsed, checked session. Trivially copyable: hapticd parses the file once and hands this copy
 /// to every process it starts or restarts, in a sealed memfd.
 struct SessionConfig {
   Name name{};
-  Path file{};  // where it came from
-  double servo_rate = 1000;          // [Hz]
-  double contact_poll_rate = 4000;   // how often contact looks for a new ServoFrame [Hz]
-  double sim_rate = 120;             // [Hz]
+  Path file{};                      // where it came from
+  double servo_rate = 1000;         // [Hz]
+  double contact_poll_rate = 4000;  // how often contact looks for a new ServoFrame [Hz]
+  double sim_rate = 120;            // [Hz]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // bytes a mesh may need while it is baked
-  uint32_t realtime = 1;             // 0: do not even ask for FIFO and locked memory
+  uint32_t realtime = 1;                           // 0: do not even ask for FIFO and locked memory
   Renderer renderer = Renderer::kGodObject3;
   DeviceMap map;
   DeviceConfig device;

@@ -8,17 +8,17 @@ namespace haptic {
 /// How the device's workspace lies in the scene. With motion scale s and force scale φ the device
 /// feels the stiffness s·φ·K: limits are taken in device units, after this map.
 struct DeviceMap {
-  Pose X_WB;                 // device base in the scene (turns and places the workspace)
-  double motion_scale = 1;   // s: scene metres per device metre
-  double force_scale = 1;    // φ: device newtons per scene newton
-  Pose X_HT;                 // tool on the grip, in scene metres; carries the torque arm
+  Pose X_WB;                   // device base in the scene (turns and places the workspace)
+  double motion_scale = 1;     // s: scene metres per device metre
+  double force_scale = 1;      // φ: device newtons per scene newton
+  Pose X_HT;                   // tool on the grip, in scene metres; carries the torque arm
   int32_t clutch_button = -1;  // bit that re-indexes the workspace while held; −1: none
   uint32_t reserved = 0;
 };
 
 /// Re-indexing: where the workspace was moved to by clutching.
 struct Clutch {
-  Vec3 offset_W;      // added to the handle's scene position [m]
+  Vec3 offset_W;  // added to the handle's scene position [m]
   bool held = false;
 };
 

@@ -77,8 +77,8 @@ struct Cursor {
   uint64_t lost = 0;
 };
 
-/// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that it
-/// is not lapped again at once, and counts exactly what it skipped.
+/// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that
+/// it is not lapped again at once, and counts exactly what it skipped.
 template <typename T, uint64_t kSlots>
 bool read_next(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
   const uint64_t end = ring.published();

@@ -9,9 +9,9 @@ namespace haptic {
 
 inline constexpr double kMaxExtrapolation = 0.020;  // scene poses are carried this far by twist [s]
 
-/// X_WO of one object at time t: the scene's pose carried by its twist, for at most 20 ms either way
-/// (a dead sim freezes the scene). Servo and contact must use this one function, so that both see
-/// the object in the same place.
+/// X_WO of one object at time t: the scene's pose carried by its twist, for at most 20 ms either
+/// way (a dead sim freezes the scene). Servo and contact must use this one function, so that both
+/// see the object in the same place.
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
   const Pose& X_WO = scene.X_WO[object];
   const Twist& V_WO = scene.V_WO[object];

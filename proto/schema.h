@@ -157,8 +157,8 @@ struct Field {
 /// header and geometry_msgs; throws std::runtime_error for any other.
 std::vector<Field> flatten(std::string_view text);
 
-/// `text` followed by the definitions of every nested type, as MCAP's `ros2msg` wants it: field names
-/// are in lower case there (`x_wp`), ROS 2 readers refuse any other.
+/// `text` followed by the definitions of every nested type, as MCAP's `ros2msg` wants it: field
+/// names are in lower case there (`x_wp`), ROS 2 readers refuse any other.
 std::string full_definition(std::string_view text);
 
 }  // namespace haptic

@@ -43,20 +43,20 @@ struct DeviceState {
 
 /// ServoFrame::flags.
 enum ServoFlag : uint32_t {
-  kServoContact = 1u << 0,        // at least one plane pushes
-  kServoNoContactSet = 1u << 1,   // no set was ever received from this or an earlier contact
-  kServoHolding = 1u << 2,        // contacts older than expected, still rendered in full
-  kServoFading = 1u << 3,         // contacts stale, force on its way to zero
-  kServoStale = 1u << 4,          // contacts too old: none rendered
-  kServoReopening = 1u << 5,      // contacts are back, the ramp is running
-  kServoSaturated = 1u << 6,      // force or torque was clipped to the limit
-  kServoSoftStart = 1u << 7,      // soft-start gain below one
-  kServoFault = 1u << 8,          // latched: non-finite input or output; zero wrench
-  kServoClutched = 1u << 9,       // workspace is being re-indexed; zero wrench
-  kServoPaused = 1u << 10,        // the control frame says pause; zero wrench
-  kServoSolverLimit = 1u << 11,   // planes contradict each other or the solver ran out of steps
-  kServoTorqueDropped = 1u << 12, // the device has no torque actuators
-  kServoStopped = 1u << 13,       // the closing frame: the loop has ended with a zero wrench
+  kServoContact = 1u << 0,         // at least one plane pushes
+  kServoNoContactSet = 1u << 1,    // no set was ever received from this or an earlier contact
+  kServoHolding = 1u << 2,         // contacts older than expected, still rendered in full
+  kServoFading = 1u << 3,          // contacts stale, force on its way to zero
+  kServoStale = 1u << 4,           // contacts too old: none rendered
+  kServoReopening = 1u << 5,       // contacts are back, the ramp is running
+  kServoSaturated = 1u << 6,       // force or torque was clipped to the limit
+  kServoSoftStart = 1u << 7,       // soft-start gain below one
+  kServoFault = 1u << 8,           // latched: non-finite input or output; zero wrench
+  kServoClutched = 1u << 9,        // workspace is being re-indexed; zero wrench
+  kServoPaused = 1u << 10,         // the control frame says pause; zero wrench
+  kServoSolverLimit = 1u << 11,    // planes contradict each other or the solver ran out of steps
+  kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
+  kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.
@@ -69,21 +69,22 @@ struct ServoFrame {
   uint64_t scene_seq;         // SceneFrame used
   uint64_t control_revision;  // ControlFrame in force
   DeviceState device;
-  Pose X_WT;              // tool (haptic interface point for a 3-DoF renderer)
-  Twist V_WT;             // its velocity, in W
-  Pose X_WG;              // verified proxy pose, as the last ContactSet left it
-  Pose X_WP;              // this tick's proxy pose
-  Twist V_WP;             // its velocity, in W
-  Wrench F_coupling_W;    // on the tool at its origin, in W, before safety; the proxy feels −F
-  Wrench F_device_B;      // on the handle at its origin, in B: what the device holds until next tick
-  std::array<Wrench, kMaxObjects> object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
-  double depth;           // distance from tool to proxy [m]
-  double fade;            // weight of the contacts, 0 to 1
-  int64_t wake_late_ns;   // wake-up after the deadline
-  int64_t busy_ns;        // from wake-up to force sent
-  uint64_t skipped;       // grid points skipped since start
-  uint32_t n_contacts;    // planes that push
-  uint32_t flags;         // ServoFlag
+  Pose X_WT;            // tool (haptic interface point for a 3-DoF renderer)
+  Twist V_WT;           // its velocity, in W
+  Pose X_WG;            // verified proxy pose, as the last ContactSet left it
+  Pose X_WP;            // this tick's proxy pose
+  Twist V_WP;           // its velocity, in W
+  Wrench F_coupling_W;  // on the tool at its origin, in W, before safety; the proxy feels −F
+  Wrench F_device_B;    // on the handle at its origin, in B: what the device holds until next tick
+  std::array<Wrench, kMaxObjects>
+      object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
+  double depth;          // distance from tool to proxy [m]
+  double fade;           // weight of the contacts, 0 to 1
+  int64_t wake_late_ns;  // wake-up after the deadline
+  int64_t busy_ns;       // from wake-up to force sent
+  uint64_t skipped;      // grid points skipped since start
+  uint32_t n_contacts;   // planes that push
+  uint32_t flags;        // ServoFlag
 };
 
 /// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
@@ -95,32 +96,32 @@ struct Contact {
   double curvature;       // mean curvature of the object there [1/m]
   double extent;          // the plane holds within this radius of object_point_O [m]
   std::array<double, 2> texture_uv;
-  uint32_t object;        // index in the scene
+  uint32_t object;  // index in the scene
   uint32_t material;
-  uint64_t feature;       // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
+  uint64_t feature;  // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
 };
 
 /// ContactSet::flags.
 enum ContactFlag : uint32_t {
-  kContactReseeded = 1u << 0,       // proxy was placed anew (start inside, object ran over it)
-  kContactIterationLimit = 1u << 1, // stopped by the iteration bound, not by convergence
-  kContactTruncated = 1u << 2,      // more than kMaxContacts candidates
-  kContactNoFreePose = 1u << 3,     // no free proxy pose was found: the planes must not be rendered
-  kContactNoScene = 1u << 4,        // no SceneFrame yet: poses of the config were used
+  kContactReseeded = 1u << 0,        // proxy was placed anew (start inside, object ran over it)
+  kContactIterationLimit = 1u << 1,  // stopped by the iteration bound, not by convergence
+  kContactTruncated = 1u << 2,       // more than kMaxContacts candidates
+  kContactNoFreePose = 1u << 3,  // no free proxy pose was found: the planes must not be rendered
+  kContactNoScene = 1u << 4,     // no SceneFrame yet: poses of the config were used
 };
 
 /// What contact answers to one ServoFrame: the active constraints first, then the nearest ones.
 struct ContactSet {
   uint64_t seq;
-  uint64_t answers_tick;     // ServoFrame::tick
-  int64_t answers_t_ns;      // ServoFrame::t_ns; the age of the set counts from here
+  uint64_t answers_tick;  // ServoFrame::tick
+  int64_t answers_t_ns;   // ServoFrame::t_ns; the age of the set counts from here
   uint64_t scene_seq;
-  Pose X_WT;                 // tool pose of the query
+  Pose X_WT;                           // tool pose of the query
   std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
-  Pose X_WG;                 // verified proxy: proven free of every object
-  double free_fraction;      // of the way to the tool that was free [0, 1]
+  Pose X_WG;                           // verified proxy: proven free of every object
+  double free_fraction;                // of the way to the tool that was free [0, 1]
   uint32_t n_contacts;
-  uint32_t n_active;         // the first n_active carry the proxy
+  uint32_t n_active;  // the first n_active carry the proxy
   std::array<Contact, kMaxContacts> contacts;
   Wrench F0_W;               // linearised wrench at X_WT (dense detectors); all zero: none
   std::array<double, 36> K;  // its stiffness
@@ -128,7 +129,7 @@ struct ContactSet {
   double trust_radius;       // where the linearisation holds [m]; 0: none
   int64_t busy_ns;
   uint32_t n_objects;
-  uint32_t flags;            // ContactFlag
+  uint32_t flags;  // ContactFlag
 };
 
 struct SceneFrame {
@@ -146,21 +147,21 @@ struct SceneFrame {
 struct ControlFrame {
   uint64_t revision;
   int64_t t_ns;
-  uint64_t fault_clears;            // a latched fault is cleared when this grows
-  double translational_stiffness;   // [N/m], scene units
-  double translational_damping;     // [N·s/m]
-  double rotational_stiffness;      // [N·m/rad]
-  double rotational_damping;        // [N·m·s/rad]
-  double scene_time_scale;          // 1: scripted motion at its own speed
-  uint32_t renderer;                // Renderer
-  uint32_t paused;                  // zero wrench while 1
+  uint64_t fault_clears;           // a latched fault is cleared when this grows
+  double translational_stiffness;  // [N/m], scene units
+  double translational_damping;    // [N·s/m]
+  double rotational_stiffness;     // [N·m/rad]
+  double rotational_damping;       // [N·m·s/rad]
+  double scene_time_scale;         // 1: scripted motion at its own speed
+  uint32_t renderer;               // Renderer
+  uint32_t paused;                 // zero wrench while 1
 };
 
 enum class EventCode : uint32_t {
-  kStarted = 1,        // {pid, generation, realtime bits, errno, 0}
-  kFlagsChanged = 2,   // {old, new, tick, 0, 0}
-  kAttached = 3,       // {segment, generation, 0, 0, 0}
-  kStopped = 4,        // {ticks, skipped, 0, 0, 0}
+  kStarted = 1,       // {pid, generation, realtime bits, errno, 0}
+  kFlagsChanged = 2,  // {old, new, tick, 0, 0}
+  kAttached = 3,      // {segment, generation, 0, 0, 0}
+  kStopped = 4,       // {ticks, skipped, 0, 0, 0}
 };
 
 /// A fixed-size log record; hapticd formats it, the writer never does.
@@ -172,7 +173,7 @@ struct Event {
 };
 
 template <typename T>
-inline constexpr bool kIsWire = std::is_trivially_copyable_v<T> && std::is_standard_layout_v<T> &&
+inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
                                 sizeof(T) % 8 == 0 && alignof(T) == 8;
 // no padding: size is the sum of the members, also checked against the text in schema.h
 static_assert(kIsWire<Pose> && sizeof(Pose) == 56);

@@ -18,8 +18,8 @@ double ramp(double now, double wanted, double span, double dt) {
 void ramp_coupling(Coupling& now, const Coupling& wanted, const Coupling& span, double dt) {
   now.translational_stiffness = ramp(now.translational_stiffness, wanted.translational_stiffness,
                                      span.translational_stiffness, dt);
-  now.translational_damping = ramp(now.translational_damping, wanted.translational_damping,
-                                   span.translational_damping, dt);
+  now.translational_damping =
+      ramp(now.translational_damping, wanted.translational_damping, span.translational_damping, dt);
 }
 
 Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {
@@ -29,8 +29,8 @@ Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {
   if (coupling.translational_damping == 0) return coupling.translational_stiffness * stretch_W;
   const Vec3 along_W = stretch_W / length;
   const double closing = dot(input.proxy_velocity_W - input.tool_velocity_W, along_W);
-  const double force = coupling.translational_stiffness * length +
-                       coupling.translational_damping * closing;
+  const double force =
+      coupling.translational_stiffness * length + coupling.translational_damping * closing;
   return std::max(force, 0.0) * along_W;
 }
 

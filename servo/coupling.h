@@ -17,10 +17,11 @@ struct Coupling {
 void ramp_coupling(Coupling& now, const Coupling& wanted, const Coupling& span, double dt);
 
 /// Force of the virtual coupling on the tool of a massless 3-DoF proxy, at the tool's origin, in W:
-/// f = k_T s + damper, s = x_P − x_T, the damper b_T (v_P − v_T) along s only, so that it brakes the
-/// stretching of the spring and never drags sideways; |f| is never below zero: the force does not
-/// pull. Sources: Colgate, Stanley, Brown 1995; god-object damping as in Zilles & Salisbury 1995.
-/// The port is passive for device damping b > s·φ·k_T·dt/2 + s·φ·b_T (Colgate & Schenkel 1997).
+/// f = k_T s + damper, s = x_P − x_T, the damper b_T (v_P − v_T) along s only, so that it brakes
+/// the stretching of the spring and never drags sideways; |f| is never below zero: the force does
+/// not pull. Sources: Colgate, Stanley, Brown 1995; god-object damping as in Zilles & Salisbury
+/// 1995. The port is passive for device damping b > s·φ·k_T·dt/2 + s·φ·b_T (Colgate & Schenkel
+/// 1997).
 struct CouplingInput {
   Vec3 tool_W;
   Vec3 proxy_W;

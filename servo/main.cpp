@@ -91,4 +91,6 @@ int run(const ChildArguments& arguments) {
 }  // namespace
 }  // namespace haptic
 
-int main(int argc, char** argv) { return haptic::run_child(argc, argv, haptic::run); }
+int main(int argc, char** argv) {
+  return haptic::run_child(argc, argv, haptic::run);
+}

@@ -16,17 +16,17 @@ struct SafetyLimits {
 };
 
 struct SafetyState {
-  double gain = 0;           // soft start
-  bool fault = false;        // latched until fault_clears grows
+  double gain = 0;     // soft start
+  bool fault = false;  // latched until fault_clears grows
   uint64_t fault_clears = 0;
 };
 
 struct SafetyInput {
-  Wrench F_B;                // what the solver asks for, on the handle, in B
-  bool input_finite = true;  // device sample and contacts held no NaN or infinity
-  bool force_closed = false; // clutch held, paused or no free proxy pose: zero, then soft start
-  bool restart = false;      // the proxy was placed anew: soft start from the present pose
-  uint64_t fault_clears = 0; // of the ControlFrame in force
+  Wrench F_B;                 // what the solver asks for, on the handle, in B
+  bool input_finite = true;   // device sample and contacts held no NaN or infinity
+  bool force_closed = false;  // clutch held, paused or no free proxy pose: zero, then soft start
+  bool restart = false;       // the proxy was placed anew: soft start from the present pose
+  uint64_t fault_clears = 0;  // of the ControlFrame in force
 };
 
 struct SafetyOutput {

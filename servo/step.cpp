@@ -100,8 +100,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   ServoModel model;
   model.dt = 1 / config.servo_rate;
   model.map = config.map;
-  model.coupling = {config.coupling.translational_stiffness,
-                    config.coupling.translational_damping};
+  model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping};
   model.limits = {std::min(config.safety.max_force, device.max_force),
                   std::min(config.safety.max_torque, device.max_torque), config.safety.soft_start};
   return model;
@@ -126,9 +125,8 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   if (!proxy.converged) frame.flags |= kServoSolverLimit;
 
   // the spring is here: this tick's tool pose, no queue in between
-  const Vec3 force_W = coupling_force(
-      state.coupling,
-      {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, proxy_velocity(input, proxy, X_WO)});
+  const Vec3 force_W = coupling_force(state.coupling, {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v,
+                                                       proxy_velocity(input, proxy, X_WO)});
   frame.F_coupling_W = {force_W, {}};
   frame.X_WP = {proxy.proxy_W, frame.X_WT.q};
   frame.depth = norm(proxy.proxy_W - frame.X_WT.p);

@@ -35,7 +35,7 @@ struct ServoState {
 /// What the shell measured and received for this tick. Pointers may be null: nothing received yet.
 struct ServoInput {
   uint64_t tick = 0;
-  int64_t t_ns = 0;          // deadline of the tick
+  int64_t t_ns = 0;  // deadline of the tick
   int64_t realtime_ns = 0;
   int64_t wake_late_ns = 0;
   uint64_t skipped = 0;

@@ -30,7 +30,7 @@ constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring fi
 constexpr int64_t kLateNs = 20 * kMs;
 constexpr int64_t kHungNs = 250 * kMs;
 constexpr int64_t kBakePatienceNs = 60'000 * kMs;  // a hand waits this long for its first contact
-constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
+constexpr int64_t kServoStopNs = 1000 * kMs;       // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
 constexpr int kExitNoProgram = 127;
 

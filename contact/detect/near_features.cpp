@@ -48,8 +48,8 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
                                             : a.triangle < b.triangle;
   });
   for (auto it = begin; it != end && result.count < out.size();) {
-    const auto next = std::find_if(
-        it, end, [&](const ClosestPoint& c) { return !(c.feature == it->feature); });
+    const auto next =
+        std::find_if(it, end, [&](const ClosestPoint& c) { return !(c.feature == it->feature); });
     const Vec3 outward_O = pseudo_normal(shape.mesh, it->feature);
     const Vec3 away_O = p_O - it->point_O;
     const bool in_front = dot(away_O, outward_O) >= 0;

@@ -10,9 +10,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSweeps = 48;       // bound of a step; a corner of three facets needs about seven
-constexpr size_t kMaxPlanes = 12;    // met in one leg; more are dropped by restarting the leg
-constexpr int kMaxSeedAttempts = 8;  // objects that may overlap where the hand starts
+constexpr int kMaxSweeps = 48;        // bound of a step; a corner of three facets needs about seven
+constexpr size_t kMaxPlanes = 12;     // met in one leg; more are dropped by restarting the leg
+constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand starts
 constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
@@ -40,8 +40,9 @@ HalfSpace facet_plane(const PointScene& scene, const ProxyPlane& plane) {
   return {normal_W, dot(normal_W, corner_W)};
 }
 
-/// A facet that p_W nearly touches, if any. A swept segment may graze an edge and end on the surface
-/// to the last bit: such a point is not free for sure, and the next sweep could start inside.
+/// A facet that p_W nearly touches, if any. A swept segment may graze an edge and end on the
+/// surface to the last bit: such a point is not free for sure, and the next sweep could start
+/// inside.
 SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
@@ -95,8 +96,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
       bool squeezed = false;
       for (uint32_t j = 0; j < scene.shapes.size(); ++j) {
         const Pose X_OW = inverse(scene.X_WO[j]);
-        squeezed |= j != i &&
-                    first_hit(scene.shapes[j], X_OW * proxy.g_W, X_OW * carried_W).hit;
+        squeezed |= j != i && first_hit(scene.shapes[j], X_OW * proxy.g_W, X_OW * carried_W).hit;
       }
       if (squeezed) flags |= kContactNoFreePose;
     }
@@ -147,8 +147,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   int sweeps = 0;
   for (; sweeps < kMaxSweeps; ++sweeps) {
     SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
-    const Vec3 reached_W =
-        blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
+    const Vec3 reached_W = blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
     const SceneHit touched = touched_facet(scene, reached_W);
     const double gained = norm(reached_W - proxy.g_W);
     if (touched.hit) {

@@ -19,7 +19,7 @@ struct PointScene {
 
 /// What survives between two contact steps.
 struct PointProxy {
-  Vec3 g_W;             // verified position: outside every closed object
+  Vec3 g_W;  // verified position: outside every closed object
   bool seeded = false;
   std::array<Pose, kMaxObjects> X_WO;  // object poses at which g was verified
 };

@@ -18,9 +18,9 @@ struct TriangleMesh {
   std::span<const Vec3> vertices;
   std::span<const Triangle> triangles;
   std::span<const Vec3> face_normals;
-  std::span<const Triangle> triangle_edges;              // edge i joins vertices i and (i+1)%3
-  std::span<const std::array<uint32_t, 2>> edge_faces;   // kNoFace second on a border
-  std::span<const uint32_t> vertex_valence;              // triangles around each vertex
+  std::span<const Triangle> triangle_edges;             // edge i joins vertices i and (i+1)%3
+  std::span<const std::array<uint32_t, 2>> edge_faces;  // kNoFace second on a border
+  std::span<const uint32_t> vertex_valence;             // triangles around each vertex
   // angle-weighted pseudo-normals: their sign tells inside from outside (Bærentzen & Aanæs 2005)
   std::span<const Vec3> edge_normals;
   std::span<const Vec3> vertex_normals;

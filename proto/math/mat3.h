@@ -16,13 +16,17 @@ struct Mat3 {
 constexpr Mat3 from_columns(const Vec3& a, const Vec3& b, const Vec3& c) {
   return {{{a.x, b.x, c.x}, {a.y, b.y, c.y}, {a.z, b.z, c.z}}};
 }
-constexpr Mat3 transpose(const Mat3& m) { return {{m.column(0), m.column(1), m.column(2)}}; }
+constexpr Mat3 transpose(const Mat3& m) {
+  return {{m.column(0), m.column(1), m.column(2)}};
+}
 constexpr Vec3 operator*(const Mat3& m, const Vec3& a) {
   return {dot(m.row[0], a), dot(m.row[1], a), dot(m.row[2], a)};
 }
 constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
   return from_columns(a * b.column(0), a * b.column(1), a * b.column(2));
 }
-constexpr double determinant(const Mat3& m) { return dot(m.row[0], cross(m.row[1], m.row[2])); }
+constexpr double determinant(const Mat3& m) {
+  return dot(m.row[0], cross(m.row[1], m.row[2]));
+}
 
 }  // namespace haptic

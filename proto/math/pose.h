@@ -26,7 +26,9 @@ constexpr Pose inverse(const Pose& X_AB) {
   const Quat q_BA = conjugate(X_AB.q);
   return {-rotate(q_BA, X_AB.p), q_BA};
 }
-inline bool is_finite(const Pose& X) { return is_finite(X.p) && is_finite(X.q); }
+inline bool is_finite(const Pose& X) {
+  return is_finite(X.p) && is_finite(X.q);
+}
 
 /// V_AB: velocity of the origin of B and angular velocity of B, both expressed in A. Binary layout
 /// of geometry_msgs/Twist.
@@ -38,7 +40,9 @@ struct Twist {
 };
 
 /// Velocity of the point at lever arm r from the twist's origin, same frame.
-constexpr Vec3 velocity_at(const Twist& V, const Vec3& r) { return V.v + cross(V.w, r); }
+constexpr Vec3 velocity_at(const Twist& V, const Vec3& r) {
+  return V.v + cross(V.w, r);
+}
 
 /// Pose after moving with constant twist V (both in the outer frame) for dt seconds.
 inline Pose extrapolate(const Pose& X, const Twist& V, double dt) {
@@ -54,12 +58,22 @@ struct Wrench {
   constexpr bool operator==(const Wrench&) const = default;
 };
 
-constexpr Wrench operator+(const Wrench& a, const Wrench& b) { return {a.f + b.f, a.t + b.t}; }
-constexpr Wrench operator-(const Wrench& a) { return {-a.f, -a.t}; }
-constexpr Wrench operator*(double s, const Wrench& a) { return {s * a.f, s * a.t}; }
+constexpr Wrench operator+(const Wrench& a, const Wrench& b) {
+  return {a.f + b.f, a.t + b.t};
+}
+constexpr Wrench operator-(const Wrench& a) {
+  return {-a.f, -a.t};
+}
+constexpr Wrench operator*(double s, const Wrench& a) {
+  return {s * a.f, s * a.t};
+}
 
 /// The same wrench about a point displaced by −r: moving the reference from P to Q, r = p_P − p_Q.
-constexpr Wrench shift(const Wrench& F, const Vec3& r) { return {F.f, F.t + cross(r, F.f)}; }
-inline bool is_finite(const Wrench& F) { return is_finite(F.f) && is_finite(F.t); }
+constexpr Wrench shift(const Wrench& F, const Vec3& r) {
+  return {F.f, F.t + cross(r, F.f)};
+}
+inline bool is_finite(const Wrench& F) {
+  return is_finite(F.f) && is_finite(F.t);
+}
 
 }  // namespace haptic

@@ -8,9 +8,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxIterations = 64;       // each takes in one more violated half-space
-constexpr double kSingular = 1e-10;      // squared sine (two) or squared volume (three) of normals
-constexpr double kFeasibility = 1e-13;   // relative to the size of the coordinates
+constexpr int kMaxIterations = 64;      // each takes in one more violated half-space
+constexpr double kSingular = 1e-10;     // squared sine (two) or squared volume (three) of normals
+constexpr double kFeasibility = 1e-13;  // relative to the size of the coordinates
 
 using Subset = std::array<int, 3>;
 
@@ -56,7 +56,9 @@ Vec3 lagrange_point(std::span<const HalfSpace> h, const Vec3& p, const Subset& s
   return x;
 }
 
-double slack(const HalfSpace& h, const Vec3& x) { return dot(h.normal, x) - h.offset; }
+double slack(const HalfSpace& h, const Vec3& x) {
+  return dot(h.normal, x) - h.offset;
+}
 
 /// The subset of `pool` (its last member taken for sure) that satisfies the KKT conditions of the
 /// problem with the pool's half-spaces only.

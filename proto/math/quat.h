@@ -14,12 +14,13 @@ struct Quat {
 };
 
 constexpr Quat operator*(const Quat& a, const Quat& b) {
-  return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-          a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
-          a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
+  return {
+      a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+      a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
 }
-constexpr Quat conjugate(const Quat& q) { return {-q.x, -q.y, -q.z, q.w}; }
+constexpr Quat conjugate(const Quat& q) {
+  return {-q.x, -q.y, -q.z, q.w};
+}
 constexpr double dot(const Quat& a, const Quat& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
 }
@@ -62,6 +63,8 @@ inline Quat slerp(const Quat& a, const Quat& b, double t) {
   return a * from_rotation_vector(t * to_rotation_vector(conjugate(a) * b));
 }
 
-inline bool is_finite(const Quat& q) { return is_finite(q.vector()) && std::isfinite(q.w); }
+inline bool is_finite(const Quat& q) {
+  return is_finite(q.vector()) && std::isfinite(q.w);
+}
 
 }  // namespace haptic

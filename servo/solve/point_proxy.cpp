@@ -9,7 +9,7 @@ namespace {
 constexpr double kExtentFade = 0.1;  // of the extent: width of the rim over which a plane fades
 
 struct Plane {
-  HalfSpace full;       // at full weight: the exact offset
+  HalfSpace full;  // at full weight: the exact offset
   Vec3 point_W;
   double extent = 0;
   uint32_t object = 0;
@@ -25,8 +25,7 @@ double sideways(const Plane& plane, const Vec3& x_W) {
 /// 1 within the extent, 0 beyond the rim.
 double extent_weight(const Plane& plane, const Vec3& tool_W, const Vec3& proxy_W) {
   const double rim = kExtentFade * plane.extent;
-  const double beyond =
-      std::min(sideways(plane, tool_W), sideways(plane, proxy_W)) - plane.extent;
+  const double beyond = std::min(sideways(plane, tool_W), sideways(plane, proxy_W)) - plane.extent;
   if (beyond <= 0) return 1;
   return beyond < rim ? 1 - beyond / rim : 0;
 }

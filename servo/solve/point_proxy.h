@@ -12,19 +12,19 @@ namespace haptic {
 struct PointProxySolution {
   Vec3 proxy_W;
   int n_active = 0;
-  std::array<uint32_t, 3> object{};       // owner of each active plane
-  std::array<Vec3, 3> push_W{};           // multiplier·normal: proxy − tool = Σ push_W
+  std::array<uint32_t, 3> object{};  // owner of each active plane
+  std::array<Vec3, 3> push_W{};      // multiplier·normal: proxy − tool = Σ push_W
   bool converged = true;
-  bool finite = true;                     // false: a contact held NaN or infinity
+  bool finite = true;  // false: a contact held NaN or infinity
 };
 
 /// Nearest point to the tool on the free side of the contact planes (god-object, r = 0): the planes
 /// are carried to where the objects are this tick, un-offset, so that |proxy − tool| is the exact
-/// depth. A plane whose weight is below one gives way towards the tool: the contacts' age (`weight`)
-/// and its own extent act in the same way, without a step. A plane holds in full while the tool or
-/// the proxy is within its extent, then fades over a tenth of it (in a corner the tool is far along
-/// one wall just because it is deep in the other). Source: Zilles & Salisbury 1995; the solver is
-/// proto/math/project_point.h.
+/// depth. A plane whose weight is below one gives way towards the tool: the contacts' age
+/// (`weight`) and its own extent act in the same way, without a step. A plane holds in full while
+/// the tool or the proxy is within its extent, then fades over a tenth of it (in a corner the tool
+/// is far along one wall just because it is deep in the other). Source: Zilles & Salisbury 1995;
+/// the solver is proto/math/project_point.h.
 PointProxySolution solve_point_proxy(const ContactSet& contacts,
                                      const std::array<Pose, kMaxObjects>& X_WO, const Vec3& tool_W,
                                      double weight);

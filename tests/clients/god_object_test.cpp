@@ -143,7 +143,8 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
   };
   const uint32_t offset = GENERATE(take(5, random(0u, 19u)));
   double lowest = 1;
-  run(config, haptic::make_box({0.1, 0.1, 0.1}),
+  run(
+      config, haptic::make_box({0.1, 0.1, 0.1}),
       [&](double t) { return fly_past(t - 1e-3 * offset); }, 0.25, {20, 20},
       [&](const ServoFrame& f, const MeshShape&) {
         lowest = std::min(lowest, f.X_WT.p.z);
@@ -178,12 +179,15 @@ TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", 
   const OwnedShape sphere(haptic::make_icosphere(0.03, 4));
   const haptic::InsideOracle oracle(sphere.view().mesh);
   int pressed = 0;
-  run(plain_session(kStiffness), haptic::make_icosphere(0.03, 4),
+  run(
+      plain_session(kStiffness), haptic::make_icosphere(0.03, 4),
       [](double t) {
         return (0.028 + 0.008 * std::sin(9 * t)) *
-               haptic::normalized(Vec3{std::sin(3.1 * t), std::cos(2.3 * t), std::sin(1.7 * t + 1)});
+               haptic::normalized(
+                   Vec3{std::sin(3.1 * t), std::cos(2.3 * t), std::sin(1.7 * t + 1)});
       },
-      5, {1, latency}, [&](const ServoFrame& f, const MeshShape&) {
+      5, {1, latency},
+      [&](const ServoFrame& f, const MeshShape&) {
         pressed += f.n_contacts > 0;
         if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
         REQUIRE(is_finite(f.F_device_B));
@@ -215,7 +219,12 @@ TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
   SessionConfig config = plain_session(kStiffness);
   config.safety.soft_start = 0.5;
   double before = 0;
-  run(config, haptic::make_box({0.1, 0.1, 0.1}), [](double) { return Vec3{0, 0, 0.045}; }, 1, {},
+  run(
+      config, haptic::make_box({0.1, 0.1, 0.1}),
+      [](double) {
+        return Vec3{0, 0, 0.045};
+      },
+      1, {},
       [&](const ServoFrame& f, const MeshShape&) {
         REQUIRE(norm(f.F_device_B.f) - before <= kStiffness * 0.005 / 500 + 1e-9);
         before = norm(f.F_device_B.f);
@@ -223,7 +232,8 @@ TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
   CHECK(before == Approx(kStiffness * 0.005).epsilon(1e-6));
 }
 
-TEST_CASE("god-object: a restarted contact takes the proxy up where the servo last saw it", "[lab]") {
+TEST_CASE("god-object: a restarted contact takes the proxy up where the servo last saw it",
+          "[lab]") {
   // a thin plate: seeding at the tool would put the proxy on the wrong side
   const OwnedShape plate(haptic::make_box({0.2, 0.2, 0.001}));
   const std::array<MeshShape, 1> shapes{plate.view()};

@@ -106,8 +106,8 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
     const double depth = wall - f.X_WT.p.x;
     if (f.n_contacts > 0) {
       ++pressed;
-      const double exact = std::min(config.coupling.translational_stiffness * depth,
-                                    config.safety.max_force);
+      const double exact =
+          std::min(config.coupling.translational_stiffness * depth, config.safety.max_force);
       REQUIRE(std::fabs(f.F_device_B.f.x - exact) <= tol(1e-9) * exact);
     }
     ++frames;

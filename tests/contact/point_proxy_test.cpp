@@ -90,7 +90,8 @@ TEST_CASE("point proxy: over-constraint trap", "[contact][trap]") {
   ramp.vertices = {-1.0 * along + Vec3{0, 0, -1}, along + Vec3{0, 0, -1}, along + Vec3{0, 0, 1},
                    -1.0 * along + Vec3{0, 0, 1}};
   ramp.triangles = {{0, 2, 1}, {0, 3, 2}};
-  REQUIRE(dot(cross(ramp.vertices[2] - ramp.vertices[0], ramp.vertices[1] - ramp.vertices[0]), n) > 0);
+  REQUIRE(dot(cross(ramp.vertices[2] - ramp.vertices[0], ramp.vertices[1] - ramp.vertices[0]), n) >
+          0);
   s.add(ramp);
   PointProxy proxy = proxy_at(s, {0.1, 0.5, 0});
   const ProxyMove move = move_proxy(s.scene, {0.1, -1, 0}, proxy);
@@ -108,7 +109,8 @@ TEST_CASE("point proxy: prism of dependent normals", "[contact][trap]") {
     soup.vertices = {-1.0 * along + Vec3{0, 0, -1}, along + Vec3{0, 0, -1}, along + Vec3{0, 0, 1},
                      -1.0 * along + Vec3{0, 0, 1}};
     soup.triangles = {{0, 1, 2}, {0, 2, 3}};
-    if (dot(cross(soup.vertices[1] - soup.vertices[0], soup.vertices[2] - soup.vertices[0]), n) < 0) {
+    if (dot(cross(soup.vertices[1] - soup.vertices[0], soup.vertices[2] - soup.vertices[0]), n) <
+        0) {
       soup = haptic::test::turned_inside_out(soup);
     }
     s.add(soup);
@@ -128,7 +130,8 @@ TEST_CASE("point proxy: acute wedge is swept again after each solve", "[contact]
     haptic::Soup soup;
     soup.vertices = {Vec3{0, 0, -1}, along + Vec3{0, 0, -1}, along + Vec3{0, 0, 1}, Vec3{0, 0, 1}};
     soup.triangles = {{0, 1, 2}, {0, 2, 3}};
-    if (dot(cross(soup.vertices[1] - soup.vertices[0], soup.vertices[2] - soup.vertices[0]), n) < 0) {
+    if (dot(cross(soup.vertices[1] - soup.vertices[0], soup.vertices[2] - soup.vertices[0]), n) <
+        0) {
       soup = haptic::test::turned_inside_out(soup);
     }
     s.add(soup);
@@ -165,7 +168,7 @@ TEST_CASE("point proxy: random walk on a sphere and a notched block never gets i
   if (notched) {
     // an L-shaped prism: convex and concave edges
     haptic::Soup soup;
-    const std::vector<Vec3> outline{{0, 0, 0}, {0.04, 0, 0}, {0.04, 0.02, 0},
+    const std::vector<Vec3> outline{{0, 0, 0},       {0.04, 0, 0},    {0.04, 0.02, 0},
                                     {0.02, 0.02, 0}, {0.02, 0.04, 0}, {0, 0.04, 0}};
     soup = haptic::test::make_prism(outline, 0.02);
     s.add(soup, {{-0.015, -0.015, 0}, {}});
@@ -193,7 +196,8 @@ TEST_CASE("point proxy: segments through shared edges and vertices do not slip i
   s.add(haptic::make_icosphere(0.03, 2));
   const haptic::InsideOracle oracle(s.shapes[0].mesh);
   for (const Vec3& v : s.shapes[0].mesh.vertices) {
-    for (const haptic::Triangle& t : {s.shapes[0].mesh.triangles[0], s.shapes[0].mesh.triangles[7]}) {
+    for (const haptic::Triangle& t :
+         {s.shapes[0].mesh.triangles[0], s.shapes[0].mesh.triangles[7]}) {
       const Vec3 mid = 0.5 * (v + s.shapes[0].mesh.vertices[t[0]]);
       PointProxy proxy = proxy_at(s, 2.0 * v);
       move_proxy(s.scene, Vec3{}, proxy);
@@ -310,6 +314,7 @@ TEST_CASE("plane extent: on a box face it is the distance to the nearest edge", 
 TEST_CASE("plane extent: concave edges do not limit a plane", "[contact]") {
   TestScene s;
   s.add(haptic::test::turned_inside_out(haptic::make_box({0.02, 0.03, 0.1})));
-  CHECK(plane_extent(s.shapes[0].mesh, 0, s.shapes[0].mesh.vertices[s.shapes[0].mesh.triangles[0][0]]) ==
+  CHECK(plane_extent(s.shapes[0].mesh, 0,
+                     s.shapes[0].mesh.vertices[s.shapes[0].mesh.triangles[0][0]]) ==
         haptic::kMaxExtent);
 }

@@ -56,7 +56,9 @@ std::vector<ServoFrame> drain(Watcher& watcher) {
   return frames;
 }
 
-double force(const ServoFrame& frame) { return norm(frame.F_device_B.f); }
+double force(const ServoFrame& frame) {
+  return norm(frame.F_device_B.f);
+}
 
 bool presses(Watcher& watcher) {
   return eventually([&] {

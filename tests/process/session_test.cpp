@@ -5,6 +5,7 @@
 
 #include "proto/handout.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -12,7 +13,10 @@ namespace {
 
 using test::eventually;
 using test::HapticdProcess;
+using test::programs_are_built;
 using test::TemporaryRuntimeFolder;
+using test::Watcher;
+using test::writer_of;
 
 /// A scene without files to read.
 std::string write_config(const std::string& folder) {
@@ -45,60 +49,6 @@ class Programs {
  private:
   std::string folder_;
 };
-
-/// Attached to the rings of a running session.
-struct Watcher {
-  Attachments attachments;
-  RingSource<&ServoChannels::frames> servo;
-  RingSource<&ContactChannels::sets> contact;
-  RingSource<&SimChannels::frames> sim;
-  RingSource<&ControlChannels::frames> control;
-  ServoFrame servo_frame{};
-  ContactSet contact_set{};
-  SceneFrame scene{};
-  ControlFrame control_frame{};
-
-  explicit Watcher(const std::string& session)
-      : attachments(connect(session)),
-        servo(attachments.ring<&ServoChannels::frames>(Start::kOldest)),
-        contact(attachments.ring<&ContactChannels::sets>(Start::kOldest)),
-        sim(attachments.ring<&SimChannels::frames>(Start::kOldest)),
-        control(attachments.ring<&ControlChannels::frames>(Start::kOldest)) {
-    attachments.start();
-  }
-  static FileDescriptor connect(const std::string& session) {
-    std::optional<FileDescriptor> socket;
-    eventually([&] {
-      try {
-        socket = connect_session(session);
-      } catch (const HandoutError&) {
-      }
-      return socket.has_value();
-    });
-    return std::move(socket.value());
-  }
-  bool wait_for_all() {
-    return eventually([&] { return servo.latest(servo_frame); }) &&
-           eventually([&] { return contact.latest(contact_set); }) &&
-           eventually([&] { return sim.latest(scene); }) &&
-           eventually([&] { return control.latest(control_frame); });
-  }
-};
-
-template <typename Source>
-pid_t writer_of(const Source& source) {
-  return static_cast<pid_t>(source.header()->pid.load());
-}
-
-bool programs_are_built() {
-  for (const char* name : {"hapticd", "haptic-sim", "haptic-contact", "haptic-servo"}) {
-    if (!std::filesystem::exists(test::program_folder() / name)) {
-      WARN("SKIPPED: " << name << " is not built beside this test");
-      return false;
-    }
-  }
-  return true;
-}
 
 }  // namespace
 

@@ -111,7 +111,8 @@ TEST_CASE("project: contradictory planes are reported, not looped over", "[math]
   CHECK(is_finite(r.x));
 }
 
-TEST_CASE("project: random half-spaces agree with brute force and satisfy KKT", "[math][property]") {
+TEST_CASE("project: random half-spaces agree with brute force and satisfy KKT",
+          "[math][property]") {
   std::mt19937_64 rng(20261121);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int trial = 0; trial < 3000; ++trial) {

@@ -17,8 +17,8 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 constexpr double kDt = 1e-3;
 
-/// A servo at 1 kHz with a contact that answers every `period` ticks until `dies_at`, and again from
-/// `returns_at` on.
+/// A servo at 1 kHz with a contact that answers every `period` ticks until `dies_at`, and again
+/// from `returns_at` on.
 struct Run {
   int64_t period = 1, dies_at = 1 << 30, returns_at = 1 << 30;
   ContactAge age;

@@ -62,8 +62,10 @@ ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set) {
 TEST_CASE("servo: plane force is k times depth, exact", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0.01, 0.02, 0.003})});
   ServoState state;
-  const ServoFrame f = servo_step(plain_model(900), state, input_at(1, {0.013, 0.018, 0.0013}, set.get()));
-  CHECK(norm(f.F_device_B.f - Vec3{0, 0, 900 * (0.003 - 0.0013)}) <= haptic::test::tol(1e-9) * 1.53);
+  const ServoFrame f =
+      servo_step(plain_model(900), state, input_at(1, {0.013, 0.018, 0.0013}, set.get()));
+  CHECK(norm(f.F_device_B.f - Vec3{0, 0, 900 * (0.003 - 0.0013)}) <=
+        haptic::test::tol(1e-9) * 1.53);
   CHECK(f.F_device_B.f.x == 0);
   CHECK(f.F_device_B.f.y == 0);
   CHECK((f.flags & haptic::kServoContact) != 0);
@@ -91,7 +93,8 @@ TEST_CASE("servo: penalty force is plus k d n (the slide has minus: its normal p
 TEST_CASE("servo: 90 degree concave corner", "[servo][trap]") {
   const auto set = set_of({plane({1, 0, 0}, {0, 0, 3e-3}), plane({0, 1, 0}, {0, 0, 3e-3})});
   ServoState state;
-  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 3e-3}, set.get()));
+  const ServoFrame f =
+      servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 3e-3}, set.get()));
   CHECK_THAT(f.X_WP.p, IsNear({0, 0, 3e-3}, 1e-15));
   CHECK_THAT(f.F_device_B.f, IsNear({1, 2, 0}, 1e-12));
 }
@@ -161,15 +164,16 @@ TEST_CASE("servo: impulses of two objects share the force by their planes", "[se
   set->contacts[1].object = 1;
   set->n_objects = 2;
   ServoState state;
-  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
+  const ServoFrame f =
+      servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
   CHECK_THAT(f.object_impulse_W[0].f, IsNear({-1e-3, 0, 0}, 1e-15));
   CHECK_THAT(f.object_impulse_W[1].f, IsNear({0, -2e-3, 0}, 1e-15));
 }
 
 TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latched fault",
           "[servo]") {
-  const double bad = GENERATE(std::numeric_limits<double>::quiet_NaN(),
-                              std::numeric_limits<double>::infinity());
+  const double bad =
+      GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
   const bool in_contact = GENERATE(true, false);
   auto set = set_of({plane({0, 0, 1}, {})});
   ServoState state;
@@ -219,8 +223,8 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
       c = plane(haptic::normalized(Vec3{uniform(), uniform(), uniform()}),
                 0.01 * Vec3{uniform(), uniform(), uniform()}, 0.01 * std::fabs(uniform()));
     }
-    const ServoFrame f =
-        servo_step(model, state, input_at(k, 0.02 * Vec3{uniform(), uniform(), uniform()}, set.get()));
+    const ServoFrame f = servo_step(
+        model, state, input_at(k, 0.02 * Vec3{uniform(), uniform(), uniform()}, set.get()));
     REQUIRE(is_finite(f.F_device_B));
     REQUIRE(norm(f.F_device_B.f) <= 6 + 1e-12);
   }

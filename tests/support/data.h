@@ -13,20 +13,23 @@ namespace haptic::test {
 /// nothing, said loudly: a test that needs it then has nothing to do.
 inline std::optional<std::string> find_data(const std::string& name) {
   const char* folder = std::getenv("HAPTICD_DATA");
-  const auto path = (folder != nullptr ? std::filesystem::path(folder)
-                                       : std::filesystem::path(HAPTIC_SOURCE_DIR) / "../shared/data") /
-                    name;
+  const auto path =
+      (folder != nullptr ? std::filesystem::path(folder)
+                         : std::filesystem::path(HAPTIC_SOURCE_DIR) / "../shared/data") /
+      name;
   if (std::filesystem::exists(path)) return path.string();
   std::cerr << "SKIPPED: " << path.string() << " is not here; set HAPTICD_DATA to run this test\n";
   return std::nullopt;
 }
 
-/// A mesh that `./run meshes` unpacks ($HAPTICD_MESHES, else build/meshes), or nothing, said loudly.
+/// A mesh that `./run meshes` unpacks ($HAPTICD_MESHES, else build/meshes), or nothing, said
+/// loudly.
 inline std::optional<std::string> find_mesh(const std::string& name) {
   const char* folder = std::getenv("HAPTICD_MESHES");
-  const auto path = (folder != nullptr ? std::filesystem::path(folder)
-                                       : std::filesystem::path(HAPTIC_SOURCE_DIR) / "build/meshes") /
-                    name;
+  const auto path =
+      (folder != nullptr ? std::filesystem::path(folder)
+                         : std::filesystem::path(HAPTIC_SOURCE_DIR) / "build/meshes") /
+      name;
   if (std::filesystem::exists(path)) return path.string();
   std::cerr << "SKIPPED: " << path.string() << " is not here; `./run meshes` fetches it\n";
   return std::nullopt;
