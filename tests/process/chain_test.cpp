@@ -60,10 +60,11 @@ double force(const ServoFrame& frame) {
   return norm(frame.F_device_B.f);
 }
 
+/// Waits for the steady press: a while after the hand has come to rest.
 bool presses(Watcher& watcher) {
   return eventually([&] {
     watcher.servo.latest(watcher.servo_frame);
-    return std::fabs(force(watcher.servo_frame) - kPressForce) < 1e-6;
+    return watcher.servo_frame.tick > 1200 && std::fabs(force(watcher.servo_frame) - kPressForce) < 1e-6;
   });
 }
 
