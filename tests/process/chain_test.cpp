@@ -64,7 +64,8 @@ double force(const ServoFrame& frame) {
 bool presses(Watcher& watcher) {
   return eventually([&] {
     watcher.servo.latest(watcher.servo_frame);
-    return watcher.servo_frame.tick > 1200 && std::fabs(force(watcher.servo_frame) - kPressForce) < 1e-6;
+    return watcher.servo_frame.tick > 1200 &&
+           std::fabs(force(watcher.servo_frame) - kPressForce) < 1e-6;
   });
 }
 
