@@ -83,6 +83,7 @@ int run(const ChildArguments& arguments) {
   ++frame.tick;
   frame.F_device_B = {};
   frame.flags = kServoStopped;
+  frame.device.flags = (frame.device.flags & ~uint32_t{kDeviceFresh}) | kDeviceHeld;
   child.channels().frames.publish(frame);
   child.finish();
   return kExitClean;
