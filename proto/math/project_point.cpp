@@ -114,7 +114,7 @@ PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpac
     std::array<int, 4> pool{};
     std::copy_n(out.active.begin(), out.n_active, pool.begin());
     pool[static_cast<size_t>(out.n_active)] = worst;
-    const auto pool_size = static_cast<size_t>(out.n_active + 1);
+    const auto pool_size = static_cast<size_t>(out.n_active) + 1;
     if (!exchange(half_spaces, p, std::span<const int>(pool.data(), pool_size), tolerance, out)) {
       break;
     }
