@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/find_config.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <vector>
+
+#include "proto/environment.h"
 
 namespace haptic {
 
 std::string find_config(const std::string& name) {
   std::vector<std::filesystem::path> places{name};
-  if (const char* folder = std::getenv("HAPTICD_CONFIGS"); folder != nullptr) {
+  if (const std::string folder = environment("HAPTICD_CONFIGS"); !folder.empty()) {
     places.push_back(std::filesystem::path(folder) / name);
   }
   places.push_back(std::filesystem::path(HAPTICD_SOURCE_DIR) / "configs" / name);

@@ -5,9 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 
 #include "clients/find_config.h"
@@ -47,11 +45,6 @@ std::string default_log(const std::string& session) {
   const std::time_t now = std::time(nullptr);
   std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
   return session + "-" + stamp + ".mcap";
-}
-
-std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(file)), {});
 }
 
 std::vector<BakedShape> bake_all(const SessionConfig& config) {
@@ -201,7 +194,7 @@ void play(PlayOptions options) {
   // baked here once, so that contact finds it in the cache and the judge has it too
   const std::vector<BakedShape> baked = bake_all(config);
   TraceWriter trace(options.log,
-                    recording_metadata(options.session, read_text(options.config), ""));
+                    recording_metadata(options.session, read_config_text(options.config), ""));
   const Played played = play_and_record(options, config, seconds, trace);
   SessionData data = load_session(options.log);
   data.lost = played.lost;

@@ -62,7 +62,7 @@ void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin
   counts_[index_of(topic.name)].lost += lost - told;
   write(trace, kEventTopic,
         Event{now_ns(),
-              kEventRecordsLost,
+              static_cast<uint32_t>(EventCode::kRecordsLost),
               static_cast<uint32_t>(origin.writer),
               {static_cast<double>(lost - told), static_cast<double>(lost),
                static_cast<double>(origin.generation), std::is_same_v<T, Event> ? 1.0 : 0.0, 0}});

@@ -11,11 +11,6 @@
 
 namespace haptic {
 
-/// Event::code of a loss that the recorder noticed: {records lost now, lost since start, generation
-/// of the writer, 0 frames or 1 events, 0}; source is the writer. Codes from 0x100 on are the
-/// recorder's.
-inline constexpr uint32_t kEventRecordsLost = 0x100;
-
 struct TopicCount {
   std::string_view topic;
   uint64_t recorded = 0;

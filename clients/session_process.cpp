@@ -6,11 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <stdexcept>
 
+#include "proto/process.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -19,19 +18,10 @@ namespace {
 constexpr int64_t kStopPatience = 5 * kNsPerSecond;
 constexpr int64_t kPollPeriod = 5'000'000;
 
-std::string hapticd_path() {
-  const char* folder = std::getenv("HAPTICD_LIBEXEC");
-  return (folder != nullptr ? std::string(folder) : program_folder()) + "/hapticd";
-}
-
 }  // namespace
 
-std::string program_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
-}
-
 SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
-  const std::string path = hapticd_path();
+  const std::string path = program_folder() + "/hapticd";
   std::vector<std::string> words{path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;

@@ -34,7 +34,4 @@ class SessionProcess {
   std::optional<int> code_;
 };
 
-/// Folder of this program's executable.
-std::string program_folder();
-
 }  // namespace haptic

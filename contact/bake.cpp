@@ -185,7 +185,7 @@ MappedFile open_mesh(const std::string& path) {
 
 }  // namespace
 
-BakedShape bake_soup(std::vector<Vec3> vertices, std::vector<Triangle> triangles,
+BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ObjectConfig& object) {
   PolygonSoup soup;
   soup.points.reserve(vertices.size());

@@ -50,7 +50,7 @@ struct BakedShape {
 BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit);
 
 /// The same for a mesh in memory (generators, tests); nothing is cached.
-BakedShape bake_soup(std::vector<Vec3> vertices, std::vector<Triangle> triangles,
+BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ObjectConfig& object);
 
 /// Cache folder: $HAPTICD_CACHE, else $XDG_CACHE_HOME/hapticd, else ~/.cache/hapticd.

@@ -5,7 +5,6 @@
 
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -14,16 +13,13 @@
 
 #include "contact/bake.h"
 
+#include "proto/environment.h"
+
 namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
 namespace ipc = boost::interprocess;
-
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
-}
 
 }  // namespace
 
@@ -72,7 +68,7 @@ std::string write_atomically(const std::string& path, std::span<const std::byte>
   }
   fs::rename(temporary, path, error);
   if (!error) return {};
-  const std::string reason = error.message();
+  std::string reason = error.message();
   fs::remove(temporary, error);
   return reason;
 }

@@ -150,7 +150,7 @@ MeshFileFacts scan_obj(std::string_view bytes, const std::string& path, uint64_t
           cursor.fail("vertex index " + std::to_string(i) + " is out of range; export it again");
         }
         // faces may stand before their vertices: the highest index is judged at the end
-        if (i > (highest ? highest->index : 0)) highest.emplace(i, cursor);
+        if (i > (highest ? highest->index : 0)) highest.emplace(Highest{i, cursor});
         ++corners;
       }
       if (corners < 3) cursor.fail("a face needs three corners: truncated; export it again");

@@ -27,6 +27,7 @@ std::vector<BakedShape> bake_all(const SessionConfig& config) {
 
 std::vector<MeshShape> shapes_of(const std::vector<BakedShape>& baked) {
   std::vector<MeshShape> shapes;
+  shapes.reserve(baked.size());
   for (const BakedShape& b : baked) shapes.push_back(b.shape);
   return shapes;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config.h"
+#include "proto/environment.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -51,7 +51,7 @@ std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& l
 /// The folders a mesh is looked for in, after that of the config file.
 std::vector<fs::path> mesh_folders() {
   std::vector<fs::path> folders;
-  if (const char* own = std::getenv("HAPTICD_MESHES"); own != nullptr) folders.emplace_back(own);
+  if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
   folders.push_back(fs::path(HAPTIC_SOURCE_DIR) / "build" / "meshes");
   folders.emplace_back("/usr/share/hapticd/meshes");
   return folders;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/handout.h"
+#include "proto/environment.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -14,7 +15,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 
@@ -31,11 +31,6 @@ constexpr const char* kSystemFolder = "/run/hapticd";
   throw HandoutError(what + ": " + std::strerror(errno));
 }
 
-std::string env(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
-}
-
 std::string temporary_folder() {
   return "/tmp/hapticd-" + std::to_string(geteuid());
 }
@@ -43,7 +38,7 @@ std::string temporary_folder() {
 /// Folders in which a client looks, the one a server of this user makes first.
 std::vector<std::string> session_folders() {
   std::vector<std::string> folders{runtime_folder()};
-  if (!env("HAPTICD_RUNTIME_DIR").empty()) return folders;
+  if (!environment("HAPTICD_RUNTIME_DIR").empty()) return folders;
   for (const std::string& folder : {std::string(kSystemFolder), temporary_folder()}) {
     if (folder != folders.front()) folders.push_back(folder);
   }
@@ -185,8 +180,9 @@ std::string join(const std::vector<std::string>& names) {
 }  // namespace
 
 std::string runtime_folder() {
-  if (const std::string folder = env("HAPTICD_RUNTIME_DIR"); !folder.empty()) return folder;
-  if (const std::string user = env("XDG_RUNTIME_DIR"); !user.empty()) return user + "/hapticd";
+  if (const std::string folder = environment("HAPTICD_RUNTIME_DIR"); !folder.empty()) return folder;
+  if (const std::string user = environment("XDG_RUNTIME_DIR"); !user.empty())
+    return user + "/hapticd";
   return geteuid() == 0 && access("/run", W_OK) == 0 ? kSystemFolder : temporary_folder();
 }
 
@@ -351,9 +347,10 @@ void HandoutServer::serve(const OfferHandler& on_offer) {
 FileDescriptor connect_session(const std::string& session) {
   if (!session.empty()) {
     check_session_name(session);
+    const std::string socket = "/" + session + ".sock";
     for (const std::string& folder : session_folders()) {
       if (!is_trusted_folder(folder)) continue;
-      FileDescriptor fd = try_connect(folder + "/" + session + ".sock");
+      FileDescriptor fd = try_connect(folder + socket);
       if (fd.is_open()) return fd;
     }
   }

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/file_descriptor.h"
+
 /// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
 /// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
 namespace haptic {
@@ -106,7 +108,7 @@ class McapWriter {
   uint64_t end_bound() const;
 
   std::string path_;
-  int file_ = -1;
+  FileDescriptor file_;
   uint64_t offset_ = 0;
   std::string error_;
   std::vector<McapSchema> schemas_;
@@ -150,14 +152,6 @@ class McapReader {
     std::vector<char> content;
   };
 
-  struct File {
-    int fd = -1;
-    File() = default;
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-    ~File();
-  };
-
   bool read_record(uint64_t offset, Record& record) const;
   bool read_summary();
   void scan();
@@ -166,7 +160,7 @@ class McapReader {
   [[noreturn]] void fail(const std::string& what) const;
 
   std::string path_;
-  File file_;
+  FileDescriptor file_;
   uint64_t size_ = 0;
   bool finished_ = false;
   std::vector<McapSchema> schemas_;

@@ -87,19 +87,15 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
 }  // namespace
 
 McapReader::McapReader(const std::string& path) : path_(path) {
-  file_.fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file_.fd < 0) fail(std::string("cannot be read (") + std::strerror(errno) + ")");
+  file_ = FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file_.is_open()) fail(std::string("cannot be read (") + std::strerror(errno) + ")");
   struct stat status {};
-  if (::fstat(file_.fd, &status) != 0 || !S_ISREG(status.st_mode)) fail("is not a file");
+  if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode)) fail("is not a file");
   size_ = static_cast<uint64_t>(status.st_size);
-  if (!read_magic(file_.fd, 0)) {
+  if (!read_magic(file_.get(), 0)) {
     fail("is not an MCAP file; recordings are made by `hapt record`");
   }
   if (!read_summary()) scan();
-}
-
-McapReader::File::~File() {
-  if (fd >= 0) ::close(fd);
 }
 
 void McapReader::fail(const std::string& what) const {
@@ -124,7 +120,7 @@ const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
 bool McapReader::read_record(uint64_t offset, Record& record) const {
   char header[kRecordHeader];
   if (offset > size_ || size_ - offset < sizeof header) return false;
-  if (::pread(file_.fd, header, sizeof header, static_cast<off_t>(offset)) != sizeof header) {
+  if (::pread(file_.get(), header, sizeof header, static_cast<off_t>(offset)) != sizeof header) {
     return false;
   }
   uint64_t length = 0;
@@ -135,7 +131,7 @@ bool McapReader::read_record(uint64_t offset, Record& record) const {
   record.length = sizeof header + length;
   record.content.resize(length);
   for (uint64_t done = 0; done < length;) {
-    const ssize_t n = ::pread(file_.fd, record.content.data() + done, length - done,
+    const ssize_t n = ::pread(file_.get(), record.content.data() + done, length - done,
                               static_cast<off_t>(offset + sizeof header + done));
     if (n <= 0) return false;
     done += static_cast<uint64_t>(n);
@@ -170,7 +166,7 @@ void McapReader::keep(const Record& record) {
 
 /// False when the file has no sound end: its writer was killed, or the end is damaged.
 bool McapReader::read_summary() {
-  if (size_ < 2 * kMagic.size() + kFooterBytes || !read_magic(file_.fd, size_ - kMagic.size())) {
+  if (size_ < 2 * kMagic.size() + kFooterBytes || !read_magic(file_.get(), size_ - kMagic.size())) {
     return false;
   }
   const uint64_t footer_offset = size_ - kMagic.size() - kFooterBytes;

@@ -125,8 +125,8 @@ bool write_all(int file, const Buffer& bytes, uint64_t offset) {
 }  // namespace
 
 McapWriter::McapWriter(const std::string& path) : path_(path) {
-  file_ = ::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
-  if (file_ < 0) {
+  file_ = FileDescriptor(::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644));
+  if (!file_.is_open()) {
     throw McapError(path + ": cannot be written (" + std::strerror(errno) +
                     "); check the folder and its rights");
   }
@@ -178,7 +178,7 @@ void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadat
 }
 
 bool McapWriter::write(const McapMessage& message) {
-  if (file_ < 0) return false;
+  if (!file_.is_open()) return false;
   if (chunk_.empty()) chunk_first_ns_ = chunk_last_ns_ = message.log_time_ns;
   chunk_first_ns_ = std::min(chunk_first_ns_, message.log_time_ns);
   chunk_last_ns_ = std::max(chunk_last_ns_, message.log_time_ns);
@@ -194,7 +194,7 @@ bool McapWriter::write(const McapMessage& message) {
 }
 
 bool McapWriter::flush() {
-  if (file_ < 0) return false;
+  if (!file_.is_open()) return false;
   if (chunk_.empty()) return true;
   McapChunkIndex index;
   const Buffer bytes = make_chunk(index);
@@ -204,11 +204,11 @@ bool McapWriter::flush() {
   }
   chunk_.clear();
   chunk_index_.clear();
-  return file_ >= 0;
+  return file_.is_open();
 }
 
 bool McapWriter::close() {
-  if (file_ < 0) return error_.empty();
+  if (!file_.is_open()) return error_.empty();
   return flush() && finish();
 }
 
@@ -340,14 +340,14 @@ bool McapWriter::has_room(uint64_t bytes) const {
     return false;
   }
   // beyond the end of the file, so that its size, and with it a scan, is that of what was written
-  const int result = ::fallocate(file_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset_),
+  const int result = ::fallocate(file_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset_),
                                  static_cast<off_t>(bytes));
   return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
 }
 
 bool McapWriter::append(const Buffer& bytes) {
-  if (file_ < 0) return false;
-  if (has_room(bytes.size() + end_bound()) && write_all(file_, bytes, offset_)) {
+  if (!file_.is_open()) return false;
+  if (has_room(bytes.size() + end_bound()) && write_all(file_.get(), bytes, offset_)) {
     offset_ += bytes.size();
     return true;
   }
@@ -367,11 +367,10 @@ void McapWriter::stop(int error) {
 bool McapWriter::finish() {
   const Buffer end = make_end();
   // over the half chunk of a write that fell short, or into the space reserved for it
-  const bool whole = write_all(file_, end, offset_);
+  const bool whole = write_all(file_.get(), end, offset_);
   const uint64_t size = offset_ + (whole ? end.size() : 0);
-  const bool cut = ::ftruncate(file_, static_cast<off_t>(size)) == 0;
-  ::close(file_);
-  file_ = -1;
+  const bool cut = ::ftruncate(file_.get(), static_cast<off_t>(size)) == 0;
+  file_.reset();
   return whole && cut;
 }
 

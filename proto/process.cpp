@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/process.h"
+#include "proto/environment.h"
 
 #include <poll.h>
 #include <sys/mman.h>
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -77,6 +79,11 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   } catch (const std::exception& error) {
     return fail(program, error.what(), kExitBadInput);
   }
+}
+
+std::string program_folder() {
+  if (std::string folder = environment("HAPTICD_LIBEXEC"); !folder.empty()) return folder;
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
 }
 
 void catch_stop_signals() {

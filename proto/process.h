@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <string>
 
 #include "proto/config.h"
 #include "proto/handout.h"
@@ -58,6 +59,9 @@ void catch_stop_signals();
 bool stop_requested() noexcept;
 /// Raises the flag by hand.
 void request_stop() noexcept;
+
+/// Folder of the programs: $HAPTICD_LIBEXEC, else where this one itself lies.
+std::string program_folder();
 
 /// SIGTERM when the parent dies, and at once when it is dead already, which the hung-up socket pair
 /// shows (a pid could not: it may be reused).

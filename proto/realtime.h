@@ -3,6 +3,7 @@
 
 #include <time.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -31,7 +32,7 @@ inline int64_t realtime_now_ns() noexcept {
 
 /// Period [ns] of a rate [Hz].
 inline int64_t period_ns(double rate) noexcept {
-  return static_cast<int64_t>(static_cast<double>(kNsPerSecond) / rate + 0.5);
+  return std::llround(static_cast<double>(kNsPerSecond) / rate);
 }
 
 /// Sleeps until an instant of CLOCK_MONOTONIC; signals do not cut it short.

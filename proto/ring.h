@@ -15,7 +15,8 @@ namespace haptic {
 /// Item n lives in slot n % kSlots under a ticket: 2n+1 while it is being written, 2n+2 once
 /// complete. A reader copies the words between two looks at the ticket, so it needs no write access
 /// and can be stopped, killed or late at no cost to the writer. A writer killed in mid-copy leaves
-/// an odd ticket in a slot that was never counted: every counted item stays readable.
+/// an odd ticket, which costs the oldest item of a full ring at most: the newest kSlots − 1 counted
+/// items stay readable.
 /// All-zero memory is an empty ring; there is no pointer in it. Seqlock after Boehm, "Can seqlocks
 /// get along with programming language memory models?", MSPC 2012.
 template <typename T, uint64_t kSlots>

@@ -136,22 +136,6 @@ class Validation {
 
 }  // namespace
 
-FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
-  if (this != &other) {
-    if (fd_ >= 0) close(fd_);
-    fd_ = other.release();
-  }
-  return *this;
-}
-
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) close(fd_);
-}
-
-int FileDescriptor::release() noexcept {
-  return std::exchange(fd_, -1);
-}
-
 FileDescriptor reopen_read_only(int fd) {
   const std::string path = "/proc/self/fd/" + std::to_string(fd);
   FileDescriptor copy(open(path.c_str(), O_RDONLY | O_CLOEXEC));

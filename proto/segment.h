@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "proto/channels.h"
+#include "proto/file_descriptor.h"
 #include "proto/realtime.h"
 #include "proto/schema.h"
 
@@ -200,23 +201,6 @@ inline constexpr SegmentSpec kSegmentSpec{
     Channels::kId, Channels::kName, sizeof(SegmentLayout<Channels>),
     detail::layout_hash(Channels::kName, sizeof(SegmentLayout<Channels>), detail::kTable<Channels>),
     detail::kTable<Channels>};
-
-/// An open descriptor, closed with its owner.
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(other.release()) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
-  ~FileDescriptor();
-
-  int get() const { return fd_; }
-  bool is_open() const { return fd_ >= 0; }
-  int release() noexcept;
-
- private:
-  int fd_ = -1;
-};
 
 /// The same file, opened read-only: what is handed to readers. Throws SegmentError.
 FileDescriptor reopen_read_only(int fd);

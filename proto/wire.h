@@ -162,6 +162,8 @@ enum class EventCode : uint32_t {
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
   kAttached = 3,      // {segment, generation, 0, 0, 0}
   kStopped = 4,       // {ticks, skipped, 0, 0, 0}
+  kRecordsLost =
+      5,  // a recorder: {now, since its start, generation of source, 0 frames 1 events, 0}
 };
 
 /// A fixed-size log record; hapticd formats it, the writer never does.

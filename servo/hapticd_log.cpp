@@ -91,6 +91,9 @@ std::string describe_event(const Event& event) {
       return fmt::format("attached segment {}, generation {}", whole(n[0]), whole(n[1]));
     case EventCode::kStopped:
       return fmt::format("stopped after {} cycles, {} skipped", whole(n[0]), whole(n[1]));
+    case EventCode::kRecordsLost:
+      return fmt::format("{} {} of generation {} not recorded, {} in all", whole(n[0]),
+                         n[3] != 0 ? "events" : "frames", whole(n[2]), whole(n[1]));
   }
   return fmt::format("event {}: {} {} {} {} {}", event.code, n[0], n[1], n[2], n[3], n[4]);
 }

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <climits>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -33,17 +32,6 @@ constexpr int64_t kBakePatienceNs = 60'000 * kMs;  // a hand waits this long for
 constexpr int64_t kServoStopNs = 1000 * kMs;       // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
 constexpr int kExitNoProgram = 127;
-
-/// Folder of the programs: $HAPTICD_LIBEXEC, else where hapticd itself lies.
-std::string program_folder() {
-  if (const char* folder = std::getenv("HAPTICD_LIBEXEC"); folder != nullptr && *folder != '\0') {
-    return folder;
-  }
-  char path[PATH_MAX];
-  const ssize_t n = readlink("/proc/self/exe", path, sizeof path);
-  const std::string own(path, n > 0 ? static_cast<size_t>(n) : 0);
-  return own.substr(0, own.rfind('/'));
-}
 
 sigset_t stop_signals() {
   sigset_t set;

@@ -80,7 +80,7 @@ void publish(SegmentWriter<ServoChannels>& servo, uint64_t first, uint64_t count
 std::vector<Event> losses_in(const TraceReader& trace) {
   std::vector<Event> out;
   for (const Event& e : trace.read(kEventTopic)) {
-    if (e.code == kEventRecordsLost) out.push_back(e);
+    if (e.code == static_cast<uint32_t>(EventCode::kRecordsLost)) out.push_back(e);
   }
   return out;
 }

@@ -515,9 +515,9 @@ TEST_CASE("bake: the mesh for the eye is light and keeps the shape") {
 TEST_CASE("bake: meshes from the field are read and what is wrong with them is said") {
   const Bench bench;
   for (const char* name : {"bunny00.off", "couplingdown.off", "bones.off", "pig.stl"}) {
-    const std::string path = find_mesh(name);
-    if (path.empty() || (kSlowdown > 1 && std::string(name) == "bunny00.off")) continue;
-    ObjectConfig object = object_at(path);
+    const auto path = find_mesh(name);
+    if (!path || (kSlowdown > 1 && std::string(name) == "bunny00.off")) continue;
+    ObjectConfig object = object_at(*path);
     object.unit = 0;
     object.size = 0.1;
     object.allow_open = 1;

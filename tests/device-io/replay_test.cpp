@@ -5,9 +5,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <numbers>
 
+#include "tests/support/data.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -252,16 +252,11 @@ TEST_CASE("replay: the force has no effect and people are told so", "[device-io]
 
 TEST_CASE("replay: a real recorded hand opens as a device and is met on its own grid",
           "[device-io][data]") {
-  const char* data = std::getenv("HAPTICD_DATA");
-  const std::string folder = data != nullptr ? data : HAPTIC_SOURCE_DIR "/../shared/data";
-  const std::string path = folder + "/tue-1dof-bilateral/question1a_rigid.csv";
-  if (!std::filesystem::exists(path)) {
-    WARN("SKIPPED: no " << path << "; set HAPTICD_DATA to the folder of recordings");
-    return;
-  }
+  const auto path = test::find_data("tue-1dof-bilateral/question1a_rigid.csv");
+  if (!path) return;
   DeviceConfig config;
   config.kind = DeviceKind::kReplay;
-  assign(config.replay.path, path);
+  assign(config.replay.path, *path);
   assign(config.replay.column, "master_rad");
   config.replay.lever_arm = 0.075;
   const auto samples = load_hand_trace(config.replay).samples;

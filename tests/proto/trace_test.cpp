@@ -22,6 +22,7 @@
 
 #include "proto/csv.h"
 #include "proto/hand_trace.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 
@@ -114,16 +115,6 @@ ReplayConfig replay_of(const std::string& path) {
   ReplayConfig config;
   assign(config.path, path);
   return config;
-}
-
-/// The folder of recorded data; empty, with a warning, where it is absent.
-std::string data_folder() {
-  const char* given = std::getenv("HAPTICD_DATA");
-  const fs::path folder =
-      given != nullptr ? fs::path(given) : fs::path(HAPTIC_SOURCE_DIR) / ".." / "shared" / "data";
-  if (fs::is_directory(folder)) return folder.string();
-  WARN("SKIPPED: no recorded data in " << folder << "; set HAPTICD_DATA to its folder");
-  return "";
 }
 
 }  // namespace
@@ -530,9 +521,10 @@ TEST_CASE("csv: a lever angle becomes a position along the axis, its slope the v
 }
 
 TEST_CASE("csv: the recordings of a real lever load whole") {
-  const std::string data = data_folder();
-  if (data.empty()) return;
-  ReplayConfig config = replay_of(data + "/tue-1dof-bilateral/m2_question1c_rigid.csv");
+  const auto lever = test::find_data("tue-1dof-bilateral/m2_question1c_rigid.csv");
+  const auto rim = test::find_data("epfl-wiping/wipe_rim_1.csv");
+  if (!lever || !rim) return;
+  ReplayConfig config = replay_of(*lever);
   assign(config.column, "master_rad");
   config.lever_arm = 0.075;
   const HandTrace trace = load_hand_trace(config);
@@ -544,7 +536,7 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
   CHECK(trace.samples.front().X_BH.p == Vec3{0.075 * -0.07026696, 0, 0});
   CHECK(trace.samples.size() == static_cast<size_t>(trace.duration() * 2000 + 1.5));
 
-  const HandTrace wipe = load_hand_trace(replay_of(data + "/epfl-wiping/wipe_rim_1.csv"));
+  const HandTrace wipe = load_hand_trace(replay_of(*rim));
   CHECK(wipe.samples.front().X_BH.p == Vec3{-0.437303, -0.0395946, 0.644698});
 }
 

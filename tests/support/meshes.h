@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -13,6 +10,7 @@
 #include "contact/shape/obb_tree.h"
 #include "contact/shape/primitives.h"
 #include "proto/math/pose.h"
+#include "tests/support/data.h"
 
 namespace haptic::test {
 
@@ -80,24 +78,13 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// Path of one of the meshes of Debian's libcgal-demo: $HAPTICD_MESHES or build/meshes of the
-/// source tree. Empty, with a message, where it is absent.
-inline std::string find_mesh(const std::string& name) {
-  const char* folder = std::getenv("HAPTICD_MESHES");
-  const std::string path =
-      (folder != nullptr ? std::string(folder) : HAPTIC_SOURCE_DIR "/build/meshes") + "/" + name;
-  if (std::filesystem::exists(path)) return path;
-  std::cerr << "SKIPPED: " << path << " is absent; get it with ./run meshes\n";
-  return {};
-}
-
 /// Reads a plain OFF file of triangles, independent of the baker; scaled so that the longest side
 /// is `size` metres. No triangles where the mesh is absent.
 inline Soup load_off(const std::string& name, double size) {
-  const std::string path = find_mesh(name);
+  const auto path = find_mesh(name);
   Soup soup;
-  if (path.empty()) return soup;
-  std::ifstream in(path);
+  if (!path) return soup;
+  std::ifstream in(*path);
   std::string magic;
   size_t n_vertices = 0, n_triangles = 0, ignored = 0;
   in >> magic >> n_vertices >> n_triangles >> ignored;
