@@ -163,7 +163,7 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     rows.add("contact rate", static_cast<double>(data.proxies.size() - 1) / (span * 1e-9), "Hz");
   }
   rows.add("ticks in contact", static_cast<double>(touching), "", 1, touching > 0);
-  rows.add("peak force at the device", peak, "N", limit, peak <= limit * (1 + 1e-12));
+  rows.add("peak force at the device", peak, "N", limit, peak <= limit);
   rows.add("deepest push of the hand behind the surface", deepest, "m");
   rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
   rows.add("verified proxy inside (exact check)", static_cast<double>(penetration.verified_inside),

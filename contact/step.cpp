@@ -98,7 +98,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   double scene_speed = 0;
   if (scene != nullptr) {
     for (uint32_t i = 0; i < scene->n_objects; ++i) {
-      const Vec3 v_W = surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p);
+      const Vec3 v_W = surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p, servo.t_ns);
       scene_speed = std::max(scene_speed, norm(v_W));
     }
   }
@@ -138,7 +138,9 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
 
   const PointScene now = scene_now(model, scene, servo.t_ns);
   set.X_WO = now.X_WO;
-  const bool usable = is_finite(servo.X_WT);
+  bool usable = is_finite(servo.X_WT);
+  for (uint32_t i = 0; i < model.n_objects; ++i) usable &= is_finite(now.X_WO[i]);
+  if (!usable) set.flags |= kContactNoFreePose;
   if (!state.proxy.seeded && usable) set.flags |= seed(now, servo, state.proxy);
   if (state.proxy.seeded && usable) {
     const ProxyMove move = move_proxy(now, servo.X_WT.p, state.proxy);
@@ -152,6 +154,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     state.proxy.seeded = false;
     set.n_contacts = set.n_active = 0;
   }
+  if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
+  set.reseeds = state.reseeds;
   set.X_WG = {state.proxy.g_W, servo.X_WT.q};
   return set;
 }

@@ -24,6 +24,7 @@ struct ContactModel {
 struct ContactState {
   PointProxy proxy;
   uint64_t seq = 0;
+  uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;
   double period = 1e-3;  // smoothed time between answered frames [s]
   NearScratch scratch;

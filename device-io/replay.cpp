@@ -102,7 +102,7 @@ DeviceState HandCurve::between(size_t i, int64_t t_ns) const {
   state.X_BH.p = a.X_BH.p + s2 * (3 - 2 * s) * step + s * r * r * from - s2 * r * to;
   state.V_BH.v = (6 * s * r * step + r * (1 - 3 * s) * from + s * (3 * s - 2) * to) / h;
   const Vec3 turn_H = to_rotation_vector(conjugate(a.X_BH.q) * b.X_BH.q);
-  state.X_BH.q = normalized(a.X_BH.q * from_rotation_vector(s * turn_H));
+  state.X_BH.q = normalized(slerp(a.X_BH.q, b.X_BH.q, s));
   state.V_BH.w = rotate(a.X_BH.q, turn_H) / h;
   state.grip = a.grip + s * (b.grip - a.grip);
   return flagged(state, kDeviceFresh);

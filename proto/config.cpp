@@ -39,7 +39,7 @@ constexpr Words<Primitive, 2> kPrimitives{
 // the servo's grid: below it is no haptics, above it no device
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};
-constexpr Range kSimRates{1, 1e3};
+constexpr Range kSimRates{50, 1e3};      // a pose is carried for 20 ms at most: kMaxExtrapolation
 constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
 constexpr int64_t kButtons = 32;
 
@@ -83,6 +83,8 @@ void read_session(Section& root, SessionConfig& config) {
   Section session = *root.section("session");
   session.require("name", "name = \"bunny\"");
   session.read_text("name", config.name);
+  const std::string problem = session_name_problem(view(config.name));
+  if (!problem.empty()) session.fail_at("name", problem);
   session.read_choice("renderer", words(kRenderers), config.renderer);
   session.read_flag("realtime", config.realtime);
   session.finish();
@@ -184,7 +186,6 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   section.read_choice("kind", words(kDeviceKinds), device.kind);
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
-  device.has_torque = device.max_torque > 0 ? 1 : 0;
   if (device.kind == DeviceKind::kReplay) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
   }
@@ -221,6 +222,7 @@ void read_motion(Section& object, MotionConfig& motion) {
   if (!section) return;
   section->require("kind", "kind = \"oscillate\"");
   section->read_choice("kind", words(kMotions), motion.kind);
+  if (motion.kind == MotionKind::kStatic) return section->finish();
   section->read_direction("axis", motion.axis_O);
   section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
   section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
@@ -322,6 +324,17 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
   return config;
+}
+
+std::string session_name_problem(std::string_view name) {
+  constexpr size_t kLongest = 32;
+  constexpr std::string_view kAllowed =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  const bool good = !name.empty() && name.size() <= kLongest &&
+                    name.find_first_not_of(kAllowed) == std::string_view::npos;
+  if (good) return {};
+  return "cannot be the name of a session; use 1 to " + std::to_string(kLongest) +
+         " letters, digits, '-' and '_'";
 }
 
 std::string read_config_text(const std::string& path) {

@@ -58,7 +58,7 @@ struct ReplayConfig {
 
 struct DeviceConfig {
   DeviceKind kind = DeviceKind::kSimulatedHand;
-  uint32_t has_torque = 0;
+  uint32_t reserved = 0;
   double max_force = 8;   // of the actuators [N], device units
   double max_torque = 0;  // [N·m]
   SimulatedHandConfig hand;
@@ -132,6 +132,10 @@ SessionConfig load_config(const std::string& path);
 
 /// The same for text; `origin` is the path named in errors and the base of relative paths.
 SessionConfig parse_config(std::string_view toml_text, const std::string& origin);
+
+/// Why a session cannot have this name (it becomes the name of a socket), how to mend it; empty
+/// where it can.
+std::string session_name_problem(std::string_view name);
 
 /// The text of a session file as it is, to be kept in a recording. Throws ConfigError.
 std::string read_config_text(const std::string& path);

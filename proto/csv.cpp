@@ -152,7 +152,7 @@ size_t CsvReader::find(std::string_view column) const {
   return at == columns_.end() ? npos : static_cast<size_t>(at - columns_.begin());
 }
 
-size_t CsvReader::require(std::string_view column) const {
+size_t CsvReader::require(std::string_view column, std::string_view mend) const {
   const size_t index = find(column);
   if (index != npos) return index;
   constexpr size_t kNamed = 12;  // enough to see what file it is
@@ -161,7 +161,8 @@ size_t CsvReader::require(std::string_view column) const {
     there += (i > 0 ? ", " : "") + columns_[i];
   }
   if (columns_.size() > kNamed) there += ", …";
-  throw CsvError(path_ + ":1: has no column '" + std::string(column) + "'; it has " + there);
+  throw CsvError(path_ + ":1: has no column '" + std::string(column) + "'; it has " + there +
+                 std::string(mend));
 }
 
 bool CsvReader::next() {

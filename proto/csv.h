@@ -30,8 +30,9 @@ class CsvReader {
   /// Index of a column; npos when there is none.
   static constexpr size_t npos = static_cast<size_t>(-1);
   size_t find(std::string_view column) const;
-  /// Index of a column; throws CsvError, which names the columns there are.
-  size_t require(std::string_view column) const;
+  /// Index of a column; throws CsvError, which names the columns there are, then says `mend`.
+  size_t require(std::string_view column,
+                 std::string_view mend = "; rename or add the column") const;
 
   /// Reads the next row; false at the end. Throws CsvError when it has not as many cells as
   /// columns.

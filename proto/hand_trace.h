@@ -13,8 +13,6 @@ namespace haptic {
 /// The motion of a hand as it was measured: strictly increasing in time, at the recorded rate.
 struct HandTrace {
   std::vector<DeviceState> samples;  // t_ns as in the file
-  std::vector<size_t> after_gap;     // samples that follow a hole longer than max_gap
-  double longest_gap = 0;            // between two samples [s]
 
   /// From the first sample to the last [s].
   double duration() const {
@@ -29,8 +27,8 @@ struct HandTrace {
 ///  - `config.column` set: one degree of freedom, p_B = lever_arm · column · axis_B, and time in
 ///    `t_s`; without a lever arm the column is a length [m];
 ///  - else CSV with `t_s, x_m, y_m, z_m` and, where it is there, the orientation `qx, qy, qz, qw`.
-/// Where a file holds no velocity, it is the central difference of the position, angular velocity
-/// zero. Throws McapError, CsvError (file and line).
+/// Velocities are those of the file, zero where it has none: device-io's HandCurve differentiates.
+/// Throws McapError, CsvError (file and line).
 HandTrace load_hand_trace(const ReplayConfig& config);
 
 }  // namespace haptic

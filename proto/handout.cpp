@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/handout.h"
+#include "proto/config.h"
 #include "proto/environment.h"
 
 #include <dirent.h>
@@ -22,7 +23,6 @@ namespace haptic {
 namespace {
 
 constexpr size_t kMaxClients = 64;
-constexpr size_t kMaxSessionName = 32;
 constexpr int kBacklog = 16;
 constexpr int kRetirePollMs = 100;
 constexpr const char* kSystemFolder = "/run/hapticd";
@@ -75,13 +75,8 @@ void prepare_folder(const std::string& folder) {
 }
 
 void check_session_name(const std::string& session) {
-  constexpr const char* kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
-  if (session.empty() || session.size() > kMaxSessionName ||
-      session.find_first_not_of(kAllowed) != std::string::npos) {
-    throw HandoutError("'" + session + "' cannot be the name of a session; use 1 to " +
-                       std::to_string(kMaxSessionName) + " letters, digits, '-' and '_'");
-  }
+  const std::string problem = session_name_problem(session);
+  if (!problem.empty()) throw HandoutError("'" + session + "' " + problem);
 }
 
 sockaddr_un socket_address(const std::string& path) {

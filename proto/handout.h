@@ -209,7 +209,10 @@ class RingSource<kMember> {
       if (!find_ring()) return false;
       // asked before reading: what was published by then is final
       const bool ended = source_.has_newer();
-      if (ended ? read_final(*ring_, cursor_, out) : read_next(*ring_, cursor_, out)) return true;
+      if (ended ? read_final(*ring_, cursor_, out) : read_next(*ring_, cursor_, out)) {
+        item_generation_ = generation();
+        return true;
+      }
       if (!ended) return false;
       leave_ring();
     }
@@ -221,7 +224,10 @@ class RingSource<kMember> {
     bool found = false;
     while (find_ring()) {
       const bool ended = source_.has_newer();
-      found = read_newest(out, ended) || found;
+      if (read_newest(out, ended)) {
+        item_generation_ = generation();
+        found = true;
+      }
       if (!ended) break;
       leave_ring();
     }
@@ -232,6 +238,8 @@ class RingSource<kMember> {
   uint64_t lost() const noexcept { return lost_ + cursor_.lost; }
   /// Of the writer being read; 0: none yet.
   uint64_t generation() const noexcept { return source_.generation(); }
+  /// Of the writer of the last item delivered; 0: none yet.
+  uint64_t item_generation() const noexcept { return item_generation_; }
   const SegmentHeader* header() const noexcept { return source_.header(); }
 
  private:
@@ -278,6 +286,7 @@ class RingSource<kMember> {
   const RingType* ring_ = nullptr;
   Cursor cursor_;
   uint64_t lost_ = 0;
+  uint64_t item_generation_ = 0;
   bool is_first_ = true;
 };
 

@@ -122,6 +122,9 @@ class McapWriter {
   uint64_t chunk_first_ns_ = 0, chunk_last_ns_ = 0;
 };
 
+/// Whether a file begins as an MCAP file does; false where it cannot be read.
+bool is_mcap_file(const std::string& path);
+
 /// Reads a file by its index, or by scanning it when it has no end (a killed writer): everything up
 /// to the last whole chunk.
 class McapReader {

@@ -86,6 +86,11 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
 
 }  // namespace
 
+bool is_mcap_file(const std::string& path) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return file.is_open() && read_magic(file.get(), 0);
+}
+
 McapReader::McapReader(const std::string& path) : path_(path) {
   file_ = FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file_.is_open()) fail(std::string("cannot be read (") + std::strerror(errno) + ")");

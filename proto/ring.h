@@ -82,13 +82,12 @@ struct Cursor {
 /// it is not lapped again at once, and counts exactly what it skipped.
 template <typename T, uint64_t kSlots>
 bool read_next(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
-  const uint64_t end = ring.published();
-  while (cursor.next < end) {
+  for (uint64_t end = ring.published(); cursor.next < end; end = ring.published()) {
     if (end - cursor.next <= kSlots && ring.read(cursor.next, out)) {
       ++cursor.next;
       return true;
     }
-    // each pass moves forward, so this ends after at most a few rounds even against a fast writer
+    // half a ring ahead of a writer that was just looked at: lapped again only when preempted here
     const uint64_t restart = end > kSlots / 2 ? end - kSlots / 2 : 0;
     const uint64_t target = restart > cursor.next ? restart : cursor.next + 1;
     cursor.lost += target - cursor.next;

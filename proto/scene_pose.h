@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "proto/wire.h"
 
@@ -22,9 +23,11 @@ inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_n
   return extrapolate(X_WO, V_WO, dt);
 }
 
-/// Velocity in W of the point p_W fixed to the object.
+/// Velocity in W of the point p_W fixed to the object; zero where object_pose_at stands still.
 inline Vec3 surface_velocity(const SceneFrame& scene, uint32_t object, const Pose& X_WO,
-                             const Vec3& p_W) {
+                             const Vec3& p_W, int64_t t_ns) {
+  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  if (std::fabs(dt) > kMaxExtrapolation) return {};
   return velocity_at(scene.V_WO[object], p_W - X_WO.p);
 }
 

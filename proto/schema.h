@@ -86,6 +86,7 @@ struct Schema<ContactSet> {
 uint64 answers_tick              # tick of the ServoFrame it answers
 int64 answers_t_ns               # [ns] deadline of that tick, CLOCK_MONOTONIC
 uint64 scene_seq                 # SceneFrame used
+uint64 reseeds                   # times the proxy was lost or placed anew
 geometry_msgs/Pose X_WT          # tool pose of the query
 geometry_msgs/Pose[16] X_WO      # object poses of the query
 geometry_msgs/Pose X_WG          # verified proxy: proven free of every object

@@ -44,12 +44,6 @@ bip::mapped_region map_all(int fd, bip::mode_t mode, size_t bytes) {
   }
 }
 
-uint64_t boot_id_hash() {
-  std::string text;
-  std::ifstream("/proc/sys/kernel/random/boot_id") >> text;
-  return fnv1a(text);
-}
-
 FileDescriptor make_memfd(const std::string& name, size_t bytes) {
   FileDescriptor fd(memfd_create(name.c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!fd.is_open()) throw_system("cannot create segment '" + name + "'");
@@ -107,6 +101,8 @@ class Validation {
             std::string("its records are laid out differently; ") + kRebuild);
     require(header.total_bytes.load(std::memory_order_relaxed) == spec_.total_bytes,
             SegmentFault::kTooShort, "its header claims another size than its records need");
+    require(header.clock_id.load(std::memory_order_relaxed) == CLOCK_MONOTONIC,
+            SegmentFault::kWrongAbi, std::string("its times are of another clock; ") + kRebuild);
   }
 
   void check_table(const SegmentHeader& header) const {
@@ -183,7 +179,6 @@ WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
   h->generation = generation;
   h->pid = static_cast<uint64_t>(getpid());
   h->process_start = process_start_time(static_cast<uint64_t>(getpid()));
-  h->boot_id_hash = boot_id_hash();
   h->clock_id = CLOCK_MONOTONIC;
   for (size_t i = 0; i < spec.channels.size(); ++i) {
     const ChannelEntry& entry = spec.channels[i];

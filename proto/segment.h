@@ -54,8 +54,7 @@ struct SegmentHeader {
   U64 generation;  // one higher for each restart of the writer
   U64 pid;
   U64 process_start;  // clock ticks after boot: tells a reused pid
-  U64 boot_id_hash;
-  U64 clock_id;  // of every t_ns in the segment
+  U64 clock_id;       // of every t_ns in the segment
 
   // own cache line: touched once a cycle, never together with the lines above
   alignas(128) U64 heartbeat;           // cycles since start

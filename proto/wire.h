@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 1;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 2;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
@@ -105,7 +105,7 @@ struct Contact {
 enum ContactFlag : uint32_t {
   kContactReseeded = 1u << 0,        // proxy was placed anew (start inside, object ran over it)
   kContactIterationLimit = 1u << 1,  // stopped by the iteration bound, not by convergence
-  kContactTruncated = 1u << 2,       // more than kMaxContacts candidates
+  kContactTruncated = 1u << 2,       // more facets than a leg, a query or the set can hold
   kContactNoFreePose = 1u << 3,  // no free proxy pose was found: the planes must not be rendered
   kContactNoScene = 1u << 4,     // no SceneFrame yet: poses of the config were used
 };
@@ -116,7 +116,8 @@ struct ContactSet {
   uint64_t answers_tick;  // ServoFrame::tick
   int64_t answers_t_ns;   // ServoFrame::t_ns; the age of the set counts from here
   uint64_t scene_seq;
-  Pose X_WT;                           // tool pose of the query
+  uint64_t reseeds;  // times the proxy was lost or placed anew: force starts softly
+  Pose X_WT;         // tool pose of the query
   std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
   Pose X_WG;                           // verified proxy: proven free of every object
   double free_fraction;                // of the way to the tool that was free [0, 1]
@@ -160,10 +161,8 @@ struct ControlFrame {
 enum class EventCode : uint32_t {
   kStarted = 1,       // {pid, generation, realtime bits, errno, 0}
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
-  kAttached = 3,      // {segment, generation, 0, 0, 0}
-  kStopped = 4,       // {ticks, skipped, 0, 0, 0}
-  kRecordsLost =
-      5,  // a recorder: {now, since its start, generation of source, 0 frames 1 events, 0}
+  kStopped = 3,       // {ticks, skipped, 0, 0, 0}
+  kRecordsLost = 4,   // by a recorder: {now, in all, generation of source, 0 frames 1 events, 0}
 };
 
 /// A fixed-size log record; hapticd formats it, the writer never does.
@@ -184,7 +183,7 @@ static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 144);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1360);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10920);
+static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10928);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 72);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);

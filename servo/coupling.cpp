@@ -29,8 +29,8 @@ Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {
   if (coupling.translational_damping == 0) return coupling.translational_stiffness * stretch_W;
   const Vec3 along_W = stretch_W / length;
   const double closing = dot(input.proxy_velocity_W - input.tool_velocity_W, along_W);
-  const double force =
-      coupling.translational_stiffness * length + coupling.translational_damping * closing;
+  const double force = coupling.translational_stiffness * length +
+                       input.share * coupling.translational_damping * closing;
   return std::max(force, 0.0) * along_W;
 }
 

@@ -27,6 +27,7 @@ struct CouplingInput {
   Vec3 proxy_W;
   Vec3 tool_velocity_W;
   Vec3 proxy_velocity_W;
+  double share = 1;  // of the damper: contacts that fade shorten the spring, and it must fade along
 };
 Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input);
 

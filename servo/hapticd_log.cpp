@@ -87,8 +87,6 @@ std::string describe_event(const Event& event) {
     case EventCode::kFlagsChanged:
       return fmt::format("{} (was: {}) at tick {}", flag_names(static_cast<uint32_t>(n[1])),
                          flag_names(static_cast<uint32_t>(n[0])), whole(n[2]));
-    case EventCode::kAttached:
-      return fmt::format("attached segment {}, generation {}", whole(n[0]), whole(n[1]));
     case EventCode::kStopped:
       return fmt::format("stopped after {} cycles, {} skipped", whole(n[0]), whole(n[1]));
     case EventCode::kRecordsLost:

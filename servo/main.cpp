@@ -34,7 +34,7 @@ struct Inbox {
     any_scene |= scenes.latest(scene);
     any_control |= controls.latest(control);
     input.contacts = any_contact ? &contact_set : nullptr;
-    input.contact_generation = contacts.generation();
+    input.contact_generation = contacts.item_generation();
     input.scene = any_scene ? &scene : nullptr;
     input.control = any_control ? &control : nullptr;
   }
@@ -61,7 +61,7 @@ int run(const ChildArguments& arguments) {
     inbox->receive(input);
     input.tick = tick.index;
     input.t_ns = tick.deadline_ns;
-    input.realtime_ns = realtime_now_ns() - tick.late_ns;
+    input.realtime_ns = realtime_now_ns() - (now_ns() - tick.deadline_ns);
     input.wake_late_ns = tick.late_ns;
     input.skipped = tick.skipped;
 
@@ -70,7 +70,8 @@ int run(const ChildArguments& arguments) {
     frame.busy_ns = now_ns() - woke_ns;
     child.channels().frames.publish(frame);
 
-    const uint32_t now_notable = frame.flags & kNotable;
+    // torque comes and goes with contact: that it is dropped is said once
+    const uint32_t now_notable = (frame.flags | (notable & kServoTorqueDropped)) & kNotable;
     if (now_notable != notable) {
       child.event(EventCode::kFlagsChanged,
                   {static_cast<double>(notable), static_cast<double>(now_notable),

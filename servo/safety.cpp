@@ -12,7 +12,8 @@ bool saturate(Vec3& a, double limit) {
   if (length <= limit) return false;
   // scaled down first: a huge but finite vector has an infinite norm
   const double largest = std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
-  a = limit * normalized(a / largest);
+  // a bit short of the limit, which rounding must not exceed
+  a = limit * (1 - 0x1p-50) * normalized(a / largest);
   return true;
 }
 

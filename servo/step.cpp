@@ -10,9 +10,15 @@
 namespace haptic {
 namespace {
 
-bool is_finite(const DeviceState& device) {
-  return haptic::is_finite(device.X_BH) && haptic::is_finite(device.V_BH.v) &&
-         haptic::is_finite(device.V_BH.w);
+bool is_finite(const Twist& V) {
+  return haptic::is_finite(V.v) && haptic::is_finite(V.w);
+}
+
+/// Finite, and the orientation is a rotation.
+bool is_sound(const DeviceState& device) {
+  constexpr double kUnit = 1e-3;
+  return haptic::is_finite(device.X_BH) && is_finite(device.V_BH) &&
+         std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
 }
 
 /// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
@@ -67,11 +73,12 @@ Vec3 proxy_velocity(const ServoInput& input, const PointProxySolution& solution,
                     const std::array<Pose, kMaxObjects>& X_WO) {
   if (input.scene == nullptr || solution.n_active == 0) return {};
   const uint32_t object = solution.object[0];
-  return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W);
+  return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W, input.t_ns);
 }
 
-/// The device keeps the last good pose while its sample is unusable.
-void begin_frame(const ServoModel& model, ServoState& state, const ServoInput& input, bool usable,
+/// Fills in what is known before contacts. False when the device sample cannot be used: the tool
+/// then keeps its last good pose.
+bool begin_frame(const ServoModel& model, ServoState& state, const ServoInput& input,
                  ServoFrame& frame) {
   frame.tick = input.tick;
   frame.t_ns = input.t_ns;
@@ -79,19 +86,48 @@ void begin_frame(const ServoModel& model, ServoState& state, const ServoInput& i
   frame.wake_late_ns = input.wake_late_ns;
   frame.skipped = input.skipped;
   frame.device = input.device;
-  if (!usable) {
+  // a finite but absurd sample may overflow on its way into the scene
+  const Pose X_WT = tool_pose(model.map, state.clutch, input.device.X_BH);
+  const Twist V_WT = tool_twist(model.map, input.device.X_BH, input.device.V_BH);
+  if (!is_sound(input.device) || !haptic::is_finite(X_WT) || !is_finite(V_WT)) {
     frame.X_WT = state.X_WT;
     frame.device.X_BH = {};
     frame.device.V_BH = {};
-    return;
+    return false;
   }
-  const Pose X_WT_last = state.started ? state.X_WT : tool_pose(model.map, {}, input.device.X_BH);
-  frame.X_WT = apply_clutch(model.map, state.clutch, input.device, X_WT_last);
-  frame.V_WT = tool_twist(model.map, input.device.X_BH, input.device.V_BH);
+  frame.X_WT =
+      apply_clutch(model.map, state.clutch, input.device, state.started ? state.X_WT : X_WT);
+  frame.V_WT = V_WT;
   if (state.clutch.held) {
     frame.V_WT = {};
     frame.flags |= kServoClutched;
   }
+  return true;
+}
+
+/// Notes in the frame which inputs it used, and what they ask of safety.
+SafetyInput note_inputs(ServoState& state, const ServoInput& input, ServoFrame& frame) {
+  SafetyInput safety;
+  frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
+  if (input.contacts != nullptr) {
+    const ContactSet& set = *input.contacts;
+    frame.contact_seq = set.seq;
+    frame.contact_tick = set.answers_tick;
+    frame.X_WG = set.X_WG;
+    // a count, not an event: the set that placed the proxy anew may have been overwritten unread
+    const ReseedMark mark{input.contact_generation, set.reseeds};
+    safety.restart = set.reseeds > 0 && mark != state.reseeds;
+    state.reseeds = mark;
+    safety.force_closed = (set.flags & kContactNoFreePose) != 0;
+  }
+  if (input.scene != nullptr) frame.scene_seq = input.scene->seq;
+  if (input.control != nullptr) {
+    frame.control_revision = input.control->revision;
+    safety.fault_clears = input.control->fault_clears;
+    if (input.control->paused != 0) frame.flags |= kServoPaused;
+  }
+  safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused)) != 0;
+  return safety;
 }
 
 }  // namespace
@@ -108,8 +144,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
 
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   ServoFrame frame{};
-  const bool usable = is_finite(input.device);
-  begin_frame(model, state, input, usable, frame);
+  const bool usable = begin_frame(model, state, input, frame);
   follow_control(model, state, input);
 
   // planes where the objects are now, as far as their age allows
@@ -125,41 +160,25 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   if (!proxy.converged) frame.flags |= kServoSolverLimit;
 
   // the spring is here: this tick's tool pose, no queue in between
-  const Vec3 force_W = coupling_force(state.coupling, {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v,
-                                                       proxy_velocity(input, proxy, X_WO)});
+  const Vec3 force_W = coupling_force(
+      state.coupling,
+      {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, proxy_velocity(input, proxy, X_WO), proxy.share});
   frame.F_coupling_W = {force_W, {}};
   frame.X_WP = {proxy.proxy_W, frame.X_WT.q};
   frame.depth = norm(proxy.proxy_W - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(proxy.n_active);
   if (proxy.n_active > 0) frame.flags |= kServoContact;
-  add_impulses(proxy, force_W, X_WO, model.dt, state);
-  frame.object_impulse_W = state.object_impulse_W;
 
-  frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
-  SafetyInput safety;
+  SafetyInput safety = note_inputs(state, input, frame);
   safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
   safety.input_finite = usable && proxy.finite;
-  if (input.contacts != nullptr) {
-    const ContactSet& set = *input.contacts;
-    frame.contact_seq = set.seq;
-    frame.contact_tick = set.answers_tick;
-    frame.X_WG = set.X_WG;
-    const bool news = set.seq != state.last_contact_seq || !state.started;
-    state.last_contact_seq = set.seq;
-    safety.restart = news && (set.flags & kContactReseeded) != 0;
-    safety.force_closed = (set.flags & kContactNoFreePose) != 0;
-  }
-  if (input.scene != nullptr) frame.scene_seq = input.scene->seq;
-  if (input.control != nullptr) {
-    frame.control_revision = input.control->revision;
-    safety.fault_clears = input.control->fault_clears;
-    if (input.control->paused != 0) frame.flags |= kServoPaused;
-  }
-  safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused)) != 0;
-
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   frame.F_device_B = safe.F_B;
   frame.flags |= safe.flags;
+  // a closed force pushes nothing
+  const bool felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
+  if (felt) add_impulses(proxy, force_W, X_WO, model.dt, state);
+  frame.object_impulse_W = state.object_impulse_W;
 
   if (state.started) {
     const double since = static_cast<double>(input.t_ns - state.t_ns) * 1e-9;

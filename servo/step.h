@@ -17,6 +17,13 @@ struct ServoModel {
   SafetyLimits limits;
 };
 
+/// Which placing of contact's proxy the force is built on.
+struct ReseedMark {
+  uint64_t generation = 0;  // of the writer of the ContactSet
+  uint64_t count = 0;       // ContactSet::reseeds
+  bool operator==(const ReseedMark&) const = default;
+};
+
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;
@@ -28,7 +35,7 @@ struct ServoState {
   Pose X_WP;  // last tick's proxy
   int64_t t_ns = 0;
   uint64_t contact_generation = 0;
-  uint64_t last_contact_seq = 0;
+  ReseedMark reseeds;
   std::array<Wrench, kMaxObjects> object_impulse_W{};
 };
 

@@ -21,18 +21,6 @@ size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
   return 1;
 }
 
-Vec3 pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
-  switch (feature.kind) {
-    case FeatureKind::kFace:
-      return mesh.face_normals[feature.index];
-    case FeatureKind::kEdge:
-      return mesh.edge_normals[feature.index];
-    case FeatureKind::kVertex:
-      return mesh.vertex_normals[feature.index];
-  }
-  return {};
-}
-
 }  // namespace
 
 NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,

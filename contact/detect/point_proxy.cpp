@@ -82,25 +82,33 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   return kept;
 }
 
-/// Objects that moved over the proxy take it along: in their frame it stays where it was.
+/// Whether a point lies inside a closed object; a surface without an inside has none.
+bool is_inside(const PointScene& scene, uint32_t object, const Vec3& p_W) {
+  const MeshShape& shape = scene.shapes[object];
+  if (!shape.mesh.closed) return false;
+  const Vec3 p_O = inverse(scene.X_WO[object]) * p_W;
+  return closest_point(shape, p_O, std::numeric_limits<double>::infinity()).inside;
+}
+
+/// Objects that moved over the proxy take it along: in their frame it stays where it was. Two that
+/// press it into each other leave it no free pose.
 uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
-  uint32_t flags = 0;
-  for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-    if (proxy.X_WO[i] == scene.X_WO[i]) continue;
-    const Vec3 before_O = inverse(proxy.X_WO[i]) * proxy.g_W;
+  const Vec3 start_W = proxy.g_W;
+  // the way of the proxy as an object sees it, from before anything moved to now
+  const auto runs_over = [&](uint32_t i) {
+    const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    if (!first_hit(scene.shapes[i], before_O, after_O).hit) continue;
-    const Vec3 carried_W = scene.X_WO[i] * before_O;
-    // the way it is carried must be free of the others
-    if (first_hit_in_scene(scene, proxy.g_W, carried_W).hit) {
-      bool squeezed = false;
-      for (uint32_t j = 0; j < scene.shapes.size(); ++j) {
-        const Pose X_OW = inverse(scene.X_WO[j]);
-        squeezed |= j != i && first_hit(scene.shapes[j], X_OW * proxy.g_W, X_OW * carried_W).hit;
-      }
-      if (squeezed) flags |= kContactNoFreePose;
+    return first_hit(scene.shapes[i], before_O, after_O).hit;
+  };
+  for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+    if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
+    proxy.g_W = scene.X_WO[i] * (inverse(proxy.X_WO[i]) * start_W);
+  }
+  uint32_t flags = 0;
+  if (proxy.g_W != start_W) {
+    for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
+      if (runs_over(i) || is_inside(scene, i, proxy.g_W)) flags = kContactNoFreePose;
     }
-    proxy.g_W = carried_W;
   }
   proxy.X_WO = scene.X_WO;
   return flags;
@@ -120,7 +128,7 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
       if (!shape.mesh.closed) continue;
       const Vec3 p_O = inverse(scene.X_WO[i]) * proxy.g_W;
       const ClosestPoint c = closest_point(shape, p_O, std::numeric_limits<double>::infinity());
-      if (!c.found || !c.inside) continue;
+      if (!c.inside) continue;
       // out through the nearest surface point, along the facet's normal
       const Vec3 out_O = c.point_O + scene.epsilon * shape.mesh.face_normals[c.triangle];
       proxy.g_W = scene.X_WO[i] * out_O;

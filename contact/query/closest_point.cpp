@@ -61,17 +61,6 @@ OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, cons
   return closest_on_triangle(p, {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
 }
 
-const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
-  switch (feature.kind) {
-    case FeatureKind::kVertex:
-      return mesh.vertex_normals[feature.index];
-    case FeatureKind::kEdge:
-      return mesh.edge_normals[feature.index];
-    default:
-      return mesh.face_normals[feature.index];
-  }
-}
-
 ClosestPoint finish(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle& on,
                     const Vec3& p_O) {
   ClosestPoint result;
@@ -131,6 +120,17 @@ void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const Vec3& p_O, Be
 }
 
 }  // namespace
+
+const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
+  switch (feature.kind) {
+    case FeatureKind::kVertex:
+      return mesh.vertex_normals[feature.index];
+    case FeatureKind::kEdge:
+      return mesh.edge_normals[feature.index];
+    default:
+      return mesh.face_normals[feature.index];
+  }
+}
 
 ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,
                                        const Vec3& p_O) {

@@ -18,6 +18,10 @@ struct Feature {
   uint64_t id() const { return (static_cast<uint64_t>(kind) << 62) | index; }
 };
 
+/// Angle-weighted normal of a feature: which side of the surface is outside (Bærentzen & Aanæs
+/// 2005).
+const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature);
+
 struct ClosestPoint {
   bool found = false;
   double distance = 0;  // unsigned [m]

@@ -25,8 +25,5 @@ constexpr Vec3 operator*(const Mat3& m, const Vec3& a) {
 constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
   return from_columns(a * b.column(0), a * b.column(1), a * b.column(2));
 }
-constexpr double determinant(const Mat3& m) {
-  return dot(m.row[0], cross(m.row[1], m.row[2]));
-}
 
 }  // namespace haptic

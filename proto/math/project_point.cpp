@@ -46,14 +46,21 @@ bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset
   return true;
 }
 
-Vec3 lagrange_point(std::span<const HalfSpace> h, const Vec3& p, const Subset& subset, int size,
-                    const std::array<double, 3>& lambda) {
-  Vec3 x = p;
-  for (int i = 0; i < size; ++i) {
-    const auto k = static_cast<size_t>(i);
-    x += lambda[k] * h[static_cast<size_t>(subset[k])].normal;
+/// Nearest point to p on all the planes of the subset, x = p + Σ λ_i n_i. In a flat valley two huge
+/// multipliers almost cancel: a second pass on what the first one left restores the lost digits.
+bool lagrange_point(std::span<const HalfSpace> h, const Vec3& p, const Subset& subset, int size,
+                    Vec3& x, std::array<double, 3>& lambda) {
+  x = p;
+  lambda = {};
+  for (int pass = 0; pass < 2; ++pass) {
+    std::array<double, 3> step{};
+    if (!solve_multipliers(h, x, subset, size, step)) return false;
+    for (size_t i = 0; i < static_cast<size_t>(size); ++i) {
+      x += step[i] * h[static_cast<size_t>(subset[i])].normal;
+      lambda[i] += step[i];
+    }
   }
-  return x;
+  return true;
 }
 
 double slack(const HalfSpace& h, const Vec3& x) {
@@ -75,10 +82,10 @@ bool exchange(std::span<const HalfSpace> h, const Vec3& p, std::span<const int> 
       if (size < 3) subset[static_cast<size_t>(size)] = pool[i];
       ++size;
     }
+    Vec3 x;
     std::array<double, 3> lambda{};
-    if (size > 3 || !solve_multipliers(h, p, subset, size, lambda)) continue;
+    if (size > 3 || !lagrange_point(h, p, subset, size, x, lambda)) continue;
     if (*std::min_element(lambda.begin(), lambda.begin() + size) < 0) continue;
-    const Vec3 x = lagrange_point(h, p, subset, size, lambda);
     const bool feasible = std::all_of(pool.begin(), pool.end(), [&](int i) {
       return slack(h[static_cast<size_t>(i)], x) >= -tolerance;
     });
@@ -107,7 +114,8 @@ PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpac
     double worst_slack = -tolerance;
     for (size_t i = 0; i < half_spaces.size(); ++i) {
       const double s = slack(half_spaces[i], out.x);
-      if (s < worst_slack) worst = static_cast<int>(i), worst_slack = s;
+      // written so that NaN counts as violated: nothing can satisfy it, and the answer says so
+      if (!(s >= worst_slack)) worst = static_cast<int>(i), worst_slack = s;
     }
     if (worst < 0) return out;
 

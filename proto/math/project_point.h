@@ -19,7 +19,7 @@ struct PointProjection {
   int n_active = 0;                    // 0 free, 1 face, 2 edge, 3 vertex
   std::array<int, 3> active{};         // indices of the half-spaces that carry x
   std::array<double, 3> multiplier{};  // > 0: how hard each pushes, x − p = Σ multiplier·normal
-  bool converged = true;               // false: contradictory half-spaces or iteration limit
+  bool converged = true;  // false: contradictory or non-finite half-spaces, or iteration limit
   int iterations = 0;
 };
 

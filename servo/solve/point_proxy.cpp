@@ -12,6 +12,7 @@ struct Plane {
   HalfSpace full;  // at full weight: the exact offset
   Vec3 point_W;
   double extent = 0;
+  double weight = 1;  // share of its depth that is left, by age and extent
   uint32_t object = 0;
 };
 
@@ -36,21 +37,19 @@ HalfSpace relax(const HalfSpace& plane, const Vec3& tool_W, double w) {
   return {plane.normal, depth > 0 && w < 1 ? plane.offset - (1 - w) * depth : plane.offset};
 }
 
-bool is_usable(const Contact& c) {
-  return is_finite(c.object_point_O) && is_finite(c.normal_O) && std::isfinite(c.extent) &&
-         c.object < kMaxObjects;
-}
-
-/// False when a contact is not finite.
+/// False when a contact or the pose of its object is not finite.
 bool carry_planes(const ContactSet& contacts, const std::array<Pose, kMaxObjects>& X_WO,
                   Planes& planes, size_t& n) {
   n = std::min<size_t>(contacts.n_contacts, kMaxContacts);
   for (size_t i = 0; i < n; ++i) {
     const Contact& c = contacts.contacts[i];
-    if (!is_usable(c)) return false;
+    if (c.object >= kMaxObjects) return false;
     const Vec3 normal_W = rotate(X_WO[c.object].q, c.normal_O);
     const Vec3 point_W = X_WO[c.object] * c.object_point_O;
-    planes[i] = {{normal_W, dot(normal_W, point_W)}, point_W, c.extent, c.object};
+    planes[i] = {{normal_W, dot(normal_W, point_W)}, point_W, c.extent, 1, c.object};
+    const bool finite = is_finite(normal_W) && is_finite(point_W) && std::isfinite(c.extent) &&
+                        std::isfinite(planes[i].full.offset);
+    if (!finite) return false;
   }
   return true;
 }
@@ -69,26 +68,35 @@ PointProxySolution solve_point_proxy(const ContactSet& contacts,
 
   std::array<HalfSpace, kMaxContacts> half_spaces;
   const std::span<const HalfSpace> view(half_spaces.data(), n);
-  for (size_t i = 0; i < n; ++i) half_spaces[i] = relax(planes[i].full, tool_W, weight);
+  for (size_t i = 0; i < n; ++i) {
+    planes[i].weight = weight;
+    half_spaces[i] = relax(planes[i].full, tool_W, weight);
+  }
   PointProjection projection = project_onto_half_spaces(tool_W, view);
 
   // planes that hold neither where the tool is nor where the proxy came out give way
   bool faded = false;
   for (size_t i = 0; i < n; ++i) {
     const double w = extent_weight(planes[i], tool_W, projection.x);
-    if (w < 1) half_spaces[i] = relax(planes[i].full, tool_W, w * weight);
-    faded |= w < 1;
+    if (w >= 1) continue;
+    planes[i].weight = w * weight;
+    half_spaces[i] = relax(planes[i].full, tool_W, planes[i].weight);
+    faded = true;
   }
   if (faded) projection = project_onto_half_spaces(tool_W, view);
 
   out.converged = projection.converged;
   out.proxy_W = projection.x;
   out.n_active = projection.n_active;
+  double pushes = 0, weighted = 0;
   for (size_t i = 0; i < static_cast<size_t>(projection.n_active); ++i) {
     const auto k = static_cast<size_t>(projection.active[i]);
     out.object[i] = planes[k].object;
     out.push_W[i] = projection.multiplier[i] * half_spaces[k].normal;
+    pushes += projection.multiplier[i];
+    weighted += projection.multiplier[i] * planes[k].weight;
   }
+  out.share = pushes > 0 ? weighted / pushes : 0;
   return out;
 }
 

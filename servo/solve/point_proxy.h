@@ -14,8 +14,9 @@ struct PointProxySolution {
   int n_active = 0;
   std::array<uint32_t, 3> object{};  // owner of each active plane
   std::array<Vec3, 3> push_W{};      // multiplier·normal: proxy − tool = Σ push_W
+  double share = 0;  // of full depth that the active planes have left, by age and extent, 0 to 1
   bool converged = true;
-  bool finite = true;  // false: a contact held NaN or infinity
+  bool finite = true;  // false: a contact or the pose of its object held NaN or infinity
 };
 
 /// Nearest point to the tool on the free side of the contact planes (god-object, r = 0): the planes

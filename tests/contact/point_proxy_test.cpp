@@ -235,6 +235,19 @@ TEST_CASE("point proxy: a proxy crushed between two objects is reported", "[cont
   CHECK((flags & haptic::kContactNoFreePose) != 0);
 }
 
+TEST_CASE("point proxy: what carries it must not push it into another moving object", "[contact]") {
+  // the block below comes up, the one above moves sideways: whichever stands first in the scene
+  const bool below_first = GENERATE(true, false);
+  TestScene s;
+  s.add(haptic::make_box({0.1, 0.1, 0.1}), {{0, 0, below_first ? -0.0505 : 0.0505}, {}});
+  s.add(haptic::make_box({0.1, 0.1, 0.1}), {{0, 0, below_first ? 0.0505 : -0.0505}, {}});
+  PointProxy proxy = proxy_at(s, {0, 0, 0});
+  const size_t below = below_first ? 0 : 1;
+  s.scene.X_WO[below].p.z += 1.2e-3;
+  s.scene.X_WO[1 - below].p.x += 1e-3;
+  CHECK((move_proxy(s.scene, {0, 0, 0}, proxy).flags & haptic::kContactNoFreePose) != 0);
+}
+
 TEST_CASE("point proxy: a start inside is moved to the nearest surface and reported", "[contact]") {
   TestScene s;
   s.add(haptic::make_box({0.1, 0.1, 0.1}));

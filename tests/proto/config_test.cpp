@@ -167,7 +167,6 @@ TEST_CASE("config: every section reaches its field") {
                    "x.toml");
   CHECK(config.device.max_force == 9);
   CHECK(config.device.max_torque == 0.1);
-  CHECK(config.device.has_torque == 1);
   CHECK(config.device.hand.seed == 7);
   CHECK(config.device.hand.mass == 0.2);
   CHECK(config.device.hand.intent.centre_B == Vec3{1, 2, 3});
@@ -253,6 +252,14 @@ TEST_CASE("config: each kind of mistake is told with file, line and column") {
        "x.toml:11:20: ", "has no direction"},
       {"long quaternion", scene_with("", "rotation = {quaternion = [0, 0, 0, 2]}\n"),
        "x.toml:11:26: ", "has not length 1"},
+      {"session name that no socket can have", scene_with("name = \"test\"", "name = \"a test\""),
+       "x.toml:2:8: ", "'name' cannot be the name of a session; use 1 to 32 letters"},
+      {"scene slower than poses are carried",
+       scene_with("[coupling]", "[sim]\nrate = \"10 Hz\"\n[coupling]"),
+       "x.toml:6:8: ", "'rate' is out of range"},
+      {"motion that does not move",
+       scene_with("", "motion = {kind = \"static\", frequency = \"1 Hz\"}\n"),
+       "x.toml:11:28: ", "unknown key 'frequency' in [object.motion]"},
       {"motion without frequency",
        scene_with("", "motion = {kind = \"oscillate\", amplitude = \"5 mm\"}\n"),
        "x.toml:11:10: ", "[object.motion] has no 'frequency'"},
@@ -396,7 +403,6 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   CHECK(bunny.mesh_memory_limit == defaults.mesh_memory_limit);
   CHECK(bunny.map.X_WB == defaults.map.X_WB);
   CHECK(bunny.device.max_force == defaults.device.max_force);
-  CHECK(bunny.device.has_torque == 0);
   CHECK(bunny.device.hand.mass == defaults.device.hand.mass);
   CHECK(bunny.device.hand.encoder_step == Approx(defaults.device.hand.encoder_step));
   CHECK(bunny.device.hand.hand_stiffness == defaults.device.hand.hand_stiffness);

@@ -246,9 +246,12 @@ TEST_CASE("handout: the latest item survives its writer until there is a newer o
     return client.frames.generation() == 2;
   }));
   CHECK(out.seq == 5);
+  // the source has gone on, the item in hand is still the old writer's
+  CHECK(client.frames.item_generation() == 1);
   publish(second, 50, 2);
   REQUIRE(client.frames.latest(out));
   CHECK(out.seq == 51);
+  CHECK(client.frames.item_generation() == 2);
 }
 
 TEST_CASE("handout: kill -9 of a writer at any moment loses nothing uncounted") {

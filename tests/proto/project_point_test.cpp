@@ -111,6 +111,35 @@ TEST_CASE("project: contradictory planes are reported, not looped over", "[math]
   CHECK(is_finite(r.x));
 }
 
+TEST_CASE("project: shallow valleys are solved at any depth", "[math][property]") {
+  // two planes that nearly agree have huge multipliers of opposite effect: digits are lost there
+  std::mt19937_64 rng(11);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int trial = 0; trial < 20000; ++trial) {
+    const Vec3 up = random_unit(rng), across = haptic::normalized(cross(up, random_unit(rng)));
+    const double half = 0.5 * std::pow(10, -3 + 2 * uniform(rng));  // 0.001 to 0.1 rad, halved
+    const Vec3 bottom = 0.05 * random_unit(rng);
+    const Vec3 a = std::cos(half) * up + std::sin(half) * across;
+    const Vec3 b = std::cos(half) * up - std::sin(half) * across;
+    const double depth = 0.01 * uniform(rng);
+    const PointProjection r = project_onto_half_spaces(
+        bottom - depth * up, std::vector<HalfSpace>{{a, dot(a, bottom)}, {b, dot(b, bottom)}});
+    CAPTURE(trial, half, depth);
+    REQUIRE(r.converged);
+    REQUIRE(r.n_active == 2);
+    // the bottom of the valley is ill-conditioned across it, not in height
+    REQUIRE(std::fabs(dot(r.x - bottom, up)) <= tol(1e-15) / half);
+    REQUIRE(norm(r.x - bottom) <= tol(1e-16) / (half * half) + tol(1e-15));
+  }
+}
+
+TEST_CASE("project: a plane that is not finite is reported", "[math]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_FALSE(project_onto_half_spaces({}, std::vector<HalfSpace>{{{0, 0, nan}, 1}}).converged);
+  CHECK_FALSE(project_onto_half_spaces({}, std::vector<HalfSpace>{{{0, 0, 1}, 1}, {{0, 1, 0}, nan}})
+                  .converged);
+}
+
 TEST_CASE("project: random half-spaces agree with brute force and satisfy KKT",
           "[math][property]") {
   std::mt19937_64 rng(20261121);

@@ -158,7 +158,9 @@ TEST_CASE("segment: any flipped byte of the identity or the table is refused, no
     const auto fault = fault_of(file_with(patched(good, at, good[at] ^ std::byte{0x41})));
     const bool identity =
         at < offsetof(SegmentHeader, abi_minor) ||
-        (at >= offsetof(SegmentHeader, layout_hash) && at < offsetof(SegmentHeader, generation));
+        (at >= offsetof(SegmentHeader, layout_hash) && at < offsetof(SegmentHeader, generation)) ||
+        (at >= offsetof(SegmentHeader, clock_id) &&
+         at < offsetof(SegmentHeader, clock_id) + sizeof(SegmentHeader::clock_id));
     const bool table = at >= kFirstEntry && at < kTableEnd;
     CAPTURE(at);
     CHECK(fault.has_value() == (identity || table));

@@ -492,20 +492,28 @@ TEST_CASE("csv: mistakes are told with file and line") {
   CHECK(error.find('\n') == std::string::npos);
 }
 
-TEST_CASE("csv: holes longer than max_gap are counted, not refused") {
-  ReplayConfig config =
+TEST_CASE("csv: what is no recording at all is said to be none") {
+  const std::string folder = fs::path(fresh_file("folder")).parent_path().string();
+  CHECK(error_of(replay_of(folder)) ==
+        folder + ": is a folder; name a recording in it (.mcap or .csv)");
+  // an MCAP file is one by what it holds, not by its name
+  const std::string path = written("renamed.csv", std::string("\x89MCAP0\r\n", 8) + "rest");
+  CHECK_THAT(error_of(replay_of(path)), !Catch::Contains("has no column"));
+  CHECK_THAT(error_of(replay_of(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n"))),
+             Catch::EndsWith("`column` in [device.replay], as configs/lever.toml does"));
+}
+
+TEST_CASE("csv: holes are not refused") {
+  const ReplayConfig config =
       replay_of(written("gaps.csv",
                         "t_s,x_m,y_m,z_m\r\n0,0,0,0\r\n0.01,1,0,0\r\n0.05,2,0,0\r\n"
                         "0.06,3,0,0\r\n0.2,4,0,0\r\n"));
-  config.max_gap = 0.02;
   const HandTrace trace = load_hand_trace(config);
   REQUIRE(trace.samples.size() == 5);
-  CHECK(trace.after_gap == std::vector<size_t>{2, 4});
-  CHECK(std::abs(trace.longest_gap - 0.14) <= test::tol(1e-9));  // times are kept to 1 ns
   CHECK(trace.samples[2].t_ns == 50'000'000);
 }
 
-TEST_CASE("csv: a lever angle becomes a position along the axis, its slope the velocity") {
+TEST_CASE("csv: a lever angle becomes a position along the axis") {
   ReplayConfig config =
       replay_of(written("lever.csv", "t_s,lever_rad\n0,0\n0.5,0.1\n1,0.2\n1.5,0.3\n"));
   assign(config.column, "lever_rad");
@@ -514,10 +522,6 @@ TEST_CASE("csv: a lever angle becomes a position along the axis, its slope the v
   const HandTrace trace = load_hand_trace(config);
   REQUIRE(trace.samples.size() == 4);
   CHECK(trace.samples[2].X_BH.p == Vec3{0, -0.075 * 0.2, 0});
-  // a straight line: every difference is its slope
-  for (const DeviceState& s : trace.samples) {
-    CHECK(norm(s.V_BH.v - Vec3{0, -0.075 * 0.2, 0}) <= test::tol(1e-15));
-  }
 }
 
 TEST_CASE("csv: the recordings of a real lever load whole") {
@@ -529,8 +533,6 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
   config.lever_arm = 0.075;
   const HandTrace trace = load_hand_trace(config);
   // 2 kHz without a gap, 4 to 5 s, as the data's own notes say
-  CHECK(trace.after_gap.empty());
-  CHECK(trace.longest_gap < 0.00051);
   CHECK(trace.duration() > 3.9);
   CHECK(trace.duration() < 5.1);
   CHECK(trace.samples.front().X_BH.p == Vec3{0.075 * -0.07026696, 0, 0});

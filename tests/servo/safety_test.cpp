@@ -51,6 +51,19 @@ TEST_CASE("safety: saturation keeps the direction", "[servo]") {
   CHECK((out.flags & haptic::kServoSaturated) != 0);
 }
 
+TEST_CASE("safety: a saturated force is not above the limit by a single bit", "[servo]") {
+  SafetyState state = warm();
+  uint64_t seed = 3;
+  auto uniform = [&] {
+    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
+    return static_cast<double>(seed >> 11) * 0x1p-52 - 1;
+  };
+  for (int i = 0; i < 100000; ++i) {
+    const Vec3 f = 50 * Vec3{uniform(), uniform(), uniform()};
+    REQUIRE(norm(make_safe(kLimits, state, asking({f, {}}), kDt).F_B.f) <= kLimits.max_force);
+  }
+}
+
 TEST_CASE("safety: a huge finite force is saturated, not a fault", "[servo]") {
   SafetyState state = warm();
   const double huge = 1e300;

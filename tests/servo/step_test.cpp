@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "servo/solve/point_proxy.h"
 #include "tests/support/near.h"
@@ -157,6 +158,121 @@ TEST_CASE("servo: a dead sim freezes the scene after 20 ms", "[servo]") {
   set->answers_t_ns = 1099 * kMs;
   const ServoFrame f = servo_step(plain_model(1000), state, input);
   CHECK(f.depth == Approx(0.1 * 0.020));
+
+  // what stands still does not push the damper either
+  ServoModel damped = plain_model(1000);
+  damped.coupling.translational_damping = 5;
+  ServoState fresh;
+  CHECK(servo_step(damped, fresh, input).F_device_B.f.z == Approx(1000 * 0.1 * 0.020));
+}
+
+TEST_CASE("servo: the damper fades with the contacts and never steps", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoModel model = plain_model(800);
+  model.coupling.translational_damping = 5;
+  ServoState state;
+  std::vector<double> force;
+  // contacts answer until 100 ms, stop for 200 ms and come back
+  for (int64_t k = 1; k <= 500; ++k) {
+    if (k <= 100 || k > 300) {
+      set->answers_t_ns = (k - 1) * kMs;
+      set->seq = static_cast<uint64_t>(k);
+    }
+    ServoInput input = input_at(k, {0, 0, -1e-3}, set.get());
+    input.device.V_BH.v = {0, 0, -0.2};
+    force.push_back(servo_step(model, state, input).F_device_B.f.z);
+  }
+  const double full = 800 * 1e-3 + 5 * 0.2;
+  CHECK(force[80] == Approx(full));
+  CHECK(force[250] == 0);
+  CHECK(force.back() == Approx(full));
+  for (size_t k = 61; k < force.size(); ++k) {
+    CHECK(std::fabs(force[k] - force[k - 1]) <= full / 50 * 1.0001);
+  }
+}
+
+TEST_CASE(
+    "servo: a pose that overflows or a scene that is not finite is a fault, not a missing wall",
+    "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  const ServoModel model = plain_model(1000);
+  ServoInput input = input_at(2, {0, 0, -1e-3}, set.get());
+  SceneFrame scene{};
+  scene.n_objects = 1;
+  scene.t_ns = 2 * kMs;
+  SECTION("object position") {
+    scene.X_WO[0].p.z = std::numeric_limits<double>::quiet_NaN();
+    input.scene = &scene;
+  }
+  SECTION("object velocity") {
+    scene.V_WO[0].v.z = std::numeric_limits<double>::infinity();
+    input.scene = &scene;
+    input.t_ns += kMs;
+  }
+  SECTION("device orientation") {
+    input.device.X_BH.q.x = 1e200;
+  }
+  SECTION("device position") {
+    input.device.X_BH.p.z = -1.7e308;
+  }
+  ServoModel far = model;
+  far.map.motion_scale = 10;
+  ServoState state;
+  const ServoFrame f = servo_step(far, state, input);
+  CHECK((f.flags & haptic::kServoFault) != 0);
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK(is_finite(f.X_WT));
+}
+
+TEST_CASE("servo: a proxy placed anew starts softly even if its set was never seen", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoModel model = plain_model(1000);
+  model.limits.soft_start = 0.1;
+  ServoState state;
+  state.safety.gain = 1;
+  ServoInput input = input_at(1, {0, 0, -4e-3}, set.get());
+  input.contact_generation = 1;
+  CHECK(servo_step(model, state, input).F_device_B.f.z == Approx(4));
+
+  // the set that says kContactReseeded was overwritten: only its count is left
+  set->reseeds = 1;
+  set->seq = 2;
+  input.tick = 2, input.t_ns = 2 * kMs;
+  CHECK(servo_step(model, state, input).F_device_B.f.z == 0);
+  // one start a placing, and none for a restarted contact that took the proxy up where it was
+  input.tick = 3, input.t_ns = 3 * kMs;
+  CHECK(servo_step(model, state, input).F_device_B.f.z > 0);
+  set->reseeds = 0;
+  input.contact_generation = 2;
+  input.tick = 4, input.t_ns = 4 * kMs;
+  CHECK(servo_step(model, state, input).F_device_B.f.z > 0);
+  set->reseeds = 1;
+  input.contact_generation = 3;
+  input.tick = 5, input.t_ns = 5 * kMs;
+  CHECK(servo_step(model, state, input).F_device_B.f.z == 0);
+}
+
+TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  const ServoModel model = plain_model(1000);
+  ServoState state;
+  haptic::ControlFrame control{};
+  control.translational_stiffness = 1000;
+  ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
+  input.control = &control;
+  const double before = servo_step(model, state, input).object_impulse_W[0].f.z;
+  CHECK(before == Approx(-1e-3));
+  SECTION("paused") {
+    control.paused = 1;
+  }
+  SECTION("no free pose") {
+    set->flags = haptic::kContactNoFreePose;
+  }
+  SECTION("fault") {
+    input.device.V_BH.v.x = std::numeric_limits<double>::quiet_NaN();
+  }
+  input.tick = 2, input.t_ns = 2 * kMs;
+  CHECK(servo_step(model, state, input).object_impulse_W[0].f.z == before);
 }
 
 TEST_CASE("servo: impulses of two objects share the force by their planes", "[servo]") {
@@ -226,6 +342,6 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
     const ServoFrame f = servo_step(
         model, state, input_at(k, 0.02 * Vec3{uniform(), uniform(), uniform()}, set.get()));
     REQUIRE(is_finite(f.F_device_B));
-    REQUIRE(norm(f.F_device_B.f) <= 6 + 1e-12);
+    REQUIRE(norm(f.F_device_B.f) <= 6);
   }
 }
