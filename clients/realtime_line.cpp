@@ -28,9 +28,8 @@ std::string realtime_line(const SegmentHeader* servo) {
     refused += refused.empty() ? "locked memory" : " and locked memory";
   }
   if (!refused.empty()) {
-    return "not real-time here: " + refused + " refused (" + std::strerror(error) +
-           "); run as root, or allow rtprio 95 and memlock unlimited in "
-           "/etc/security/limits.conf";
+    return "not real-time here: " + refused + " refused (" + std::strerror(error) + "); " +
+           kMendRealtime;
   }
   if (!kernel_is_preempt_rt()) {
     return "not fully real-time here: SCHED_FIFO and locked memory were granted, but the kernel is "

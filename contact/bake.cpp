@@ -172,7 +172,7 @@ BakedShape bake_primitive(const ObjectConfig& object, std::string_view kind) {
   // made in metres: there is no file to disagree with
   ObjectConfig metres = object;
   metres.unit = metres.size = 0;
-  return bake_soup(std::move(soup.vertices), std::move(soup.triangles), metres);
+  return bake_soup(soup.vertices, soup.triangles, metres);
 }
 
 MappedFile open_mesh(const std::string& path) {
@@ -183,24 +183,8 @@ MappedFile open_mesh(const std::string& path) {
   }
 }
 
-}  // namespace
-
-BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
-                     const ObjectConfig& object) {
-  PolygonSoup soup;
-  soup.points.reserve(vertices.size());
-  soup.polygons.reserve(triangles.size());
-  for (const Vec3& v : vertices) soup.points.emplace_back(v.x, v.y, v.z);
-  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
-  const std::string name = view(object.mesh).empty()
-                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
-                               : std::string(view(object.mesh));
-  return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
-}
-
-BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit) {
-  const std::string path(view(object.mesh));
-  if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));
+/// From the cache, else read, checked and put there.
+BakedShape bake_file(const ObjectConfig& object, const std::string& path, uint64_t memory_limit) {
   const MappedFile file = open_mesh(path);
   const uint64_t key = content_key(file.bytes, path, object);
   const std::string cached = cache_path(key);
@@ -220,6 +204,33 @@ BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit) {
                                  refused + "): baked at every start; set HAPTICD_CACHE");
   }
   return shape;
+}
+
+}  // namespace
+
+BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                     const ObjectConfig& object) {
+  PolygonSoup soup;
+  soup.points.reserve(vertices.size());
+  soup.polygons.reserve(triangles.size());
+  for (const Vec3& v : vertices) soup.points.emplace_back(v.x, v.y, v.z);
+  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
+  const std::string name = view(object.mesh).empty()
+                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
+                               : std::string(view(object.mesh));
+  return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
+}
+
+BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit) {
+  const std::string path(view(object.mesh));
+  try {
+    if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));
+    return bake_file(object, path, memory_limit);
+  } catch (const std::bad_alloc&) {
+    throw MeshError(path +
+                    ": there is not enough memory to prepare it; use a coarser mesh, or set "
+                    "mesh_memory_limit to what this machine can spare");
+  }
 }
 
 }  // namespace haptic

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "proto/config.h"
 #include "proto/wire.h"
@@ -30,6 +31,9 @@ class Device {
   virtual ~Device() = default;
 
   virtual DeviceCaps caps() const = 0;
+
+  /// One line for people: what it is, and what a recording is resampled by.
+  virtual std::string description() const = 0;
 
   /// Fills in the state at this tick. False when nothing new could be read: the state is then the
   /// previous one with kDeviceHeld set instead of kDeviceFresh.

@@ -55,12 +55,10 @@ class Replay final : public Device {
   Replay(HandCurve curve, double max_force);
 
   DeviceCaps caps() const override;
+  std::string description() const override { return curve_.description(); }
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench&) override {}
   void stop() override {}
-
-  /// One line for people on what is played and how it is resampled.
-  std::string resampling() const { return curve_.description(); }
 
  private:
   HandCurve curve_;

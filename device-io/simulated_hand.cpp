@@ -23,6 +23,10 @@ DeviceCaps SimulatedHand::caps() const {
   return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = true};
 }
 
+std::string SimulatedHand::description() const {
+  return "SIMULATED hand, seed " + std::to_string(config_.seed) + ", closed loop";
+}
+
 bool SimulatedHand::read(const TickTime& tick, DeviceState& state) {
   const int64_t elapsed_ns = started_ ? tick.now_ns - last_.t_ns : 0;
   if (started_ && elapsed_ns <= 0) {
@@ -45,7 +49,8 @@ bool SimulatedHand::read(const TickTime& tick, DeviceState& state) {
   last_.t_ns = tick.now_ns;
   last_.X_BH.p = p_B;
   last_.V_BH.v = v_B;
-  last_.flags = kFlags | (saturated_ ? uint32_t{kDeviceSaturated} : 0);
+  last_.flags = kFlags | (saturated_ ? uint32_t{kDeviceSaturated} : 0) |
+                (lost_time_ ? uint32_t{kDeviceLostTime} : 0);
   state = last_;
   return true;
 }
@@ -64,10 +69,7 @@ void SimulatedHand::stop() {
 
 void SimulatedHand::move_on(int64_t elapsed_ns) {
   const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUp_ns);
-  if (lived_ns < elapsed_ns) {
-    ++dropped_reads_;
-    dropped_ns_ += elapsed_ns - lived_ns;
-  }
+  lost_time_ = lived_ns < elapsed_ns;
   advance(config_, plant_, held_force_B_, lived_ns);
 }
 

@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// How much simulated time one read may catch up with: 2500 steps, about half a millisecond. What a
-/// read is later than that, the hand and its intention do not live through.
+/// read is later than that, the hand and its intention do not live through: kDeviceLostTime.
 inline constexpr int64_t kMaxCatchUp_ns = 50'000'000;
 
 /// A 3-DoF device in a simulated hand, closed loop: the force held between two writes moves it for
@@ -23,6 +23,7 @@ class SimulatedHand final : public Device {
   explicit SimulatedHand(const DeviceConfig& config);
 
   DeviceCaps caps() const override;
+  std::string description() const override;
   /// The plant starts at the first read. False where time has not advanced.
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
@@ -32,9 +33,6 @@ class SimulatedHand final : public Device {
   const HandPlant& plant() const { return plant_; }
   /// Force on the handle now [N].
   const Vec3& held_force() const { return held_force_B_; }
-  /// Reads that came later than kMaxCatchUp_ns, and the time left out there.
-  uint64_t dropped_reads() const { return dropped_reads_; }
-  int64_t dropped_ns() const { return dropped_ns_; }
 
  private:
   void move_on(int64_t elapsed_ns);
@@ -45,8 +43,7 @@ class SimulatedHand final : public Device {
   HandPlant plant_;
   Vec3 held_force_B_;
   DeviceState last_{};
-  uint64_t dropped_reads_ = 0;
-  int64_t dropped_ns_ = 0;
+  bool lost_time_ = false;
   bool started_ = false;
   bool saturated_ = false;
 };

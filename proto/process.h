@@ -114,7 +114,7 @@ class Child {
     event(EventCode::kStarted,
           {static_cast<double>(segment_.header().pid.load()),
            static_cast<double>(arguments_.generation), static_cast<double>(report.bits),
-           static_cast<double>(report.first_errno()), 0});
+           static_cast<double>(report.fifo_errno), static_cast<double>(report.memory_errno)});
     return report;
   }
 

@@ -84,7 +84,6 @@ bool may_lock_all_memory() noexcept {
 
 RealtimeReport enter_realtime(const RealtimeOptions& options) {
   RealtimeReport report;
-  report.memory_limit = memory_lock_limit();
   prctl(PR_SET_TIMERSLACK, 1UL);
 
   // memory before priority: faulting everything in must not run at FIFO
@@ -108,22 +107,15 @@ RealtimeReport enter_realtime(const RealtimeOptions& options) {
 }
 
 std::string RealtimeReport::explain() const {
-  if ((bits & kRealtimeWanted) == 0) return "real time: not asked for";
-  std::string text;
-  if (fifo_errno != 0) {
-    text += std::string("SCHED_FIFO refused: ") + std::strerror(fifo_errno) +
-            "; give CAP_SYS_NICE or set 'ulimit -r 90'";
-  }
+  if ((bits & kRealtimeWanted) == 0) return "normal priority";
+  std::string refused;
+  if (fifo_errno != 0) refused = std::string("SCHED_FIFO (") + std::strerror(fifo_errno) + ")";
   if (memory_errno != 0) {
-    if (!text.empty()) text += "; ";
-    text += std::string("locking memory refused: ") + std::strerror(memory_errno);
-    if (memory_limit != ~uint64_t{0}) {
-      text += " (limit " + std::to_string(memory_limit / 1024) + " KiB)";
-    }
-    text += "; give CAP_IPC_LOCK or set 'ulimit -l unlimited'";
+    refused += std::string(refused.empty() ? "" : " and ") + "locked memory (" +
+               std::strerror(memory_errno) + ")";
   }
-  if (!text.empty()) return "not real-time here: " + text;
-  text = "real time:";
+  if (!refused.empty()) return "not real-time here: refused " + refused + "; " + kMendRealtime;
+  std::string text = "real time:";
   if ((bits & kRealtimeFifo) != 0) text += " SCHED_FIFO";
   if ((bits & kRealtimeMemoryLocked) != 0) text += " memory locked";
   return text;

@@ -81,18 +81,23 @@ struct RealtimeOptions {
   size_t prefault_stack = 256 * 1024;  // bytes of this thread's stack to touch; 0: none
 };
 
+/// How to get the rights that were refused.
+inline constexpr const char* kMendRealtime =
+    "run as root, or give the user 'rtprio 90' and 'memlock unlimited' in /etc/security/limits.d/ "
+    "and log in again";
+
 /// What was granted and what was refused. Nothing is fatal: without the rights the loop still runs
 /// and counts its late ticks.
 struct RealtimeReport {
-  uint32_t bits = 0;          // RealtimeBit
-  int fifo_errno = 0;         // why SCHED_FIFO was refused; 0: granted or not asked for
-  int memory_errno = 0;       // the same for locked memory
-  uint64_t memory_limit = 0;  // RLIMIT_MEMLOCK [bytes]; ~0: none
+  uint32_t bits = 0;     // RealtimeBit
+  int fifo_errno = 0;    // why SCHED_FIFO was refused; 0: granted or not asked for
+  int memory_errno = 0;  // the same for locked memory
 
   /// The first refusal, for the segment's header; 0: everything asked for was granted.
   int first_errno() const noexcept { return fifo_errno != 0 ? fifo_errno : memory_errno; }
 
-  /// One line for people: what was refused, why, how to mend it; "real time: …" when all is well.
+  /// One line for people: what was refused, why, how to mend it; "real time: …" when all is well,
+  /// "normal priority" when nothing was asked for.
   std::string explain() const;
 };
 

@@ -29,6 +29,7 @@ enum DeviceFlag : uint32_t {
   kDeviceEnded = 1u << 4,      // a replay has no more samples
   kDeviceOpenLoop = 1u << 5,   // the force has no effect on the motion (replay)
   kDeviceSimulated = 1u << 6,  // no hardware behind it
+  kDeviceLostTime = 1u << 7,   // a simulated hand was held up for longer than it catches up with
 };
 
 /// What the device measured, in its own base frame.
@@ -159,7 +160,7 @@ struct ControlFrame {
 };
 
 enum class EventCode : uint32_t {
-  kStarted = 1,       // {pid, generation, realtime bits, errno, 0}
+  kStarted = 1,       // {pid, generation, realtime bits, errno of FIFO, of locked memory}
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
   kStopped = 3,       // {ticks, skipped, 0, 0, 0}
   kRecordsLost = 4,   // by a recorder: {now, in all, generation of source, 0 frames 1 events, 0}

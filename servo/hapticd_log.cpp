@@ -39,13 +39,11 @@ std::string flag_names(uint32_t flags) {
   return text.empty() ? "all well" : text;
 }
 
-std::string rights(uint32_t bits, int error) {
-  if ((bits & kRealtimeWanted) == 0) return "real time: not asked for";
-  if (error != 0) {
-    return std::string("not real-time here (") + std::strerror(error) + "): run 'hapt doctor'";
-  }
+std::string rights(const std::array<double, 5>& n) {
   RealtimeReport report;
-  report.bits = bits;
+  report.bits = static_cast<uint32_t>(n[2]);
+  report.fifo_errno = static_cast<int>(n[3]);
+  report.memory_errno = static_cast<int>(n[4]);
   return report.explain();
 }
 
@@ -82,8 +80,7 @@ std::string describe_event(const Event& event) {
   const std::array<double, 5>& n = event.numbers;
   switch (static_cast<EventCode>(event.code)) {
     case EventCode::kStarted:
-      return fmt::format("started: pid {}, generation {}; {}", whole(n[0]), whole(n[1]),
-                         rights(static_cast<uint32_t>(n[2]), static_cast<int>(n[3])));
+      return fmt::format("started: pid {}, generation {}; {}", whole(n[0]), whole(n[1]), rights(n));
     case EventCode::kFlagsChanged:
       return fmt::format("{} (was: {}) at tick {}", flag_names(static_cast<uint32_t>(n[1])),
                          flag_names(static_cast<uint32_t>(n[0])), whole(n[2]));
@@ -99,7 +96,8 @@ std::string describe_event(const Event& event) {
 LogLevel level_of(const Event& event) {
   constexpr uint32_t kLoud = kServoFault | kServoStale;
   const EventCode code = static_cast<EventCode>(event.code);
-  const bool refused = code == EventCode::kStarted && event.numbers[3] > 0;
+  const bool refused =
+      code == EventCode::kStarted && (event.numbers[3] > 0 || event.numbers[4] > 0);
   const bool loud =
       code == EventCode::kFlagsChanged && (static_cast<uint32_t>(event.numbers[1]) & kLoud) != 0;
   return refused || loud ? LogLevel::kWarning : LogLevel::kInfo;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // haptic-servo: device, coupling, proxy solver and safety, once per period.
+#include <cstdio>
 #include <memory>
 
 #include "device-io/device.h"
@@ -47,6 +48,7 @@ int run(const ChildArguments& arguments) {
   const DeviceCaps caps = device->caps();
   const ServoModel model = build_servo_model(child.config(), {caps.max_force, caps.max_torque});
   ServoState state;
+  std::fprintf(stderr, "haptic-servo: device: %s\n", device->description().c_str());
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   uint32_t notable = 0;

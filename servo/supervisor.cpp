@@ -13,6 +13,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -28,10 +29,11 @@ constexpr int64_t kLookPeriodNs = 20 * kMs;      // events and pulses
 constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring finds one soon
 constexpr int64_t kLateNs = 20 * kMs;
 constexpr int64_t kHungNs = 250 * kMs;
-constexpr int64_t kBakePatienceNs = 60'000 * kMs;  // a hand waits this long for its first contact
-constexpr int64_t kServoStopNs = 1000 * kMs;       // its share of the two seconds
+constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // while a hand waits for its first contact
+constexpr int64_t kServoStopNs = 1000 * kMs;      // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
 constexpr int kExitNoProgram = 127;
+constexpr int kMostDeathsUnborn = 8;  // about five seconds of trying
 
 sigset_t stop_signals() {
   sigset_t set;
@@ -49,12 +51,13 @@ FileDescriptor take_signals() {
 }
 
 /// After fork: only calls that are safe in a copy of a process with threads.
-[[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept) {
+[[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept, int said) {
   const sigset_t set = stop_signals();
   sigprocmask(SIG_UNBLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_DFL);
   // own group: Ctrl-C reaches hapticd alone, which stops the servo first
   setpgid(0, 0);
+  dup2(said, STDERR_FILENO);
   for (const int fd : kept) fcntl(fd, F_SETFD, 0);
   execv(path, argv);
   _exit(kExitNoProgram);
@@ -119,7 +122,8 @@ int Supervisor::run() {
   for (Process& process : processes_) {
     if (&process != &servo) start(process);
   }
-  servo.restart_at_ns = now_ns() + kBakePatienceNs;
+  servo.restart_at_ns = std::numeric_limits<int64_t>::max();
+  told_waiting_ns_ = now_ns();
   log_.write(LogLevel::kInfo, "hapticd", "session runs at " + server_.socket_path());
 
   int64_t next_look_ns = now_ns();
@@ -136,6 +140,7 @@ int Supervisor::run() {
     if (t_ns >= next_look_ns) {
       write_events();
       watch_pulses(t_ns);
+      tell_waiting(t_ns);
       next_look_ns = t_ns + kLookPeriodNs;
     }
   }
@@ -145,16 +150,18 @@ int Supervisor::run() {
 }
 
 void Supervisor::wait_for_work(int64_t until_ns) {
-  std::array<pollfd, 5> waiting{};
+  std::array<pollfd, 8> waiting{};
   waiting[0] = {server_.poll_fd(), POLLIN, 0};
   waiting[1] = {signals_.get(), POLLIN, 0};
   for (size_t i = 0; i < processes_.size(); ++i) {
     // poll ignores the −1 of a process that does not run
     waiting[2 + i] = {processes_[i].pidfd.get(), POLLIN, 0};
+    waiting[5 + i] = {processes_[i].output ? processes_[i].output->poll_fd() : -1, POLLIN, 0};
     if (processes_[i].pid < 0) until_ns = std::min(until_ns, processes_[i].restart_at_ns);
   }
   const int64_t left_ns = std::max<int64_t>(until_ns - now_ns(), 0);
   poll(waiting.data(), waiting.size(), static_cast<int>((left_ns + kMs - 1) / kMs));
+  for (Process& process : processes_) write_output(process, false);
   if (waiting[0].revents != 0) {
     server_.serve([this](const Announcement& offer, int) {
       Process& servo = processes_.back();
@@ -169,8 +176,24 @@ void Supervisor::wait_for_work(int64_t until_ns) {
   }
 }
 
+void Supervisor::write_output(Process& process, bool ended) {
+  if (!process.output) return;
+  const auto use = [&](const std::string& line) {
+    log_.write(LogLevel::kInfo, process.name, line);
+  };
+  ended ? process.output->flush(use) : process.output->read(use);
+}
+
+/// A mesh may take minutes to prepare: an operator should know what the hand waits for.
+void Supervisor::tell_waiting(int64_t t_ns) {
+  if (processes_.back().generation > 0 || t_ns - told_waiting_ns_ < kTellWaitingNs) return;
+  told_waiting_ns_ = t_ns;
+  log_.write(LogLevel::kInfo, "hapticd", "the servo waits until contact0 has prepared its meshes");
+}
+
 void Supervisor::start(Process& process) {
   ++process.generation;
+  process.output.emplace(process.program);
   const FileDescriptor socket = server_.connect_child(process.id, process.generation);
   const std::string path = folder_ + "/" + process.program;
   std::array<std::string, 7> words{path,
@@ -185,12 +208,36 @@ void Supervisor::start(Process& process) {
   const std::array kept{config_file_.get(), socket.get()};
 
   const pid_t pid = fork();
-  if (pid == 0) become(path.c_str(), argv.data(), kept);
+  if (pid == 0) become(path.c_str(), argv.data(), kept, process.output->child_end().get());
   if (pid < 0) throw std::runtime_error(std::string("cannot fork: ") + std::strerror(errno));
+  process.output->child_end().reset();
   process.pid = pid;
   process.pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   process.started_ns = now_ns();
   process.pulse = Pulse::kFine;
+}
+
+/// Whether starting it again cannot help; says why.
+bool Supervisor::is_hopeless(Process& process, int status) {
+  if (WIFEXITED(status) &&
+      (WEXITSTATUS(status) == kExitBadInput || WEXITSTATUS(status) == kExitNoProgram)) {
+    log_.write(LogLevel::kError, process.name,
+               std::string(process.program) +
+                   " cannot run with this input, for the reason above; the session ends");
+    exit_code_ = kExitBadInput;
+    return true;
+  }
+  const SegmentHeader* header = header_of(process);
+  const bool ran = header != nullptr && header->generation.load() == process.generation &&
+                   header->state.load() != static_cast<uint32_t>(SegmentState::kInit);
+  process.deaths_unborn = ran ? 0 : process.deaths_unborn + 1;
+  if (process.deaths_unborn < kMostDeathsUnborn) return false;
+  log_.write(LogLevel::kError, process.name,
+             std::string(process.program) + " " + how_it_ended(status) + " " +
+                 std::to_string(kMostDeathsUnborn) +
+                 " times before it ran; the session ends; look for the reason above");
+  exit_code_ = kExitCrash;
+  return true;
 }
 
 void Supervisor::reap(Process& process) {
@@ -198,16 +245,12 @@ void Supervisor::reap(Process& process) {
   if (process.pid < 0 || waitpid(process.pid, &status, WNOHANG) != process.pid) return;
   process.pid = -1;
   process.pidfd = {};
-  const int64_t t_ns = now_ns();
-  if (WIFEXITED(status) &&
-      (WEXITSTATUS(status) == kExitBadInput || WEXITSTATUS(status) == kExitNoProgram)) {
-    log_.write(LogLevel::kError, process.name,
-               std::string(process.program) +
-                   " cannot run with this input, for the reason above; the session ends");
-    exit_code_ = kExitBadInput;
+  write_output(process, true);
+  if (is_hopeless(process, status)) {
     stopping_ = true;
     return;
   }
+  const int64_t t_ns = now_ns();
   if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
   const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
   process.restart_at_ns = t_ns + delay_ns;
@@ -229,12 +272,22 @@ void Supervisor::publish_control(int64_t t_ns) {
 }
 
 void Supervisor::watch_pulses(int64_t t_ns) {
-  watch_pulse(processes_[0], sim_events_.header(), t_ns);
-  watch_pulse(processes_[1], contact_events_.header(), t_ns);
-  watch_pulse(processes_[2], servo_events_.header(), t_ns);
+  for (Process& process : processes_) watch_pulse(process, t_ns);
 }
 
-void Supervisor::watch_pulse(Process& process, const SegmentHeader* header, int64_t t_ns) {
+const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
+  switch (process.id) {
+    case SegmentId::kSim:
+      return sim_events_.header();
+    case SegmentId::kContact0:
+      return contact_events_.header();
+    default:
+      return servo_events_.header();
+  }
+}
+
+void Supervisor::watch_pulse(Process& process, int64_t t_ns) {
+  const SegmentHeader* header = header_of(process);
   // before its loop runs a process may bake or home for long: no pulse is expected
   const bool expected = header != nullptr && process.pid >= 0 &&
                         header->generation.load() == process.generation &&
@@ -274,6 +327,7 @@ bool Supervisor::wait_for_exit(Process& process, int64_t deadline_ns) {
   waitpid(process.pid, nullptr, 0);
   process.pid = -1;
   process.pidfd = {};
+  write_output(process, true);
   return true;
 }
 

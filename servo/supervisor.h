@@ -5,11 +5,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "proto/config.h"
 #include "proto/handout.h"
 #include "proto/segment.h"
+#include "servo/child_output.h"
 #include "servo/hapticd_log.h"
 
 namespace haptic {
@@ -49,8 +51,10 @@ class Supervisor {
     int64_t period_ns;
     pid_t pid = -1;  // −1: not running
     FileDescriptor pidfd = {};
+    std::optional<ChildOutput> output = {};
     uint64_t generation = 0;
     int deaths_in_a_row = 0;
+    int deaths_unborn = 0;  // in a row, before its loop ran
     int64_t started_ns = 0;
     int64_t restart_at_ns = 0;  // while it is not running
     Pulse pulse = Pulse::kFine;
@@ -59,9 +63,13 @@ class Supervisor {
   void reap(Process& process);
   void restart_due(int64_t t_ns);
   void wait_for_work(int64_t until_ns);
+  void write_output(Process& process, bool ended);
+  bool is_hopeless(Process& process, int status);
+  const SegmentHeader* header_of(const Process& process) noexcept;
+  void tell_waiting(int64_t t_ns);
   void publish_control(int64_t t_ns);
   void watch_pulses(int64_t t_ns);
-  void watch_pulse(Process& process, const SegmentHeader* header, int64_t t_ns);
+  void watch_pulse(Process& process, int64_t t_ns);
   void write_events();
   template <typename Events>
   void write_events_of(const char* name, Events& events, uint64_t& lost);
@@ -82,6 +90,7 @@ class Supervisor {
   RingSource<&ContactChannels::events> contact_events_;
   RingSource<&ServoChannels::events> servo_events_;
   std::array<uint64_t, 3> lost_events_{};
+  int64_t told_waiting_ns_ = 0;
   int exit_code_ = 0;
   bool stopping_ = false;
 };

@@ -4,10 +4,12 @@
 
 #include "clients/lockstep.h"
 #include "contact/bake_inside.h"
+#include "proto/scene_pose.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workload.h"
 
+using haptic::ContactSet;
 using haptic::Lockstep;
 using haptic::LockstepOptions;
 using haptic::MeshShape;
@@ -26,10 +28,24 @@ namespace {
 constexpr double kForceRelative = 1e-9;  // the issue's bound on force = k·depth
 constexpr double kStiffness = 800;
 
-/// Runs a scripted hand against one object and shows each frame to `see`.
+/// The answer to the first tick is there when so many have passed.
+bool is_answered(const ServoFrame& f, const LockstepOptions& options) {
+  return f.tick >= options.contact_latency;
+}
+
+/// The force is k times depth along n, and a plane carries it.
+void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1}) {
+  const double exact = kStiffness * depth;
+  CAPTURE(f.tick, depth, exact, f.n_contacts, f.F_device_B.f);
+  REQUIRE(f.n_contacts > 0);
+  REQUIRE(norm(f.F_device_B.f - exact * n) <= tol(kForceRelative) * exact);
+}
+
+/// Runs a scripted hand against one object and shows each frame, with the contacts it used, to
+/// `see`.
 void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> path, double seconds,
          const LockstepOptions& options,
-         const std::function<void(const ServoFrame&, const MeshShape&)>& see) {
+         const std::function<void(const ServoFrame&, const ContactSet*)>& see) {
   const OwnedShape owned(std::move(soup));
   const std::array<MeshShape, 1> shapes{owned.view()};
   ScriptedHand hand(std::move(path));
@@ -37,8 +53,16 @@ void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> pa
   const auto ticks = static_cast<int>(seconds * config.servo_rate);
   for (int k = 0; k < ticks; ++k) {
     REQUIRE(lockstep.step());
-    see(lockstep.frame(), shapes[0]);
+    see(lockstep.frame(), lockstep.contacts());
   }
+}
+
+/// Whether the tool is behind the plane of a contact in the set (of an object that lies at the
+/// origin).
+bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set) {
+  return std::any_of(
+      set.contacts.begin(), set.contacts.begin() + set.n_contacts,
+      [&](const auto& c) { return dot(c.normal_O, c.object_point_O - f.X_WT.p) > 0; });
 }
 
 Vec3 centroid(const haptic::TriangleMesh& mesh, size_t t) {
@@ -49,22 +73,27 @@ Vec3 centroid(const haptic::TriangleMesh& mesh, size_t t) {
 }  // namespace
 
 TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab]") {
-  const uint32_t latency = GENERATE(0u, 1u, 2u);
+  const LockstepOptions options{1, GENERATE(0u, 1u, 2u)};
   int touched = 0;
+  double peak = 0;
   // the top of a block is the plane z = 0
   SessionConfig config = plain_session(kStiffness);
   config.objects[0].X_WO.p.z = -0.1;
-  run(config, haptic::make_box({0.4, 0.4, 0.2}), haptic::test::flat_slide, 2, {1, latency},
-      [&](const ServoFrame& f, const MeshShape&) {
+  run(config, haptic::make_box({0.4, 0.4, 0.2}), haptic::test::flat_slide, 2, options,
+      [&](const ServoFrame& f, const ContactSet*) {
         const double depth = -f.X_WT.p.z;
-        if (depth <= 0 || f.n_contacts == 0) return;
+        if (depth <= 0) {
+          REQUIRE(f.F_device_B.f == Vec3{});
+          return;
+        }
         ++touched;
-        const double exact = kStiffness * depth;
-        REQUIRE(std::fabs(f.F_device_B.f.z - exact) <= tol(kForceRelative) * exact);
+        require_force(f, depth);
         REQUIRE(f.F_device_B.f.x == 0);
         REQUIRE(f.F_device_B.f.y == 0);
+        peak = std::max(peak, f.F_device_B.f.z);
       });
   CHECK(touched > 1500);
+  CHECK(peak > kStiffness * 1.399e-3);
 }
 
 TEST_CASE("god-object: sphere force is k times depth along the facet's normal", "[lab]") {
@@ -79,17 +108,19 @@ TEST_CASE("god-object: sphere force is k times depth along the facet's normal", 
     const Vec3 n = mesh.face_normals[t];
     ScriptedHand hand([&](double time) { return middle + (0.004 - 0.05 * time) * n; });
     Lockstep lockstep(plain_session(kStiffness), shapes, hand);
+    int touched = 0;
     for (int k = 0; k < 200; ++k) {
       REQUIRE(lockstep.step());
       const ServoFrame& f = lockstep.frame();
       const double depth = dot(middle - f.X_WT.p, n);
-      if (depth <= 0 || f.n_contacts == 0) continue;
-      const double exact = kStiffness * depth;
-      REQUIRE(norm(f.F_device_B.f - exact * n) <= tol(kForceRelative) * exact);
+      if (depth <= 0) continue;
+      ++touched;
+      require_force(f, depth, n);
       // and the smooth sphere's force within the facet error
       const double smooth = kStiffness * (radius - norm(f.X_WT.p));
       REQUIRE(std::fabs(norm(f.F_device_B.f) - smooth) <= kStiffness * 2 * sagitta);
     }
+    CHECK(touched >= 119);  // from 80 ms on, to 6 mm
     CHECK(lockstep.frame().n_contacts == 1);
   }
 }
@@ -101,7 +132,7 @@ TEST_CASE("god-object: no ripple on the frictionless flat slide", "[lab][trap]")
   double last = 0, last_exact = 0, worst = 0;
   int compared = 0;
   run(config, haptic::make_grid(0.1, 50), haptic::test::flat_slide, 20, {1, latency},
-      [&](const ServoFrame& f, const MeshShape&) {
+      [&](const ServoFrame& f, const ContactSet*) {
         const double exact = 1000 * std::max(0.0, -f.X_WT.p.z);
         const double force = f.F_device_B.f.z;
         // from the first tick of full contact on
@@ -124,12 +155,26 @@ TEST_CASE("god-object: sliding over a convex edge never drops through and never 
   };
   const OwnedShape block(haptic::make_box({0.1, 0.1, 0.1}));
   const haptic::InsideOracle oracle(block.view().mesh);
+  int carried = 0, free = 0;
   run(config, haptic::make_box({0.1, 0.1, 0.1}), over_the_edge, 1, {},
-      [&](const ServoFrame& f, const MeshShape&) {
+      [&](const ServoFrame& f, const ContactSet*) {
         if (f.tick > 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
+        const Vec3 p = f.X_WT.p;
+        const double depth = 0.05 - p.z;
+        // up to the edge the whole top face carries, deep as the hand is and near as the side is
+        if (p.x < 0.05 && depth > 0) {
+          ++carried;
+          require_force(f, depth);
+        }
         REQUIRE(f.F_device_B.f.z >= 0);
-        if (f.X_WT.p.x > 0.0512) REQUIRE(norm(f.F_device_B.f) == 0);
+        REQUIRE(norm(f.F_device_B.f) <= kStiffness * depth * (1 + tol(kForceRelative)));
+        if (p.x > 0.0512) {
+          ++free;
+          REQUIRE(f.F_device_B.f == Vec3{});
+        }
       });
+  CHECK(carried >= 499);
+  CHECK(free > 450);
 }
 
 TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there is no ghost wall",
@@ -143,14 +188,17 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
   };
   const uint32_t offset = GENERATE(take(5, random(0u, 19u)));
   double lowest = 1;
+  int tempted = 0;
   run(
       config, haptic::make_box({0.1, 0.1, 0.1}),
       [&](double t) { return fly_past(t - 1e-3 * offset); }, 0.25, {20, 20},
-      [&](const ServoFrame& f, const MeshShape&) {
+      [&](const ServoFrame& f, const ContactSet* set) {
         lowest = std::min(lowest, f.X_WT.p.z);
+        tempted += f.X_WT.p.x > 0.052 && set != nullptr && is_behind_a_plane(f, *set);
         REQUIRE(norm(f.F_device_B.f) == 0);
       });
   CHECK(lowest < 0.045);
+  CHECK(tempted > 0);  // beyond the edge a plane was there that could have pushed
 }
 
 TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "[lab][property]") {
@@ -161,16 +209,24 @@ TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "
     const double a = 2 * kPi * t / 2.0;
     return Vec3{0.01 * std::cos(a), 0.01 * std::sin(a), -0.002 - 0.001 * std::sin(3 * a)};
   };
-  double work = 0;
+  const LockstepOptions options;
+  double work = 0, done = 0, peak = 0;
   Vec3 last_p, last_f;
-  int k = 0;
-  run(config, haptic::make_box({0.2, 0.2, 0.1}), circle, 4.001, {},
-      [&](const ServoFrame& f, const MeshShape&) {
+  run(config, haptic::make_box({0.2, 0.2, 0.1}), circle, 4.001, options,
+      [&](const ServoFrame& f, const ContactSet*) {
+        if (is_answered(f, options)) require_force(f, -f.X_WT.p.z);
         // trapezoid over the second turn
-        if (k > 2000) work += dot(0.5 * (f.F_device_B.f + last_f), f.X_WT.p - last_p);
+        if (f.tick > 2000) {
+          const double step = dot(0.5 * (f.F_device_B.f + last_f), f.X_WT.p - last_p);
+          work += step;
+          done += std::fabs(step);
+        }
         last_p = f.X_WT.p, last_f = f.F_device_B.f;
-        ++k;
+        peak = std::max(peak, norm(f.F_device_B.f));
       });
+  CHECK(peak > kStiffness * 2.999e-3);
+  // there and back: three times up and down by 2 mm under 1.6 N on average
+  CHECK(done == Approx(6 * 0.002 * 1.6).epsilon(1e-3));
   CHECK(std::fabs(work) <= tol(1e-6));
 }
 
@@ -179,6 +235,8 @@ TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", 
   const OwnedShape sphere(haptic::make_icosphere(0.03, 4));
   const haptic::InsideOracle oracle(sphere.view().mesh);
   int pressed = 0;
+  uint32_t inside_for = 0;  // ticks
+  double peak = 0;
   run(
       plain_session(kStiffness), haptic::make_icosphere(0.03, 4),
       [](double t) {
@@ -187,12 +245,21 @@ TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", 
                    Vec3{std::sin(3.1 * t), std::cos(2.3 * t), std::sin(1.7 * t + 1)});
       },
       5, {1, latency},
-      [&](const ServoFrame& f, const MeshShape&) {
+      [&](const ServoFrame& f, const ContactSet*) {
         pressed += f.n_contacts > 0;
+        // once contact has seen the tool inside, the force is at least that of the nearest way out
+        const haptic::ClosestPoint c = closest_point(sphere.view(), f.X_WT.p, 1);
+        inside_for = c.inside ? inside_for + 1 : 0;
+        if (inside_for > latency) {
+          const double least = kStiffness * norm(c.point_O - f.X_WT.p);
+          REQUIRE(norm(f.F_device_B.f) >= least * (1 - tol(kForceRelative)));
+        }
+        peak = std::max(peak, norm(f.F_device_B.f));
         if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
         REQUIRE(is_finite(f.F_device_B));
       });
   CHECK(pressed > 2000);
+  CHECK(peak > kStiffness * 0.0099);  // the hand goes 10 mm deep
 }
 
 TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through", "[lab][trap]") {
@@ -205,14 +272,34 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
   const OwnedShape plate(haptic::make_box({0.2, 0.2, 0.01}));
   const std::array<MeshShape, 1> shapes{plate.view()};
   ScriptedHand hand([](double) { return Vec3{}; });
-  Lockstep lockstep(config, shapes, hand);
+  const LockstepOptions options;
+  Lockstep lockstep(config, shapes, hand, options);
+  double last_top = -1, highest = -1, fastest = 0;
+  int passed = 0;
   for (int k = 0; k < 3000; ++k) {
     REQUIRE(lockstep.step());
     const ServoFrame& f = lockstep.frame();
-    if (lockstep.contacts() == nullptr) continue;
-    const double top = lockstep.contacts()->X_WO[0].p.z + 0.005;
-    REQUIRE(f.X_WG.p.z >= top);
+    // where the servo has the plate this tick: the resting hand is that deep below its top
+    const double top = haptic::object_pose_at(lockstep.scene(), 0, f.t_ns).p.z + 0.005;
+    if (top > 0) {
+      require_force(f, top);
+    } else {
+      REQUIRE(f.F_device_B.f == Vec3{});
+    }
+    if (k > 0 && last_top <= 0 && top > 0) {
+      ++passed;
+      fastest = std::max(fastest, (top - last_top) / 1e-3);
+    }
+    highest = std::max(highest, top);
+    last_top = top;
+    if (!is_answered(f, options)) continue;
+    REQUIRE(lockstep.contacts() != nullptr);
+    REQUIRE(f.X_WG.p.z >= lockstep.contacts()->X_WO[0].p.z + 0.005);
   }
+  // right through the hand and far beyond the plate's own thickness, each time
+  CHECK(passed >= 9);
+  CHECK(fastest > 0.8);
+  CHECK(highest > 0.0249);
 }
 
 TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
@@ -225,7 +312,7 @@ TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
         return Vec3{0, 0, 0.045};
       },
       1, {},
-      [&](const ServoFrame& f, const MeshShape&) {
+      [&](const ServoFrame& f, const ContactSet*) {
         REQUIRE(norm(f.F_device_B.f) - before <= kStiffness * 0.005 / 500 + 1e-9);
         before = norm(f.F_device_B.f);
       });

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake.h"
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -528,4 +532,29 @@ TEST_CASE("bake: meshes from the field are read and what is wrong with them is s
     CHECK((baked.report.closed && baked.report.self_intersections == 0) !=
           !baked.report.lines.empty());
   }
+}
+
+TEST_CASE("bake: a machine without enough memory is told so, with the mesh and the remedy") {
+  if (kSlowdown > 1) return;  // a sanitizer reserves more address space than there is
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    const rlimit limit{256 << 20, 256 << 20};
+    ::setrlimit(RLIMIT_AS, &limit);
+    ObjectConfig object = object_at("primitive:sphere");
+    object.size = 0.1;
+    object.subdivisions = 8;
+    try {
+      bake_object(object, kPlenty);
+      ::_exit(1);
+    } catch (const MeshError& error) {
+      ::_exit(std::string(error.what()).find("not enough memory") != std::string::npos ? 0 : 2);
+    } catch (...) {
+      ::_exit(3);
+    }
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
 }

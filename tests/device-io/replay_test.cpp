@@ -245,7 +245,7 @@ TEST_CASE("replay: the force has no effect and people are told so", "[device-io]
   }
   CHECK(pushed.caps().open_loop);
   CHECK(
-      pushed.resampling() ==
+      pushed.description() ==
       "open-loop replay: 91 samples, 1.0 s, 90.0 Hz; resampled by cubic and slerp, samples on the "
       "grid exact; 1 holes over 20 ms held");
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The force of a real session, tick by tick: a recorded hand on a wall, with and without faults.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <vector>
@@ -49,39 +51,131 @@ extent = ["80 mm", "80 mm", "80 mm"]
   return path;
 }
 
-/// Every frame there is, in order.
-std::vector<ServoFrame> drain(Watcher& watcher) {
-  std::vector<ServoFrame> frames;
+using Frames = std::vector<ServoFrame>;
+
+/// Appends every frame published since the last look, in order. A look at the newest alone
+/// (`latest`) would move past the others: nothing here may use it once frames are being collected.
+void collect(Watcher& watcher, Frames& frames) {
   for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back(frame);
-  return frames;
 }
 
 double force(const ServoFrame& frame) {
   return norm(frame.F_device_B.f);
 }
 
-/// Waits for the steady press: a while after the hand has come to rest.
-bool presses(Watcher& watcher) {
+bool has(const ServoFrame& frame, uint32_t flags) {
+  return (frame.flags & flags) != 0;
+}
+
+/// Collects until the newest frame is as wanted.
+template <typename Wanted>
+bool collect_until(Watcher& watcher, Frames& frames, Wanted wanted) {
   return eventually([&] {
-    watcher.servo.latest(watcher.servo_frame);
-    return watcher.servo_frame.tick > 1200 &&
-           std::fabs(force(watcher.servo_frame) - kPressForce) < 1e-6;
+    collect(watcher, frames);
+    return !frames.empty() && wanted(frames.back());
   });
 }
 
-/// Largest change of force per tick that passed, rising and falling.
-struct Steps {
-  double rise = 0, fall = 0;
-};
-Steps largest_steps(const std::vector<ServoFrame>& frames) {
-  Steps steps;
+/// The steady press: a while after the hand has come to rest.
+bool is_pressed(const ServoFrame& frame) {
+  return frame.tick > 1200 && std::fabs(force(frame) - kPressForce) < 1e-6;
+}
+
+/// The recording is over.
+bool has_ended(const ServoFrame& frame) {
+  return (frame.device.flags & kDeviceEnded) != 0;
+}
+
+/// First frame with a flag, which must be there.
+const ServoFrame& first(const Frames& frames, uint32_t flags) {
+  const auto found = std::find_if(frames.begin(), frames.end(),
+                                  [&](const ServoFrame& f) { return has(f, flags); });
+  REQUIRE(found != frames.end());
+  return *found;
+}
+
+double least_force(const Frames& frames) {
+  double least = kPressForce;
+  for (const ServoFrame& f : frames) least = std::min(least, force(f));
+  return least;
+}
+
+/// Every grid point is a frame or a counted skip, and the watcher missed none.
+void check_every_tick(const Watcher& watcher, const Frames& frames) {
+  CHECK(watcher.servo.generation() == 1);
+  CHECK(watcher.servo.lost() == 0);
   for (size_t k = 1; k < frames.size(); ++k) {
-    const auto ticks = static_cast<double>(frames[k].tick - frames[k - 1].tick);
-    const double change = (force(frames[k]) - force(frames[k - 1])) / ticks;
-    steps.rise = std::max(steps.rise, change);
-    steps.fall = std::max(steps.fall, -change);
+    const uint64_t skipped = frames[k].skipped - frames[k - 1].skipped;
+    REQUIRE(frames[k].tick == frames[k - 1].tick + 1 + skipped);
   }
-  return steps;
+}
+
+/// A steady press, whatever contact and the machine do meanwhile: in full while the contacts are
+/// younger than the shortest hold, zero once they are older than the longest hold and fade, never a
+/// step: down over 50 ms and up over 50 ms, at most 1.6 N / 50 a tick.
+void check_press(const Frames& frames) {
+  constexpr double kMinHold = 20, kMaxHold = 100, kFade = 50;  // [ticks]
+  constexpr double kLargestStep = kPressForce / kFade * 1.01;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const ServoFrame& f = frames[k];
+    const double age = static_cast<double>(static_cast<int64_t>(f.tick - f.contact_tick));
+    CAPTURE(f.tick, age, force(f), f.fade, f.flags);
+    REQUIRE(force(f) == Approx(kPressForce * f.fade).epsilon(1e-9).margin(1e-12));
+    REQUIRE(f.fade <= std::clamp((kMaxHold + kFade - age) / kFade, 0.0, 1.0) + 1e-9);
+    if (has(f, kServoStale)) REQUIRE(f.fade == 0);
+    if (!has(f, kServoStale | kServoReopening)) {
+      REQUIRE(f.fade >= std::min(1.0, (kMinHold + kFade - age) / kFade) - 1e-9);
+      if (!has(f, kServoFading)) REQUIRE(f.fade == 1);
+    }
+    if (k == 0) continue;
+    const auto ticks = static_cast<double>(f.tick - frames[k - 1].tick);
+    REQUIRE(std::fabs(force(f) - force(frames[k - 1])) <= kLargestStep * ticks);
+  }
+}
+
+/// A folder of the programs in which a restarted contact takes `pause` longer to start.
+std::string write_slow_restart(const std::string& folder, const std::string& pause) {
+  namespace fs = std::filesystem;
+  const fs::path programs = folder + "/programs";
+  fs::create_directory(programs);
+  for (const char* name : {"haptic-sim", "haptic-servo"}) {
+    fs::create_symlink(test::program_folder() / name, programs / name);
+  }
+  const fs::path contact = programs / "haptic-contact";
+  // the last word is the generation; exec keeps the pid and the descriptors handed over
+  std::ofstream(contact) << "#!/bin/sh\n"
+                         << "for generation do :; done\n"
+                         << "[ \"$generation\" = 1 ] || sleep " << pause << "\n"
+                         << "exec '" << (test::program_folder() / "haptic-contact").string()
+                         << "' \"$@\"\n";
+  fs::permissions(contact, fs::perms::owner_all);
+  return programs;
+}
+
+/// Kills contact in mid-press and collects until the servo presses on its successor's answers.
+/// Returns the last tick before the kill.
+uint64_t kill_contact(Watcher& watcher, Frames& frames) {
+  collect(watcher, frames);
+  const uint64_t before = frames.back().tick;
+  const auto killed = static_cast<uint64_t>(test::writer_of(watcher.contact));
+  kill(static_cast<pid_t>(killed), SIGKILL);
+  REQUIRE(eventually([&] {
+    collect(watcher, frames);
+    return !test::is_alive(killed);
+  }));
+  collect(watcher, frames);
+  // nobody but the successor can answer a later frame than this
+  const uint64_t dead = frames.back().tick;
+  REQUIRE(collect_until(watcher, frames, [&](const ServoFrame& f) {
+    return f.contact_tick > dead && is_pressed(f);
+  }));
+  // and it goes on
+  const uint64_t back = frames.back().tick;
+  REQUIRE(collect_until(
+      watcher, frames, [&](const ServoFrame& f) { return f.tick >= back + 100 && is_pressed(f); }));
+  watcher.contact.latest(watcher.contact_set);
+  CHECK(watcher.contact.generation() == 2);
+  return before;
 }
 
 }  // namespace
@@ -93,8 +187,9 @@ TEST_CASE("chain: a recorded hand feels k times depth in the real processes") {
   Watcher watcher("press");
   INFO(hapticd.log());
   REQUIRE(watcher.wait_for_all());
-  REQUIRE(presses(watcher));
-  const ServoFrame& f = watcher.servo_frame;
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, is_pressed));
+  const ServoFrame& f = frames.back();
   CHECK(f.F_device_B.f.z == Approx(kPressForce).epsilon(1e-9));
   CHECK(f.F_device_B.f.x == 0);
   CHECK((f.device.flags & kDeviceOpenLoop) != 0);
@@ -104,27 +199,48 @@ TEST_CASE("chain: a recorded hand feels k times depth in the real processes") {
 TEST_CASE("chain: contact is killed in mid-press, force holds, fades and returns through a ramp") {
   if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
+  const std::string programs = write_slow_restart(folder.path(), "0.3");
+  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path(),
+                         {{"HAPTICD_LIBEXEC", programs}});
+  Watcher watcher("press");
+  REQUIRE(watcher.wait_for_all());
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, is_pressed));
+  frames.erase(frames.begin(), frames.end() - 1);
+  const uint64_t killed_at = kill_contact(watcher, frames);
+  INFO(hapticd.log());
+
+  check_every_tick(watcher, frames);
+  check_press(frames);
+  // all of it was seen, in this order, and the force was away as long as contact
+  CHECK(frames.size() > 300);
+  const ServoFrame& fading = first(frames, kServoFading);
+  const ServoFrame& stale = first(frames, kServoStale);
+  const ServoFrame& reopening = first(frames, kServoReopening);
+  CHECK(killed_at < fading.tick);
+  CHECK(fading.tick < stale.tick);
+  CHECK(stale.tick < reopening.tick);
+  CHECK(reopening.tick >= killed_at + 300);
+  CHECK(least_force(frames) == 0);
+  CHECK(force(frames.back()) == Approx(kPressForce).epsilon(1e-9));
+}
+
+TEST_CASE("chain: contact is killed in mid-press and back at once, the hand feels no step") {
+  if (!test::programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
   HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
   Watcher watcher("press");
   REQUIRE(watcher.wait_for_all());
-  REQUIRE(presses(watcher));
-  drain(watcher);
-
-  kill(test::writer_of(watcher.contact), SIGKILL);
-  REQUIRE(eventually([&] {
-    watcher.contact.latest(watcher.contact_set);
-    return watcher.contact.generation() == 2;
-  }));
-  REQUIRE(presses(watcher));
-  std::vector<ServoFrame> frames = drain(watcher);
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, is_pressed));
+  frames.erase(frames.begin(), frames.end() - 1);
+  kill_contact(watcher, frames);
   INFO(hapticd.log());
-  // the servo never stopped: whatever is not a frame is a counted skip
-  CHECK(watcher.servo.generation() == 1);
-  CHECK(watcher.servo.lost() == 0);
-  // down over 50 ms and up over 50 ms: never a step (at most 1.6 N / 50 a tick)
-  const Steps steps = largest_steps(frames);
-  CHECK(steps.rise <= kPressForce / 50 * 1.01);
-  CHECK(steps.fall <= kPressForce / 50 * 1.01);
+
+  check_every_tick(watcher, frames);
+  check_press(frames);
+  CHECK(frames.size() > 100);
+  CHECK(force(frames.back()) == Approx(kPressForce).epsilon(1e-9));
 }
 
 TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a ramp") {
@@ -133,36 +249,24 @@ TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a
   HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
   Watcher watcher("press");
   REQUIRE(watcher.wait_for_all());
-  REQUIRE(presses(watcher));
-  drain(watcher);
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, is_pressed));
+  frames.erase(frames.begin(), frames.end() - 1);
 
   const pid_t contact = test::writer_of(watcher.contact);
   kill(contact, SIGSTOP);
-  std::vector<ServoFrame> frames;
-  CHECK(eventually([&] {
-    for (const ServoFrame& f : drain(watcher)) frames.push_back(f);
-    return !frames.empty() && (frames.back().flags & kServoStale) != 0;
-  }));
-  CHECK(force(frames.back()) == 0);
+  const bool faded =
+      collect_until(watcher, frames, [](const ServoFrame& f) { return has(f, kServoStale); });
   kill(contact, SIGCONT);
-  CHECK(eventually([&] {
-    for (const ServoFrame& f : drain(watcher)) frames.push_back(f);
-    return std::fabs(force(frames.back()) - kPressForce) < 1e-6;
-  }));
+  REQUIRE(faded);
+  CHECK(force(frames.back()) == 0);
+  REQUIRE(collect_until(watcher, frames, is_pressed));
 
-  // held in full within the hold, zero after hold and fade, whatever the machine did meanwhile
-  for (const ServoFrame& f : frames) {
-    const auto answered = static_cast<int64_t>(f.contact_tick);
-    const int64_t age = static_cast<int64_t>(f.tick) - answered;
-    CAPTURE(f.tick, age, force(f), f.fade);
-    if (age > 150) CHECK(force(f) == 0);
-    if ((f.flags & (kServoFading | kServoStale | kServoReopening)) == 0) {
-      CHECK(force(f) == Approx(kPressForce).epsilon(1e-9));
-    }
-  }
-  const Steps steps = largest_steps(frames);
-  CHECK(steps.rise <= kPressForce / 50 * 1.01);
-  CHECK(steps.fall <= kPressForce / 50 * 1.01);
+  check_every_tick(watcher, frames);
+  check_press(frames);
+  const ServoFrame& stale = first(frames, kServoStale);
+  CHECK(first(frames, kServoFading).tick < stale.tick);
+  CHECK(stale.tick < first(frames, kServoReopening).tick);
 }
 
 TEST_CASE("chain: SIGTERM under load ends with a zero wrench") {
@@ -171,14 +275,16 @@ TEST_CASE("chain: SIGTERM under load ends with a zero wrench") {
   HapticdProcess hapticd({write_press_session(folder.path(), 60)}, folder.path());
   Watcher watcher("press");
   REQUIRE(watcher.wait_for_all());
-  REQUIRE(presses(watcher));
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, is_pressed));
   hapticd.send(SIGTERM);
   CHECK(hapticd.exit_code() == 0);
-  const std::vector<ServoFrame> frames = drain(watcher);
+  collect(watcher, frames);
   REQUIRE(frames.size() > 1);
-  CHECK((frames.back().flags & kServoStopped) != 0);
+  CHECK(has(frames.back(), kServoStopped));
   CHECK(frames.back().F_device_B == Wrench{});
   CHECK(force(frames[frames.size() - 2]) > 0);
+  check_every_tick(watcher, frames);
   CHECK(watcher.servo.header()->state == static_cast<uint32_t>(SegmentState::kDead));
 }
 
@@ -190,19 +296,16 @@ TEST_CASE("chain: the 2 kHz recording of a human hand loses no sample in real ti
   const std::string config = std::string(HAPTIC_SOURCE_DIR) + "/configs/lever.toml";
   HapticdProcess hapticd({config, "--session", "lever", "--replay", *recording}, folder.path());
   Watcher watcher("lever");
-  std::vector<ServoFrame> frames;
-  CHECK(eventually([&] {
-    for (const ServoFrame& f : drain(watcher)) frames.push_back(f);
-    return !frames.empty() && (frames.back().device.flags & kDeviceEnded) != 0;
-  }));
-  CHECK(watcher.servo.lost() == 0);
+  Frames frames;
+  REQUIRE(collect_until(watcher, frames, has_ended));
+  check_every_tick(watcher, frames);
 
   SessionConfig lever = load_config(config);
   use_trace(lever, *recording);
   const auto samples = load_hand_trace(lever.device.replay).samples;
   size_t used = 0;
   for (const ServoFrame& f : frames) {
-    if ((f.device.flags & kDeviceEnded) != 0) break;
+    if (has_ended(f)) break;
     ++used;
     // each frame is exactly the sample of its grid point
     const uint64_t sample = f.tick - frames.front().tick;

@@ -182,6 +182,9 @@ TEST_CASE("session: a process that keeps dying is started again ever more slowly
   Watcher watcher("loop");
   CHECK(eventually([&] { return watcher.sim.latest(watcher.scene); }));
   CHECK(watcher.sim.generation() == 1);
+  // but not for ever: a process that never gets as far as its loop is given up
+  CHECK(hapticd.exit_code() == 1);
+  CHECK(hapticd.said("haptic-contact ended with exit code 1 8 times before it ran"));
 }
 
 TEST_CASE("session: a process that does not listen to SIGTERM is killed in the end") {
@@ -215,12 +218,17 @@ TEST_CASE("session: with --log-json hapticd writes one object a line") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const Programs programs(folder.path());
-  programs.replace("haptic-contact", "exec sleep 1000");
+  // what a process says itself comes out in the same form
+  programs.replace("haptic-contact",
+                   "echo 'haptic-contact: a \"quoted\" mesh' >&2; exec sleep 1000");
   programs.replace("haptic-servo", "exec sleep 1000");
   HapticdProcess hapticd({write_config(folder.path()), "--session", "json", "--log-json"},
                          folder.path());
   REQUIRE(
       eventually([&] { return hapticd.said("\"source\":\"sim\",\"message\":\"started: pid "); }));
+  CHECK(eventually([&] {
+    return hapticd.said("\"source\":\"contact0\",\"message\":\"a \\\"quoted\\\" mesh\"}");
+  }));
   hapticd.send(SIGTERM);
   CHECK(hapticd.exit_code() == 0);
   std::istringstream lines(hapticd.log());

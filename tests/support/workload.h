@@ -16,6 +16,7 @@ class ScriptedHand : public Device {
   explicit ScriptedHand(std::function<Vec3(double)> path) : path_(std::move(path)) {}
 
   DeviceCaps caps() const override { return {1e3, 0, true, true}; }
+  std::string description() const override { return "scripted"; }
   bool read(const TickTime& tick, DeviceState& state) override {
     if (first_ns_ < 0) first_ns_ = tick.deadline_ns;
     const double t = static_cast<double>(tick.deadline_ns - first_ns_) * 1e-9;
