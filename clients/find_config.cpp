@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/find_config.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <vector>
 
@@ -16,9 +17,11 @@ std::string find_config(const std::string& name) {
   places.push_back(std::filesystem::path(HAPTICD_SOURCE_DIR) / "configs" / name);
   places.push_back(std::filesystem::path("/usr/share/hapticd/configs") / name);
   std::string looked;
-  for (const auto& place : places) {
-    if (std::filesystem::exists(place)) return place.string();
-    looked += (looked.empty() ? "" : ", ") + place.string();
+  for (auto place = places.begin(); place != places.end(); ++place) {
+    // $HAPTICD_CONFIGS may well be the folder of the source tree
+    if (std::find(places.begin(), place, *place) != place) continue;
+    if (std::filesystem::exists(*place)) return place->string();
+    looked += (looked.empty() ? "" : ", ") + place->string();
   }
   throw ConfigError(name + ": no such session file; looked at " + looked);
 }

@@ -3,15 +3,19 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <iostream>
 #include <memory>
 
+#include "clients/check_outputs.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/realtime_line.h"
 #include "clients/recorder.h"
+#include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/session_process.h"
 #include "clients/summary.h"
@@ -24,20 +28,27 @@ namespace {
 
 constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
 constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
-constexpr int64_t kStartPatience = 60 * kNsPerSecond;  // a mesh may have to be baked first
-constexpr double kNoNewsLimit = 10;                    // a session that shows nothing is broken [s]
+constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // until hapticd answers
+constexpr double kNoNewsLimit = 10;                    // a session that falls silent is broken [s]
+constexpr int kExitInterrupted = 130;
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
   double duration = 20;
-  bool json = false;
+  bool json = false, overwrite = false;
 };
 
 /// What the recorder saw go by while the session ran.
 struct Played {
   std::string realtime;
   uint64_t lost = 0;
-  bool interrupted = false;
+  bool ended_early = false;
+};
+
+/// A recorded hand on the grid of the servo.
+struct Recording {
+  size_t samples = 0;
+  double seconds = 0;
 };
 
 std::string default_log(const std::string& session) {
@@ -47,17 +58,25 @@ std::string default_log(const std::string& session) {
   return session + "-" + stamp + ".mcap";
 }
 
+void stop_where_asked() {
+  if (!stop_requested()) return;
+  std::cerr << "hapt: stopped before the session began\n";
+  throw CLI::RuntimeError(kExitInterrupted);
+}
+
 std::vector<BakedShape> bake_all(const SessionConfig& config) {
   std::vector<BakedShape> baked;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
+    stop_where_asked();
     std::cerr << "reading and checking " << view(config.objects[i].mesh) << '\n';
     baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
     for (const std::string& line : baked.back().report.lines) std::cerr << "  " << line << '\n';
   }
+  stop_where_asked();
   return baked;
 }
 
-/// A line that overwrites itself on a terminal and is silent elsewhere.
+/// A line that overwrites itself on a terminal and comes every five seconds elsewhere.
 class Progress {
  public:
   explicit Progress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -80,24 +99,25 @@ class Progress {
   int64_t last_ns_ = now_ns();
 };
 
+/// Connects to the session of this hapticd; another of the same name is not ours to record.
 FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session) {
-  for (const int64_t start = now_ns();;) {
+  for (const int64_t start = now_ns();; sleep_until(now_ns() + kDrainPeriod)) {
+    stop_where_asked();
     if (const auto code = daemon.exit_code()) {
       throw std::runtime_error("hapticd ended with code " + std::to_string(*code) +
                                " before the session was up; its message is above");
     }
     try {
-      return connect_session(session);
+      FileDescriptor socket = connect_session(session);
+      if (peer_of(socket).hapticd == daemon.pid()) return socket;
     } catch (const HandoutError&) {
       if (now_ns() - start > kStartPatience) throw;
     }
-    sleep_until(now_ns() + kDrainPeriod);
   }
 }
 
 /// Records until the hand has played, then stops the session and drains what is left.
-Played play_and_record(const PlayOptions& options, const SessionConfig& config, double seconds,
-                       TraceWriter& trace) {
+Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
   std::vector<std::string> arguments{options.config, "--session", options.session};
   if (!options.trace.empty()) arguments.insert(arguments.end(), {"--replay", options.trace});
   SessionProcess daemon(arguments);
@@ -105,13 +125,14 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config, 
   Recorder recorder(attachments, Start::kOldest);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
+  TraceWriter trace(options.log,
+                    recording_metadata(options.session, read_config_text(options.config)));
 
   Played played;
   Progress progress(seconds);
   ServoFrame frame{};
   double shown = 0;
   int64_t first_ns = 0, news_ns = now_ns();
-  const bool replay = config.device.kind == DeviceKind::kReplay;
   for (bool done = false; !done;) {
     sleep_until(now_ns() + kDrainPeriod);
     if (!recorder.drain(trace, now_ns())) break;
@@ -121,11 +142,13 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config, 
       shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
       progress.show(frame, shown, news_ns);
     }
-    const bool ended = (frame.device.flags & kDeviceEnded) != 0;
-    done = ended || (!replay && shown >= seconds);
-    played.interrupted = stop_requested() || daemon.exit_code().has_value() ||
-                         static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
-    done |= played.interrupted;
+    // before the first frame a mesh may be baked, however long that takes
+    const bool silent =
+        first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
+    played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
+    const bool played_out =
+        replay ? (frame.device.flags & kDeviceEnded) != 0 : first_ns != 0 && shown >= seconds;
+    done = played_out || played.ended_early;
   }
   daemon.stop();
   recorder.finish(trace, now_ns());
@@ -135,45 +158,39 @@ Played play_and_record(const PlayOptions& options, const SessionConfig& config, 
   return played;
 }
 
-/// Every sample of the recorded hand was either used for a frame or counted as skipped.
-void add_coverage_rows(const std::string& name, const SessionData& data, size_t samples,
-                       std::vector<Row>& rows) {
+/// Every grid point of the recorded hand was either played or counted as skipped.
+void add_coverage_rows(const SessionData& data, const Recording& hand, double rate, Rows& rows) {
+  if (data.frames.empty()) return;
   const auto is_ended = [](const ServoFrame& f) { return (f.device.flags & kDeviceEnded) != 0; };
   const auto end = std::find_if(data.frames.begin(), data.frames.end(), is_ended);
-  const auto used = static_cast<double>(end - data.frames.begin());
-  if (data.frames.empty()) return;
+  const ServoFrame& first = data.frames.front();
   const ServoFrame& last = end == data.frames.end() ? data.frames.back() : *end;
-  // grid points skipped over the end of the recording cost no sample
-  const auto covered = static_cast<double>(last.tick - data.frames.front().tick);
-  const double beyond = std::max(0.0, covered - static_cast<double>(samples));
-  const double skipped = static_cast<double>(last.skipped - data.frames.front().skipped) - beyond;
-  const double total = used + skipped;
-  rows.push_back(
-      {name, "samples of the recorded hand", static_cast<double>(samples), "", "", {}, {}, {}});
-  rows.push_back({name,
-                  "frames plus counted skips",
-                  total,
-                  "",
-                  "",
-                  {},
-                  static_cast<double>(samples),
-                  total == static_cast<double>(samples)});
+  const double grid_points = std::floor(hand.seconds * rate + 1e-6) + 1;
+  // what is skipped beyond the end of the recording costs nothing of it
+  const double beyond = std::max(0.0, static_cast<double>(last.tick - first.tick) - grid_points);
+  const double total = static_cast<double>(end - data.frames.begin()) +
+                       static_cast<double>(last.skipped - first.skipped) - beyond;
+  rows.add("samples of the recorded hand", static_cast<double>(hand.samples), "");
+  rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
 }
 
-void print_people(const PlayOptions& options, const SessionConfig& config, const Played& played,
-                  const std::vector<Row>& rows) {
-  const MachineInfo machine = machine_info();
+/// The table: what was played on what, the figures with their goals, where they are kept.
+std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
+                       const std::vector<BakedShape>& baked, const Recording& hand,
+                       const Played& played, const SessionData& data) {
   const bool simulated = config.device.kind == DeviceKind::kSimulatedHand;
-  std::cout << "session '" << view(config.name) << "': "
-            << (simulated ? "SIMULATED hand, seed " + std::to_string(config.device.hand.seed) +
-                                ", closed loop"
-                          : "RECORDED hand " + options.trace + ", open loop: force has no effect")
-            << '\n'
-            << "hapticd " << machine.version << " on " << machine.cpu << ", " << machine.cores
-            << " cores, kernel " << machine.kernel << ", load " << machine.load << '\n';
-  print_table(std::cout, rows);
-  std::cout << played.realtime << '\n' << "log: " << options.log << '\n';
-  if (!options.plot.empty()) std::cout << "plot: " << options.plot << '\n';
+  Rows rows(options.session);
+  rows.note("hand", simulated ? "SIMULATED hand, seed " + std::to_string(config.device.hand.seed) +
+                                    ", closed loop"
+                              : "RECORDED hand " + std::string(view(config.device.replay.path)) +
+                                    ", open loop: force has no effect");
+  rows.note("machine", machine_line());
+  rows.note("real time", played.realtime);
+  rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
+  if (!simulated) add_coverage_rows(data, hand, config.servo_rate, rows);
+  rows.note("log", options.log);
+  if (!options.plot.empty()) rows.note("plot", options.plot);
+  return rows.rows();
 }
 
 void play(PlayOptions options) {
@@ -183,36 +200,34 @@ void play(PlayOptions options) {
   if (!options.trace.empty()) use_trace(config, options.trace);
   if (options.session.empty()) options.session = std::string(view(config.name));
   if (options.log.empty()) options.log = default_log(options.session);
-  size_t samples = 0;
-  double seconds = options.duration;
-  if (config.device.kind == DeviceKind::kReplay) {
-    const HandTrace hand = load_hand_trace(config.device.replay);
-    samples = hand.samples.size();
-    seconds = hand.duration();
+  const bool replay = config.device.kind == DeviceKind::kReplay;
+  check_outputs({options.log, options.plot},
+                {options.config, replay ? std::string(view(config.device.replay.path)) : ""},
+                options.overwrite);
+  Recording hand{0, options.duration};
+  if (replay) {
+    const HandTrace trace = load_hand_trace(config.device.replay);
+    hand = {trace.samples.size(), trace.duration()};
   }
 
   // baked here once, so that contact finds it in the cache and the judge has it too
   const std::vector<BakedShape> baked = bake_all(config);
-  TraceWriter trace(options.log,
-                    recording_metadata(options.session, read_config_text(options.config), ""));
-  const Played played = play_and_record(options, config, seconds, trace);
+  const Played played = play_and_record(options, replay, hand.seconds);
   SessionData data = load_session(options.log);
   data.lost = played.lost;
-  std::vector<Row> rows =
-      summarize(options.session, data, config, measure_penetration(data, config, baked));
-  if (samples > 0) add_coverage_rows(options.session, data, samples, rows);
-
-  if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
+  const std::vector<Row> rows = judge(options, config, baked, hand, played, data);
   if (options.json) {
     print_json(std::cout, rows);
-    std::cerr << played.realtime << '\n' << "log: " << options.log << '\n';
   } else {
-    print_people(options, config, played, rows);
+    std::cout << "session '" << options.session << "'\n";
+    print_table(std::cout, rows);
   }
-  if (played.interrupted) {
+  std::cout.flush();
+  if (played.ended_early) {
     std::cerr << "the session ended early; what was recorded is in " << options.log << '\n';
   }
-  if (played.interrupted || !all_hold(rows)) throw CLI::RuntimeError(1);
+  if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
+  if (played.ended_early || !all_hold(rows)) throw CLI::RuntimeError(1);
 }
 
 void add_common(CLI::App& command, PlayOptions& options) {
@@ -220,6 +235,7 @@ void add_common(CLI::App& command, PlayOptions& options) {
   command.add_option("--session", options.session, "name to run under; default: the file's");
   command.add_option("-o,--output", options.log, "log to write (.mcap)");
   command.add_option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.add_flag("--overwrite", options.overwrite, "replace the log and the plot where they are");
   command.add_flag("--json", options.json, "figures as JSON on standard output");
 }
 
@@ -232,7 +248,7 @@ void add_demo_command(CLI::App& app) {
   add_common(*command, *options);
   command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");
   command->add_option("--for", options->duration, "how long the hand explores [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(seconds_option())
       ->capture_default_str();
   command->callback([options] { play(*options); });
 }

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
+#include <cstdio>
 #include <iostream>
 #include <memory>
 
+#include "clients/check_outputs.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/lockstep.h"
+#include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/summary.h"
+#include "proto/realtime.h"
 
 namespace haptic {
 namespace {
@@ -19,18 +21,17 @@ struct EvalOptions {
   std::string config = "bunny.toml", trace, plot;
   double duration = 20;
   LockstepOptions lockstep;
-  bool json = false;
+  bool json = false, overwrite = false;
 };
 
 struct EvalRun {
   SessionData data;
-  std::vector<double> step_seconds;  // servo + contact + sim, one tick
+  Histogram step_time;  // servo + contact + sim, one tick
   uint64_t hash = 0;
 };
 
 EvalRun run_lockstep(const SessionConfig& config, const std::vector<MeshShape>& shapes,
                      const EvalOptions& options) {
-  using Clock = std::chrono::steady_clock;
   EvalRun run;
   const std::unique_ptr<Device> device = open_device(config.device);
   Lockstep lockstep(config, shapes, *device, options.lockstep);
@@ -38,9 +39,9 @@ EvalRun run_lockstep(const SessionConfig& config, const std::vector<MeshShape>& 
   const auto ticks = static_cast<uint64_t>(options.duration * config.servo_rate);
   // a recording is played to its end, a simulated hand for the time asked
   for (uint64_t k = 0; replay || k < ticks; ++k) {
-    const auto start = Clock::now();
+    const int64_t start_ns = now_ns();
     if (!lockstep.step()) break;
-    run.step_seconds.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    run.step_time.add(now_ns() - start_ns);
     run.data.frames.push_back(lockstep.frame());
     if (run.data.scenes.empty() || run.data.scenes.back().seq != lockstep.scene().seq) {
       run.data.scenes.push_back(lockstep.scene());
@@ -55,32 +56,11 @@ EvalRun run_lockstep(const SessionConfig& config, const std::vector<MeshShape>& 
   return run;
 }
 
-void add_lab_rows(const std::string& name, EvalRun first, const EvalRun& second,
-                  std::vector<Row>& rows) {
-  std::sort(first.step_seconds.begin(), first.step_seconds.end());
-  const size_t n = first.step_seconds.size();
-  const auto add = [&](const std::string& metric, double value, const std::string& unit) {
-    rows.push_back({name, metric, value, unit, "", {}, {}, {}});
-  };
-  if (n > 0) {
-    add("one tick, all three steps p50", first.step_seconds[n / 2], "s");
-    add("one tick, all three steps p99", first.step_seconds[n * 99 / 100], "s");
-    add("one tick, all three steps max", first.step_seconds.back(), "s");
-  }
-  const bool same = first.hash == second.hash && n == second.step_seconds.size();
-  rows.push_back({name,
-                  "runs that differ from the first, of 1 repeated",
-                  same ? 0.0 : 1.0,
-                  "",
-                  "",
-                  {},
-                  0.0,
-                  same});
-}
-
 void run_eval(const EvalOptions& options) {
-  SessionConfig config = load_config(find_config(options.config));
+  const std::string file = find_config(options.config);
+  SessionConfig config = load_config(file);
   if (!options.trace.empty()) use_trace(config, options.trace);
+  check_outputs({options.plot}, {options.trace, file}, options.overwrite);
   std::vector<BakedShape> baked;
   std::vector<MeshShape> shapes;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
@@ -91,24 +71,33 @@ void run_eval(const EvalOptions& options) {
   const EvalRun first = run_lockstep(config, shapes, options);
   const EvalRun second = run_lockstep(config, shapes, options);
   const std::string name(view(config.name));
-  std::vector<Row> rows =
+  Rows rows(name);
+  rows.note("machine", machine_line());
+  rows.note("lockstep", "virtual time, contact every " +
+                            std::to_string(options.lockstep.contact_period) + " ticks, " +
+                            std::to_string(options.lockstep.contact_latency) + " late");
+  std::vector<Row> judged =
       summarize(name, first.data, config, measure_penetration(first.data, config, baked));
-  // on virtual time nothing is late or busy
-  std::erase_if(rows, [](const Row& row) { return row.unit == "s"; });
-  add_lab_rows(name, first, second, rows);
+  // on virtual time nothing is late or busy, and nothing is recorded
+  std::erase_if(judged, [](const Row& row) {
+    return row.unit == "s" || row.metric.rfind("samples", 0) == 0;
+  });
+  rows.append(judged);
+  rows.add("one tick, all three steps", first.step_time);
+  const bool same = first.hash == second.hash;
+  rows.add("runs that differ from the first, of 1 repeated", same ? 0 : 1, "", 0, same);
+  char hash[32];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(first.hash));
+  rows.note("hash of all frames", hash);
 
   if (options.json) {
-    print_json(std::cout, rows);
+    print_json(std::cout, rows.rows());
   } else {
-    const MachineInfo machine = machine_info();
-    std::cout << name << ", lockstep on virtual time, contact every "
-              << options.lockstep.contact_period << " ticks, " << options.lockstep.contact_latency
-              << " late; version " << machine.version << ", load " << machine.load << "\n";
-    print_table(std::cout, rows);
-    std::cout << "  hash of all frames " << std::hex << first.hash << std::dec << "\n";
+    print_table(std::cout, rows.rows());
   }
+  std::cout.flush();
   if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
-  if (!all_hold(rows)) throw CLI::RuntimeError(1);
+  if (!all_hold(rows.rows())) throw CLI::RuntimeError(1);
 }
 
 }  // namespace
@@ -119,6 +108,7 @@ void add_eval_command(CLI::App& app) {
   command->add_option("--config", options->config, "session file")->capture_default_str();
   command->add_option("--trace", options->trace, "recorded hand instead of the configured device");
   command->add_option("--for", options->duration, "how long a simulated hand plays [s]")
+      ->check(seconds_option())
       ->capture_default_str();
   command
       ->add_option("--contact-period", options->lockstep.contact_period,
@@ -131,6 +121,7 @@ void add_eval_command(CLI::App& app) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   command->add_option("--plot", options->plot, "draw force, depth and lateness to this .svg");
+  command->add_flag("--overwrite", options->overwrite, "replace the plot where it exists");
   command->add_flag("--json", options->json, "rows as JSON");
   command->callback([options] { run_eval(*options); });
 }

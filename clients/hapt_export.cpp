@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// hapt export: a recording as CSV.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -6,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "clients/check_outputs.h"
 #include "clients/hapt_commands.h"
 #include "proto/csv.h"
 
@@ -14,7 +16,7 @@ namespace {
 
 struct ExportOptions {
   std::string recording, output, topic = std::string(kServo0Topic.name);
-  bool csv = false;
+  bool csv = false, overwrite = false;
 };
 
 /// The topic to export; throws with the list of what the recording holds.
@@ -29,6 +31,7 @@ const TopicInfo& choose_topic(const TraceReader& trace, const ExportOptions& opt
 }
 
 void run_export(const ExportOptions& options) {
+  check_outputs({options.output}, {options.recording}, options.overwrite);
   const TraceReader trace(options.recording);
   const TopicInfo& topic = choose_topic(trace, options);
   if (!trace.mcap().finished()) {
@@ -55,6 +58,7 @@ void add_export_command(CLI::App& app) {
   command->add_option("recording", options->recording, "file of `hapt record` (.mcap)")->required();
   command->add_flag("--csv", options->csv, "comma-separated values (the only form so far)");
   command->add_option("-o,--output", options->output, "file to write; default: standard output");
+  command->add_flag("--overwrite", options->overwrite, "replace the file where it exists");
   command->add_option("--topic", options->topic, "which records")->capture_default_str();
   command->callback([options] { run_export(*options); });
 }

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// hapt record: everything a running session publishes, into a file.
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <string>
 
+#include "clients/check_outputs.h"
+#include "clients/find_config.h"
 #include "clients/hapt_commands.h"
-#include "clients/realtime_line.h"
 #include "clients/recorder.h"
+#include "clients/seconds_option.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kDrainPeriodNs = 10'000'000;   // a hundredth of what the smallest ring holds
-constexpr int64_t kAttachTimeNs = kNsPerSecond;  // segments come within milliseconds
+constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the smallest ring holds
 
 struct RecordOptions {
   std::string output, session, config;
@@ -46,22 +47,17 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
 }
 
 void run_record(const RecordOptions& options) {
-  if (!options.overwrite && std::filesystem::exists(options.output)) {
-    throw McapError(options.output + ": exists; choose another name or add --overwrite");
-  }
-  const std::string config = options.config.empty() ? "" : read_config_text(options.config);
-  Attachments attachments(connect_session(options.session));
+  check_outputs({options.output}, {options.config}, options.overwrite);
+  const std::string config =
+      options.config.empty() ? "" : read_config_text(find_config(options.config));
+  FileDescriptor socket = connect_session(options.session);
+  const std::string session = peer_of(socket).session;
+  Attachments attachments(std::move(socket));
   Recorder recorder(attachments);
   attachments.start();
   catch_stop_signals();
 
-  const int64_t start_ns = now_ns();
-  while (recorder.servo_header() == nullptr && now_ns() - start_ns < kAttachTimeNs &&
-         !stop_requested()) {
-    sleep_until(now_ns() + kDrainPeriodNs);
-  }
-  TraceWriter trace(options.output, recording_metadata(options.session, config,
-                                                       realtime_line(recorder.servo_header())));
+  TraceWriter trace(options.output, recording_metadata(session, config));
   std::cerr << "recording to " << options.output << "; Ctrl-C ends it\n";
   const int64_t begin_ns = now_ns();
   double seconds = 0;
@@ -88,7 +84,7 @@ void add_record_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("record", "Record a running session");
   command->add_option("-o,--output", options->output, "file to write (.mcap)")->required();
   command->add_option("--for", options->duration, "how long [s]; default: until Ctrl-C")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_option());
   command->add_option("--session", options->session, "which one; default: the only one running");
   command->add_option("--config", options->config,
                       "configuration to keep in the recording (.toml)");

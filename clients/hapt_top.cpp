@@ -13,12 +13,15 @@
 #include "clients/hapt_commands.h"
 #include "clients/realtime_line.h"
 #include "clients/report.h"
+#include "clients/seconds_option.h"
 #include "proto/process.h"
 
 namespace haptic {
 namespace {
 
-constexpr int64_t kDeadAfter = 250'000'000;  // heartbeat older than this: not running [ns]
+constexpr int64_t kDrainPeriod = 50'000'000;   // [ns]
+constexpr int64_t kAttachTime = kNsPerSecond;  // segments come within milliseconds [ns]
+constexpr int64_t kDeadAfter = 250'000'000;    // heartbeat older than this: not running [ns]
 
 struct TopOptions {
   std::string session;
@@ -27,23 +30,15 @@ struct TopOptions {
   bool batch = false, json = false;
 };
 
-/// One process over one period. Negative: not known.
+/// One process over one period.
 struct Line {
   std::string name;
   std::string state = "---";
   uint64_t generation = 0;
-  double rate = 0;                                     // [Hz]
-  double wait_p99 = -1, busy_p50 = -1, busy_p99 = -1;  // [s]
-  uint64_t items = 0, lost = 0;
+  double rate = 0;       // [Hz]
+  Histogram wait, busy;  // [ns]
+  uint64_t lost = 0;     // passed by unread
 };
-
-double quantile(std::vector<double>& values, double q) {
-  if (values.empty()) return -1;
-  const auto i =
-      std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values.end());
-  return values[i];
-}
 
 std::string state_of(const SegmentHeader* header) {
   if (header == nullptr) return "---";
@@ -61,33 +56,52 @@ std::string state_of(const SegmentHeader* header) {
   return "?";
 }
 
-/// Drains one ring into a line: `busy` and `wait` say what an item tells of its step [ns].
-template <typename Source, typename Busy, typename Wait>
-Line watch(const std::string& name, Source& source, double seconds, Busy busy, Wait wait,
-           typename Source::Item& newest) {
-  Line line;
-  std::vector<double> busy_s, wait_s;
-  typename Source::Item item;
-  const uint64_t lost_before = source.lost();
-  while (source.next(item)) {
-    busy_s.push_back(static_cast<double>(busy(item)) * 1e-9);
-    if (wait(item) >= 0) wait_s.push_back(static_cast<double>(wait(item)) * 1e-9);
-    newest = item;
-  }
-  line.name = name;
-  line.items = busy_s.size();
-  line.lost = source.lost() - lost_before;
-  line.state = state_of(source.header());
-  line.generation = source.generation();
-  line.rate = static_cast<double>(line.items + line.lost) / seconds;
-  line.wait_p99 = quantile(wait_s, 0.99);
-  line.busy_p50 = quantile(busy_s, 0.5);
-  line.busy_p99 = quantile(busy_s, 0.99);
-  return line;
-}
+/// Watches one ring: drained often, reported once a period.
+template <typename Source>
+class Watched {
+ public:
+  using Item = typename Source::Item;
 
-std::string cell(double seconds) {
-  return seconds < 0 ? "---" : readable(seconds, "s");
+  Watched(std::string name, Source source) : source_(source) { line_.name = std::move(name); }
+
+  void drain() {
+    while (source_.next(newest)) {
+      ++items_;
+      line_.busy.add(newest.busy_ns);
+      if constexpr (requires(const Item& item) { item.wake_late_ns; }) {
+        line_.wait.add(newest.wake_late_ns);
+      }
+    }
+  }
+
+  /// The period that ends now; the next one begins.
+  Line take(double seconds) {
+    drain();
+    Line out = std::move(line_);
+    out.lost = source_.lost() - lost_before_;
+    out.state = state_of(source_.header());
+    out.generation = source_.generation();
+    out.rate = static_cast<double>(items_ + out.lost) / seconds;
+    line_ = {};
+    line_.name = out.name;
+    lost_before_ = source_.lost();
+    items_ = 0;
+    return out;
+  }
+
+  const SegmentHeader* header() { return source_.header(); }
+
+  Item newest{};
+
+ private:
+  Source source_;
+  Line line_;
+  uint64_t items_ = 0, lost_before_ = 0;
+};
+
+std::string cell(const Histogram& durations, double percent) {
+  if (durations.count() == 0) return "---";
+  return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
 }
 
 void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
@@ -99,7 +113,7 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
     const auto width = [](const std::string& s) {
       return 10 + static_cast<int>(std::count(s.begin(), s.end(), '\xc2'));
     };
-    const std::string wait = cell(l.wait_p99), p50 = cell(l.busy_p50), p99 = cell(l.busy_p99);
+    const std::string wait = cell(l.wait, 99), p50 = cell(l.busy, 50), p99 = cell(l.busy, 99);
     std::printf("%-9s %-6s %4llu %9.1f %*s %*s %*s %6llu\n", l.name.c_str(), l.state.c_str(),
                 static_cast<unsigned long long>(l.generation), l.rate, width(wait), wait.c_str(),
                 width(p50), p50.c_str(), width(p99), p99.c_str(),
@@ -112,54 +126,66 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
 }
 
 void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame) {
-  std::vector<Row> rows;
-  const auto add = [&](const std::string& name, const std::string& metric, double value,
-                       const std::string& unit) {
-    rows.push_back({name, metric, value, unit, "", {}, {}, {}});
-  };
+  std::vector<Row> all;
   for (const Line& l : lines) {
-    add(l.name, "rate", l.rate, "Hz");
-    add(l.name, "generation", static_cast<double>(l.generation), "");
-    if (l.wait_p99 >= 0) add(l.name, "wake lateness p99", l.wait_p99, "s");
-    if (l.busy_p50 >= 0) add(l.name, "busy p50", l.busy_p50, "s");
-    if (l.busy_p99 >= 0) add(l.name, "busy p99", l.busy_p99, "s");
-    add(l.name, "missed by this viewer", static_cast<double>(l.lost), "");
+    Rows rows(l.name);
+    rows.note("state", l.state);
+    rows.add("rate", l.rate, "Hz");
+    rows.add("generation", static_cast<double>(l.generation), "");
+    rows.add("wake lateness", l.wait);
+    rows.add("busy", l.busy);
+    rows.add("missed by this viewer", static_cast<double>(l.lost), "");
+    if (l.name == "servo0") {
+      rows.add("force", norm(frame.F_device_B.f), "N");
+      rows.add("skipped ticks", static_cast<double>(frame.skipped), "");
+    }
+    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
   }
-  add("servo0", "force", norm(frame.F_device_B.f), "N");
-  add("servo0", "skipped ticks", static_cast<double>(frame.skipped), "");
-  print_json(std::cout, rows);
+  print_json(std::cout, all);
+  std::cout.flush();
 }
 
 void run_top(const TopOptions& options) {
   catch_stop_signals();
   Client client(options.session);
-  auto servo = client.ring<&ServoChannels::frames>(Start::kNewest);
-  auto contact = client.ring<&ContactChannels::sets>(Start::kNewest);
-  auto sim = client.ring<&SimChannels::frames>(Start::kNewest);
+  Watched servo("servo0", client.ring<&ServoChannels::frames>(Start::kNewest));
+  Watched contact("contact0", client.ring<&ContactChannels::sets>(Start::kNewest));
+  Watched sim("sim", client.ring<&SimChannels::frames>(Start::kNewest));
+  const auto drain_all = [&] {
+    servo.drain();
+    contact.drain();
+    sim.drain();
+  };
+  const auto go_on = [&] { return client.is_connected() && !stop_requested(); };
   client.start();
+  // the segments arrive on a thread of their own: what is there at the first look is not of a
+  // period
+  for (const int64_t start_ns = now_ns();
+       go_on() && servo.header() == nullptr && now_ns() - start_ns < kAttachTime;) {
+    drain_all();
+    sleep_until(now_ns() + kDrainPeriod);
+  }
+  drain_all();
+  servo.take(1), contact.take(1), sim.take(1);
 
-  ServoFrame frame{};
-  ContactSet set{};
-  SceneFrame scene{};
   int64_t last_ns = now_ns();
-  for (uint64_t n = 0; n < options.screens && client.is_connected() && !stop_requested(); ++n) {
-    client.sleep(options.period);
+  for (uint64_t n = 0; n < options.screens && go_on(); ++n) {
+    const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
+    // more often than the smallest ring fills up, so that nothing passes by unread
+    while (go_on() && now_ns() < end_ns) {
+      sleep_until(std::min(end_ns, now_ns() + kDrainPeriod));
+      drain_all();
+    }
     const int64_t t_ns = now_ns();
     const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
     last_ns = t_ns;
-    const auto busy = [](const auto& item) { return item.busy_ns; };
-    const auto no_wait = [](const auto&) { return int64_t{-1}; };
-    const std::vector<Line> lines{watch(
-                                      "servo0", servo, seconds, busy,
-                                      [](const ServoFrame& f) { return f.wake_late_ns; }, frame),
-                                  watch("contact0", contact, seconds, busy, no_wait, set),
-                                  watch("sim", sim, seconds, busy, no_wait, scene)};
+    const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
     if (options.json) {
-      print_screen_json(lines, frame);
+      print_screen_json(lines, servo.newest);
       continue;
     }
     if (!options.batch && isatty(STDOUT_FILENO) == 1) std::printf("\033[H\033[2J");
-    print_screen(lines, frame, servo.header());
+    print_screen(lines, servo.newest, servo.header());
     std::fflush(stdout);
   }
   if (!client.is_connected()) std::cerr << "the session has ended\n";
@@ -172,9 +198,10 @@ void add_top_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("top", "Watch the processes of a running session");
   command->add_option("--session", options->session, "which one; default: the only one running");
   command->add_option("-d,--period", options->period, "seconds between two screens")
-      ->check(CLI::PositiveNumber)
+      ->check(seconds_option())
       ->capture_default_str();
-  command->add_option("-n", options->screens, "screens to print; default: until Ctrl-C");
+  command->add_option("-n", options->screens, "screens to print; default: until Ctrl-C")
+      ->check(CLI::Range(1, 1000000));
   command->add_flag("-b,--batch", options->batch, "do not clear the screen in between");
   command->add_flag("--json", options->json, "rows as JSON, one array a screen");
   command->callback([options] { run_top(*options); });

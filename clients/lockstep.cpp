@@ -11,10 +11,9 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kStart_ns = 1'000'000'000;  // virtual time of tick 0; not zero, which means unset
-constexpr double kNsPerSecond = 1e9;
 
 int64_t grid_time(double rate, uint64_t tick) {
-  return kStart_ns + std::llround(static_cast<double>(tick) * kNsPerSecond / rate);
+  return kStart_ns + std::llround(static_cast<double>(tick) * 1e9 / rate);
 }
 
 uint64_t add_to_hash(uint64_t hash, const ServoFrame& frame) {

@@ -115,6 +115,9 @@ bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
     counts[std::string(count.topic) + " lost"] = std::to_string(count.lost);
   }
   trace.add_metadata("counts", counts);
+  if (const SegmentHeader* servo = servo_header()) {
+    trace.add_metadata("realtime", {{"servo", realtime_of(*servo).explain()}});
+  }
   return trace.close();
 }
 

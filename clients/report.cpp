@@ -8,11 +8,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <thread>
 
-#ifndef HAPTICD_VERSION
-#define HAPTICD_VERSION "unknown"
-#endif
+#include "proto/version.h"
 
 namespace haptic {
 namespace {
@@ -26,6 +25,12 @@ std::string format(const char* pattern, double value) {
 std::string json_string(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) {
+      char code[8];
+      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
+      out += code;
+      continue;
+    }
     if (c == '"' || c == '\\') out += '\\';
     out += c;
   }
@@ -82,14 +87,14 @@ void print_table(std::ostream& out, const std::vector<Row>& rows) {
   size_t metric_width = 0, value_width = 0;
   for (const Row& row : rows) {
     metric_width = std::max(metric_width, columns(row.metric));
+    if (!row.note.empty()) continue;
     value_width = std::max(value_width, columns(readable(row.value, row.unit)));
   }
   for (const Row& row : rows) {
-    const std::string note = verdict(row);
     out << "  " << padded(row.metric, metric_width + 2);
-    out << (note.empty() ? readable(row.value, row.unit)
-                         : padded(readable(row.value, row.unit), value_width + 2) + note);
-    out << '\n';
+    const std::string value = row.note.empty() ? readable(row.value, row.unit) : row.note;
+    const std::string said = verdict(row);
+    out << (said.empty() ? value : padded(value, value_width + 2) + said) << '\n';
   }
 }
 
@@ -106,8 +111,9 @@ void print_json(std::ostream& out, const std::vector<Row>& rows) {
         << ", \"holds\": "
         << (!row.holds   ? "null"
             : *row.holds ? "true"
-                         : "false")
-        << "}" << (i + 1 < rows.size() ? ",\n" : "\n");
+                         : "false");
+    if (!row.note.empty()) out << ", \"note\": " << json_string(row.note);
+    out << "}" << (i + 1 < rows.size() ? ",\n" : "\n");
   }
   out << "]\n";
 }
@@ -116,21 +122,46 @@ bool all_hold(const std::vector<Row>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
 }
 
-MachineInfo machine_info() {
-  MachineInfo info;
+void Rows::add(const std::string& metric, double value, const std::string& unit) {
+  rows_.push_back({case_name_, metric, value, unit, "", {}, {}, {}, ""});
+}
+
+void Rows::add(const std::string& metric, double value, const std::string& unit, double goal,
+               bool holds) {
+  rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds, ""});
+}
+
+void Rows::add(const std::string& metric, const Histogram& durations) {
+  if (durations.count() == 0) return;
+  add(metric + " p50", 1e-9 * static_cast<double>(durations.percentile(50)), "s");
+  add(metric + " p99", 1e-9 * static_cast<double>(durations.percentile(99)), "s");
+  add(metric + " max", 1e-9 * static_cast<double>(durations.max()), "s");
+}
+
+void Rows::note(const std::string& metric, const std::string& text) {
+  constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
+  rows_.push_back({case_name_, metric, kNoFigure, "", "", {}, {}, {}, text});
+}
+
+void Rows::append(const std::vector<Row>& rows) {
+  rows_.insert(rows_.end(), rows.begin(), rows.end());
+}
+
+std::string machine_line() {
+  std::string cpu = "unknown processor";
   std::ifstream cpuinfo("/proc/cpuinfo");
   for (std::string line; std::getline(cpuinfo, line);) {
     if (line.rfind("model name", 0) != 0) continue;
-    info.cpu = line.substr(std::min(line.size(), line.find(':') + 2));
+    cpu = line.substr(std::min(line.size(), line.find(':') + 2));
     break;
   }
   utsname system{};
-  if (uname(&system) == 0) info.kernel = system.release;
-  info.version = HAPTICD_VERSION;
-  info.cores = std::thread::hardware_concurrency();
+  uname(&system);
   double load = 0;
-  if (getloadavg(&load, 1) == 1) info.load = load;
-  return info;
+  getloadavg(&load, 1);
+  return std::string("hapticd ") + version() + " on " + cpu + ", " +
+         std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
+         ", load " + format("%.2f", load);
 }
 
 }  // namespace haptic

@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "clients/histogram.h"
+
 namespace haptic {
 
-/// One figure: the row every `hapt eval` and `hapt bench` prints. Empty optionals are JSON null.
+/// One figure: the row every `hapt eval` and `hapt bench` prints. NaN and empty optionals are JSON
+/// null.
 struct Row {
   std::string case_name;
   std::string metric;
@@ -18,6 +21,7 @@ struct Row {
   std::optional<double> peer_value;
   std::optional<double> goal;
   std::optional<bool> holds;
+  std::string note;  // a fact that is no figure: the machine, the name of the log
 
   std::optional<double> ratio() const {
     if (!peer_value || *peer_value == 0) return std::nullopt;
@@ -25,18 +29,33 @@ struct Row {
   }
 };
 
-/// Machine, load average and version: what a figure is worth nothing without.
-struct MachineInfo {
-  std::string cpu, kernel, version;
-  unsigned cores = 0;
-  double load = 0;  // 1-minute average
+/// Collects the rows of one case.
+class Rows {
+ public:
+  explicit Rows(std::string case_name) : case_name_(std::move(case_name)) {}
+
+  void add(const std::string& metric, double value, const std::string& unit);
+  void add(const std::string& metric, double value, const std::string& unit, double goal,
+           bool holds);
+  /// p50, p99 and max of durations [ns] as seconds; nothing where there are none.
+  void add(const std::string& metric, const Histogram& durations);
+  void note(const std::string& metric, const std::string& text);
+  void append(const std::vector<Row>& rows);
+  const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+  std::string case_name_;
+  std::vector<Row> rows_;
 };
-MachineInfo machine_info();
+
+/// Version, processor, kernel and load: what a figure is worth nothing without.
+std::string machine_line();
 
 /// A table for people: metric, value with a readable unit prefix, goal where there is one.
 void print_table(std::ostream& out, const std::vector<Row>& rows);
 
-/// One JSON array of objects {case, metric, value, unit, peer, peer_value, ratio, goal, holds}.
+/// One JSON array of objects {case, metric, value, unit, peer, peer_value, ratio, goal, holds};
+/// a fact has a `note` as well.
 void print_json(std::ostream& out, const std::vector<Row>& rows);
 
 /// False when any row misses its goal.

@@ -2,10 +2,11 @@
 #include "clients/session_process.h"
 
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <stdexcept>
 
@@ -22,16 +23,25 @@ constexpr int64_t kPollPeriod = 5'000'000;
 
 SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
   const std::string path = program_folder() + "/hapticd";
+  if (access(path.c_str(), X_OK) != 0) {
+    throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
+                             "); build it, or set HAPTICD_LIBEXEC to its folder");
+  }
   std::vector<std::string> words{path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const int error = posix_spawn(&pid_, path.c_str(), nullptr, nullptr, argv.data(), environ);
-  if (error != 0) {
-    throw std::runtime_error(path + ": cannot be started (" + std::strerror(error) +
-                             "); build it, or set HAPTICD_LIBEXEC to its folder");
-  }
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ < 0)
+    throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) + ")");
+  if (pid_ > 0) return;
+  // a session started for us must not outlive us, however we end
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);
+  execv(path.c_str(), argv.data());
+  _exit(127);
 }
 
 SessionProcess::~SessionProcess() {

@@ -13,7 +13,8 @@ namespace haptic {
 class SessionProcess {
  public:
   /// Starts the hapticd that lies beside this program (or in $HAPTICD_LIBEXEC) with these
-  /// arguments; its messages go to our stderr. Throws std::runtime_error.
+  /// arguments; its messages go to our stderr. It stops when we end, however that happens. To be
+  /// called by a thread that lives as long as the process. Throws std::runtime_error.
   explicit SessionProcess(const std::vector<std::string>& arguments);
 
   /// Stops it where that has not been done.

@@ -15,26 +15,11 @@ namespace {
 
 constexpr double kTouchForce = 0.05;  // below, a hand feels free space [N]
 
-struct Quantiles {
-  double p50 = 0, p99 = 0, max = 0;
-};
-
-Quantiles quantiles(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double q) {
-    const auto i = static_cast<size_t>(q * static_cast<double>(values.size()));
-    return values[std::min(values.size() - 1, i)];
-  };
-  return {at(0.5), at(0.99), values.back()};
-}
-
 template <typename Items, typename Get>
-Quantiles quantiles_of(const Items& items, Get get) {
-  std::vector<double> values;
-  values.reserve(items.size());
-  for (const auto& item : items) values.push_back(static_cast<double>(get(item)) * 1e-9);
-  return quantiles(std::move(values));
+Histogram durations(const Items& items, Get get) {
+  Histogram histogram;
+  for (const auto& item : items) histogram.add(get(item));
+  return histogram;
 }
 
 /// The scene in force at a frame; frames before the first scene see the configured poses.
@@ -59,29 +44,6 @@ double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const Sessi
   return deepest;
 }
 
-class Rows {
- public:
-  explicit Rows(std::string case_name) : case_name_(std::move(case_name)) {}
-
-  void add(const std::string& metric, double value, const std::string& unit) {
-    rows_.push_back({case_name_, metric, value, unit, "", {}, {}, {}});
-  }
-  void add(const std::string& metric, double value, const std::string& unit, double goal,
-           bool holds) {
-    rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds});
-  }
-  void add(const std::string& metric, const Quantiles& q) {
-    add(metric + " p50", q.p50, "s");
-    add(metric + " p99", q.p99, "s");
-    add(metric + " max", q.max, "s");
-  }
-  std::vector<Row> take() { return std::move(rows_); }
-
- private:
-  std::string case_name_;
-  std::vector<Row> rows_;
-};
-
 }  // namespace
 
 VerifiedProxy verified_proxy(const ContactSet& set) {
@@ -93,12 +55,15 @@ SessionData load_session(const std::string& log) {
   const TraceReader reader(log);
   // the closing frame of a servo is no tick
   reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+    ++data.recorded;
     if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
   });
   data.scenes = reader.read(kSimTopic);
   reader.for_each<ContactSet>(kContact0Topic, [&](const ContactSet& set, const Stamp&) {
+    ++data.recorded;
     data.proxies.push_back(verified_proxy(set));
   });
+  data.recorded += data.scenes.size();
   return data;
 }
 
@@ -120,8 +85,13 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
     oracles.push_back(baked.shape.mesh.closed ? std::make_unique<InsideOracle>(baked.shape.mesh)
                                               : nullptr);
   }
+  // an open surface has no inside to be in
+  const bool any_closed = std::any_of(shapes.begin(), shapes.end(), [](const BakedShape& baked) {
+    return baked.shape.mesh.closed;
+  });
+  out.can_be_checked = any_closed || shapes.empty();
   for (const VerifiedProxy& proxy : data.proxies) {
-    if ((proxy.flags & kContactNoFreePose) != 0) continue;
+    if ((proxy.flags & kContactNoFreePose) != 0 || !any_closed) continue;
     ++out.verified_checked;
     for (size_t i = 0; i < oracles.size(); ++i) {
       const Vec3 g_O = inverse(proxy.X_WO[i]) * proxy.X_WG.p;
@@ -143,20 +113,21 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const auto ticks = static_cast<double>(frames.size());
   const double limit = std::min(config.safety.max_force, config.device.max_force);
   double peak = 0, deepest = 0;
-  size_t touching = 0, faults = 0;
+  size_t touching = 0, faults = 0, lost_time = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
     peak = std::max(peak, force);
     touching += (f.flags & kServoContact) != 0 && force > kTouchForce;
     faults += (f.flags & kServoFault) != 0;
+    lost_time += (f.device.flags & kDeviceLostTime) != 0;
     deepest = std::max(deepest, f.depth);
   }
   const uint64_t skipped = frames.empty() ? 0 : frames.back().skipped - frames.front().skipped;
   rows.add("ticks", ticks, "");
   rows.add("late ticks (grid points skipped)", static_cast<double>(skipped), "");
-  rows.add("wake lateness", quantiles_of(frames, [](const auto& f) { return f.wake_late_ns; }));
-  rows.add("servo busy", quantiles_of(frames, [](const auto& f) { return f.busy_ns; }));
-  rows.add("contact busy", quantiles_of(data.proxies, [](const auto& p) { return p.busy_ns; }));
+  rows.add("wake lateness", durations(frames, [](const auto& f) { return f.wake_late_ns; }));
+  rows.add("servo busy", durations(frames, [](const auto& f) { return f.busy_ns; }));
+  rows.add("contact busy", durations(data.proxies, [](const auto& p) { return p.busy_ns; }));
   if (data.proxies.size() > 1) {
     const auto span =
         static_cast<double>(data.proxies.back().answers_t_ns - data.proxies.front().answers_t_ns);
@@ -166,16 +137,24 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   rows.add("peak force at the device", peak, "N", limit, peak <= limit);
   rows.add("deepest push of the hand behind the surface", deepest, "m");
   rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
-  rows.add("verified proxy inside (exact check)", static_cast<double>(penetration.verified_inside),
-           "", 0, penetration.verified_inside == 0 && penetration.verified_checked > 0);
+  if (penetration.can_be_checked) {
+    rows.add("verified proxy inside (exact check)",
+             static_cast<double>(penetration.verified_inside), "", 0,
+             penetration.verified_inside == 0 && penetration.verified_checked > 0);
+  } else {
+    rows.note("verified proxy inside (exact check)", "not checked: an open mesh has no inside");
+  }
   const PortEnergy energy = port_energy(frames);
   rows.add("energy the hand put in", energy.into_device, "J");
   rows.add("energy it got back", energy.returned, "J");
   rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
+  if (lost_time > 0) {
+    rows.add("pauses the simulated hand did not live through", static_cast<double>(lost_time), "");
+  }
   rows.add("ticks in fault", static_cast<double>(faults), "", 0, faults == 0);
-  rows.add("samples recorded", ticks, "");
+  rows.add("samples recorded", static_cast<double>(data.recorded), "");
   rows.add("samples lost", static_cast<double>(data.lost), "", 0, data.lost == 0);
-  return rows.take();
+  return rows.rows();
 }
 
 }  // namespace haptic

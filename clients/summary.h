@@ -28,7 +28,8 @@ struct SessionData {
   std::vector<ServoFrame> frames;
   std::vector<VerifiedProxy> proxies;
   std::vector<SceneFrame> scenes;
-  uint64_t lost = 0;  // samples published but not recorded
+  uint64_t recorded = 0;  // samples of all three topics
+  uint64_t lost = 0;      // samples published but not recorded
 };
 
 /// Reads the servo, contact and sim topics of a recording. Throws McapError.
@@ -48,7 +49,8 @@ PortEnergy port_energy(std::span<const ServoFrame> frames);
 struct Penetration {
   size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
   size_t verified_checked = 0;
-  double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
+  bool can_be_checked = true;  // false: every object is an open surface
+  double deepest_proxy = 0;    // of this tick's proxy X_WP, which contacts answer late [m]
 };
 
 /// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy.

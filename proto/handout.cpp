@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 namespace haptic {
@@ -356,6 +357,21 @@ FileDescriptor connect_session(const std::string& session) {
   what += running.empty() ? "; none is running here" : "; running: " + join(running);
   throw HandoutError(what + "; start one with 'hapticd CONFIG.toml" +
                      (session.empty() ? "'" : " --session " + session + "'"));
+}
+
+SessionPeer peer_of(const FileDescriptor& socket) {
+  SessionPeer peer;
+  sockaddr_un address{};
+  socklen_t size = sizeof address;
+  if (getpeername(socket.get(), reinterpret_cast<sockaddr*>(&address), &size) == 0) {
+    peer.session = std::filesystem::path(address.sun_path).stem().string();
+  }
+  ucred credentials{};
+  size = sizeof credentials;
+  if (getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0) {
+    peer.hapticd = credentials.pid;
+  }
+  return peer;
 }
 
 void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd) {

@@ -100,6 +100,13 @@ class HandoutServer {
 /// that lists the running sessions and says how to start one.
 FileDescriptor connect_session(const std::string& session);
 
+/// Who is at the other end of a connected session.
+struct SessionPeer {
+  std::string session;
+  pid_t hapticd = -1;
+};
+SessionPeer peer_of(const FileDescriptor& socket);
+
 /// Child only: gives its segment to hapticd. Throws HandoutError.
 void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd);
 

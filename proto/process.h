@@ -53,7 +53,7 @@ ChildArguments parse_child_arguments(int argc, char** argv);
 /// other exceptions are bad input.
 int run_child(int argc, char** argv, int (*run)(const ChildArguments&));
 
-/// SIGTERM and SIGINT from now on only raise a flag that stop_requested() reads; SIGPIPE is
+/// SIGTERM, SIGINT and SIGHUP from now on only raise a flag that stop_requested() reads; SIGPIPE is
 /// ignored.
 void catch_stop_signals();
 bool stop_requested() noexcept;

@@ -132,6 +132,12 @@ class Validation {
 
 }  // namespace
 
+RealtimeReport realtime_of(const SegmentHeader& header) noexcept {
+  return {.bits = header.realtime_bits.load(),
+          .fifo_errno = header.fifo_errno.load(),
+          .memory_errno = header.memory_errno.load()};
+}
+
 FileDescriptor reopen_read_only(int fd) {
   const std::string path = "/proc/self/fd/" + std::to_string(fd);
   FileDescriptor copy(open(path.c_str(), O_RDONLY | O_CLOEXEC));

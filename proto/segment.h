@@ -57,12 +57,12 @@ struct SegmentHeader {
   U64 clock_id;       // of every t_ns in the segment
 
   // own cache line: touched once a cycle, never together with the lines above
-  alignas(128) U64 heartbeat;           // cycles since start
-  std::atomic<int64_t> heartbeat_ns;    // CLOCK_MONOTONIC of the last one
-  U32 state;                            // SegmentState
-  U32 realtime_bits;                    // RealtimeBit
-  std::atomic<int32_t> realtime_errno;  // of what was refused; 0: nothing
-  U32 reserved;
+  alignas(128) U64 heartbeat;         // cycles since start
+  std::atomic<int64_t> heartbeat_ns;  // CLOCK_MONOTONIC of the last one
+  U32 state;                          // SegmentState
+  U32 realtime_bits;                  // RealtimeBit
+  std::atomic<int32_t> fifo_errno;    // why SCHED_FIFO was refused; 0: it was not
+  std::atomic<int32_t> memory_errno;  // the same for locked memory
 
   struct Entry {
     U64 name_hash, offset, bytes, capacity, record_hash;
@@ -71,6 +71,9 @@ struct SegmentHeader {
 };
 static_assert(std::is_standard_layout_v<SegmentHeader> && sizeof(SegmentHeader) == 640);
 static_assert(SegmentHeader::U64::is_always_lock_free && SegmentHeader::U32::is_always_lock_free);
+
+/// What its writer was granted and refused.
+RealtimeReport realtime_of(const SegmentHeader& header) noexcept;
 
 /// Why a segment was not accepted.
 enum class SegmentFault {
@@ -254,7 +257,8 @@ class SegmentWriter {
   }
 
   void set_realtime(const RealtimeReport& report) noexcept {
-    memory_.header().realtime_errno.store(report.first_errno(), std::memory_order_relaxed);
+    memory_.header().fifo_errno.store(report.fifo_errno, std::memory_order_relaxed);
+    memory_.header().memory_errno.store(report.memory_errno, std::memory_order_relaxed);
     memory_.header().realtime_bits.store(report.bits, std::memory_order_release);
   }
 

@@ -3,6 +3,8 @@
 
 #include <sys/utsname.h>
 
+#include "proto/version.h"
+
 namespace haptic {
 namespace {
 
@@ -32,18 +34,16 @@ const TopicInfo* find_topic(std::string_view name) {
   return nullptr;
 }
 
-McapMetadata recording_metadata(const std::string& session, const std::string& config_toml,
-                                const std::string& realtime_status) {
+McapMetadata recording_metadata(const std::string& session, const std::string& config_toml) {
   utsname machine{};
   ::uname(&machine);
   return {
-      {"git", HAPTICD_GIT_HASH},
+      {"version", version()},
       {"abi", std::to_string(kAbiMajor) + "." + std::to_string(kAbiMinor)},
       {"session", session},
       {"config", config_toml},
       {"host", machine.nodename},
       {"kernel", std::string(machine.sysname) + " " + machine.release + " " + machine.machine},
-      {"realtime", realtime_status},
   };
 }
 

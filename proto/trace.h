@@ -51,10 +51,9 @@ struct Stamp {
   uint64_t sequence = 0;    // of the item in its ring; kept modulo 2³²
 };
 
-/// What a recording says about its origin: program version, machine, kernel, and what the caller
-/// knows of the session ("" where unknown): name, config as TOML, real-time status.
-McapMetadata recording_metadata(const std::string& session, const std::string& config_toml,
-                                const std::string& realtime_status);
+/// What a recording says about its origin: program version, machine, kernel, the name of the
+/// session and its configuration as TOML ("" where unknown).
+McapMetadata recording_metadata(const std::string& session, const std::string& config_toml);
 
 class TraceWriter {
  public:

@@ -106,7 +106,7 @@ TEST_CASE("segment: the header tells who writes and whether it is alive") {
   CHECK(view.header().heartbeat == 41);
   CHECK(view.header().heartbeat_ns == 123456);
   CHECK(view.header().realtime_bits == kRealtimeWanted);
-  CHECK(view.header().realtime_errno == EPERM);
+  CHECK(view.header().fifo_errno == EPERM);
 }
 
 TEST_CASE("segment: the start of a process tells it from one that reuses its number") {

@@ -175,7 +175,7 @@ TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
   const std::string path = fresh_file("all.mcap");
   constexpr uint64_t kRecords = 60;  // 11 kB each: several chunks
   {
-    TraceWriter trace(path, recording_metadata("s", "[session]\n", "none"));
+    TraceWriter trace(path, recording_metadata("s", "[session]\n"));
     for (uint64_t i = 0; i < kRecords; ++i) {
       const Stamp stamp{int64_t(i), int64_t(2 * i), i};
       REQUIRE(trace.write(kServo0Topic, random_record<ServoFrame>(i), stamp));
@@ -292,7 +292,7 @@ TEST_CASE("trace: a flipped bit is found, not read") {
 TEST_CASE("trace: random damage anywhere never crashes the reader") {
   const std::string path = fresh_file("damage.mcap");
   {
-    TraceWriter trace(path, recording_metadata("s", "", ""));
+    TraceWriter trace(path, recording_metadata("s", ""));
     for (uint64_t tick = 1; tick <= 50; ++tick) {
       trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
       if (tick % 10 == 0) trace.flush();
@@ -417,7 +417,7 @@ TEST_CASE("trace: a sample for other programs has finite numbers in every field"
   const std::string path = (folder / "sample.mcap").string();
   constexpr uint64_t kRecords = 400;
   {
-    TraceWriter trace(path, recording_metadata("sample", "", ""));
+    TraceWriter trace(path, recording_metadata("sample", ""));
     const auto write = [&]<typename T>(const Topic<T>& topic, uint64_t i) {
       const Stamp stamp{int64_t(i), int64_t(1000 * i), i};
       trace.write(topic, counted_record<T>(i), stamp);
