@@ -139,7 +139,8 @@ int Supervisor::run() {
     }
     if (t_ns >= next_look_ns) {
       write_events();
-      watch_pulses(t_ns);
+      // where hapticd itself was held up, so was everybody: the next look judges
+      if (t_ns - next_look_ns < kLateNs) watch_pulses(t_ns);
       tell_waiting(t_ns);
       next_look_ns = t_ns + kLookPeriodNs;
     }
@@ -296,9 +297,11 @@ void Supervisor::watch_pulse(Process& process, int64_t t_ns) {
   const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
   // one line when it gets worse, not one each look
   if (pulse > process.pulse) {
-    log_.write(pulse == Pulse::kHung ? LogLevel::kError : LogLevel::kWarning, process.name,
-               std::string(pulse == Pulse::kHung ? "hangs: " : "late: ") + "no cycle for " +
-                   std::to_string(silent_ns / kMs) + " ms");
+    const bool hung = pulse == Pulse::kHung;
+    log_.write(hung ? LogLevel::kError : LogLevel::kWarning, process.name,
+               std::string(hung ? "hangs: " : "late: ") + "no cycle for " +
+                   std::to_string(silent_ns / kMs) + " ms" + (hung ? "; killed" : ""));
+    if (hung) kill(process.pid, SIGKILL);
   }
   process.pulse = pulse;
 }

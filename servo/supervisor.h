@@ -26,8 +26,8 @@ inline constexpr int64_t kHealthyNs = 10'000'000'000;
 /// What its heartbeat says about a running process.
 enum class Pulse { kFine, kLate, kHung };
 
-/// Late after 20 ms without a cycle, hung after 250 ms (a host may hold the machine up for 90 ms),
-/// both on top of the period of the loop.
+/// Late after 20 ms without a cycle (said), hung after 250 ms (killed and replaced; a host may hold
+/// the machine up for 90 ms), both on top of the period of the loop.
 Pulse judge_pulse(int64_t silent_ns, int64_t period_ns);
 
 /// Starts haptic-sim, haptic-contact and haptic-servo, hands out their segments, restarts what dies

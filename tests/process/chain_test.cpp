@@ -2,13 +2,13 @@
 // The force of a real session, tick by tick: a recorded hand on a wall, with and without faults.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <vector>
 
 #include "proto/hand_trace.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/process/programs.h"
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
@@ -133,23 +133,13 @@ void check_press(const Frames& frames) {
   }
 }
 
-/// A folder of the programs in which a restarted contact takes `pause` longer to start.
-std::string write_slow_restart(const std::string& folder, const std::string& pause) {
-  namespace fs = std::filesystem;
-  const fs::path programs = folder + "/programs";
-  fs::create_directory(programs);
-  for (const char* name : {"haptic-sim", "haptic-servo"}) {
-    fs::create_symlink(test::program_folder() / name, programs / name);
-  }
-  const fs::path contact = programs / "haptic-contact";
+/// A restarted contact takes `pause` seconds longer to start.
+void restart_contact_slowly(const test::Programs& programs, const std::string& pause) {
   // the last word is the generation; exec keeps the pid and the descriptors handed over
-  std::ofstream(contact) << "#!/bin/sh\n"
-                         << "for generation do :; done\n"
-                         << "[ \"$generation\" = 1 ] || sleep " << pause << "\n"
-                         << "exec '" << (test::program_folder() / "haptic-contact").string()
-                         << "' \"$@\"\n";
-  fs::permissions(contact, fs::perms::owner_all);
-  return programs;
+  programs.replace("haptic-contact",
+                   "for generation do :; done\n[ \"$generation\" = 1 ] || sleep " + pause +
+                       "\nexec '" + (test::program_folder() / "haptic-contact").string() +
+                       "' \"$@\"");
 }
 
 /// Kills contact in mid-press and collects until the servo presses on its successor's answers.
@@ -199,9 +189,9 @@ TEST_CASE("chain: a recorded hand feels k times depth in the real processes") {
 TEST_CASE("chain: contact is killed in mid-press, force holds, fades and returns through a ramp") {
   if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
-  const std::string programs = write_slow_restart(folder.path(), "0.3");
-  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path(),
-                         {{"HAPTICD_LIBEXEC", programs}});
+  const test::Programs programs(folder.path());
+  restart_contact_slowly(programs, "0.3");
+  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
   Watcher watcher("press");
   REQUIRE(watcher.wait_for_all());
   Frames frames;
@@ -269,7 +259,7 @@ TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a
   CHECK(stale.tick < first(frames, kServoReopening).tick);
 }
 
-TEST_CASE("chain: SIGTERM under load ends with a zero wrench") {
+TEST_CASE("chain: SIGTERM in mid-press ends with a zero wrench") {
   if (!test::programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   HapticdProcess hapticd({write_press_session(folder.path(), 60)}, folder.path());

@@ -1,45 +1,40 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line tool as people and scripts use it, on the real binaries.
-#include <catch2/catch.hpp>
-#include <cstdio>
 #include <fstream>
 
+#include "proto/trace.h"
+#include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
 
+using test::eventually;
+using test::figure;
+using test::hapt;
 using test::HapticdProcess;
+using test::has;
+using test::lines;
 using test::programs_are_built;
+using test::Ran;
+using test::shell;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
-struct Ran {
-  int code = -1;
-  std::string output;  // standard output and standard error
-};
-
-/// Runs `hapt` with these words through the shell, in the folder.
-Ran hapt(const std::string& words, const std::string& folder) {
-  const std::string program = (test::program_folder() / "hapt").string();
-  const std::string line = "cd '" + folder + "' && '" + program + "' " + words + " 2>&1";
-  Ran ran;
-  FILE* pipe = popen(line.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  char text[4096];
-  while (const size_t n = std::fread(text, 1, sizeof text, pipe)) ran.output.append(text, n);
-  const int status = pclose(pipe);
-  ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  return ran;
+std::string plane_config() {
+  return std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml";
 }
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-size_t lines(const std::string& text) {
-  return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
+/// A recorded hand that presses 2 mm into the block of plane.toml, at this rate, for two seconds.
+void write_hand(const std::string& path, double rate) {
+  std::ofstream csv(path);
+  csv << "t_s,x_m,y_m,z_m\n";
+  csv.precision(12);
+  for (int i = 0; i <= static_cast<int>(2 * rate); ++i) {
+    const double t = i / rate;
+    csv << t << ",0," << (t < 1 ? 0.041 - 0.003 * t : 0.038) << ",0\n";
+  }
 }
 
 }  // namespace
@@ -51,20 +46,23 @@ TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
       hapt("demo --config plane.toml --for 4 -o run.mcap --plot run.svg", folder.path());
   INFO(ran.output);
   CHECK(ran.code == 0);
-  CHECK(has(ran.output, "SIMULATED hand, seed 1"));
-  CHECK(has(ran.output, "samples lost                                    0"));
+  CHECK(has(ran.output, "SIMULATED hand, seed 1, closed loop"));
   CHECK(has(ran.output, "real-time"));
-  CHECK(has(ran.output, "log: run.mcap"));
+  CHECK(has(ran.output, "run.mcap"));
   CHECK(std::filesystem::file_size(folder.path() + "/run.svg") > 1000);
 
   // the log is a recorded hand as well: it plays back, open loop
   const Ran again = hapt("replay run.mcap --config plane.toml -o again.mcap --json", folder.path());
   INFO(again.output);
   CHECK(again.code == 0);
-  CHECK(has(again.output, "\"metric\": \"samples lost\", \"value\": 0, "));
+  CHECK(figure(again.output, "samples lost") == 0);
+  CHECK(figure(again.output, "ticks in contact") > 0);
+  CHECK(has(again.output, "\"note\": \"RECORDED hand "));
   const Ran table = hapt("export again.mcap --csv -o again.csv", folder.path());
   CHECK(table.code == 0);
   CHECK(std::filesystem::file_size(folder.path() + "/again.csv") > 100000);
+  const TraceReader log(folder.path() + "/again.mcap");
+  CHECK(log.mcap().metadata().at("realtime").contains("servo"));
 }
 
 TEST_CASE("hapt demo: a hand that touches nothing is no success") {
@@ -78,16 +76,83 @@ kind = "simulated-hand"
   const Ran ran = hapt("demo --config free.toml --for 0.5 -o free.mcap --json", folder.path());
   INFO(ran.output);
   CHECK(ran.code == 1);
-  CHECK(has(ran.output, "\"metric\": \"ticks in contact\", \"value\": 0, "));
+  CHECK(figure(ran.output, "ticks in contact") == 0);
+}
+
+TEST_CASE("hapt demo: a name that is taken leaves the other session and its log alone") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({plane_config(), "--session", "taken"}, folder.path());
+  Watcher watcher("taken");
+  REQUIRE(watcher.wait_for_all());
+  const Ran ran =
+      hapt("demo --config plane.toml --session taken --for 1 -o taken.mcap", folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 1);
+  CHECK(has(ran.output, "hapticd ended with code 2 before the session was up"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() + "/taken.mcap"));
+  CHECK(test::is_alive(static_cast<uint64_t>(hapticd.pid())));
+}
+
+TEST_CASE("hapt demo: Ctrl-C keeps what was recorded and a killed demo leaves no session") {
+  if (!programs_are_built()) return;
+  const int signal = GENERATE(SIGINT, SIGHUP, SIGKILL);
+  const TemporaryRuntimeFolder folder;
+  const std::string program = (test::program_folder() / "hapt").string();
+  const std::string log = folder.path() + "/cut.mcap";
+  const pid_t hapt_pid = fork();
+  if (hapt_pid == 0) {
+    const int null = open("/dev/null", O_WRONLY);
+    dup2(null, STDOUT_FILENO);
+    dup2(null, STDERR_FILENO);
+    execl(program.c_str(), "hapt", "demo", "--config", "plane.toml", "--session", "cut", "-o",
+          log.c_str(), nullptr);
+    _exit(127);
+  }
+  pid_t servo = 0;
+  {
+    Watcher watcher("cut");
+    REQUIRE(watcher.wait_for_all());
+    REQUIRE(eventually([&] {
+      watcher.servo.latest(watcher.servo_frame);
+      return watcher.servo_frame.tick > 1500;
+    }));
+    servo = test::writer_of(watcher.servo);
+    kill(hapt_pid, signal);
+    int status = 0;
+    waitpid(hapt_pid, &status, 0);
+    if (signal != SIGKILL) {
+      CHECK(WIFEXITED(status));
+      CHECK(WEXITSTATUS(status) == 1);
+    }
+    CHECK(eventually([&] { return !watcher.attachments.is_connected(); }));
+  }
+  CHECK(eventually([&] { return !test::is_alive(static_cast<uint64_t>(servo)); }));
+  const TraceReader trace(log);
+  CHECK(trace.mcap().finished() == (signal != SIGKILL));
+  CHECK(trace.read(kServo0Topic).size() > 1000);
+}
+
+TEST_CASE("hapt replay: every grid point of the recorded hand is played, whatever its rate") {
+  if (!programs_are_built()) return;
+  const double rate = GENERATE(100.0, 1000.0, 2000.0);
+  const TemporaryRuntimeFolder folder;
+  write_hand(folder.path() + "/hand.csv", rate);
+  const Ran ran = hapt("replay hand.csv --config plane.toml --json", folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(figure(ran.output, "samples of the recorded hand") == 2 * rate + 1);
+  CHECK(figure(ran.output, "frames plus counted skips") == 2001);
+  CHECK(figure(ran.output, "samples lost") == 0);
 }
 
 TEST_CASE("hapt: what cannot start says so in one line and exits with 1") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
-  const std::string words =
-      GENERATE(as<std::string>(), "demo --config missing.toml", "top -n 1", "record -o x.mcap",
-               "export missing.mcap", "replay missing.csv --config lever.toml",
-               "eval --config missing.toml");
+  const std::string words = GENERATE(
+      as<std::string>(), "demo --config missing.toml", "top -n 1", "record -o x.mcap",
+      "export missing.mcap", "replay missing.csv --config lever.toml", "eval --config missing.toml",
+      "demo --plot /nowhere/x.svg", "replay . -o x.mcap", "demo -o /nowhere/x.mcap", "record -o /");
   const Ran ran = hapt(words, folder.path());
   CAPTURE(words, ran.output);
   CHECK(ran.code == 1);
@@ -95,11 +160,86 @@ TEST_CASE("hapt: what cannot start says so in one line and exits with 1") {
   CHECK(ran.output.rfind("hapt: ", 0) == 0);
 }
 
+TEST_CASE("hapt: what is typed wrongly is named in one line, exit 2") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  struct Typed {
+    const char* words;
+    const char* says;
+  };
+  const Typed typed = GENERATE(values<Typed>({
+      {"bogus", "hapt: no command 'bogus'; see hapt --help"},
+      {"", "hapt: A subcommand is required; see hapt --help"},
+      {"demo --for abc", "'abc' is not a number of seconds above 0, as 20 or 0.5; see hapt demo"},
+      {"demo --for nan", "'nan' is not a number of seconds"},
+      {"eval --for -1", "'-1' is not a number of seconds"},
+      {"record -o x --for 0", "'0' is not a number of seconds"},
+      {"top -n -1", "-1"},
+      {"top -d 1e9", "'1e9' is not a number of seconds"},
+      {"demo --bogus", "--bogus"},
+      {"export", "recording is required"},
+  }));
+  const Ran ran = hapt(typed.words, folder.path());
+  CAPTURE(typed.words, ran.output);
+  CHECK(ran.code == 2);
+  CHECK(lines(ran.output) == 1);
+  CHECK(ran.output.rfind("hapt: ", 0) == 0);
+  CHECK(has(ran.output, typed.says));
+}
+
+TEST_CASE("hapt: nothing that was recorded is overwritten unasked") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  write_hand(folder.path() + "/hand.csv", 1000);
+  REQUIRE(hapt("replay hand.csv --config plane.toml -o hand.mcap", folder.path()).code == 0);
+  std::ofstream(folder.path() + "/old.svg") << "an old plot";
+  struct Run {
+    const char* words;
+    const char* says;
+  };
+  const Run run = GENERATE(values<Run>({
+      {"export hand.mcap -o hand.mcap", "is read and would be overwritten"},
+      {"export hand.mcap -o hand.mcap --overwrite", "is read and would be overwritten"},
+      {"export hand.mcap -o ./hand.csv", "exists; choose another name or add --overwrite"},
+      {"replay hand.mcap --config plane.toml -o hand.mcap --overwrite", "is read and would"},
+      {"replay hand.csv --config plane.toml -o hand.mcap", "exists; choose another name"},
+      {"demo --config plane.toml -o hand.mcap", "exists; choose another name"},
+      {"demo --config plane.toml -o new.mcap --plot new.mcap", "is to be written twice"},
+      {"demo --config plane.toml -o new.mcap --plot old.svg", "exists; choose another name"},
+      {"eval --config plane.toml --for 1 --plot old.svg", "exists; choose another name"},
+      {"record -o hand.mcap", "exists; choose another name"},
+  }));
+  const auto sizes = [&] {
+    return std::vector{std::filesystem::file_size(folder.path() + "/hand.csv"),
+                       std::filesystem::file_size(folder.path() + "/hand.mcap"),
+                       std::filesystem::file_size(folder.path() + "/old.svg")};
+  };
+  const auto before = sizes();
+  const Ran ran = hapt(run.words, folder.path());
+  CAPTURE(run.words, ran.output);
+  CHECK(ran.code == 1);
+  CHECK(lines(ran.output) == 1);
+  CHECK(has(ran.output, run.says));
+  CHECK(sizes() == before);
+}
+
+TEST_CASE("hapt: half a table on a full device is a failure") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  REQUIRE(hapt("demo --config plane.toml --for 1 -o run.mcap", folder.path()).code <= 1);
+  const std::string words =
+      GENERATE(as<std::string>(), "export run.mcap >/dev/full", "export run.mcap >&-",
+               "eval --config plane.toml --for 1 --json >/dev/full", "--version >/dev/full");
+  const Ran ran = hapt(words, folder.path());
+  CAPTURE(words, ran.output);
+  CHECK(ran.code == 1);
+  CHECK(has(ran.output, "hapt: standard output cannot be written"));
+}
+
 TEST_CASE("hapt top: shows the three processes of a running session") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
-  const std::string config = std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml";
-  HapticdProcess hapticd({config, "--session", "top"}, folder.path());
+  HapticdProcess hapticd({plane_config(), "--session", "top"}, folder.path());
   Watcher watcher("top");
   REQUIRE(watcher.wait_for_all());
   const Ran screen = hapt("top --session top -b -n 2 -d 0.2", folder.path());
@@ -107,9 +247,80 @@ TEST_CASE("hapt top: shows the three processes of a running session") {
   CHECK(screen.code == 0);
   for (const char* name : {"servo0", "contact0", "sim"}) CHECK(has(screen.output, name));
   CHECK(has(screen.output, "force"));
-  const Ran json = hapt("top --session top -n 1 -d 0.2 --json", folder.path());
+  // the first screen already counts a whole period; grid points skipped are no frames
+  const Ran json = hapt("top --session top -n 1 -d 1 --json", folder.path());
+  INFO(json.output);
   CHECK(json.code == 0);
-  CHECK(has(json.output, "{\"case\": \"servo0\", \"metric\": \"rate\", \"value\": "));
+  CHECK(figure(json.output, "rate") > 500);
+  CHECK(figure(json.output, "rate") < 1100);
+  CHECK(figure(json.output, "missed by this viewer") == 0);
+}
+
+TEST_CASE("hapt top: Ctrl-C ends it at once, however long its period") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({plane_config(), "--session", "top"}, folder.path());
+  Watcher watcher("top");
+  REQUIRE(watcher.wait_for_all());
+  const int64_t start_ns = now_ns();
+  shell("hapt top -d 100000 & pid=$!; sleep 0.5; kill -INT $pid; wait $pid", folder.path());
+  CHECK(now_ns() - start_ns < 20 * kNsPerSecond);
+}
+
+TEST_CASE("hapt record: a session it did not start is recorded, by name, until told to stop") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({plane_config(), "--session", "live"}, folder.path());
+  Watcher watcher("live");
+  REQUIRE(watcher.wait_for_all());
+  const Ran ran = hapt("record -o live.mcap --for 0.5 --config plane.toml --json", folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(has(ran.output, "\"topic\": \"/servo0/frame\", \"recorded\": "));
+  const TraceReader trace(folder.path() + "/live.mcap");
+  CHECK(trace.mcap().finished());
+  CHECK(trace.read(kServo0Topic).size() > 200);
+  bool named = false;
+  for (const auto& [name, facts] : trace.mcap().metadata()) {
+    if (!facts.contains("session")) continue;
+    named = facts.at("session") == "live" && has(facts.at("config"), "[session]");
+  }
+  CHECK(named);
+
+  // --overwrite is asked for; Ctrl-C is the ordinary end
+  const Ran cut =
+      shell("hapt record -o live.mcap --overwrite & pid=$!; sleep 1; kill -INT $pid; wait $pid",
+            folder.path());
+  INFO(cut.output);
+  CHECK(cut.code == 0);
+  CHECK(has(cut.output, "/servo0/frame: "));
+  CHECK(TraceReader(folder.path() + "/live.mcap").mcap().finished());
+}
+
+TEST_CASE("hapt eval: the chain on virtual time holds and repeats") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Ran ran = hapt("eval --config plane.toml --for 4 --json --plot eval.svg", folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(figure(ran.output, "runs that differ from the first, of 1 repeated") == 0);
+  CHECK(figure(ran.output, "ticks") == 4000);
+  CHECK(figure(ran.output, "ticks in contact") > 100);
+  CHECK(std::filesystem::file_size(folder.path() + "/eval.svg") > 1000);
+}
+
+TEST_CASE("example 01: prints the pose of a running session") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({plane_config(), "--session", "watched"}, folder.path());
+  Watcher watcher("watched");
+  REQUIRE(watcher.wait_for_all());
+  const Ran ran = shell("timeout 1 01_watch watched", folder.path());
+  INFO(ran.output);
+  CHECK(lines(ran.output) > 2);
+  const Ran none = shell("01_watch missing", folder.path());
+  CHECK(none.code != 0);
+  CHECK(has(none.output, "no session 'missing' is running; running: watched"));
 }
 
 }  // namespace haptic

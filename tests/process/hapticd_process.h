@@ -12,7 +12,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "proto/realtime.h"
@@ -46,14 +45,10 @@ inline bool is_alive(uint64_t pid) {
   return bracket != std::string::npos && text.size() > bracket + 2 && text[bracket + 2] != 'Z';
 }
 
-/// A running hapticd with what it says in a file. Told to stop with its owner. The environment
-/// holds what it has besides this process's own, as NAME and value.
+/// A running hapticd with what it says in a file. Told to stop with its owner.
 class HapticdProcess {
  public:
-  using Environment = std::vector<std::pair<std::string, std::string>>;
-
-  HapticdProcess(std::vector<std::string> arguments, const std::string& folder,
-                 const Environment& environment = {})
+  HapticdProcess(std::vector<std::string> arguments, const std::string& folder)
       : log_path_(folder + "/log." + std::to_string(now_ns())) {
     const std::string program = program_folder() / "hapticd";
     std::vector<char*> argv{const_cast<char*>(program.c_str())};
@@ -65,7 +60,6 @@ class HapticdProcess {
     const int log = open(log_path_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
     dup2(log, STDOUT_FILENO);
     dup2(log, STDERR_FILENO);
-    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     execv(program.c_str(), argv.data());
     _exit(127);
   }

@@ -5,6 +5,7 @@
 
 #include "proto/handout.h"
 #include "tests/process/hapticd_process.h"
+#include "tests/process/programs.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 using test::eventually;
 using test::HapticdProcess;
+using test::Programs;
 using test::programs_are_built;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
@@ -25,30 +27,6 @@ std::string write_config(const std::string& folder) {
   std::ofstream(path) << in.rdbuf();
   return path;
 }
-
-/// A folder of programs in which some are replaced by shell scripts.
-class Programs {
- public:
-  explicit Programs(const std::string& folder) : folder_(folder + "/programs") {
-    std::filesystem::create_directory(folder_);
-    for (const char* name : {"haptic-sim", "haptic-contact", "haptic-servo"}) {
-      std::filesystem::create_symlink(test::program_folder() / name, folder_ + "/" + name);
-    }
-    setenv("HAPTICD_LIBEXEC", folder_.c_str(), 1);
-  }
-  ~Programs() { unsetenv("HAPTICD_LIBEXEC"); }
-  Programs(const Programs&) = delete;
-
-  void replace(const std::string& name, const std::string& script) const {
-    const std::string path = folder_ + "/" + name;
-    std::filesystem::remove(path);
-    std::ofstream(path) << "#!/bin/sh\n" << script << "\n";
-    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
-  }
-
- private:
-  std::string folder_;
-};
 
 }  // namespace
 
@@ -107,6 +85,27 @@ TEST_CASE("session: what is killed comes back one generation higher and nobody e
     return watcher.servo.latest(watcher.servo_frame) && watcher.servo.generation() == 2;
   }));
   CHECK(hapticd.said("haptic-servo was killed: Killed; starting it again in 0 ms"));
+}
+
+TEST_CASE("session: what hangs is killed and replaced") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "hung"}, folder.path());
+  Watcher watcher("hung");
+  REQUIRE(watcher.wait_for_all());
+  const auto replaced = [&](auto& source, auto& item) {
+    const uint64_t before = source.generation();
+    kill(test::writer_of(source), SIGSTOP);
+    return eventually([&] {
+      source.latest(item);
+      return source.generation() == before + 1;
+    });
+  };
+  CHECK(replaced(watcher.sim, watcher.scene));
+  CHECK(replaced(watcher.contact, watcher.contact_set));
+  CHECK(replaced(watcher.servo, watcher.servo_frame));
+  INFO(hapticd.log());
+  CHECK(hapticd.said("hangs: no cycle for "));
 }
 
 TEST_CASE("session: when hapticd is killed its processes end by themselves") {
