@@ -70,6 +70,8 @@ TEST_CASE("session: what is killed comes back one generation higher and nobody e
   CHECK(eventually([&] {
     return watcher.contact.latest(watcher.contact_set) && watcher.contact.generation() == 2;
   }));
+  // far enough that one who counts from zero again would show
+  REQUIRE(eventually([&] { return watcher.sim.latest(watcher.scene) && watcher.scene.seq > 100; }));
   const SceneFrame before = watcher.scene;
   kill(writer_of(watcher.sim), SIGKILL);
   CHECK(eventually(
