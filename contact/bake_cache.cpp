@@ -24,7 +24,7 @@ namespace ipc = boost::interprocess;
 }  // namespace
 
 std::string cache_folder() {
-  if (const std::string own = environment("HAPTICD_CACHE"); !own.empty()) return own;
+  if (std::string own = environment("HAPTICD_CACHE"); !own.empty()) return own;
   if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty()) return xdg + "/hapticd";
   const std::string home = environment("HOME");
   return (home.empty() ? fs::temp_directory_path().string() : home + "/.cache") + "/hapticd";

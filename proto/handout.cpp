@@ -176,7 +176,7 @@ std::string join(const std::vector<std::string>& names) {
 }  // namespace
 
 std::string runtime_folder() {
-  if (const std::string folder = environment("HAPTICD_RUNTIME_DIR"); !folder.empty()) return folder;
+  if (std::string folder = environment("HAPTICD_RUNTIME_DIR"); !folder.empty()) return folder;
   if (const std::string user = environment("XDG_RUNTIME_DIR"); !user.empty())
     return user + "/hapticd";
   return geteuid() == 0 && access("/run", W_OK) == 0 ? kSystemFolder : temporary_folder();
