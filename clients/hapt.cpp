@@ -32,16 +32,13 @@ int run(CLI::App& app, int argc, char** argv) {
     return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     return explain(app, error);
-  } catch (const std::exception& error) {
-    std::cerr << "hapt: " << error.what() << '\n';
-    return kExitFailed;
   }
   return 0;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app{"hapt: start, watch, record and judge haptic sessions"};
   app.require_subcommand(1);
   app.set_version_flag("--version", haptic::version());
@@ -58,4 +55,7 @@ int main(int argc, char** argv) {
     return kExitFailed;
   }
   return code;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "hapt: %s\n", error.what());
+  return kExitFailed;
 }

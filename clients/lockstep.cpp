@@ -10,10 +10,10 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kStart_ns = 1'000'000'000;  // virtual time of tick 0; not zero, which means unset
+constexpr int64_t kStartNs = 1'000'000'000;  // virtual time of tick 0; not zero, which means unset
 
 int64_t grid_time(double rate, uint64_t tick) {
-  return kStart_ns + std::llround(static_cast<double>(tick) * 1e9 / rate);
+  return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);
 }
 
 uint64_t add_to_hash(uint64_t hash, const ServoFrame& frame) {
@@ -35,7 +35,7 @@ Lockstep::Lockstep(const SessionConfig& config, std::span<const MeshShape> shape
       contact_state_(std::make_unique<ContactState>()),
       sim_model_(build_sim(config)),
       control_(initial_control(config)) {
-  scene_ = sim_step(sim_model_, sim_state_, kStart_ns);
+  scene_ = sim_step(sim_model_, sim_state_, kStartNs);
   sim_ticks_ = 1;
 }
 

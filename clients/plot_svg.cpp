@@ -169,15 +169,17 @@ std::string axes(const Frame& frame, bool with_time) {
   const double bottom = frame.top + kPanelHeight, right = kLeft + kPlotWidth;
   std::string out;
   const double step_x = tick_step(frame.x, kTicksX), step_y = tick_step(frame.y, kTicksY);
-  for (double k = std::ceil(frame.x.low / step_x - 1e-9); k * step_x <= frame.x.high; ++k) {
-    const double x = frame.px(k * step_x);
+  const auto last_x = std::llround(std::floor(frame.x.high / step_x));
+  for (auto k = std::llround(std::ceil(frame.x.low / step_x - 1e-9)); k <= last_x; ++k) {
+    const double value = static_cast<double>(k) * step_x, x = frame.px(value);
     out += grid_line(x, frame.top, x, bottom, "grid");
-    if (with_time) out += text_at(x, bottom + 18, "tick mid", tick_text(k * step_x, step_x));
+    if (with_time) out += text_at(x, bottom + 18, "tick mid", tick_text(value, step_x));
   }
-  for (double k = std::round(frame.y.low / step_y); k <= std::round(frame.y.high / step_y); ++k) {
-    const double y = frame.py(k * step_y);
+  const auto last_y = std::llround(frame.y.high / step_y);
+  for (auto k = std::llround(frame.y.low / step_y); k <= last_y; ++k) {
+    const double value = static_cast<double>(k) * step_y, y = frame.py(value);
     out += grid_line(kLeft, y, right, y, k == 0 ? "zero" : "grid");
-    out += text_at(kLeft - 8, y + 4, "tick end", tick_text(k * step_y, step_y));
+    out += text_at(kLeft - 8, y + 4, "tick end", tick_text(value, step_y));
   }
   return out + format("<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", kLeft, frame.top,
                       bottom, right);

@@ -70,7 +70,7 @@ HandPlant start_plant(const SimulatedHandConfig& config) {
 
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns) {
-  const int64_t steps = (dt_ns + kPlantStep_ns - 1) / kPlantStep_ns;
+  const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
   if (steps <= 0) return;
   const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
   for (int64_t i = 1; i <= steps; ++i) {

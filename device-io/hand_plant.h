@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// Longest integration step of the plant: 1/50 of the period at 1 kHz.
-inline constexpr int64_t kPlantStep_ns = 20'000;
+inline constexpr int64_t kPlantStepNs = 20'000;
 
 /// Where the energy of the plant came from and went [J], since the start.
 struct HandEnergy {
@@ -34,7 +34,7 @@ struct HandPlant {
 HandPlant start_plant(const SimulatedHandConfig& config);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in equal steps of at most
-/// kPlantStep_ns. Implicit midpoint rule, solved in closed form; an axis whose momentum friction
+/// kPlantStepNs. Implicit midpoint rule, solved in closed form; an axis whose momentum friction
 /// can absorb within a step sticks. Second order; without friction it neither makes nor loses
 /// energy, so that it does not shift the stability limit of a sampled wall (semi-implicit Euler at
 /// the same step: 2 % too stiff). Exactly, whatever the step: change of mechanical_energy =

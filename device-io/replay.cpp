@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kSnap_ns = 1000;  // clocks that are meant to coincide do so within this
+constexpr int64_t kSnapNs = 1000;  // clocks that are meant to coincide do so within this
 constexpr uint32_t kKeptFlags = kDeviceHomed | kDeviceSimulated;
 
 DeviceState flagged(DeviceState state, uint32_t flags) {
@@ -36,12 +36,12 @@ DeviceState HandCurve::at(int64_t t_ns) const {
       std::upper_bound(samples_.begin(), samples_.end(), t_ns,
                        [](int64_t t, const DeviceState& sample) { return t < sample.t_ns; });
   const auto next = static_cast<size_t>(after - samples_.begin());
-  if (next < samples_.size() && samples_[next].t_ns - t_ns <= kSnap_ns) {
+  if (next < samples_.size() && samples_[next].t_ns - t_ns <= kSnapNs) {
     return flagged(samples_[next], kDeviceFresh);
   }
   if (next == 0) return at_rest(samples_.front(), kDeviceHeld);
   const size_t i = next - 1;
-  if (t_ns - samples_[i].t_ns <= kSnap_ns) return flagged(samples_[i], kDeviceFresh);
+  if (t_ns - samples_[i].t_ns <= kSnapNs) return flagged(samples_[i], kDeviceFresh);
   if (next == samples_.size()) return at_rest(samples_.back(), kDeviceHeld | kDeviceEnded);
   if (is_hole(i)) return at_rest(samples_[i], kDeviceHeld);
   return between(i, t_ns);

@@ -68,7 +68,7 @@ void SimulatedHand::stop() {
 }
 
 void SimulatedHand::move_on(int64_t elapsed_ns) {
-  const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUp_ns);
+  const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUpNs);
   lost_time_ = lived_ns < elapsed_ns;
   advance(config_, plant_, held_force_B_, lived_ns);
 }

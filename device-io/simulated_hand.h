@@ -10,7 +10,7 @@ namespace haptic {
 
 /// How much simulated time one read may catch up with: 2500 steps, about half a millisecond. What a
 /// read is later than that, the hand and its intention do not live through: kDeviceLostTime.
-inline constexpr int64_t kMaxCatchUp_ns = 50'000'000;
+inline constexpr int64_t kMaxCatchUpNs = 50'000'000;
 
 /// A 3-DoF device in a simulated hand, closed loop: the force held between two writes moves it for
 /// as long as really passed between the reads. Its orientation is the identity and torque has no

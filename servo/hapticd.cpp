@@ -34,7 +34,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   Options options;
   CLI::App app("Haptics server: runs the session that a file describes until it is told to stop.");
   app.add_option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
@@ -43,11 +43,16 @@ int main(int argc, char** argv) {
   app.add_option("--replay", options.replay, "a recorded hand instead of the configured device");
   app.add_flag("--check-config", options.check_only, "read and check the file, start nothing");
   app.add_flag("--log-json", options.json, "one JSON object a line on stderr");
-  CLI11_PARSE(app, argc, argv);
   try {
-    return run(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hapticd: %s\n", error.what());
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // a help text is no mistake
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::fprintf(stderr, "hapticd: %s; see hapticd --help\n", error.what());
     return haptic::kExitBadInput;
   }
+  return run(options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "hapticd: %s\n", error.what());
+  return haptic::kExitBadInput;
 }

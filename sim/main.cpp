@@ -8,19 +8,19 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPatience_ns = kNsPerSecond;  // for the frames of the sim before this one
-constexpr int64_t kLook_ns = 1'000'000;
+constexpr int64_t kPatienceNs = kNsPerSecond;  // for the frames of the sim before this one
+constexpr int64_t kLookNs = 1'000'000;
 
 /// After a restart: the last frame of the predecessor. hapticd announces in order, so once our own
 /// segment comes back there is nothing older to wait for.
 bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_generation,
                        SceneFrame& last) {
-  const int64_t give_up_ns = now_ns() + kPatience_ns;
+  const int64_t give_up_ns = now_ns() + kPatienceNs;
   bool found = false;
   while (now_ns() < give_up_ns) {
     found |= frames.latest(last);
     if (frames.generation() == own_generation) break;
-    sleep_until(now_ns() + kLook_ns);
+    sleep_until(now_ns() + kLookNs);
   }
   return found;
 }

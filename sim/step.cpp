@@ -10,13 +10,13 @@
 namespace haptic {
 namespace {
 
-constexpr auto kMaxExtrapolation_ns = static_cast<int64_t>(kMaxExtrapolation * 1e9);
+constexpr auto kMaxExtrapolationNs = static_cast<int64_t>(kMaxExtrapolation * 1e9);
 
 // first step: nothing has passed; after an outage the scene stood still but for the extrapolation
 int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
   if (!state.started) return 0;
   const int64_t elapsed = std::max<int64_t>(0, t_ns - state.t_ns);
-  return state.resumed ? std::min(elapsed, kMaxExtrapolation_ns) : elapsed;
+  return state.resumed ? std::min(elapsed, kMaxExtrapolationNs) : elapsed;
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST_CASE("hand plant: the error of the integrator falls with the square of the 
         0.01 * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
     return std::fabs(plant.p_B.x - rest_B.x - exact);
   };
-  // chunks below kPlantStep_ns are one step each
+  // chunks below kPlantStepNs are one step each
   const double coarse = error(20'000), fine = error(10'000);
   CAPTURE(coarse, fine);
   CHECK(coarse < 1e-7);

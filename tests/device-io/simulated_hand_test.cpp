@@ -151,12 +151,12 @@ TEST_CASE("simulated hand: a read one second late is bounded and flagged", "[dev
   hand.write({{8, 0, 0}, {}});
   const DeviceState state = read_at(hand, 1000 * kMs);
   CHECK(state.t_ns == 1000 * kMs);
-  CHECK(hand.plant().t_ns == kMaxCatchUp_ns);
+  CHECK(hand.plant().t_ns == kMaxCatchUpNs);
   CHECK((state.flags & kDeviceLostTime) != 0);
   // what was not lived through did not move it, and the next period is an ordinary one
   CHECK(norm(hand.plant().v_B) < 2);
   CHECK((read_at(hand, 1001 * kMs).flags & kDeviceLostTime) == 0);
-  CHECK(hand.plant().t_ns == kMaxCatchUp_ns + kMs);
+  CHECK(hand.plant().t_ns == kMaxCatchUpNs + kMs);
 }
 
 TEST_CASE("simulated hand: a clock that stands still gives the last state, held", "[device-io]") {

@@ -201,6 +201,19 @@ TEST_CASE("session: a process that does not listen to SIGTERM is killed in the e
   CHECK(hapticd.said("haptic-contact did not stop in time and is killed"));
 }
 
+TEST_CASE("session: what hapticd does not understand is named in one line") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string word = GENERATE(as<std::string>(), "--bogus", "--session");
+  HapticdProcess hapticd({write_config(folder.path()), word}, folder.path());
+  CHECK(hapticd.exit_code() == 2);
+  const std::string log = hapticd.log();
+  CAPTURE(log);
+  CHECK(std::count(log.begin(), log.end(), '\n') == 1);
+  CHECK(log.find("hapticd: ") == 0);
+  CHECK(log.find(word) != std::string::npos);
+}
+
 TEST_CASE("session: a config is checked without starting anything") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
