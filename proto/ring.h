@@ -19,20 +19,21 @@ namespace haptic {
 /// items stay readable.
 /// All-zero memory is an empty ring; there is no pointer in it. Seqlock after Boehm, "Can seqlocks
 /// get along with programming language memory models?", MSPC 2012.
-template <typename T, uint64_t kSlots>
+/// Atomic is std::atomic but in the test that tries every outcome the memory model allows.
+template <typename T, uint64_t kSlots, template <typename> class Atomic = std::atomic>
 class Ring {
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0);
   static_assert(std::has_single_bit(kSlots) && kSlots >= 4);
-  static_assert(std::atomic<uint64_t>::is_always_lock_free);
+  static_assert(Atomic<uint64_t>::is_always_lock_free);
   static constexpr size_t kWords = sizeof(T) / 8;
   using Words = std::array<uint64_t, kWords>;
 
   struct alignas(64) Slot {
-    std::atomic<uint64_t> ticket;
-    std::array<std::atomic<uint64_t>, kWords> words;
+    Atomic<uint64_t> ticket;
+    std::array<Atomic<uint64_t>, kWords> words;
   };
   // own cache-line pair: readers poll it while the writer fills slots
-  alignas(128) std::atomic<uint64_t> count_{0};
+  alignas(128) Atomic<uint64_t> count_{0};
   alignas(128) std::array<Slot, kSlots> slots_{};
 
  public:
@@ -80,8 +81,9 @@ struct Cursor {
 
 /// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that
 /// it is not lapped again at once, and counts exactly what it skipped.
-template <typename T, uint64_t kSlots>
-bool read_next(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
+template <typename RingType>
+bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+  constexpr uint64_t kSlots = RingType::kCapacity;
   for (uint64_t end = ring.published(); cursor.next < end; end = ring.published()) {
     if (end - cursor.next <= kSlots && ring.read(cursor.next, out)) {
       ++cursor.next;
