@@ -6,9 +6,9 @@
 #include <random>
 #include <thread>
 
+#include "clients/forked_process.h"
 #include "proto/realtime.h"
 #include "tests/process/ring_torture.h"
-#include "tests/support/forked_process.h"
 
 namespace haptic::test {
 

@@ -10,10 +10,10 @@
 #include <thread>
 #include <vector>
 
+#include "clients/forked_process.h"
 #include "proto/handout.h"
 #include "proto/realtime.h"
 #include "tests/process/ring_torture.h"
-#include "tests/support/forked_process.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic::test {

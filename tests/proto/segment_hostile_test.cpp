@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "tests/support/forked_process.h"
+#include "clients/forked_process.h"
 #include "tests/support/segment_image.h"
 
 namespace haptic {
@@ -88,7 +88,7 @@ TEST_CASE("hostile reader: writing through its mapping kills it and nobody else"
   const SegmentView<ControlChannels> view(target.reader());
   const size_t at = GENERATE(size_t{0}, offsetof(SegmentHeader, heartbeat), sizeof(SegmentHeader),
                              kTotal / 2, kTotal - 1);
-  test::ForkedProcess writing([&] {
+  ForkedProcess writing([&] {
     signal(SIGSEGV, SIG_DFL);  // a sanitizer would turn it into an exit code
     *const_cast<volatile char*>(static_cast<const char*>(view.memory()) + at) = 1;
   });

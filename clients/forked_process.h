@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace haptic::test {
+namespace haptic {
 
 /// A value in memory that this process shares with those it forks. Make it before the fork.
 template <typename T>
@@ -93,4 +93,4 @@ inline bool pin_to_processor(size_t i) {
   return sched_setaffinity(0, sizeof one, &one) == 0;
 }
 
-}  // namespace haptic::test
+}  // namespace haptic
