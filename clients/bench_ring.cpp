@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/bench_ring.h"
 
-#include <algorithm>
 #include <array>
-#include <atomic>
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstring>
-#include <functional>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
-#include "clients/forked_process.h"
-#include "proto/realtime.h"
+#include "clients/bench_burst.h"
 #include "proto/segment.h"
 
 namespace haptic {
@@ -40,39 +35,7 @@ struct ChannelTable<BenchChannels<kBytes>> {
 
 namespace {
 
-constexpr size_t kMaxSamples = 20'000;
-constexpr size_t kReaders = 8;
-constexpr int kFifo = 50;
-constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;
 constexpr const char* kPeer = "boost::lockfree::spsc_queue";
-
-/// What the processes of a burst share.
-struct Burst {
-  std::atomic<uint64_t> taken;    // messages the reader has taken
-  std::atomic<uint64_t> n_ready;  // processes that have begun
-  std::atomic<bool> stop;
-  std::atomic<int> refused;  // errno of SCHED_FIFO or of locked memory
-  std::atomic<bool> pin_refused;
-  std::atomic<int64_t> end_ns, start_ns;
-  std::atomic<uint64_t> n_samples;
-  std::array<int64_t, kMaxSamples> samples;  // of one process [ns]
-
-  void begin(uint64_t processor) {
-    if (!pin_to_processor(processor)) pin_refused = true;
-    // locked: a fork maps shared pages anew, and their faults would be measured
-    const RealtimeReport report = enter_realtime({.fifo_priority = kFifo, .lock_memory = true});
-    if (report.first_errno() != 0) refused = report.first_errno();
-    ++n_ready;
-  }
-  void wait_for(uint64_t processes) const {
-    while (n_ready < processes) std::this_thread::sleep_for(std::chrono::microseconds(50));
-  }
-  void add_sample(int64_t ns) {
-    const uint64_t i = n_samples.load(std::memory_order_relaxed);
-    if (i < kMaxSamples) samples[i] = ns;
-    n_samples.store(i + 1, std::memory_order_relaxed);
-  }
-};
 
 /// Our ring in a sealed segment, read through a read-only mapping.
 template <size_t kBytes>
@@ -112,25 +75,6 @@ class QueueLink {
 
  private:
   Shared<boost::lockfree::spsc_queue<Message, boost::lockfree::capacity<kBenchSlots>>> queue_;
-};
-
-/// Lets the others on this machine breathe: two spinning FIFO processes leave them nothing.
-void pause_after(int64_t start_ns) {
-  sleep_until(now_ns() + std::max<int64_t>(20'000'000, (now_ns() - start_ns) / 2));
-}
-
-void check_end(ForkedProcess& process, const char* what) {
-  if (process.wait() != 0) throw std::runtime_error(std::string("bench ring: ") + what + " died");
-}
-
-/// What was refused anywhere in the run.
-struct Rights {
-  bool pin_refused = false;
-  int refused = 0;
-  void take(const Burst& burst) {
-    pin_refused = pin_refused || burst.pin_refused;
-    if (burst.refused != 0) refused = burst.refused;
-  }
 };
 
 /// Sends that many messages from one process to another; `one_at_a_time`: the next only once the
@@ -173,21 +117,6 @@ void send(Burst& burst, uint64_t count, bool one_at_a_time) {
   check_end(writer, "a writer");
   check_end(reader, "a reader");
   pause_after(start_ns);
-}
-
-double seconds(int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
-
-double percentile(const Burst& burst, double percent) {
-  Histogram histogram;
-  for (uint64_t i = 0; i < burst.n_samples; ++i) histogram.add(burst.samples[i]);
-  return seconds(histogram.percentile(percent));
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + ptrdiff_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 /// Figures of one kind of link at one size, a value a round.
@@ -238,6 +167,8 @@ void watch_frames(const SegmentView<ServoChannels>& view, Audience audience, Bur
   }
 }
 
+constexpr uint64_t kWarmUp = 100;  // publishes of a new process that are not counted
+
 /// Publishes servo frames with a period and times each call.
 void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t count) {
   const int64_t start_ns = now_ns();
@@ -256,7 +187,7 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
     burst.begin(kWriterProcessor);
     ServoFrame frame{};
     int64_t deadline_ns = now_ns();
-    for (uint64_t n = 0; n < count; ++n) {
+    for (uint64_t n = 0; n < kWarmUp + count; ++n) {
       deadline_ns += period;
       frame.tick = n;
       // as the servo does at 1 kHz; a sleep is too coarse for the short period
@@ -265,7 +196,8 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
       }
       const int64_t begin_ns = now_ns();
       segment.channels().frames.publish(frame);
-      burst.add_sample(now_ns() - begin_ns);
+      const int64_t end_ns = now_ns();
+      if (n >= kWarmUp) burst.add_sample(end_ns - begin_ns);
     }
   });
   check_end(writer, "a writer");
@@ -292,7 +224,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
     slow_ratio.push_back(p50[1].back() / p50[0].back());
     stopped_ratio.push_back(p50[2].back() / p50[0].back());
     Shared<Burst> burst;
-    publish_frames(*burst, Audience::kOneFast, kServoPeriod, 1000);
+    publish_frames(*burst, Audience::kOneFast, kServoPeriod, 2000);
     servo_p50.push_back(percentile(*burst, 50));
     servo_p99.push_back(percentile(*burst, 99));
   }
@@ -317,6 +249,11 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
 }  // namespace
 
 std::vector<Row> bench_ring(const BenchRingOptions& options) {
+  if (n_processors() < 2) {
+    throw std::runtime_error(
+        "bench ring: writer and reader each keep a processor busy, and this process may use only "
+        "one; run it where two are free (see taskset -p $$)");
+  }
   Rights rights;
   std::vector<std::vector<Row>> cases;
   cases.push_back(bench_size<64>(options.rounds, rights));

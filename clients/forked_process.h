@@ -79,6 +79,12 @@ class ForkedProcess {
   pid_t pid_ = -1;
 };
 
+/// How many processors this process may use.
+inline int n_processors() {
+  cpu_set_t allowed;
+  return sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : 1;
+}
+
 /// Keeps this process on one of the processors it may use: number i, counted from 0, or the last.
 /// False where there is no choice or it is refused.
 inline bool pin_to_processor(size_t i) {
