@@ -86,6 +86,8 @@ void send(Burst& burst, uint64_t count, bool one_at_a_time) {
   using Message = typename Link::Message;
   ForkedProcess reader([&] {
     burst.begin(kReaderProcessor);
+    // asleep: a process that spins at FIFO for two seconds is killed, and the other may be late
+    burst.wait_for(2);
     Message out;
     for (uint64_t n = 0; n < count;) {
       if (!link.pop(out)) continue;
@@ -156,8 +158,13 @@ std::vector<Row> bench_size(int rounds, Rights& rights) {
 
 enum class Audience { kOneFast, kEightSlow, kEightStopped };
 
+size_t n_readers(Audience audience) {
+  return audience == Audience::kOneFast ? 1 : kReaders;
+}
+
 void watch_frames(const SegmentView<ServoChannels>& view, Audience audience, Burst& burst) {
   burst.begin(kReaderProcessor);
+  burst.wait_for(n_readers(audience) + 1);
   Cursor cursor{view.channels().frames.published(), 0};
   ServoFrame out;
   while (!burst.stop.load(std::memory_order_relaxed)) {
@@ -175,11 +182,10 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
   SegmentWriter<ServoChannels> segment(1);
   const SegmentView<ServoChannels> view(reopen_read_only(segment.fd()));
   std::vector<ForkedProcess> readers;
-  const size_t n_readers = audience == Audience::kOneFast ? 1 : kReaders;
-  for (size_t i = 0; i < n_readers; ++i) {
+  for (size_t i = 0; i < n_readers(audience); ++i) {
     readers.emplace_back([&] { watch_frames(view, audience, burst); });
   }
-  burst.wait_for(n_readers);
+  burst.wait_for(n_readers(audience));
   for (const ForkedProcess& reader : readers) {
     if (audience == Audience::kEightStopped) reader.signal(SIGSTOP);
   }
@@ -199,9 +205,9 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
       const int64_t end_ns = now_ns();
       if (n >= kWarmUp) burst.add_sample(end_ns - begin_ns);
     }
+    burst.stop = true;
   });
   check_end(writer, "a writer");
-  burst.stop = true;
   for (ForkedProcess& reader : readers) {
     reader.signal(SIGCONT);
     check_end(reader, "a reader");

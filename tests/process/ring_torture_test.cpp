@@ -63,6 +63,7 @@ void print_flat_out(size_t bytes, const FlatOutFindings& f, double seconds) {
       bytes, seconds, number(f.published), number(f.reads), number(f.lost), number(f.torn),
       number(f.disorder), number(f.vanished), number(f.miscounted), number(f.stops),
       number(f.kills));
+  std::fflush(stdout);  // what is forked next must not say it again
 }
 
 void print_kills(size_t bytes, const KillFindings& f, double seconds) {
