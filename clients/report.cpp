@@ -45,7 +45,12 @@ bool is_count(double value) {
   return value == std::floor(value) && std::fabs(value) < 1e15;
 }
 
+/// What is said of a value: its peer, or whether it holds.
 std::string verdict(const Row& row) {
+  if (row.peer_value) {
+    const double ratio = row.ratio().value_or(std::numeric_limits<double>::quiet_NaN());
+    return format("%.2f", ratio) + " × " + readable(*row.peer_value, row.unit) + " of " + row.peer;
+  }
   if (!row.holds) return "";
   std::string text = *row.holds ? "ok" : "MISSED";
   if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";
@@ -129,6 +134,11 @@ void Rows::add(const std::string& metric, double value, const std::string& unit)
 void Rows::add(const std::string& metric, double value, const std::string& unit, double goal,
                bool holds) {
   rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds, ""});
+}
+
+void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
+                      const std::string& peer, double peer_value) {
+  rows_.push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});
 }
 
 void Rows::add(const std::string& metric, const Histogram& durations) {

@@ -183,8 +183,9 @@ enum class Start {
 
 /// Next item of a ring whose writer is gone. Counts exactly what cannot be read: what was
 /// overwritten, and the one slot a killed writer may have left half written.
-template <typename T, uint64_t kSlots>
-bool read_final(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
+template <typename RingType>
+bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+  constexpr uint64_t kSlots = RingType::kCapacity;
   const uint64_t end = ring.published();
   if (end - cursor.next > kSlots) {
     cursor.lost += end - kSlots - cursor.next;

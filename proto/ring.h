@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 namespace haptic {
@@ -19,20 +20,20 @@ namespace haptic {
 /// items stay readable.
 /// All-zero memory is an empty ring; there is no pointer in it. Seqlock after Boehm, "Can seqlocks
 /// get along with programming language memory models?", MSPC 2012.
-template <typename T, uint64_t kSlots>
+/// Atomic is std::atomic but in the test that tries every outcome the memory model allows.
+template <typename T, uint64_t kSlots, template <typename> class Atomic = std::atomic>
 class Ring {
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0);
   static_assert(std::has_single_bit(kSlots) && kSlots >= 4);
-  static_assert(std::atomic<uint64_t>::is_always_lock_free);
+  static_assert(Atomic<uint64_t>::is_always_lock_free);
   static constexpr size_t kWords = sizeof(T) / 8;
-  using Words = std::array<uint64_t, kWords>;
 
   struct alignas(64) Slot {
-    std::atomic<uint64_t> ticket;
-    std::array<std::atomic<uint64_t>, kWords> words;
+    Atomic<uint64_t> ticket;
+    std::array<Atomic<uint64_t>, kWords> words;
   };
   // own cache-line pair: readers poll it while the writer fills slots
-  alignas(128) std::atomic<uint64_t> count_{0};
+  alignas(128) Atomic<uint64_t> count_{0};
   alignas(128) std::array<Slot, kSlots> slots_{};
 
  public:
@@ -42,11 +43,15 @@ class Ring {
   /// Writer only. One copy, no branch on any reader.
   void publish(const T& value) noexcept {
     const uint64_t n = count_.load(std::memory_order_relaxed);
-    const Words w = std::bit_cast<Words>(value);
+    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
     Slot& slot = slots_[n % kSlots];
     slot.ticket.store(2 * n + 1, std::memory_order_relaxed);
     // release on each word: none becomes visible before the odd ticket (a plain mov on x86)
-    for (size_t i = 0; i < kWords; ++i) slot.words[i].store(w[i], std::memory_order_release);
+    for (size_t i = 0; i < kWords; ++i) {
+      uint64_t word;
+      std::memcpy(&word, bytes + 8 * i, 8);
+      slot.words[i].store(word, std::memory_order_release);
+    }
     slot.ticket.store(2 * n + 2, std::memory_order_release);
     count_.store(n + 1, std::memory_order_release);
   }
@@ -58,10 +63,11 @@ class Ring {
   bool read(uint64_t n, T& out) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != 2 * n + 2) return false;
-    Words w;
+    // kept apart until it is known to be whole: a reader that gets nothing keeps what it has
+    std::array<uint64_t, kWords> w;
     for (size_t i = 0; i < kWords; ++i) w[i] = slot.words[i].load(std::memory_order_acquire);
     if (slot.ticket.load(std::memory_order_relaxed) != 2 * n + 2) return false;
-    out = std::bit_cast<T>(w);
+    std::memcpy(static_cast<void*>(&out), w.data(), sizeof out);
     return true;
   }
 
@@ -80,8 +86,9 @@ struct Cursor {
 
 /// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that
 /// it is not lapped again at once, and counts exactly what it skipped.
-template <typename T, uint64_t kSlots>
-bool read_next(const Ring<T, kSlots>& ring, Cursor& cursor, T& out) noexcept {
+template <typename RingType>
+bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+  constexpr uint64_t kSlots = RingType::kCapacity;
   for (uint64_t end = ring.published(); cursor.next < end; end = ring.published()) {
     if (end - cursor.next <= kSlots && ring.read(cursor.next, out)) {
       ++cursor.next;

@@ -2,6 +2,7 @@
 // The command line tool as people and scripts use it, on the real binaries.
 #include <fstream>
 
+#include "clients/forked_process.h"
 #include "proto/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
@@ -308,6 +309,36 @@ TEST_CASE("hapt eval: the chain on virtual time holds and repeats") {
   CHECK(figure(ran.output, "ticks") == 4000);
   CHECK(figure(ran.output, "ticks in contact") > 100);
   CHECK(std::filesystem::file_size(folder.path() + "/eval.svg") > 1000);
+}
+
+TEST_CASE("hapt bench ring: a figure and its peer for each size, and what it takes to publish") {
+  if (!programs_are_built()) return;
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  WARN("SKIPPED: a sanitizer's figures say nothing, and its pace outlasts the limit of real time");
+  return;
+#endif
+  if (n_processors() < 2) {
+    WARN("SKIPPED: needs two processors");
+    return;
+  }
+  const TemporaryRuntimeFolder folder;
+  const Ran ran = hapt("bench ring --rounds 1 --json", folder.path());
+  INFO(ran.output);
+  // whether the goals hold is a matter of what else runs here
+  CHECK((ran.code == 0 || ran.code == 1));
+  CHECK((ran.code == 1) == has(ran.output, "\"holds\": false"));
+  for (const std::string size : {"64", "256", "1024", "8192"}) {
+    CAPTURE(size);
+    CHECK(figure(ran.output, size + " B, one way p50") > 10e-9);
+    CHECK(figure(ran.output, size + " B, one way p99") < 1);
+    CHECK(figure(ran.output, size + " B, throughput, nothing lost") > 1000);
+  }
+  CHECK(has(ran.output, "\"peer\": \"boost::lockfree::spsc_queue\", \"peer_value\": "));
+  CHECK(figure(ran.output, "publish at 1 kHz, one fast reader p99") > 0);
+  CHECK(figure(ran.output, "8 stopped readers over one fast, publish p50") > 0);
+  const Ran alone = shell("taskset -c 0 hapt bench ring --rounds 1", folder.path());
+  CHECK(alone.code == 1);
+  CHECK(has(alone.output, "this process may use only one"));
 }
 
 TEST_CASE("example 01: prints the pose of a running session") {

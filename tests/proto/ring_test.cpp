@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "clients/forked_process.h"
 #include "proto/handout.h"
 #include "tests/support/self_describing.h"
 
@@ -52,6 +53,23 @@ void write_until_killed(RingType& ring, std::chrono::microseconds lifetime) {
   kill(pid, SIGKILL);
   waitpid(pid, nullptr, 0);
 }
+
+#ifdef __SANITIZE_THREAD__
+std::atomic<int> thread_sanitizer_reports{0};
+
+/// What Ring must not be made of.
+template <typename T>
+class Plain {
+ public:
+  static constexpr bool is_always_lock_free = true;
+  Plain(T value = 0) : value_(value) {}
+  void store(T value, std::memory_order) { value_ = value; }
+  T load(std::memory_order) const { return value_; }
+
+ private:
+  T value_;
+};
+#endif
 
 }  // namespace
 
@@ -186,6 +204,34 @@ TEST_CASE("ring: without its tickets the same hammering does tear items") {
   writer.join();
   CHECK(torn);
 }
+
+#ifdef __SANITIZE_THREAD__
+}  // namespace haptic
+
+// called by the sanitizer's runtime
+extern "C" void __tsan_on_report(void*) {
+  ++haptic::thread_sanitizer_reports;
+}
+
+namespace haptic {
+
+TEST_CASE("ring: one of plain words is reported by the thread sanitizer") {
+  // negative control, in a process of its own: a report would fail this one
+  ForkedProcess racing([] {
+    Ring<Record, 8, Plain> ring;
+    std::thread writer([&] {
+      for (uint64_t n = 0; n < 10'000; ++n) ring.publish(Record::make(n));
+    });
+    Record out;
+    for (int i = 0; i < 10'000; ++i) ring.latest(out);
+    writer.join();
+    _exit(thread_sanitizer_reports > 0 ? 3 : 0);
+  });
+  const int status = racing.wait();
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 3);
+}
+#endif
 
 TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the oldest is whole",
                    "", (Ring<SelfDescribing<8>, 16>), (Ring<SelfDescribing<128>, 16>)) {

@@ -14,41 +14,15 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/segment_image.h"
+
 namespace haptic {
 namespace {
 
-using Bytes = std::vector<std::byte>;
-
-/// What a writer of generation 3 with one frame left in memory.
-Bytes valid_image() {
-  SegmentWriter<SimChannels> writer(3);
-  SceneFrame frame{};
-  frame.seq = 77;
-  writer.channels().frames.publish(frame);
-  Bytes image(kSegmentSpec<SimChannels>.total_bytes);
-  REQUIRE(pread(writer.fd(), image.data(), image.size(), 0) == ssize_t(image.size()));
-  return image;
-}
-
-FileDescriptor file_with(const Bytes& image, int seals = F_SEAL_SHRINK) {
-  FileDescriptor fd(memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  REQUIRE(write(fd.get(), image.data(), image.size()) == ssize_t(image.size()));
-  if (seals != 0) REQUIRE(fcntl(fd.get(), F_ADD_SEALS, seals) == 0);
-  return fd;
-}
-
-/// The fault of an attempt to read a file; none: it was accepted.
-template <typename Channels = SimChannels>
-std::optional<SegmentFault> fault_of(FileDescriptor fd, const ViewOptions& options = {}) {
-  try {
-    const SegmentView<Channels> view(std::move(fd), options);
-    return std::nullopt;
-  } catch (const SegmentError& error) {
-    CHECK(std::string(error.what()).find('\n') == std::string::npos);
-    CHECK(std::string(error.what()).find(Channels::kName) != std::string::npos);
-    return error.fault;
-  }
-}
+using test::Bytes;
+using test::fault_of;
+using test::file_with;
+using test::valid_image;
 
 template <typename Value>
 Bytes patched(Bytes image, size_t offset, Value value) {
@@ -151,22 +125,6 @@ TEST_CASE("segment: another process's segment is refused even when it is large e
   CHECK(fault_of<SimChannels>(reopen_read_only(writer.fd())) == SegmentFault::kWrongKind);
 }
 
-TEST_CASE("segment: any flipped byte of the identity or the table is refused, none crashes") {
-  const Bytes good = valid_image();
-  constexpr size_t kTableEnd = kFirstEntry + 2 * sizeof(ChannelEntry);
-  for (size_t at = 0; at < sizeof(SegmentHeader); ++at) {
-    const auto fault = fault_of(file_with(patched(good, at, good[at] ^ std::byte{0x41})));
-    const bool identity =
-        at < offsetof(SegmentHeader, abi_minor) ||
-        (at >= offsetof(SegmentHeader, layout_hash) && at < offsetof(SegmentHeader, generation)) ||
-        (at >= offsetof(SegmentHeader, clock_id) &&
-         at < offsetof(SegmentHeader, clock_id) + sizeof(SegmentHeader::clock_id));
-    const bool table = at >= kFirstEntry && at < kTableEnd;
-    CAPTURE(at);
-    CHECK(fault.has_value() == (identity || table));
-  }
-}
-
 TEST_CASE("segment: a reader waits for a writer that is not ready yet, but not for ever") {
   WritableSegment writer(kSegmentSpec<SimChannels>, 1);
   CHECK(fault_of(reopen_read_only(writer.fd()), {.ready_timeout_ns = 1'000'000}) ==
@@ -178,48 +136,6 @@ TEST_CASE("segment: a reader waits for a writer that is not ready yet, but not f
   CHECK_FALSE(
       fault_of(reopen_read_only(writer.fd()), {.ready_timeout_ns = 60 * kNsPerSecond}).has_value());
   publisher.join();
-}
-
-TEST_CASE("segment: nobody but the writer can change, shrink or punch a published segment") {
-  SegmentWriter<ControlChannels> writer(1);
-  ControlFrame frame{};
-  frame.revision = 9;
-  writer.channels().frames.publish(frame);
-  const size_t bytes = kSegmentSpec<ControlChannels>.total_bytes;
-
-  // opening for writing succeeds even so: what counts is that nothing can be done with it
-  const std::string path = "/proc/self/fd/" + std::to_string(writer.fd());
-  const FileDescriptor hostile(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  REQUIRE(hostile.is_open());
-  CHECK(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, hostile.get(), 0) == MAP_FAILED);
-  CHECK(errno == EPERM);
-  const char junk[64] = {1};
-  CHECK(pwrite(hostile.get(), junk, sizeof junk, 0) == -1);
-  CHECK(errno == EPERM);
-  CHECK(ftruncate(hostile.get(), 0) == -1);
-  CHECK(errno == EPERM);
-  CHECK(ftruncate(hostile.get(), off_t(2 * bytes)) == -1);
-  CHECK(errno == EPERM);
-  CHECK(fallocate(hostile.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, 4096) == -1);
-  CHECK(errno == EPERM);
-  CHECK(fcntl(hostile.get(), F_ADD_SEALS, F_SEAL_WRITE) == -1);
-
-  const FileDescriptor reader = reopen_read_only(writer.fd());
-  CHECK(pwrite(reader.get(), junk, sizeof junk, 0) == -1);
-  void* mapped = mmap(nullptr, bytes, PROT_READ, MAP_SHARED, reader.get(), 0);
-  REQUIRE(mapped != MAP_FAILED);
-  CHECK(mprotect(mapped, bytes, PROT_READ | PROT_WRITE) == -1);
-  munmap(mapped, bytes);
-
-  // the data is what it was, and the writer itself goes on
-  const SegmentView<ControlChannels> view(reopen_read_only(writer.fd()));
-  ControlFrame out;
-  REQUIRE(view.channels().frames.latest(out));
-  CHECK(out.revision == 9);
-  frame.revision = 10;
-  writer.channels().frames.publish(frame);
-  REQUIRE(view.channels().frames.latest(out));
-  CHECK(out.revision == 10);
 }
 
 TEST_CASE("segment: a sealed file keeps its bytes") {

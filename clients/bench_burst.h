@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "clients/forked_process.h"
+#include "clients/histogram.h"
+#include "proto/realtime.h"
+
+/// Short measurements between forked processes, and what is made of them.
+namespace haptic {
+
+inline constexpr size_t kMaxSamples = 20'000;
+inline constexpr size_t kReaders = 8;
+inline constexpr int kFifo = 50;
+inline constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;
+
+/// What the processes of a burst share.
+struct Burst {
+  std::atomic<uint64_t> taken;    // messages the reader has taken
+  std::atomic<uint64_t> n_ready;  // processes that have begun
+  std::atomic<bool> stop;
+  std::atomic<int> refused;  // errno of SCHED_FIFO or of locked memory
+  std::atomic<bool> pin_refused;
+  std::atomic<int64_t> end_ns, start_ns;
+  std::atomic<uint64_t> n_samples;
+  std::array<int64_t, kMaxSamples> samples;  // of one process [ns]
+
+  /// Of a process of this burst: on that processor, real time as far as it may.
+  void begin(uint64_t processor) {
+    const bool is_pinned = pin_to_processor(processor);
+    if (!is_pinned) pin_refused = true;
+    // locked: a fork maps shared pages anew, and their faults would be measured
+    const RealtimeReport report =
+        enter_realtime({.fifo_priority = is_pinned ? kFifo : 0, .lock_memory = true});
+    if (report.first_errno() != 0) refused = report.first_errno();
+    ++n_ready;
+  }
+  void wait_for(uint64_t processes) const {
+    while (n_ready < processes) std::this_thread::sleep_for(std::chrono::microseconds(50));
+  }
+  void add_sample(int64_t ns) {
+    const uint64_t i = n_samples.load(std::memory_order_relaxed);
+    if (i < kMaxSamples) samples[i] = ns;
+    n_samples.store(i + 1, std::memory_order_relaxed);
+  }
+};
+
+/// Lets the others on this machine breathe: two spinning FIFO processes leave them nothing.
+inline void pause_after(int64_t start_ns) {
+  sleep_until(now_ns() + std::max<int64_t>(20'000'000, (now_ns() - start_ns) / 2));
+}
+
+inline void check_end(ForkedProcess& process, const char* what) {
+  if (process.wait() != 0) throw std::runtime_error(std::string("bench ring: ") + what + " died");
+}
+
+/// What was refused anywhere in the run.
+struct Rights {
+  bool pin_refused = false;
+  int refused = 0;
+  void take(const Burst& burst) {
+    pin_refused = pin_refused || burst.pin_refused;
+    if (burst.refused != 0) refused = burst.refused;
+  }
+};
+
+inline double seconds(int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+inline double percentile(const Burst& burst, double percent) {
+  Histogram histogram;
+  for (uint64_t i = 0; i < burst.n_samples; ++i) histogram.add(burst.samples[i]);
+  return seconds(histogram.percentile(percent));
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + ptrdiff_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+}  // namespace haptic

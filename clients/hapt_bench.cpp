@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt bench: figures of this machine, beside a peer that runs in alternation with us.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "clients/bench_ring.h"
+#include "clients/hapt_commands.h"
+#include "clients/report.h"
+
+namespace haptic {
+namespace {
+
+void print_rows(const std::vector<Row>& rows, bool json) {
+  json ? print_json(std::cout, rows) : print_table(std::cout, rows);
+  std::cout.flush();
+  if (!all_hold(rows)) throw CLI::RuntimeError(1);
+}
+
+void add_ring_command(CLI::App& bench) {
+  struct Options {
+    BenchRingOptions ring;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand(
+      "ring", "The channel between processes beside boost::lockfree::spsc_queue");
+  command->add_option("--rounds", options->ring.rounds, "alternations; medians are reported")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_rows(bench_ring(options->ring), options->json); });
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app) {
+  CLI::App* bench =
+      app.add_subcommand("bench", "Measure this machine; exit 1 where a goal is missed");
+  bench->require_subcommand(1);
+  add_ring_command(*bench);
+}
+
+}  // namespace haptic
