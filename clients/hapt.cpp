@@ -51,6 +51,7 @@ int main(int argc, char** argv) {
   haptic::add_record_command(app);
   haptic::add_export_command(app);
   haptic::add_eval_command(app);
+  haptic::add_bench_command(app);
   haptic::add_selftest_command(app);
   const int code = run(app, argc, argv);
   // a script must not take half a table for a whole one

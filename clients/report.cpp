@@ -46,6 +46,9 @@ bool is_count(double value) {
 }
 
 std::string verdict(const Row& row) {
+  if (!row.peer.empty()) {
+    return row.peer + ": " + (row.peer_value ? readable(*row.peer_value, row.unit) : "none");
+  }
   if (!row.holds) return "";
   std::string text = *row.holds ? "ok" : "MISSED";
   if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";

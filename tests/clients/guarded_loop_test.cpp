@@ -6,10 +6,13 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "contact/bake.h"
@@ -82,13 +85,25 @@ TEST_CASE("guarded loop: one violation in mid-run is caught in the loop itself",
 TEST_CASE("guarded loop: a page touched for the first time in mid-run is caught", "[lab]") {
   if (!hooks_are_here()) return;
   constexpr size_t kPage = 4096;
-  // locking brings in what can be read or written; this page can be neither, until it is touched
   void* page = mmap(nullptr, kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   REQUIRE(page != MAP_FAILED);
+  // locking brings every page in: this one is taken away again, from outside the filter
+  std::atomic<int> turn{0};
+  std::thread taker([&] {
+    while (turn.load() == 0) std::this_thread::yield();
+    munlock(page, kPage);
+    madvise(page, kPage, MADV_DONTNEED);
+    turn.store(2);
+  });
   const GuardedLoopResult result =
       run({.ticks = 500, .timed_ticks = 20, .also_do = [&](uint64_t k) {
-             if (k == 300) *static_cast<volatile char*>(page) = 1;
+             if (k != 300) return;
+             turn.store(1);
+             while (turn.load() != 2) {
+             }
+             *static_cast<volatile char*>(page) = 1;
            }});
+  taker.join();
   munmap(page, kPage);
   CAPTURE(result.report.explain());
   CHECK(result.report.of(Violation::kMinorFault).count == 1);
