@@ -37,9 +37,11 @@ CyclictestRun parse_cyclictest(std::istream& output) {
 }
 
 CyclictestRun run_cyclictest(double seconds, int core) {
-  const std::string command = "cyclictest -q -m -N -p 80 -t 1 -i 1000 --default-system -h 1000000 "
-                              "-a " + std::to_string(core) + " -D " +
-                              std::to_string(std::max(1L, std::lround(seconds))) + " 2>/dev/null";
+  const std::string command =
+      "cyclictest -q -m -N -p 80 -t 1 -i 1000 --default-system -h 1000000 "
+      "-a " +
+      std::to_string(core) + " -D " + std::to_string(std::max(1L, std::lround(seconds))) +
+      " 2>/dev/null";
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) {
     CyclictestRun none;

@@ -13,9 +13,9 @@
 namespace haptic {
 
 struct GuardedLoopOptions {
-  uint64_t ticks = 1'000'000;   // armed, on virtual time, as fast as they go
-  uint64_t timed_ticks = 1000;  // armed, before them, on the deadline clock
-  uint64_t warm_up = 20'000;    // unarmed, on virtual time, before both
+  uint64_t ticks = 1'000'000;                  // armed, on virtual time, as fast as they go
+  uint64_t timed_ticks = 1000;                 // armed, before them, on the deadline clock
+  uint64_t warm_up = 20'000;                   // unarmed, on virtual time, before both
   std::function<void(uint64_t)> also_do = {};  // armed, after each tick: where tests plant
 };
 

@@ -53,9 +53,8 @@ WitnessedRun measure_witnessed_wakes(const WakeOptions& options) {
   WitnessedRun run;
   const int64_t start_ns = now_ns() + kLeadTime_ns;
   std::thread servo([&] { run.servo = run_loop(options, kServoPriority, start_ns); });
-  std::thread witness([&] {
-    run.witness = run_loop(options, kServoPriority - 1, start_ns + kWitnessPhase_ns);
-  });
+  std::thread witness(
+      [&] { run.witness = run_loop(options, kServoPriority - 1, start_ns + kWitnessPhase_ns); });
   servo.join();
   witness.join();
   return run;

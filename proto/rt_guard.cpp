@@ -19,19 +19,18 @@
 namespace haptic {
 namespace {
 
-constexpr std::array<const char*, kViolations> kNames{
-    "allocation", "free", "mutex", "condition", "rwlock", "system call", "minor fault",
-    "major fault"};
+constexpr std::array<const char*, kViolations> kNames{"allocation",  "free",       "mutex",
+                                                      "condition",   "rwlock",     "system call",
+                                                      "minor fault", "major fault"};
 
 // what the servo's loop may ask of the kernel, and what the guard itself needs
 constexpr std::array kAllowedCalls{
     SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(getrusage),
     SCMP_SYS(rt_sigreturn),    SCMP_SYS(exit),          SCMP_SYS(exit_group)};
 // to print a stack and abort
-constexpr std::array kCallsToAbort{SCMP_SYS(write),        SCMP_SYS(writev),
-                                   SCMP_SYS(getpid),       SCMP_SYS(gettid),
-                                   SCMP_SYS(tgkill),       SCMP_SYS(rt_sigprocmask),
-                                   SCMP_SYS(rt_sigaction), SCMP_SYS(restart_syscall)};
+constexpr std::array kCallsToAbort{
+    SCMP_SYS(write),  SCMP_SYS(writev),         SCMP_SYS(getpid),       SCMP_SYS(gettid),
+    SCMP_SYS(tgkill), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigaction), SCMP_SYS(restart_syscall)};
 
 // constinit: a thread's first look at them runs no code
 constinit thread_local bool is_armed = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The libc functions a real-time loop must not call, interposed: each tells rt_guard, then does what
-// it always does. Linked as an object into the tests and `hapt`, never into a process of a session.
+// The libc functions a real-time loop must not call, interposed: each tells rt_guard, then does
+// what it always does. Linked as an object into the tests and `hapt`, never into a process of a
+// session.
 #include "proto/rt_guard.h"
 
 // sanitizers interpose the same functions
@@ -101,11 +102,11 @@ void free(void* memory) noexcept {
 }
 
 // a function of the C library: what using it breaks, its parameters, and how it is called on
-#define HAPTIC_HOOK(kind, version, name, parameters, arguments)           \
-  int name parameters noexcept(noexcept(name arguments)) {                \
-    static constinit Original original{#name, version}; \
-    note_violation(Violation::kind);                                      \
-    return original arguments;                                            \
+#define HAPTIC_HOOK(kind, version, name, parameters, arguments) \
+  int name parameters noexcept(noexcept(name arguments)) {      \
+    static constinit Original original{#name, version};         \
+    note_violation(Violation::kind);                            \
+    return original arguments;                                  \
   }
 
 using Mutex = pthread_mutex_t;

@@ -21,8 +21,7 @@ namespace haptic {
 namespace {
 
 GuardedLoopResult run(const GuardedLoopOptions& options) {
-  const SessionConfig config =
-      load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
+  const SessionConfig config = load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
   std::vector<BakedShape> baked;
   std::vector<MeshShape> shapes;
   for (uint32_t i = 0; i < config.n_objects; ++i) {

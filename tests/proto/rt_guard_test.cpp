@@ -107,7 +107,7 @@ TEST_CASE("rt_guard: each planted call of libc is caught once, by its kind") {
       {"aligned_alloc", Violation::kAllocate, 1, [] { memory = std::aligned_alloc(64, 64); }},
       {"operator new", Violation::kAllocate, 1, [] { memory = ::operator new(64); }},
       {"operator new, aligned", Violation::kAllocate, 1,
-       [] { memory = ::operator new(64, std::align_val_t{128}); }},
+       [] { memory = ::operator new (64, std::align_val_t{128}); }},
       {"free", Violation::kFree, 1,
        [] {
          std::free(memory);
@@ -229,8 +229,8 @@ TEST_CASE("rt_guard: the filter holds for its own thread only") {
 TEST_CASE("rt_guard: a first touch of a page is a fault that is counted") {
   if (!hooks_are_here()) return;
   constexpr size_t kPages = 7;
-  void* fresh = mmap(nullptr, kPages * kPage, PROT_READ | PROT_WRITE,
-                     MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  void* fresh =
+      mmap(nullptr, kPages * kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   REQUIRE(fresh != MAP_FAILED);
   madvise(fresh, kPages * kPage, MADV_NOHUGEPAGE);
   auto* bytes = static_cast<volatile char*>(fresh);
