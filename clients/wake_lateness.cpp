@@ -5,6 +5,8 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <atomic>
+#include <latch>
 #include <thread>
 
 namespace haptic {
@@ -12,10 +14,24 @@ namespace {
 
 constexpr int kServoPriority = 80;
 constexpr size_t kMaxLateWakes = 65'536;
-constexpr int64_t kLeadTime_ns = 20'000'000;  // for both threads to be ready
+constexpr int64_t kLeadTime_ns = 5'000'000;  // from ready to the first tick
 constexpr int64_t kMs = 1'000'000;
 
-WakeRun run_loop(const WakeOptions& options, int priority, int64_t start_ns) {
+/// Both loops begin when both are ready: until it is real time a thread may wait long for a core.
+struct CommonStart {
+  explicit CommonStart(int threads) : ready(threads) {}
+  std::latch ready;
+  std::atomic<int64_t> start_ns{0};
+
+  int64_t wait() {
+    ready.arrive_and_wait();
+    int64_t unset = 0;
+    start_ns.compare_exchange_strong(unset, now_ns() + kLeadTime_ns);
+    return start_ns;
+  }
+};
+
+WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, CommonStart& start) {
   WakeRun run;
   run.late_wakes.reserve(kMaxLateWakes);
   cpu_set_t cores;
@@ -24,6 +40,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t start_ns) {
   run.pin_errno = pthread_setaffinity_np(pthread_self(), sizeof cores, &cores);
   run.rights = enter_realtime({.fifo_priority = priority, .lock_memory = true});
 
+  const int64_t start_ns = start.wait() + phase_ns;
   DeadlineClock clock(options.period, options.spin_ns);
   clock.start_at(start_ns);
   const int64_t end_ns = start_ns + static_cast<int64_t>(options.seconds * 1e9);
@@ -44,8 +61,9 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t start_ns) {
 
 WakeRun measure_wakes(const WakeOptions& options) {
   WakeRun run;
+  CommonStart start(1);
   // a thread of its own: rights and pinning end with it
-  std::thread([&] { run = run_loop(options, kServoPriority, now_ns() + kLeadTime_ns); }).join();
+  std::thread([&] { run = run_loop(options, kServoPriority, 0, start); }).join();
   return run;
 }
 

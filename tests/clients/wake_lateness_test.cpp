@@ -22,7 +22,7 @@ TEST_CASE("wake lateness: a late wake is shared where the witness was held up at
                                     {4000 * kUs, 200 * kUs}};
   const std::vector<LateWake> witness{{30 * kUs, 270 * kUs},     // the same hole
                                       {1260 * kUs, 500 * kUs},   // after the second was over
-                                      {2890 * kUs, 150 * kUs},   // a corner of the third
+                                      {2790 * kUs, 105 * kUs},   // a corner of the third
                                       {3030 * kUs, 100 * kUs}};  // not late
   const SharedLateness shared = compare_with_witness(servo, witness);
   CHECK(shared.late == 4);
