@@ -69,10 +69,10 @@ WakeRun measure_wakes(const WakeOptions& options) {
 
 WitnessedRun measure_witnessed_wakes(const WakeOptions& options) {
   WitnessedRun run;
-  const int64_t start_ns = now_ns() + kLeadTime_ns;
-  std::thread servo([&] { run.servo = run_loop(options, kServoPriority, start_ns); });
+  CommonStart start(2);
+  std::thread servo([&] { run.servo = run_loop(options, kServoPriority, 0, start); });
   std::thread witness(
-      [&] { run.witness = run_loop(options, kServoPriority - 1, start_ns + kWitnessPhase_ns); });
+      [&] { run.witness = run_loop(options, kServoPriority - 1, kWitnessPhase_ns, start); });
   servo.join();
   witness.join();
   return run;
