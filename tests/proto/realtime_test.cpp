@@ -122,15 +122,20 @@ TEST_CASE("realtime: a hybrid clock keeps the same grid, skips and counts, and n
 TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
   const int64_t period = GENERATE(1 * kMs, kMs / 8);
   const int64_t spin = std::min(kHybridSpin_ns, period / 2);
-  DeadlineClock clock(period, kHybridSpin_ns);
-  constexpr int kTicks = 200;
-  const int64_t used_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID);
-  for (int i = 0; i < kTicks; ++i) clock.wait();
-  const int64_t spent_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID) - used_ns;
-  CAPTURE(period, spent_ns);
-  // a sleeper spends a few microseconds a tick; late wake-ups spin less, the kernel's work is extra
-  CHECK(spent_ns > kTicks * spin / 4);
-  CHECK(spent_ns < kTicks * (spin + period / 4));
+  constexpr int kTicks = 50, kAttempts = 40;
+  // a late wake-up spins less: where the machine is busy, one quiet stretch is enough
+  int64_t most_ns = 0;
+  for (int k = 0; k < kAttempts && most_ns <= kTicks * spin / 4; ++k) {
+    DeadlineClock clock(period, kHybridSpin_ns);
+    const int64_t used_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    for (int i = 0; i < kTicks; ++i) clock.wait();
+    const int64_t spent_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID) - used_ns;
+    CHECK(spent_ns < kTicks * (spin + period / 4));
+    most_ns = std::max(most_ns, spent_ns);
+  }
+  CAPTURE(period, most_ns);
+  // a sleeper spends a few microseconds a tick
+  CHECK(most_ns > kTicks * spin / 4);
 }
 
 TEST_CASE("realtime: nothing asked for is nothing refused") {
