@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include "clients/bench_jitter.h"
 #include "clients/bench_ring.h"
 #include "clients/hapt_commands.h"
 #include "clients/report.h"
@@ -39,6 +40,7 @@ void add_bench_command(CLI::App& app) {
       app.add_subcommand("bench", "Measure this machine; exit 1 where a goal is missed");
   bench->require_subcommand(1);
   add_ring_command(*bench);
+  add_bench_jitter(*bench);
 }
 
 }  // namespace haptic

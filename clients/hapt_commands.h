@@ -16,6 +16,7 @@ void add_eval_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 void add_record_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
+void add_selftest_command(CLI::App& app);
 void add_top_command(CLI::App& app);
 
 }  // namespace haptic

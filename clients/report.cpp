@@ -47,6 +47,7 @@ bool is_count(double value) {
 
 /// What is said of a value: its peer, or whether it holds.
 std::string verdict(const Row& row) {
+  if (!row.peer.empty() && !row.peer_value) return row.peer + ": none";
   if (row.peer_value) {
     const double ratio = row.ratio().value_or(std::numeric_limits<double>::quiet_NaN());
     return format("%.2f", ratio) + " × " + readable(*row.peer_value, row.unit) + " of " + row.peer;

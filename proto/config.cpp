@@ -26,6 +26,7 @@ constexpr Words<DeviceKind, 2> kDeviceKinds{
     {{"simulated-hand", DeviceKind::kSimulatedHand}, {"replay", DeviceKind::kReplay}}};
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
 constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
                                          {"oscillate", MotionKind::kOscillate},
                                          {"spin", MotionKind::kSpin}}};
@@ -93,6 +94,7 @@ void read_session(Section& root, SessionConfig& config) {
 void read_rates(Section& root, SessionConfig& config) {
   if (auto servo = root.section("servo")) {
     servo->read_quantity("rate", Dimension::kFrequency, kServoRates, config.servo_rate);
+    servo->read_choice("wake", words(kWakes), config.servo_wake);
     servo->finish();
   }
   if (auto contact = root.section("contact")) {

@@ -17,6 +17,8 @@ using Name = std::array<char, 64>;   // zero-terminated
 using Path = std::array<char, 512>;  // zero-terminated
 
 enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1 };
+/// How the servo waits for its next tick.
+enum class Wake : uint32_t { kSleep = 0, kHybrid = 1 };
 enum class MotionKind : uint32_t { kStatic = 0, kOscillate = 1, kSpin = 2 };
 enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
 
@@ -116,7 +118,7 @@ struct SessionConfig {
   CouplingConfig coupling;
   SafetyConfig safety;
   uint32_t n_objects = 0;
-  uint32_t reserved = 0;
+  Wake servo_wake = Wake::kSleep;
   std::array<ObjectConfig, kMaxObjects> objects{};
 };
 static_assert(std::is_trivially_copyable_v<SessionConfig>);

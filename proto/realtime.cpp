@@ -10,6 +10,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -65,8 +66,8 @@ uint64_t next_grid_point(int64_t start_ns, int64_t period, uint64_t last, int64_
   return static_cast<uint64_t>((now_ns - start_ns + period - 1) / period);
 }
 
-DeadlineClock::DeadlineClock(int64_t period) noexcept
-    : period_(period), start_ns_(now_ns() + period) {}
+DeadlineClock::DeadlineClock(int64_t period, int64_t spin_ns) noexcept
+    : period_(period), spin_ns_(std::min(spin_ns, period / 2)), start_ns_(now_ns() + period) {}
 
 Tick DeadlineClock::wait() noexcept {
   // the unsigned wrap makes grid point 0 the successor of "none"
@@ -74,8 +75,11 @@ Tick DeadlineClock::wait() noexcept {
   skipped_ += index - next_;
   next_ = index + 1;
   const int64_t deadline_ns = start_ns_ + static_cast<int64_t>(index) * period_;
-  sleep_until(deadline_ns);
-  return {index, deadline_ns, now_ns() - deadline_ns, skipped_};
+  sleep_until(deadline_ns - spin_ns_);
+  int64_t woke_ns = now_ns();
+  // hybrid: the wake-up's own lateness is spent here
+  while (woke_ns < deadline_ns) woke_ns = now_ns();
+  return {index, deadline_ns, woke_ns - deadline_ns, skipped_};
 }
 
 bool may_lock_all_memory() noexcept {

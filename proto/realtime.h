@@ -50,19 +50,28 @@ struct Tick {
 /// is past already, the first one still to come. Grid point i lies at start + i·period.
 uint64_t next_grid_point(int64_t start_ns, int64_t period, uint64_t last, int64_t now_ns) noexcept;
 
+/// How long before a grid point a hybrid clock wakes up and spins [ns].
+inline constexpr int64_t kHybridSpin_ns = 100'000;
+
 /// Absolute grid on CLOCK_MONOTONIC. A grid point that was missed is skipped and counted; two ticks
 /// are never run in a burst to catch up. Grid point 0 is one period after construction.
 class DeadlineClock {
  public:
-  explicit DeadlineClock(int64_t period) noexcept;
+  /// `spin_ns` > 0: hybrid, sleeps until that long before each grid point, then spins. Never longer
+  /// than half a period, which leaves the other half to everybody else.
+  explicit DeadlineClock(int64_t period, int64_t spin_ns = 0) noexcept;
 
   /// Sleeps until the next grid point. No allocation; one system call.
   Tick wait() noexcept;
+
+  /// Moves the grid, before the first wait().
+  void start_at(int64_t start_ns) noexcept { start_ns_ = start_ns; }
 
   int64_t period() const noexcept { return period_; }
 
  private:
   int64_t period_;
+  int64_t spin_ns_;
   int64_t start_ns_;
   uint64_t next_ = 0;  // first grid point not yet used
   uint64_t skipped_ = 0;

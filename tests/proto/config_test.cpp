@@ -265,6 +265,8 @@ TEST_CASE("config: each kind of mistake is told with file, line and column") {
        "x.toml:11:10: ", "[object.motion] has no 'frequency'"},
       {"button out of range", scene_with("[coupling]", "[map]\nclutch_button = 32\n[coupling]"),
        "x.toml:6:17: ", "whole number from 0 to 31"},
+      {"unknown way to wake", scene_with("[coupling]", "[servo]\nwake = \"spin\"\n[coupling]"),
+       "x.toml:6:8: ", "'wake' is 'spin'; known here: sleep, hybrid"},
       {"flag as text", scene_with("name = \"test\"", "name = \"test\"\nrealtime = \"no\""),
        "x.toml:3:12: ", "'realtime' is text; write true or false"},
       {"long name", scene_with("\"test\"", "\"" + std::string(64, 'a') + "\""),
@@ -367,6 +369,12 @@ TEST_CASE(
                     Catch::Contains("has no 'column'"));
 }
 
+TEST_CASE("config: the servo sleeps unless the file asks it to spin") {
+  CHECK(parse_config(kScene, "x.toml").servo_wake == Wake::kSleep);
+  const std::string hybrid = scene_with("[coupling]", "[servo]\nwake = \"hybrid\"\n[coupling]");
+  CHECK(parse_config(hybrid, "x.toml").servo_wake == Wake::kHybrid);
+}
+
 TEST_CASE("config: a file that is not there is one line") {
   CHECK_THROWS_WITH(load_config("/nowhere/x.toml"),
                     Catch::StartsWith("/nowhere/x.toml: cannot be read"));
@@ -398,6 +406,7 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
       load_config((fs::path(HAPTIC_SOURCE_DIR) / "configs" / "bunny.toml").string());
   const SessionConfig defaults;
   CHECK(bunny.servo_rate == defaults.servo_rate);
+  CHECK(bunny.servo_wake == defaults.servo_wake);
   CHECK(bunny.contact_poll_rate == defaults.contact_poll_rate);
   CHECK(bunny.sim_rate == defaults.sim_rate);
   CHECK(bunny.mesh_memory_limit == defaults.mesh_memory_limit);

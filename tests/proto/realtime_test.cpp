@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <random>
@@ -97,6 +98,44 @@ TEST_CASE("realtime: a clock that is overslept skips and counts, it never catche
     if (i % 5 == 0) CHECK(tick.index >= before.index + 3);
     before = tick;
   }
+}
+
+TEST_CASE("realtime: a hybrid clock keeps the same grid, skips and counts, and never runs early") {
+  DeadlineClock clock(2 * kMs, kHybridSpin_ns);
+  Tick before = clock.wait();
+  const int64_t grid = before.deadline_ns - int64_t(before.index) * clock.period();
+  uint64_t ticks = 1;
+  for (int i = 0; i < 20; ++i) {
+    if (i % 5 == 0) sleep_until(now_ns() + 7 * kMs);
+    const Tick tick = clock.wait();
+    ++ticks;
+    CAPTURE(i, tick.index, tick.late_ns, tick.skipped);
+    CHECK(now_ns() >= tick.deadline_ns);
+    CHECK(tick.late_ns >= 0);
+    CHECK(tick.deadline_ns == grid + int64_t(tick.index) * clock.period());
+    CHECK(tick.index + 1 == ticks + tick.skipped);
+    if (i % 5 == 0) CHECK(tick.index >= before.index + 3);
+    before = tick;
+  }
+}
+
+TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
+  const int64_t period = GENERATE(1 * kMs, kMs / 8);
+  const int64_t spin = std::min(kHybridSpin_ns, period / 2);
+  constexpr int kTicks = 50, kAttempts = 40;
+  // a late wake-up spins less: where the machine is busy, one quiet stretch is enough
+  int64_t most_ns = 0;
+  for (int k = 0; k < kAttempts && most_ns <= kTicks * spin / 4; ++k) {
+    DeadlineClock clock(period, kHybridSpin_ns);
+    const int64_t used_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    for (int i = 0; i < kTicks; ++i) clock.wait();
+    const int64_t spent_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID) - used_ns;
+    CHECK(spent_ns < kTicks * (spin + period / 4));
+    most_ns = std::max(most_ns, spent_ns);
+  }
+  CAPTURE(period, most_ns);
+  // a sleeper spends a few microseconds a tick
+  CHECK(most_ns > kTicks * spin / 4);
 }
 
 TEST_CASE("realtime: nothing asked for is nothing refused") {

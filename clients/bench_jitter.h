@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace haptic {
+
+/// `hapt bench jitter`: how late the servo's clock wakes, beside cyclictest, in alternation.
+void add_bench_jitter(CLI::App& bench);
+
+}  // namespace haptic

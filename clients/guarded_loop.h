@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "contact/step.h"
+#include "proto/config.h"
+#include "proto/realtime.h"
+#include "proto/rt_guard.h"
+
+namespace haptic {
+
+struct GuardedLoopOptions {
+  uint64_t ticks = 1'000'000;                  // armed, on virtual time, as fast as they go
+  uint64_t timed_ticks = 1000;                 // armed, before them, on the deadline clock
+  uint64_t warm_up = 20'000;                   // unarmed, on virtual time, before both
+  std::function<void(uint64_t)> also_do = {};  // armed, after each tick: where tests plant
+};
+
+struct GuardedLoopResult {
+  GuardReport report;
+  uint64_t ticks = 0;          // armed ones
+  uint64_t contact_ticks = 0;  // of them, those that touched
+  RealtimeReport rights;       // locked memory, or why not
+};
+
+/// A whole session in one thread under rt_guard: haptic-servo's own loop body with a simulated hand
+/// or a replay, the rings of four real segments that an attach thread maps read-only, and between
+/// the ticks the steps of contact and sim, armed as well; the controls change every few seconds.
+/// Locks this process's memory meanwhile where that is allowed. Throws std::runtime_error where
+/// the hooks are not linked or nothing attaches.
+GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const MeshShape> shapes,
+                                   const GuardedLoopOptions& options = {});
+
+}  // namespace haptic

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/loop.h"
+
+namespace haptic {
+namespace {
+
+// what an operator wants to read in the log; contact itself comes and goes all the time
+constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
+                              kServoNoContactSet | kServoTorqueDropped;
+
+ServoModel build_model(const SessionConfig& config, const Device& device) {
+  const DeviceCaps caps = device.caps();
+  return build_servo_model(config, {caps.max_force, caps.max_torque});
+}
+
+}  // namespace
+
+void ServoInbox::receive(ServoInput& input) noexcept {
+  any_contact |= contacts.latest(contact_set);
+  any_scene |= scenes.latest(scene);
+  any_control |= controls.latest(control);
+  input.contacts = any_contact ? &contact_set : nullptr;
+  input.contact_generation = contacts.item_generation();
+  input.scene = any_scene ? &scene : nullptr;
+  input.control = any_control ? &control : nullptr;
+}
+
+ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& inbox,
+                     ServoChannels& channels)
+    : device_(device), inbox_(inbox), channels_(channels), model_(build_model(config, device)) {}
+
+void ServoLoop::tick(const Tick& tick) {
+  const int64_t woke_ns = tick.deadline_ns + tick.late_ns;
+  device_.read({tick.deadline_ns, woke_ns}, input_.device);
+  inbox_.receive(input_);
+  input_.tick = tick.index;
+  input_.t_ns = tick.deadline_ns;
+  input_.realtime_ns = realtime_now_ns() - (now_ns() - tick.deadline_ns);
+  input_.wake_late_ns = tick.late_ns;
+  input_.skipped = tick.skipped;
+
+  frame_ = servo_step(model_, state_, input_);
+  device_.write(frame_.F_device_B);
+  frame_.busy_ns = now_ns() - woke_ns;
+  channels_.frames.publish(frame_);
+  publish_changed_flags();
+}
+
+void ServoLoop::publish_changed_flags() {
+  // torque comes and goes with contact: that it is dropped is said once
+  const uint32_t now_notable = (frame_.flags | (notable_ & kServoTorqueDropped)) & kNotable;
+  if (now_notable == notable_) return;
+  channels_.events.publish({now_ns(),
+                            static_cast<uint32_t>(EventCode::kFlagsChanged),
+                            static_cast<uint32_t>(ServoChannels::kId),
+                            {static_cast<double>(notable_), static_cast<double>(now_notable),
+                             static_cast<double>(frame_.tick), 0, 0}});
+  notable_ = now_notable;
+}
+
+void ServoLoop::stop() {
+  device_.stop();
+  ++frame_.tick;
+  frame_.F_device_B = {};
+  frame_.flags = kServoStopped;
+  frame_.device.flags = (frame_.device.flags & ~uint32_t{kDeviceFresh}) | kDeviceHeld;
+  channels_.frames.publish(frame_);
+}
+
+}  // namespace haptic

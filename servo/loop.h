@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "device-io/device.h"
+#include "proto/handout.h"
+#include "proto/realtime.h"
+#include "servo/step.h"
+
+/// The body of the servo's loop, apart from who waits and for how long: haptic-servo runs it on its
+/// deadline clock, `hapt selftest` and the tests a million times under rt_guard.
+namespace haptic {
+
+/// The newest item of each ring the servo reads; they stay where they are from tick to tick.
+struct ServoInbox {
+  RingSource<&ContactChannels::sets> contacts;
+  RingSource<&SimChannels::frames> scenes;
+  RingSource<&ControlChannels::frames> controls;
+  ContactSet contact_set{};
+  SceneFrame scene{};
+  ControlFrame control{};
+  bool any_contact = false, any_scene = false, any_control = false;
+
+  /// From a Child or from Attachments, before either is started.
+  template <typename Rings>
+  explicit ServoInbox(Rings& rings)
+      : contacts(rings.template ring<&ContactChannels::sets>(Start::kOldest)),
+        scenes(rings.template ring<&SimChannels::frames>(Start::kOldest)),
+        controls(rings.template ring<&ControlChannels::frames>(Start::kOldest)) {}
+
+  void receive(ServoInput& input) noexcept;
+};
+
+/// Device and rings in, one step, device and ring out. Only the constructor allocates. What it is
+/// given must outlive it.
+class ServoLoop {
+ public:
+  ServoLoop(const SessionConfig& config, Device& device, ServoInbox& inbox,
+            ServoChannels& channels);
+
+  /// One tick: read the device, receive, step, write the device, publish.
+  void tick(const Tick& tick);
+
+  /// Every way out of the loop: a zero wrench, and the ring says so.
+  void stop();
+
+  const ServoFrame& frame() const { return frame_; }
+
+ private:
+  void publish_changed_flags();
+
+  Device& device_;
+  ServoInbox& inbox_;
+  ServoChannels& channels_;
+  ServoModel model_;
+  ServoState state_;
+  ServoInput input_;
+  ServoFrame frame_{};
+  uint32_t notable_ = 0;
+};
+
+}  // namespace haptic
