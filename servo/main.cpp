@@ -13,7 +13,8 @@ namespace {
 constexpr int kFifoPriority = 80;
 // what an operator wants to read in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
-                              kServoNoContactSet | kServoTorqueDropped;
+                              kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
+                              kServoTooFast | kServoThermal;
 
 /// The newest item of each ring this process reads; they stay where they are from tick to tick.
 struct Inbox {
@@ -51,7 +52,7 @@ int run(const ChildArguments& arguments) {
   std::fprintf(stderr, "haptic-servo: device: %s\n", device->description().c_str());
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
-  uint32_t notable = 0;
+  uint32_t notable = 0, fault = 0;
   ServoInput input;
   ServoFrame frame{};
   DeadlineClock clock(period_ns(child.config().servo_rate));
@@ -71,6 +72,13 @@ int run(const ChildArguments& arguments) {
     device->write(frame.F_device_B);
     frame.busy_ns = now_ns() - woke_ns;
     child.channels().frames.publish(frame);
+
+    if (frame.fault != fault && frame.fault != 0) {
+      child.event(EventCode::kFault,
+                  {static_cast<double>(frame.fault), static_cast<double>(tick.index),
+                   norm(frame.device.V_BH.v), norm(frame.F_coupling_W.f), 0});
+    }
+    fault = frame.fault;
 
     // torque comes and goes with contact: that it is dropped is said once
     const uint32_t now_notable = (frame.flags | (notable & kServoTorqueDropped)) & kNotable;
