@@ -51,6 +51,7 @@ int main(int argc, char** argv) {
   haptic::add_record_command(app);
   haptic::add_export_command(app);
   haptic::add_eval_command(app);
+  haptic::add_control_commands(app);
   const int code = run(app, argc, argv);
   // a script must not take half a table for a whole one
   if (!std::cout.flush() || std::fflush(stdout) != 0) {
