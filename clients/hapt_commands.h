@@ -11,6 +11,7 @@ class App;
 namespace haptic {
 
 void add_bench_command(CLI::App& app);
+void add_control_commands(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_eval_command(CLI::App& app);
 void add_export_command(CLI::App& app);

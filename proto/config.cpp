@@ -188,6 +188,10 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   section.read_choice("kind", words(kDeviceKinds), device.kind);
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
+  section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
+  section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
   if (device.kind == DeviceKind::kReplay) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
   }
@@ -216,6 +220,12 @@ void read_safety(Section& root, SafetyConfig& safety) {
   section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);
   section->read_quantity("max_torque", Dimension::kTorque, kNotNegative, safety.max_torque);
   section->read_quantity("soft_start", Dimension::kTime, kNotNegative, safety.soft_start);
+  section->read_quantity("slew", Dimension::kForceRate, kPositive, safety.slew);
+  section->read_quantity("velocity_limit", Dimension::kSpeed, kPositive, safety.velocity_limit);
+  int64_t button = safety.dead_man_button;
+  section->read_integer("dead_man_button", 0, kButtons - 1, button);
+  safety.dead_man_button = static_cast<int32_t>(button);
+  section->read_flag("armed_at_start", safety.armed_at_start);
   section->finish();
 }
 

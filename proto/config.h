@@ -61,8 +61,12 @@ struct ReplayConfig {
 struct DeviceConfig {
   DeviceKind kind = DeviceKind::kSimulatedHand;
   uint32_t reserved = 0;
-  double max_force = 8;   // of the actuators [N], device units
-  double max_torque = 0;  // [N·m]
+  double max_force = 8;         // of the actuators [N], device units
+  double max_torque = 0;        // [N·m]
+  double continuous_force = 0;  // what they bear for ever [N]; 0: max_force
+  double max_damping = 2;       // the largest damper the device renders stably [N·s/m]
+  Vec3 workspace_centre_B;      // [m]
+  double workspace_radius = 0;  // [m]; 0: no edge
   SimulatedHandConfig hand;
   ReplayConfig replay;
 };
@@ -97,9 +101,13 @@ struct CouplingConfig {
 };
 
 struct SafetyConfig {
-  double max_force = 6;     // [N], device units; the device's own limit holds too
-  double max_torque = 0.1;  // [N·m]
-  double soft_start = 0.5;  // ramp after start, fault and re-seeding [s]
+  double max_force = 6;          // [N], device units; the device's own limit holds too
+  double max_torque = 0.1;       // [N·m]
+  double soft_start = 0.5;       // ramp after start, fault and re-seeding [s]
+  double slew = 2000;            // of a force that appears or comes back [N/s]
+  double velocity_limit = 2;     // of the handle [m/s]
+  int32_t dead_man_button = -1;  // bit that must be held; −1: none
+  uint32_t armed_at_start = 1;   // 0: `hapt arm` is wanted first
 };
 
 /// A parsed, checked session. Trivially copyable: hapticd parses the file once and hands this copy

@@ -15,6 +15,7 @@ inline ControlFrame initial_control(const SessionConfig& config) {
   control.rotational_stiffness = config.coupling.rotational_stiffness;
   control.rotational_damping = config.coupling.rotational_damping;
   control.scene_time_scale = 1;
+  control.armed = config.safety.armed_at_start;
   control.renderer = static_cast<uint32_t>(config.renderer);
   return control;
 }

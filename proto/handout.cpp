@@ -364,7 +364,9 @@ SessionPeer peer_of(const FileDescriptor& socket) {
   sockaddr_un address{};
   socklen_t size = sizeof address;
   if (getpeername(socket.get(), reinterpret_cast<sockaddr*>(&address), &size) == 0) {
-    peer.session = std::filesystem::path(address.sun_path).stem().string();
+    const std::filesystem::path path = address.sun_path;
+    peer.folder = path.parent_path().string();
+    peer.session = path.stem().string();
   }
   ucred credentials{};
   size = sizeof credentials;

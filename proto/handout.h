@@ -102,7 +102,7 @@ FileDescriptor connect_session(const std::string& session);
 
 /// Who is at the other end of a connected session.
 struct SessionPeer {
-  std::string session;
+  std::string folder, session;
   pid_t hapticd = -1;
 };
 SessionPeer peer_of(const FileDescriptor& socket);

@@ -16,13 +16,15 @@ struct Kind {
   std::string_view name, example;
 };
 
-constexpr std::array<Kind, 12> kKinds{{
+constexpr std::array<Kind, 14> kKinds{{
     {Dimension::kLength, "a length", "100 mm"},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
     {Dimension::kFrequency, "a rate", "1 kHz"},
+    {Dimension::kSpeed, "a speed", "2 m/s"},
     {Dimension::kAngle, "an angle", "90 deg"},
     {Dimension::kForce, "a force", "8 N"},
+    {Dimension::kForceRate, "a rise of force", "2000 N/s"},
     {Dimension::kTorque, "a torque", "0.1 N·m"},
     {Dimension::kStiffness, "a stiffness", "800 N/m"},
     {Dimension::kDamping, "a damping", "1 N·s/m"},
@@ -55,6 +57,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"min", Dimension::kTime, 60},
     {"Hz", Dimension::kFrequency, 1},
     {"kHz", Dimension::kFrequency, 1e3},
+    {"m/s", Dimension::kSpeed, 1},
+    {"mm/s", Dimension::kSpeed, 1e-3},
     {"rad", Dimension::kAngle, 1},
     {"mrad", Dimension::kAngle, 1e-3},
     {"deg", Dimension::kAngle, kDegree},
@@ -62,6 +66,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"N", Dimension::kForce, 1},
     {"mN", Dimension::kForce, 1e-3},
     {"kN", Dimension::kForce, 1e3},
+    {"N/s", Dimension::kForceRate, 1},
+    {"N/ms", Dimension::kForceRate, 1e3},
     {"Nm", Dimension::kTorque, 1},
     {"mNm", Dimension::kTorque, 1e-3},
     {"Nmm", Dimension::kTorque, 1e-3},

@@ -75,6 +75,8 @@ int64 busy_ns                     # [ns] from wake-up to force sent
 uint64 skipped                    # grid points skipped since start
 uint32 n_contacts                 # planes that push
 uint32 flags                      # ServoFlag
+uint32 fault                      # Fault; latched
+uint32 reserved
 )";
 };
 
@@ -132,6 +134,8 @@ float64 rotational_damping       # [N·m·s/rad]
 float64 scene_time_scale         # 1: scripted motion at its own speed
 uint32 renderer                  # Renderer
 uint32 paused                    # zero wrench while 1
+uint32 armed                     # zero wrench while 0
+uint32 reserved
 )";
 };
 

@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 2;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 3;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
@@ -58,6 +58,22 @@ enum ServoFlag : uint32_t {
   kServoSolverLimit = 1u << 11,    // planes contradict each other or the solver ran out of steps
   kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
   kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
+  kServoDisarmed = 1u << 14,       // dead-man button or `hapt arm` is wanted first; zero wrench
+  kServoTooFast = 1u << 15,        // handle beyond the velocity limit, not calm yet; zero wrench
+  kServoSlewing = 1u << 16,        // a force that (re)appeared rises at the slew limit
+  kServoThermal = 1u << 17,        // the motors' thermal budget lowers the limit
+  kServoPassivity = 1u << 18,      // the passivity controller damps
+  kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
+};
+
+/// Why the force is latched at zero.
+enum class Fault : uint32_t {
+  kNone = 0,
+  kDeviceNotFinite = 1,    // the device's sample held NaN, infinity or no rotation
+  kContactsNotFinite = 2,  // the contacts or the poses of the objects did
+  kForceNotFinite = 3,     // what was to be rendered did
+  kForceHuge = 4,          // a thousand times the limit
+  kPoseJump = 5,           // further than the hand can have moved in the measured time
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.
@@ -86,6 +102,8 @@ struct ServoFrame {
   uint64_t skipped;      // grid points skipped since start
   uint32_t n_contacts;   // planes that push
   uint32_t flags;        // ServoFlag
+  uint32_t fault;        // Fault; latched
+  uint32_t reserved;
 };
 
 /// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
@@ -157,6 +175,8 @@ struct ControlFrame {
   double scene_time_scale;         // 1: scripted motion at its own speed
   uint32_t renderer;               // Renderer
   uint32_t paused;                 // zero wrench while 1
+  uint32_t armed;                  // zero wrench while 0
+  uint32_t reserved;
 };
 
 enum class EventCode : uint32_t {
@@ -164,6 +184,7 @@ enum class EventCode : uint32_t {
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
   kStopped = 3,       // {ticks, skipped, 0, 0, 0}
   kRecordsLost = 4,   // by a recorder: {now, in all, generation of source, 0 frames 1 events, 0}
+  kFault = 5,         // {Fault, tick, speed of the handle, force asked for, 0}
 };
 
 /// A fixed-size log record; hapticd formats it, the writer never does.
@@ -183,10 +204,10 @@ static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 144);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1360);
+static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1368);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10928);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
-static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 72);
+static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);
 
 }  // namespace haptic

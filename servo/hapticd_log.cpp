@@ -25,7 +25,31 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoClutched, "clutched"},
                                      std::pair{kServoPaused, "paused"},
                                      std::pair{kServoSolverLimit, "solver limit"},
-                                     std::pair{kServoTorqueDropped, "no torque actuators"}};
+                                     std::pair{kServoTorqueDropped, "no torque actuators"},
+                                     std::pair{kServoDisarmed, "not armed"},
+                                     std::pair{kServoTooFast, "too fast"},
+                                     std::pair{kServoSlewing, "slewing"},
+                                     std::pair{kServoThermal, "motors warm"},
+                                     std::pair{kServoPassivity, "damped to stay passive"},
+                                     std::pair{kServoWorkspaceEdge, "edge of the workspace"}};
+
+const char* reason(Fault fault) {
+  switch (fault) {
+    case Fault::kDeviceNotFinite:
+      return "the device's sample was not finite";
+    case Fault::kContactsNotFinite:
+      return "the contacts or the poses of objects were not finite";
+    case Fault::kForceNotFinite:
+      return "the force was not finite";
+    case Fault::kForceHuge:
+      return "the force was beyond all reason";
+    case Fault::kPoseJump:
+      return "the pose of the device jumped";
+    case Fault::kNone:
+      break;
+  }
+  return "unknown";
+}
 
 uint64_t whole(double number) {
   return static_cast<uint64_t>(number);
@@ -86,6 +110,11 @@ std::string describe_event(const Event& event) {
                          flag_names(static_cast<uint32_t>(n[0])), whole(n[2]));
     case EventCode::kStopped:
       return fmt::format("stopped after {} cycles, {} skipped", whole(n[0]), whole(n[1]));
+    case EventCode::kFault:
+      return fmt::format(
+          "FAULT at tick {}: {} (handle at {:.3g} m/s, {:.3g} N asked for); the force is off until "
+          "'hapt clear-fault'",
+          whole(n[1]), reason(static_cast<Fault>(n[0])), n[2], n[3]);
     case EventCode::kRecordsLost:
       return fmt::format("{} {} of generation {} not recorded, {} in all", whole(n[0]),
                          n[3] != 0 ? "events" : "frames", whole(n[2]), whole(n[1]));
@@ -100,7 +129,7 @@ LogLevel level_of(const Event& event) {
       code == EventCode::kStarted && (event.numbers[3] > 0 || event.numbers[4] > 0);
   const bool loud =
       code == EventCode::kFlagsChanged && (static_cast<uint32_t>(event.numbers[1]) & kLoud) != 0;
-  return refused || loud ? LogLevel::kWarning : LogLevel::kInfo;
+  return refused || loud || code == EventCode::kFault ? LogLevel::kWarning : LogLevel::kInfo;
 }
 
 HapticdLog::HapticdLog(bool json)

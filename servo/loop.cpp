@@ -6,7 +6,8 @@ namespace {
 
 // what an operator wants to read in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
-                              kServoNoContactSet | kServoTorqueDropped;
+                              kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
+                              kServoTooFast | kServoThermal;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();
@@ -43,18 +44,28 @@ void ServoLoop::tick(const Tick& tick) {
   device_.write(frame_.F_device_B);
   frame_.busy_ns = now_ns() - woke_ns;
   channels_.frames.publish(frame_);
-  publish_changed_flags();
+  publish_changes();
 }
 
-void ServoLoop::publish_changed_flags() {
+void ServoLoop::publish_event(EventCode code, const std::array<double, 5>& numbers) {
+  channels_.events.publish({now_ns(), static_cast<uint32_t>(code),
+                            static_cast<uint32_t>(ServoChannels::kId), numbers});
+}
+
+void ServoLoop::publish_changes() {
+  if (frame_.fault != fault_ && frame_.fault != 0) {
+    publish_event(EventCode::kFault,
+                  {static_cast<double>(frame_.fault), static_cast<double>(frame_.tick),
+                   norm(frame_.device.V_BH.v), norm(frame_.F_coupling_W.f), 0});
+  }
+  fault_ = frame_.fault;
+
   // torque comes and goes with contact: that it is dropped is said once
   const uint32_t now_notable = (frame_.flags | (notable_ & kServoTorqueDropped)) & kNotable;
   if (now_notable == notable_) return;
-  channels_.events.publish({now_ns(),
-                            static_cast<uint32_t>(EventCode::kFlagsChanged),
-                            static_cast<uint32_t>(ServoChannels::kId),
-                            {static_cast<double>(notable_), static_cast<double>(now_notable),
-                             static_cast<double>(frame_.tick), 0, 0}});
+  publish_event(EventCode::kFlagsChanged,
+                {static_cast<double>(notable_), static_cast<double>(now_notable),
+                 static_cast<double>(frame_.tick), 0, 0});
   notable_ = now_notable;
 }
 

@@ -46,7 +46,8 @@ class ServoLoop {
   const ServoFrame& frame() const { return frame_; }
 
  private:
-  void publish_changed_flags();
+  void publish_changes();
+  void publish_event(EventCode code, const std::array<double, 5>& numbers);
 
   Device& device_;
   ServoInbox& inbox_;
@@ -55,7 +56,7 @@ class ServoLoop {
   ServoState state_;
   ServoInput input_;
   ServoFrame frame_{};
-  uint32_t notable_ = 0;
+  uint32_t notable_ = 0, fault_ = 0;
 };
 
 }  // namespace haptic

@@ -6,30 +6,124 @@
 namespace haptic {
 namespace {
 
+constexpr double kHuge = 1000;          // times the limit: no wall pushes like this
+constexpr double kJumpSpeed = 2;        // times the velocity limit
+constexpr double kJumpMargin = 2e-3;    // encoder steps, jitter of the time stamps [m]
+constexpr double kCalm = 0.1;           // slow enough to begin again [m/s]
+constexpr double kThermalTime = 10;     // [s]
+constexpr double kThermalBand = 0.2;    // of the budget, over which the limit comes down
+constexpr double kEdgeShare = 0.3;      // of max_force, at most, at the edge of the workspace
+constexpr double kEdgeWidth = 5e-3;     // over which the edge's spring reaches that [m]
+constexpr double kBelow = 1 - 0x1p-50;  // a bit short of a limit that rounding must not exceed
+
 /// Shortens a vector to the limit, direction kept. A limit of zero leaves nothing.
 bool saturate(Vec3& a, double limit) {
   const double length = norm(a);
   if (length <= limit) return false;
   // scaled down first: a huge but finite vector has an infinite norm
   const double largest = std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
-  // a bit short of the limit, which rounding must not exceed
-  a = limit * (1 - 0x1p-50) * normalized(a / largest);
+  a = limit * kBelow * normalized(a / largest);
   return true;
+}
+
+/// Whether the handle went further than it can have in the time between two fresh samples.
+bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& device) {
+  if ((device.flags & kDeviceFresh) == 0) return false;
+  const double since = static_cast<double>(device.t_ns - state.measured_ns) * 1e-9;
+  const double way = norm(device.X_BH.p - state.p_B);
+  const bool jump = state.any_sample &&
+                    way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
+  state.p_B = device.X_BH.p;
+  state.measured_ns = device.t_ns;
+  state.any_sample = true;
+  return jump;
+}
+
+Fault find_fault(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
+  if (!input.device_finite) return Fault::kDeviceNotFinite;
+  const bool jump = jumped(limits, state, input.device);
+  if (!input.contacts_finite) return Fault::kContactsNotFinite;
+  if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
+  if (jump) return Fault::kPoseJump;
+  // not by its norm: that of a huge but finite vector is infinite
+  const Vec3& f = input.F_B.f;
+  const double largest = std::max({std::fabs(f.x), std::fabs(f.y), std::fabs(f.z)});
+  return largest > kHuge * limits.max_force ? Fault::kForceHuge : Fault::kNone;
+}
+
+/// A fault stays until somebody clears it, and until the handle is calm.
+void clear_fault(SafetyState& state, const SafetyInput& input, double speed) {
+  if (input.fault_clears <= state.fault_clears) return;
+  if (state.fault != Fault::kNone && !(speed < kCalm)) return;
+  state.fault_clears = input.fault_clears;
+  state.fault = Fault::kNone;
+  // what was measured during the fault is not compared with what comes now
+  state.any_sample = false;
+}
+
+/// Towards the centre, growing over kEdgeWidth beyond the edge.
+Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
+  if (limits.workspace_radius <= 0) return {};
+  const Vec3 out_B = p_B - limits.workspace_centre_B;
+  const double beyond = norm(out_B) - limits.workspace_radius;
+  if (beyond <= 0) return {};
+  return -kEdgeShare * limits.max_force * std::min(beyond / kEdgeWidth, 1.0) * normalized(out_B);
+}
+
+/// Lets a force that has just appeared rise no faster than the slew limit.
+bool slew(const SafetyLimits& limits, SafetyState& state, Wrench& F_B, double dt) {
+  const double wanted = norm(F_B.f), reachable = state.held_force + limits.slew * dt;
+  if (state.slewing && wanted > reachable) {
+    F_B = (reachable / wanted) * F_B;
+    return true;
+  }
+  state.slewing = false;
+  return false;
+}
+
+/// The force the motors bear at present.
+double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
+  if (limits.continuous_force <= 0 || limits.continuous_force >= limits.max_force) {
+    return limits.max_force;
+  }
+  const double budget = limits.continuous_force * limits.continuous_force;
+  const double left = std::clamp((budget - state.heat) / (kThermalBand * budget), 0.0, 1.0);
+  return limits.continuous_force + left * (limits.max_force - limits.continuous_force);
+}
+
+/// Closed: nothing is held, and what comes after begins softly.
+SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
+  state.gain = 0;
+  state.slewing = true;
+  state.held_force = 0;
+  state.heat -= dt / kThermalTime * state.heat;
+  state.passivity = {};
+  return {{}, flags};
+}
+
+/// What keeps the force closed this tick, as flags; zero when nothing does.
+uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
+                   double speed) {
+  if (speed > limits.velocity_limit) state.too_fast = true;
+  if (speed < kCalm) state.too_fast = false;
+  uint32_t flags = 0;
+  if (!input.armed) flags |= kServoDisarmed;
+  if (state.too_fast) flags |= kServoTooFast;
+  if (flags != 0 || input.force_closed) flags |= kServoSoftStart;
+  return flags;
 }
 
 }  // namespace
 
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt) {
-  if (input.fault_clears > state.fault_clears) {
-    state.fault_clears = input.fault_clears;
-    state.fault = false;
-  }
-  if (!input.input_finite || !is_finite(input.F_B)) state.fault = true;
-  if (state.fault || input.force_closed) {
-    state.gain = 0;
-    return {{}, state.fault ? kServoFault : kServoSoftStart};
-  }
+  const double speed = norm(input.device.V_BH.v);
+  clear_fault(state, input, speed);
+  const Fault fault = find_fault(limits, state, input);
+  if (state.fault == Fault::kNone) state.fault = fault;
+  if (state.fault != Fault::kNone) return hold_nothing(state, kServoFault, dt);
+  const uint32_t closed = closed_by(limits, state, input, speed);
+  if (closed != 0) return hold_nothing(state, closed, dt);
 
   SafetyOutput out{input.F_B, 0};
   if (input.restart) state.gain = 0;
@@ -39,15 +133,35 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
     out.F_B = state.gain * out.F_B;
     state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
+  const Vec3 edge_B = edge_force(limits, input.device.X_BH.p);
+  if (edge_B != Vec3{}) out.flags |= kServoWorkspaceEdge;
+  out.F_B.f += edge_B;
+
+  state.slewing |= input.restart || input.new_constraint;
+  if (slew(limits, state, out.F_B, dt)) out.flags |= kServoSlewing;
 
   // a dropped torque is said once per tick it would have been felt
   if (limits.max_torque <= 0) {
     if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
     out.F_B.t = {};
   }
-  const bool force_cut = saturate(out.F_B.f, limits.max_force);
+  const double bearable = thermal_limit(limits, state);
+  if (bearable < limits.max_force) out.flags |= kServoThermal;
+  const bool force_cut = saturate(out.F_B.f, bearable);
   const bool torque_cut = saturate(out.F_B.t, limits.max_torque);
   if (force_cut || torque_cut) out.flags |= kServoSaturated;
+
+  if ((input.device.flags & kDeviceOpenLoop) == 0) {
+    const PassivityOutput passive = keep_passive(
+        state.passivity,
+        {input.device.X_BH.p, input.surface_velocity_B, out.F_B.f, limits.max_damping}, dt);
+    if (passive.damped) out.flags |= kServoPassivity;
+    out.F_B.f = passive.force_B;
+    saturate(out.F_B.f, bearable);
+    note_held(state.passivity, input.device.X_BH.p, out.F_B.f);
+  }
+  state.held_force = norm(out.F_B.f);
+  state.heat += dt / kThermalTime * (state.held_force * state.held_force - state.heat);
   return out;
 }
 

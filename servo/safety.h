@@ -5,28 +5,49 @@
 
 #include "proto/config.h"
 #include "proto/wire.h"
+#include "servo/passivity.h"
 
 namespace haptic {
 
-/// The smaller of what the device can do and what the config allows, in device units.
+/// What the hand may feel at most, in device units: the smaller of what the device can do and what
+/// the config allows.
 struct SafetyLimits {
-  double max_force = 0;     // [N]
-  double max_torque = 0;    // [N·m]; 0: the torque is dropped, and said
-  double soft_start = 0.5;  // ramp from zero to full force [s]
+  double max_force = 0;         // [N]
+  double max_torque = 0;        // [N·m]; 0: the torque is dropped, and said
+  double soft_start = 0.5;      // ramp from zero to full force [s]
+  double continuous_force = 0;  // what the motors bear for ever [N]; 0: as much as max_force
+  double slew = 2000;           // of a force that (re)appears [N/s]
+  double velocity_limit = 2;    // of the handle [m/s]
+  Vec3 workspace_centre_B{};    // [m]
+  double workspace_radius = 0;  // a soft edge pushes back beyond it [m]; 0: none
+  double max_damping = 2;       // of the passivity controller [N·s/m]
 };
 
 struct SafetyState {
-  double gain = 0;     // soft start
-  bool fault = false;  // latched until fault_clears grows
-  uint64_t fault_clears = 0;
+  double gain = 0;  // soft start
+  Fault fault = Fault::kNone;
+  uint64_t fault_clears = 0;  // of the request that was last carried out
+  bool too_fast = false;      // until the handle has slowed down
+  bool slewing = true;        // the force has yet to catch up with what is asked for
+  double heat = 0;            // low-passed |F|² [N²]
+  double held_force = 0;      // |F| over the last tick [N]
+  Vec3 p_B;                   // last fresh sample [m]
+  int64_t measured_ns = 0;    // and when it was true
+  bool any_sample = false;
+  PassivityState passivity;
 };
 
 struct SafetyInput {
-  Wrench F_B;                 // what the solver asks for, on the handle, in B
-  bool input_finite = true;   // device sample and contacts held no NaN or infinity
-  bool force_closed = false;  // clutch held, paused or no free proxy pose: zero, then soft start
-  bool restart = false;       // the proxy was placed anew: soft start from the present pose
-  uint64_t fault_clears = 0;  // of the ControlFrame in force
+  Wrench F_B;                   // what the solver asks for, on the handle, in B
+  DeviceState device{};         // this tick's sample
+  bool device_finite = true;    // it held no NaN or infinity
+  bool contacts_finite = true;  // nor did the contacts and the poses of the objects
+  bool armed = true;            // by the dead-man button or `hapt arm`
+  bool force_closed = false;    // clutch held, paused or no free proxy pose: zero, then soft start
+  bool restart = false;         // the proxy was placed anew: soft start from the present pose
+  bool new_constraint = false;  // a plane pushes that did not push in the tick before
+  Vec3 surface_velocity_B;      // of what is touched, in device units [m/s]
+  uint64_t fault_clears = 0;    // of the ControlFrame in force
 };
 
 struct SafetyOutput {
@@ -34,9 +55,24 @@ struct SafetyOutput {
   uint32_t flags = 0;  // ServoFlag
 };
 
-/// The last stage before the device; runs after every solver and cannot be switched off. Order:
-/// finite check (latched fault, zero wrench), soft-start gain, saturation with the direction kept.
-/// The fade of stale contacts is in weigh_contacts, before it.
+/// The last stage before the device; runs after every solver and cannot be switched off. In this
+/// order:
+///  1. finite check; a force a thousand times the limit, or a pose that jumps further than twice
+///     the velocity limit explains over the measured time: latched fault, zero wrench. Cleared by
+///     ControlFrame::fault_clears, once the handle is slower than 0.1 m/s; then soft start.
+///  2. closed (not armed, clutch, pause, no free pose, faster than the velocity limit and not yet
+///     slower than 0.1 m/s again): zero wrench, then soft start.
+///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force.
+///  4. slew: a force that re-engages or belongs to a new constraint rises by at most slew·dt a tick
+///     until it has caught up; an existing wall is never slowed, neither up nor down, because that
+///     would feed energy in.
+///  5. saturation, direction kept.
+///  6. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,
+///     the limit goes from max_force to continuous_force.
+///  7. passivity observer and controller, on the force that is really held (passivity.h); not for
+///     an open-loop device, where the force moves nothing.
+///  8. saturation of the sum.
+/// The fade of stale contacts is in weigh_contacts, before it; the motors' clamp in the driver.
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt);
 

@@ -69,11 +69,32 @@ void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
   }
 }
 
-Vec3 proxy_velocity(const ServoInput& input, const PointProxySolution& solution,
-                    const std::array<Pose, kMaxObjects>& X_WO) {
+/// Velocity of what carries the proxy, in W.
+Vec3 surface_of(const ServoInput& input, const PointProxySolution& solution,
+                const std::array<Pose, kMaxObjects>& X_WO) {
   if (input.scene == nullptr || solution.n_active == 0) return {};
   const uint32_t object = solution.object[0];
   return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W, input.t_ns);
+}
+
+/// The same as the handle would have it.
+Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
+  return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;
+}
+
+/// Whether a plane pushes that did not push in the tick before; remembers those that do.
+bool note_active(ServoState& state, const PointProxySolution& proxy) {
+  bool fresh = false;
+  std::array<uint64_t, 3> active{};
+  for (size_t i = 0; i < static_cast<size_t>(proxy.n_active); ++i) {
+    // the id of a feature is one of its object
+    active[i] = proxy.feature[i] ^ (uint64_t{proxy.object[i]} << 48);
+    const auto end = state.active.begin() + state.n_active;
+    fresh |= std::find(state.active.begin(), end, active[i]) == end;
+  }
+  state.active = active;
+  state.n_active = proxy.n_active;
+  return fresh;
 }
 
 /// Fills in what is known before contacts. False when the device sample cannot be used: the tool
@@ -106,8 +127,12 @@ bool begin_frame(const ServoModel& model, ServoState& state, const ServoInput& i
 }
 
 /// Notes in the frame which inputs it used, and what they ask of safety.
-SafetyInput note_inputs(ServoState& state, const ServoInput& input, ServoFrame& frame) {
+SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        ServoFrame& frame) {
   SafetyInput safety;
+  safety.device = frame.device;
+  const int32_t button = model.dead_man_button;
+  safety.armed = button < 0 || ((input.device.buttons >> button) & 1u) != 0;
   frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
   if (input.contacts != nullptr) {
     const ContactSet& set = *input.contacts;
@@ -124,6 +149,7 @@ SafetyInput note_inputs(ServoState& state, const ServoInput& input, ServoFrame& 
   if (input.control != nullptr) {
     frame.control_revision = input.control->revision;
     safety.fault_clears = input.control->fault_clears;
+    safety.armed &= input.control->armed != 0;
     if (input.control->paused != 0) frame.flags |= kServoPaused;
   }
   safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused)) != 0;
@@ -137,8 +163,17 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   model.dt = 1 / config.servo_rate;
   model.map = config.map;
   model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping};
-  model.limits = {std::min(config.safety.max_force, device.max_force),
-                  std::min(config.safety.max_torque, device.max_torque), config.safety.soft_start};
+  model.dead_man_button = config.safety.dead_man_button;
+  SafetyLimits& limits = model.limits;
+  limits.max_force = std::min(config.safety.max_force, device.max_force);
+  limits.max_torque = std::min(config.safety.max_torque, device.max_torque);
+  limits.soft_start = config.safety.soft_start;
+  limits.continuous_force = config.device.continuous_force;
+  limits.slew = config.safety.slew;
+  limits.velocity_limit = config.safety.velocity_limit;
+  limits.workspace_centre_B = config.device.workspace_centre_B;
+  limits.workspace_radius = config.device.workspace_radius;
+  limits.max_damping = config.device.max_damping;
   return model;
 }
 
@@ -160,21 +195,25 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   if (!proxy.converged) frame.flags |= kServoSolverLimit;
 
   // the spring is here: this tick's tool pose, no queue in between
+  const Vec3 surface_W = surface_of(input, proxy, X_WO);
   const Vec3 force_W = coupling_force(
-      state.coupling,
-      {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, proxy_velocity(input, proxy, X_WO), proxy.share});
+      state.coupling, {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, surface_W, proxy.share});
   frame.F_coupling_W = {force_W, {}};
   frame.X_WP = {proxy.proxy_W, frame.X_WT.q};
   frame.depth = norm(proxy.proxy_W - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(proxy.n_active);
   if (proxy.n_active > 0) frame.flags |= kServoContact;
 
-  SafetyInput safety = note_inputs(state, input, frame);
+  SafetyInput safety = note_inputs(model, state, input, frame);
   safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
-  safety.input_finite = usable && proxy.finite;
+  safety.device_finite = usable;
+  safety.contacts_finite = proxy.finite;
+  safety.new_constraint = note_active(state, proxy);
+  safety.surface_velocity_B = surface_in_device(model.map, surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   frame.F_device_B = safe.F_B;
   frame.flags |= safe.flags;
+  frame.fault = static_cast<uint32_t>(state.safety.fault);
   // a closed force pushes nothing
   const bool felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
   if (felt) add_impulses(proxy, force_W, X_WO, model.dt, state);

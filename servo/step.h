@@ -15,6 +15,7 @@ struct ServoModel {
   DeviceMap map;
   Coupling coupling;  // as configured; the ControlFrame may change it
   SafetyLimits limits;
+  int32_t dead_man_button = -1;
 };
 
 /// Which placing of contact's proxy the force is built on.
@@ -36,6 +37,8 @@ struct ServoState {
   int64_t t_ns = 0;
   uint64_t contact_generation = 0;
   ReseedMark reseeds;
+  std::array<uint64_t, 3> active{};  // features that pushed in the last tick
+  int n_active = 0;
   std::array<Wrench, kMaxObjects> object_impulse_W{};
 };
 

@@ -20,6 +20,7 @@
 #include "proto/control.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
+#include "servo/command.h"
 
 namespace haptic {
 namespace {
@@ -30,7 +31,9 @@ constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring fi
 constexpr int64_t kLateNs = 20 * kMs;
 constexpr int64_t kHungNs = 250 * kMs;
 constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // while a hand waits for its first contact
-constexpr int64_t kServoStopNs = 1000 * kMs;      // its share of the two seconds
+constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while somebody waits for the servo's echo
+constexpr int64_t kEchoPatienceNs = 1000 * kMs;
+constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
 constexpr int kExitNoProgram = 127;
 constexpr int kMostDeathsUnborn = 8;  // about five seconds of trying
@@ -85,6 +88,7 @@ Supervisor::Supervisor(const SessionConfig& config, const std::string& session, 
     : log_(log),
       folder_(program_folder()),
       server_(session),
+      commands_(session),
       config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&config, 1)))),
       signals_(take_signals()),
       control_frame_(initial_control(config)),
@@ -98,7 +102,8 @@ Supervisor::Supervisor(const SessionConfig& config, const std::string& session, 
                                                   }}),
       sim_events_(attachments_.ring<&SimChannels::events>(Start::kOldest)),
       contact_events_(attachments_.ring<&ContactChannels::events>(Start::kOldest)),
-      servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)) {
+      servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)),
+      servo_frames_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)) {
   for (const Process& process : processes_) {
     const std::string path = folder_ + "/" + process.program;
     if (access(path.c_str(), X_OK) != 0) {
@@ -133,6 +138,7 @@ int Supervisor::run() {
     for (Process& process : processes_) reap(process);
     const int64_t t_ns = now_ns();
     restart_due(t_ns);
+    answer_commands(t_ns);
     if (t_ns >= next_control_ns) {
       publish_control(t_ns);
       next_control_ns = t_ns + kControlPeriodNs;
@@ -151,7 +157,7 @@ int Supervisor::run() {
 }
 
 void Supervisor::wait_for_work(int64_t until_ns) {
-  std::array<pollfd, 8> waiting{};
+  std::array<pollfd, 9> waiting{};
   waiting[0] = {server_.poll_fd(), POLLIN, 0};
   waiting[1] = {signals_.get(), POLLIN, 0};
   for (size_t i = 0; i < processes_.size(); ++i) {
@@ -160,6 +166,8 @@ void Supervisor::wait_for_work(int64_t until_ns) {
     waiting[5 + i] = {processes_[i].output ? processes_[i].output->poll_fd() : -1, POLLIN, 0};
     if (processes_[i].pid < 0) until_ns = std::min(until_ns, processes_[i].restart_at_ns);
   }
+  waiting[8] = {commands_.poll_fd(), POLLIN, 0};
+  if (!unanswered_.empty()) until_ns = std::min(until_ns, now_ns() + kEchoPeriodNs);
   const int64_t left_ns = std::max<int64_t>(until_ns - now_ns(), 0);
   poll(waiting.data(), waiting.size(), static_cast<int>((left_ns + kMs - 1) / kMs));
   for (Process& process : processes_) write_output(process, false);
@@ -169,6 +177,7 @@ void Supervisor::wait_for_work(int64_t until_ns) {
       if (offer.id == SegmentId::kContact0 && servo.generation == 0) servo.restart_at_ns = 0;
     });
   }
+  commands_.serve([this](int peer, std::string_view line) { take_command(peer, line); });
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
     log_.write(LogLevel::kInfo, "hapticd",
@@ -183,6 +192,70 @@ void Supervisor::write_output(Process& process, bool ended) {
     log_.write(LogLevel::kInfo, process.name, line);
   };
   ended ? process.output->flush(use) : process.output->read(use);
+}
+
+void Supervisor::take_command(int peer, std::string_view line) {
+  const Command command = apply_command(line, control_frame_);
+  switch (command.kind) {
+    case CommandKind::kRefused:
+      commands_.answer(peer, "error: " + command.problem);
+      break;
+    case CommandKind::kStatus:
+      commands_.answer(peer, status());
+      break;
+    case CommandKind::kStop:
+      log_.write(LogLevel::kInfo, "hapticd", "stopping: asked to");
+      commands_.answer(peer, "ok");
+      stopping_ = true;
+      break;
+    case CommandKind::kChange:
+      log_.write(LogLevel::kInfo, "hapticd",
+                 std::string(line) + " (revision " + std::to_string(control_frame_.revision) + ")");
+      publish_control(now_ns());
+      unanswered_.push_back(
+          {peer, control_frame_.revision, command.clears_fault, now_ns() + kEchoPatienceNs});
+  }
+}
+
+/// A change is acknowledged when a frame of the servo bears its revision, not before.
+void Supervisor::answer_commands(int64_t t_ns) {
+  servo_frames_.latest(servo_frame_);
+  std::erase_if(unanswered_, [&](const Unanswered& asked) {
+    const bool taken = servo_frame_.control_revision >= asked.revision;
+    const bool done = taken && !(asked.clears_fault && servo_frame_.fault != 0);
+    if (!done && t_ns < asked.give_up_ns) return false;
+    commands_.answer(asked.peer,
+                     done    ? "ok"
+                     : taken ? "error: the fault stays while the handle moves faster than 0.1 m/s; "
+                               "hold it still, the request waits"
+                             : "error: the servo has not taken it up within a second; see hapt "
+                               "status, the request waits");
+    return true;
+  });
+}
+
+/// One line of JSON.
+std::string Supervisor::status() noexcept {
+  servo_frames_.latest(servo_frame_);
+  std::string text = "{\"processes\": [";
+  for (const Process& process : processes_) {
+    const SegmentHeader* header = header_of(process);
+    const bool runs = process.pid >= 0 && header != nullptr &&
+                      header->generation.load() == process.generation &&
+                      header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
+    text += std::string(&process == processes_.data() ? "" : ", ") + "{\"name\": \"" +
+            process.name + "\", \"pid\": " + std::to_string(process.pid) +
+            ", \"generation\": " + std::to_string(process.generation) +
+            ", \"runs\": " + (runs ? "true" : "false") + "}";
+  }
+  return text + "], \"clients\": " + std::to_string(server_.n_clients()) +
+         ", \"revision\": " + std::to_string(control_frame_.revision) +
+         ", \"armed\": " + (control_frame_.armed != 0 ? "true" : "false") +
+         ", \"paused\": " + (control_frame_.paused != 0 ? "true" : "false") +
+         ", \"stiffness\": " + std::to_string(control_frame_.translational_stiffness) +
+         ", \"tick\": " + std::to_string(servo_frame_.tick) +
+         ", \"flags\": " + std::to_string(servo_frame_.flags) +
+         ", \"fault\": " + std::to_string(servo_frame_.fault) + "}";
 }
 
 /// A mesh may take minutes to prepare: an operator should know what the hand waits for.

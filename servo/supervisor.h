@@ -7,8 +7,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "proto/config.h"
+#include "proto/control_socket.h"
 #include "proto/handout.h"
 #include "proto/segment.h"
 #include "servo/child_output.h"
@@ -59,6 +62,14 @@ class Supervisor {
     int64_t restart_at_ns = 0;  // while it is not running
     Pulse pulse = Pulse::kFine;
   };
+  /// A change that was asked for and that the servo has not yet echoed.
+  struct Unanswered {
+    int peer;
+    uint64_t revision;
+    bool clears_fault;
+    int64_t give_up_ns;
+  };
+
   void start(Process& process);
   void reap(Process& process);
   void restart_due(int64_t t_ns);
@@ -67,6 +78,9 @@ class Supervisor {
   bool is_hopeless(Process& process, int status);
   const SegmentHeader* header_of(const Process& process) noexcept;
   void tell_waiting(int64_t t_ns);
+  void take_command(int peer, std::string_view line);
+  void answer_commands(int64_t t_ns);
+  std::string status() noexcept;
   void publish_control(int64_t t_ns);
   void watch_pulses(int64_t t_ns);
   void watch_pulse(Process& process, int64_t t_ns);
@@ -79,6 +93,7 @@ class Supervisor {
   HapticdLog& log_;
   std::string folder_;  // of the programs
   HandoutServer server_;
+  ControlServer commands_;
   FileDescriptor config_file_;
   FileDescriptor signals_;
   SegmentWriter<ControlChannels> control_{1};
@@ -89,7 +104,10 @@ class Supervisor {
   RingSource<&SimChannels::events> sim_events_;
   RingSource<&ContactChannels::events> contact_events_;
   RingSource<&ServoChannels::events> servo_events_;
+  RingSource<&ServoChannels::frames> servo_frames_;
+  ServoFrame servo_frame_{};  // the newest
   std::array<uint64_t, 3> lost_events_{};
+  std::vector<Unanswered> unanswered_;
   int64_t told_waiting_ns_ = 0;
   int exit_code_ = 0;
   bool stopping_ = false;

@@ -92,6 +92,7 @@ PointProxySolution solve_point_proxy(const ContactSet& contacts,
   for (size_t i = 0; i < static_cast<size_t>(projection.n_active); ++i) {
     const auto k = static_cast<size_t>(projection.active[i]);
     out.object[i] = planes[k].object;
+    out.feature[i] = contacts.contacts[k].feature;
     out.push_W[i] = projection.multiplier[i] * half_spaces[k].normal;
     pushes += projection.multiplier[i];
     weighted += projection.multiplier[i] * planes[k].weight;

@@ -12,8 +12,9 @@ namespace haptic {
 struct PointProxySolution {
   Vec3 proxy_W;
   int n_active = 0;
-  std::array<uint32_t, 3> object{};  // owner of each active plane
-  std::array<Vec3, 3> push_W{};      // multiplier·normal: proxy − tool = Σ push_W
+  std::array<uint32_t, 3> object{};   // owner of each active plane
+  std::array<uint64_t, 3> feature{};  // and its id on that object
+  std::array<Vec3, 3> push_W{};       // multiplier·normal: proxy − tool = Σ push_W
   double share = 0;  // of full depth that the active planes have left, by age and extent, 0 to 1
   bool converged = true;
   bool finite = true;  // false: a contact or the pose of its object held NaN or infinity

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <optional>
 
+#include "proto/control_socket.h"
 #include "proto/handout.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
@@ -109,6 +110,73 @@ TEST_CASE("session: what hangs is killed and replaced") {
   CHECK(replaced(watcher.servo, watcher.servo_frame));
   INFO(hapticd.log());
   CHECK(hapticd.said("hangs: no cycle for "));
+}
+
+TEST_CASE("session: what people ask for reaches the servo before they are answered") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "asked"}, folder.path());
+  Watcher watcher("asked");
+  REQUIRE(watcher.wait_for_all());
+  REQUIRE(eventually([&] { return watcher.servo.latest(watcher.servo_frame); }));
+  const auto newest = [&] {
+    REQUIRE(eventually([&] { return watcher.servo.latest(watcher.servo_frame); }));
+    return watcher.servo_frame;
+  };
+  CHECK(say_to_session("asked", "pause") == "ok");
+  CHECK((newest().flags & kServoPaused) != 0);
+  CHECK(newest().F_device_B == Wrench{});
+  CHECK(say_to_session("asked", "resume") == "ok");
+  CHECK((newest().flags & kServoPaused) == 0);
+  CHECK(say_to_session("asked", "disarm") == "ok");
+  CHECK((newest().flags & kServoDisarmed) != 0);
+  CHECK(say_to_session("", "arm") == "ok");
+  CHECK((newest().flags & kServoDisarmed) == 0);
+  CHECK(say_to_session("asked", "set stiffness 500 N/m") == "ok");
+  CHECK(newest().control_revision == 6);
+  CHECK(say_to_session("asked", "set stiffness 500") ==
+        "error: stiffness: \"500\" needs a unit; write for example \"800 N/m\"");
+  const std::string status = say_to_session("asked", "status");
+  CHECK(status.find("\"name\": \"servo0\"") != std::string::npos);
+  CHECK(status.find("\"stiffness\": 500") != std::string::npos);
+  // a servo that does not answer is said to be so, the request waits for the next one
+  kill(writer_of(watcher.servo), SIGSTOP);
+  CHECK(say_to_session("asked", "pause").find("error: ") != 0);
+  CHECK(eventually([&] {
+    watcher.servo.latest(watcher.servo_frame);
+    return watcher.servo.generation() == 2 && (watcher.servo_frame.flags & kServoPaused) != 0;
+  }));
+  CHECK(say_to_session("asked", "stop") == "ok");
+  CHECK(hapticd.exit_code() == 0);
+}
+
+TEST_CASE("session: who is neither the server's user nor root may watch but not control") {
+  if (!programs_are_built()) return;
+  if (geteuid() != 0) {
+    WARN("SKIPPED: needs root, to become somebody else");
+    return;
+  }
+  const TemporaryRuntimeFolder folder;
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "mine"}, folder.path());
+  Watcher watcher("mine");
+  REQUIRE(watcher.wait_for_all());
+  const pid_t other = fork();
+  if (other == 0) {
+    constexpr uid_t kNobody = 65534;
+    if (setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(3);
+    try {
+      if (say_to_session("mine", "pause").find("error: only user 0 and root") != 0) _exit(1);
+      Watcher watching("mine");
+      _exit(watching.wait_for_all() ? 0 : 2);
+    } catch (const std::exception&) {
+      _exit(4);
+    }
+  }
+  int status = 0;
+  waitpid(other, &status, 0);
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK((watcher.servo_frame.flags & kServoPaused) == 0);
 }
 
 TEST_CASE("session: when hapticd is killed its processes end by themselves") {

@@ -17,13 +17,14 @@ using haptic::test::IsNear;
 namespace {
 
 constexpr double kDt = 1e-3;
-const SafetyLimits kLimits{5, 0.1, 0};
+const SafetyLimits kLimits{.max_force = 5, .max_torque = 0.1, .soft_start = 0};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
 
 SafetyState warm() {
   SafetyState state;
   state.gain = 1;
+  state.slewing = false;
   return state;
 }
 SafetyInput asking(const Wrench& F_B) {
@@ -64,10 +65,10 @@ TEST_CASE("safety: a saturated force is not above the limit by a single bit", "[
   }
 }
 
-TEST_CASE("safety: a huge finite force is saturated, not a fault", "[servo]") {
+TEST_CASE("safety: a large force is saturated, not a fault", "[servo]") {
   SafetyState state = warm();
-  const double huge = 1e300;
-  const SafetyOutput out = make_safe(kLimits, state, asking({{huge, 0, -huge}, {}}), kDt);
+  const double large = 999 * kLimits.max_force;
+  const SafetyOutput out = make_safe(kLimits, state, asking({{large, 0, -large}, {}}), kDt);
   CHECK_THAT(out.F_B.f, IsNear({5 / std::sqrt(2.0), 0, -5 / std::sqrt(2.0)}, 1e-12));
 }
 
@@ -137,4 +138,175 @@ TEST_CASE("safety: a device without torque motors drops the torque and says so",
   CHECK_THAT(out.F_B.f, IsNear({1, 0, 0}, 1e-15));
   CHECK((out.flags & haptic::kServoTorqueDropped) != 0);
   CHECK((out.flags & haptic::kServoSaturated) == 0);
+}
+
+TEST_CASE("safety: a force beyond all reason is a fault, not a wall", "[servo]") {
+  const double huge = GENERATE(1001 * 5.0, 1e200, 1.7e308);
+  SafetyState state = warm();
+  const SafetyOutput out = make_safe(kLimits, state, asking({{0, huge, huge}, {}}), kDt);
+  CHECK(out.F_B == Wrench{});
+  CHECK(state.fault == haptic::Fault::kForceHuge);
+}
+
+TEST_CASE("safety: each fault names its reason, and the first one stays", "[servo]") {
+  SafetyState state = warm();
+  SafetyInput input = asking({{1, 0, 0}, {}});
+  input.device_finite = false;
+  make_safe(kLimits, state, input, kDt);
+  CHECK(state.fault == haptic::Fault::kDeviceNotFinite);
+  input.device_finite = true;
+  input.contacts_finite = false;
+  make_safe(kLimits, state, input, kDt);
+  CHECK(state.fault == haptic::Fault::kDeviceNotFinite);
+  state = warm();
+  make_safe(kLimits, state, input, kDt);
+  CHECK(state.fault == haptic::Fault::kContactsNotFinite);
+  state = warm();
+  make_safe(kLimits, state, asking({{kNaN, 0, 0}, {}}), kDt);
+  CHECK(state.fault == haptic::Fault::kForceNotFinite);
+}
+
+TEST_CASE("safety: a fault is cleared only while the handle is calm", "[servo]") {
+  SafetyState state = warm();
+  make_safe(kLimits, state, asking({{kNaN, 0, 0}, {}}), kDt);
+  SafetyInput input = asking({{1, 0, 0}, {}});
+  input.fault_clears = 1;
+  input.device.V_BH.v = {0.2, 0, 0};
+  CHECK((make_safe(kLimits, state, input, kDt).flags & haptic::kServoFault) != 0);
+  // the request waits: it need not be made again
+  input.device.V_BH.v = {0.05, 0, 0};
+  CHECK((make_safe(kLimits, state, input, kDt).flags & haptic::kServoFault) == 0);
+}
+
+namespace {
+
+/// A fresh sample at this place and time.
+SafetyInput sample(const Vec3& p_B, double t_s) {
+  SafetyInput input = asking({{1, 0, 0}, {}});
+  input.device.X_BH.p = p_B;
+  input.device.t_ns = 1'000'000'000 + static_cast<int64_t>(t_s * 1e9);
+  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceOpenLoop;
+  return input;
+}
+
+}  // namespace
+
+TEST_CASE("safety: a pose that jumps is a fault, over the time that was measured", "[servo]") {
+  SafetyState state = warm();
+  make_safe(kLimits, state, sample({}, 0), kDt);
+  SECTION("one metre in a tick") {
+    CHECK(make_safe(kLimits, state, sample({1, 0, 0}, 0.001), kDt).F_B == Wrench{});
+    CHECK(state.fault == haptic::Fault::kPoseJump);
+    // cleared where it now is, nothing is compared with what was before
+    SafetyInput input = sample({1, 0, 0}, 0.002);
+    input.fault_clears = 1;
+    CHECK(make_safe(kLimits, state, input, kDt).F_B.f.x == 1);
+  }
+  SECTION("the same way after a pause in which it can have been gone") {
+    CHECK(make_safe(kLimits, state, sample({1, 0, 0}, 0.3), kDt).F_B.f.x == 1);
+  }
+  SECTION("a sample that is held says nothing") {
+    SafetyInput held = sample({1, 0, 0}, 0.001);
+    held.device.flags = haptic::kDeviceHeld | haptic::kDeviceOpenLoop;
+    CHECK(make_safe(kLimits, state, held, kDt).F_B.f.x == 1);
+  }
+  SECTION("a hand at the limit, with encoder steps and jitter, is no jump") {
+    for (int k = 1; k < 1000; ++k) {
+      const double jitter = k % 2 == 0 ? 2e-4 : -2e-4;
+      make_safe(kLimits, state, sample({2.0 * k * 1e-3, 0, 0}, 1e-3 * k + jitter), kDt);
+      REQUIRE(state.fault == haptic::Fault::kNone);
+    }
+  }
+}
+
+TEST_CASE("safety: too fast is zero until the hand is calm, then a soft start", "[servo]") {
+  SafetyState state = warm();
+  SafetyLimits limits = kLimits;
+  limits.soft_start = 0.1;
+  SafetyInput input = asking({{1, 0, 0}, {}});
+  const auto at = [&](double speed) {
+    input.device.V_BH.v = {0, speed, 0};
+    return make_safe(limits, state, input, kDt);
+  };
+  CHECK(at(1.99).F_B.f.x == 1);
+  const SafetyOutput fast = at(2.01);
+  CHECK(fast.F_B == Wrench{});
+  CHECK((fast.flags & haptic::kServoTooFast) != 0);
+  CHECK(at(0.5).F_B == Wrench{});
+  CHECK(at(0.09).F_B.f.x == 0);
+  CHECK(at(0.09).F_B.f.x == Approx(0.01));
+}
+
+TEST_CASE("safety: not armed is zero, arming starts softly", "[servo]") {
+  SafetyState state = warm();
+  SafetyLimits limits = kLimits;
+  limits.soft_start = 0.1;
+  SafetyInput input = asking({{1, 0, 0}, {}});
+  input.armed = false;
+  const SafetyOutput off = make_safe(limits, state, input, kDt);
+  CHECK(off.F_B == Wrench{});
+  CHECK((off.flags & haptic::kServoDisarmed) != 0);
+  input.armed = true;
+  CHECK(make_safe(limits, state, input, kDt).F_B.f.x == 0);
+  CHECK(make_safe(limits, state, input, kDt).F_B.f.x == Approx(0.01));
+}
+
+TEST_CASE("safety: slew limits what appears, never a wall that is there", "[servo]") {
+  SafetyState state = warm();
+  const double step = kLimits.slew * kDt;
+  // a wall that is there: up and down at once
+  CHECK(make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt).F_B.f.x == 4);
+  CHECK(make_safe(kLimits, state, asking({{0.5, 0, 0}, {}}), kDt).F_B.f.x == 0.5);
+  // a new constraint: up at the limit, in its own direction, until it has caught up
+  SafetyInput fresh = asking({{0, 4.8, 0}, {}});
+  fresh.new_constraint = true;
+  const SafetyOutput first = make_safe(kLimits, state, fresh, kDt);
+  CHECK(first.F_B.f.y == Approx(0.5 + step));
+  CHECK((first.flags & haptic::kServoSlewing) != 0);
+  fresh.new_constraint = false;
+  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(0.5 + 2 * step));
+  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(4.8));
+  // a new one that asks for less is not held up
+  SafetyInput less = asking({{0, 1, 0}, {}});
+  less.new_constraint = true;
+  CHECK(make_safe(kLimits, state, less, kDt).F_B.f.y == 1);
+}
+
+TEST_CASE("safety: the thermal budget brings the limit down to what the motors bear", "[servo]") {
+  SafetyState state = warm();
+  SafetyLimits limits = kLimits;
+  limits.continuous_force = 2;
+  double last = 5, squares = 0;
+  const int ticks = 120'000;
+  for (int k = 0; k < ticks; ++k) {
+    const SafetyOutput out = make_safe(limits, state, asking({{9, 0, 0}, {}}), kDt);
+    // never a step, never above the peak
+    REQUIRE(out.F_B.f.x <= 5);
+    REQUIRE(last - out.F_B.f.x <= 0.02);
+    if (k == 100) CHECK(out.F_B.f.x == Approx(5));
+    last = out.F_B.f.x;
+    if (k >= ticks / 2) squares += last * last;
+    if (k == ticks - 1) CHECK((out.flags & haptic::kServoThermal) != 0);
+  }
+  CHECK(std::sqrt(squares / (ticks / 2)) <= 2.001);
+  CHECK(last == Approx(2).epsilon(0.1));
+  // a rest gives it back
+  for (int k = 0; k < 60'000; ++k) make_safe(limits, state, asking({}), kDt);
+  CHECK(make_safe(limits, state, asking({{9, 0, 0}, {}}), kDt).F_B.f.x == Approx(5));
+}
+
+TEST_CASE("safety: the edge of the workspace pushes back softly", "[servo]") {
+  SafetyLimits limits = kLimits;
+  limits.workspace_radius = 0.08;
+  limits.workspace_centre_B = {0.01, 0, 0};
+  const auto at = [&](double x) {
+    SafetyState state = warm();
+    SafetyInput input = asking({});
+    input.device.X_BH.p = {x, 0, 0};
+    return make_safe(limits, state, input, kDt);
+  };
+  CHECK(at(0.0899).F_B == Wrench{});
+  CHECK(at(0.0925).F_B.f.x == Approx(-0.75));
+  CHECK(at(0.2).F_B.f.x == Approx(-1.5));
+  CHECK((at(0.2).flags & haptic::kServoWorkspaceEdge) != 0);
 }

@@ -45,7 +45,10 @@ std::unique_ptr<ContactSet> set_of(std::initializer_list<Contact> contacts) {
 ServoModel plain_model(double stiffness) {
   ServoModel model;
   model.coupling = {stiffness, 0};
-  model.limits = {100, 1, 0};
+  model.limits.max_force = 100;
+  model.limits.max_torque = 1;
+  model.limits.soft_start = 0;
+  model.limits.slew = 1e9;
   return model;
 }
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt status, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+#include "clients/hapt_commands.h"
+#include "proto/control_socket.h"
+
+namespace haptic {
+namespace {
+
+struct ControlOptions {
+  std::string session, key, value;
+};
+
+void say(const ControlOptions& options, const std::string& line) {
+  constexpr std::string_view kError = "error: ";
+  const std::string answer = say_to_session(options.session, line);
+  if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
+  std::cout << answer << '\n';
+}
+
+void add_word(CLI::App& app, const std::string& word, const std::string& help) {
+  const auto options = std::make_shared<ControlOptions>();
+  CLI::App* command = app.add_subcommand(word, help);
+  command->add_option("--session", options->session, "which one; default: the only one running");
+  command->callback([options, word] { say(*options, word); });
+}
+
+}  // namespace
+
+void add_control_commands(CLI::App& app) {
+  add_word(app, "status", "What a session and its processes are doing, as JSON");
+  add_word(app, "stop", "End a session");
+  add_word(app, "arm", "Let the hand feel forces");
+  add_word(app, "disarm", "Take the force away until armed again");
+  add_word(app, "pause", "Zero force until resumed");
+  add_word(app, "resume", "Go on after a pause");
+  add_word(app, "clear-fault", "Allow force again after a fault, once the handle is still");
+  const auto options = std::make_shared<ControlOptions>();
+  CLI::App* command = app.add_subcommand("set", "Change a parameter; it ramps over 200 ms");
+  command->add_option("key", options->key, "stiffness, damping or time-scale")->required();
+  command->add_option("value", options->value, "with its unit, as \"500 N/m\"")->required();
+  command->add_option("--session", options->session, "which one; default: the only one running");
+  command->callback([options] { say(*options, "set " + options->key + " " + options->value); });
+}
+
+}  // namespace haptic

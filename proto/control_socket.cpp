@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/control_socket.h"
+
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+namespace haptic {
+namespace {
+
+constexpr int kBacklog = 16;
+constexpr size_t kMostPeers = 32;
+constexpr const char* kSuffix = ".control";
+
+sockaddr_un address_of(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    throw HandoutError("path of the control socket is too long: " + path +
+                       "; set HAPTICD_RUNTIME_DIR to a shorter folder");
+  }
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  return address;
+}
+
+FileDescriptor unix_socket() {
+  return FileDescriptor(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+}
+
+bool send_line(int fd, const std::string& line) {
+  return send(fd, line.data(), line.size(), MSG_DONTWAIT | MSG_NOSIGNAL) ==
+         static_cast<ssize_t>(line.size());
+}
+
+}  // namespace
+
+ControlServer::ControlServer(const std::string& session)
+    : path_(runtime_folder() + "/" + session + kSuffix), listener_(unix_socket()) {
+  const sockaddr_un address = address_of(path_);
+  unlink(path_.c_str());
+  // anybody may knock, so that everybody is told why he is not let in
+  if (!listener_.is_open() ||
+      bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      chmod(path_.c_str(), 0666) != 0 || listen(listener_.get(), kBacklog) != 0) {
+    throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
+  }
+  epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
+  epoll_event event{EPOLLIN, {.fd = listener_.get()}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), &event) != 0) {
+    throw HandoutError(std::string("cannot wait for commands: ") + std::strerror(errno));
+  }
+}
+
+ControlServer::~ControlServer() {
+  unlink(path_.c_str());
+}
+
+bool ControlServer::is_allowed(int fd) const {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  return getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
+         (peer.uid == 0 || peer.uid == geteuid());
+}
+
+void ControlServer::accept_peer() {
+  FileDescriptor peer(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!peer.is_open() || peers_.size() >= kMostPeers) return;
+  const int fd = peer.get();
+  epoll_event event{EPOLLIN, {.fd = fd}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0) {
+    peers_.insert_or_assign(fd, std::move(peer));
+  }
+}
+
+void ControlServer::serve(const Handler& handle) {
+  std::array<epoll_event, kMostPeers + 1> events;
+  const int n = epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), 0);
+  for (int i = 0; i < n; ++i) {
+    const int fd = events[static_cast<size_t>(i)].data.fd;
+    if (fd == listener_.get()) {
+      accept_peer();
+      continue;
+    }
+    std::array<char, kLongestCommand> line;
+    const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT);
+    if (size > 0 && !is_allowed(fd)) {
+      answer(fd, "error: only user " + std::to_string(geteuid()) +
+                     " and root may control this session; watching is open to all");
+    } else if (size > 0) {
+      handle(fd, std::string_view(line.data(), static_cast<size_t>(size)));
+    } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
+      peers_.erase(fd);
+    }
+  }
+}
+
+void ControlServer::answer(int peer, const std::string& line) {
+  const auto found = peers_.find(peer);
+  if (found == peers_.end()) return;
+  send_line(peer, line.substr(0, kLongestCommand));
+  peers_.erase(found);
+}
+
+std::string say_to_session(const std::string& session, const std::string& line,
+                           int64_t patience_ns) {
+  // the session's own socket says which folder it lives in, and that it runs
+  const SessionPeer peer = peer_of(connect_session(session));
+  const FileDescriptor socket = unix_socket();
+  const std::string path = peer.folder + "/" + peer.session + kSuffix;
+  const sockaddr_un address = address_of(path);
+  if (!socket.is_open() ||
+      connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    throw HandoutError("session '" + peer.session + "' takes no commands (" + path + ": " +
+                       std::strerror(errno) + "); is it of an older hapticd?");
+  }
+  send_line(socket.get(), line);
+  pollfd waiting{socket.get(), POLLIN, 0};
+  if (poll(&waiting, 1, static_cast<int>(patience_ns / 1'000'000)) <= 0) {
+    throw HandoutError("session '" + peer.session + "' does not answer; see its log");
+  }
+  std::string answer(kLongestCommand, '\0');
+  const ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
+  if (size <= 0) throw HandoutError("session '" + peer.session + "' hung up");
+  answer.resize(static_cast<size_t>(size));
+  return answer;
+}
+
+}  // namespace haptic

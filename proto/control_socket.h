@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "proto/handout.h"
+
+/// How people tell a session what to do: one line of text to `<runtime folder>/<session>.control`,
+/// one line back. Only hapticd's own user and root are listened to; anybody else may watch (see
+/// handout.h). A Unix socket: nothing listens on a network.
+namespace haptic {
+
+/// Longest line either way [bytes].
+inline constexpr size_t kLongestCommand = 8192;
+
+/// hapticd's end. It owns no thread and never blocks: a peer whose socket is full is dropped.
+class ControlServer {
+ public:
+  /// Listens beside the session's socket, whose lock is held. Throws HandoutError.
+  explicit ControlServer(const std::string& session);
+  ~ControlServer();
+  ControlServer(const ControlServer&) = delete;
+
+  /// Readable when serve() has something to do.
+  int poll_fd() const { return epoll_.get(); }
+
+  /// Hands over each line that came, with the number of its peer. The answer may come later.
+  using Handler = std::function<void(int peer, std::string_view line)>;
+  void serve(const Handler& handle);
+
+  /// Answers a peer and hangs up; nothing where it has left.
+  void answer(int peer, const std::string& line);
+
+ private:
+  void accept_peer();
+  bool is_allowed(int fd) const;
+
+  std::string path_;
+  FileDescriptor listener_;
+  FileDescriptor epoll_;
+  std::map<int, FileDescriptor> peers_;  // by descriptor
+};
+
+/// Says one line to a running session (an empty name means the only one there is) and waits for the
+/// answer. Throws HandoutError: no such session, not allowed, no answer in time.
+std::string say_to_session(const std::string& session, const std::string& line,
+                           int64_t patience_ns = 5 * kNsPerSecond);
+
+}  // namespace haptic

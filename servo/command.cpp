@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/command.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "proto/quantity.h"
+
+namespace haptic {
+namespace {
+
+constexpr const char* kCommands =
+    "status, stop, clear-fault, arm, disarm, pause, resume, set stiffness|damping|time-scale VALUE";
+constexpr double kMostStiffness = 1e5;  // [N/m]
+constexpr double kMostDamping = 1e3;    // [N·s/m]
+constexpr double kMostTimeScale = 10;
+
+Command refused(const std::string& problem) {
+  return {CommandKind::kRefused, false, problem};
+}
+
+/// The first word; the rest stays in `line`.
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
+  const std::string_view word = line.substr(0, line.find(' '));
+  line.remove_prefix(word.size());
+  line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
+  return word;
+}
+
+double plain_number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    throw QuantityError("'" + std::string(text) + "' is not a number; write for example 0.5");
+  }
+  return value;
+}
+
+Command set(std::string_view line, ControlFrame& wanted) {
+  const std::string_view key = take_word(line);
+  double* target = nullptr;
+  double most = 0, value = 0;
+  try {
+    if (key == "stiffness") {
+      target = &wanted.translational_stiffness, most = kMostStiffness;
+      value = parse_quantity(line, Dimension::kStiffness);
+    } else if (key == "damping") {
+      target = &wanted.translational_damping, most = kMostDamping;
+      value = parse_quantity(line, Dimension::kDamping);
+    } else if (key == "time-scale") {
+      target = &wanted.scene_time_scale, most = kMostTimeScale;
+      value = plain_number(line);
+    } else {
+      return refused("cannot set '" + std::string(key) +
+                     "'; what can be set: stiffness, damping, time-scale");
+    }
+  } catch (const QuantityError& error) {
+    return refused(std::string(key) + ": " + error.what());
+  }
+  if (!(value >= 0 && value <= most)) {
+    return refused(std::string(key) + ": is out of range; use 0 to " +
+                   std::to_string(static_cast<long>(most)) + " (SI)");
+  }
+  *target = value;
+  return {CommandKind::kChange, false, ""};
+}
+
+}  // namespace
+
+Command apply_command(std::string_view line, ControlFrame& wanted) {
+  const std::string_view word = take_word(line);
+  if (word != "set" && !line.empty()) {
+    return refused("'" + std::string(word) + "' takes nothing after it");
+  }
+  ControlFrame changed = wanted;
+  Command command{CommandKind::kChange, false, ""};
+  if (word == "status") return {CommandKind::kStatus, false, ""};
+  if (word == "stop") return {CommandKind::kStop, false, ""};
+  if (word == "clear-fault") {
+    ++changed.fault_clears;
+    command.clears_fault = true;
+  } else if (word == "arm" || word == "disarm") {
+    changed.armed = word == "arm" ? 1 : 0;
+  } else if (word == "pause" || word == "resume") {
+    changed.paused = word == "pause" ? 1 : 0;
+  } else if (word == "set") {
+    command = set(line, changed);
+  } else {
+    return refused("unknown command '" + std::string(word) + "'; known: " + kCommands);
+  }
+  if (command.kind != CommandKind::kChange) return command;
+  ++changed.revision;
+  wanted = changed;
+  return command;
+}
+
+}  // namespace haptic

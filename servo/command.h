@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// What a line that came over the control socket asks for.
+enum class CommandKind { kStatus, kStop, kChange, kRefused };
+
+struct Command {
+  CommandKind kind = CommandKind::kRefused;
+  bool clears_fault = false;
+  std::string problem;  // why it is refused, in one line
+};
+
+/// Understands one line and applies it to the desired state (never partly):
+///   status | stop | clear-fault | arm | disarm | pause | resume
+///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
+/// `wanted` gets a new revision when it changes.
+Command apply_command(std::string_view line, ControlFrame& wanted);
+
+}  // namespace haptic
