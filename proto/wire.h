@@ -30,6 +30,7 @@ enum DeviceFlag : uint32_t {
   kDeviceOpenLoop = 1u << 5,   // the force has no effect on the motion (replay)
   kDeviceSimulated = 1u << 6,  // no hardware behind it
   kDeviceLostTime = 1u << 7,   // a simulated hand was held up for longer than it catches up with
+  kDeviceLost = 1u << 8,       // it does not answer, or is unplugged: nothing may be rendered
 };
 
 /// What the device measured, in its own base frame.
@@ -58,6 +59,7 @@ enum ServoFlag : uint32_t {
   kServoSolverLimit = 1u << 11,    // planes contradict each other or the solver ran out of steps
   kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
   kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
+  kServoNoDevice = 1u << 14,  // the device is lost or not homed; zero wrench, then soft start
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.

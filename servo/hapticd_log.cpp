@@ -25,7 +25,8 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoClutched, "clutched"},
                                      std::pair{kServoPaused, "paused"},
                                      std::pair{kServoSolverLimit, "solver limit"},
-                                     std::pair{kServoTorqueDropped, "no torque actuators"}};
+                                     std::pair{kServoTorqueDropped, "no torque actuators"},
+                                     std::pair{kServoNoDevice, "device lost or not homed"}};
 
 uint64_t whole(double number) {
   return static_cast<uint64_t>(number);

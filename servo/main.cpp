@@ -13,7 +13,7 @@ namespace {
 constexpr int kFifoPriority = 80;
 // what an operator wants to read in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
-                              kServoNoContactSet | kServoTorqueDropped;
+                              kServoNoContactSet | kServoTorqueDropped | kServoNoDevice;
 
 /// The newest item of each ring this process reads; they stay where they are from tick to tick.
 struct Inbox {
@@ -44,7 +44,8 @@ struct Inbox {
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
   const auto inbox = std::make_unique<Inbox>(child);
-  const std::unique_ptr<Device> device = open_device(child.config().device);
+  const std::unique_ptr<Device> device = open_device(
+      child.config().device, FileDescriptor(arguments.device_fd));
   const DeviceCaps caps = device->caps();
   const ServoModel model = build_servo_model(child.config(), {caps.max_force, caps.max_torque});
   ServoState state;

@@ -108,6 +108,7 @@ TEST_CASE("quantity: units of one kind agree with their definition in SI") {
       {"2 N·m/rad", Dimension::kRotationalStiffness, 2},
       {"1 Nm/deg", Dimension::kRotationalStiffness, 180 / std::numbers::pi},
       {"2 mN·m·s/rad", Dimension::kRotationalDamping, 0.002},
+      {"250 mA", Dimension::kCurrent, 0.25},
       {"4 GiB", Dimension::kMemory, 4.0 * 1024 * 1024 * 1024},
       {"1e-1 s", Dimension::kTime, 0.1},
   }));

@@ -54,6 +54,7 @@ ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set) {
   input.tick = static_cast<uint64_t>(tick);
   input.t_ns = tick * kMs;
   input.device.X_BH.p = p_W;
+  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed;
   input.contacts = set;
   return input;
 }
