@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-emulator: a WoodenHaptics that is not there, behind a pseudo-terminal. Its own process, its
-// own clock; a server sees nothing of it but bytes. It writes down the force that it received.
+// haptic-emulator: a WoodenHaptics that is not there, behind a pseudo-terminal. Its own process,
+// its own clock; a server sees nothing of it but bytes. It writes down the force that it received.
 #include <fcntl.h>
 #include <pty.h>
 #include <termios.h>
@@ -72,8 +72,7 @@ EmulatedDeviceOptions device_options(const Options& options) {
   intent.stroke_angle = parse_quantity(options.angle, Dimension::kAngle);
   intent.stroke_time = parse_quantity(options.time, Dimension::kTime);
   intent.tremor_amplitude = parse_quantity(options.tremor, Dimension::kLength);
-  device.button_ns =
-      static_cast<int64_t>(1e9 * parse_quantity(options.button, Dimension::kTime));
+  device.button_ns = static_cast<int64_t>(1e9 * parse_quantity(options.button, Dimension::kTime));
   return device;
 }
 

@@ -54,7 +54,8 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
 
 /// Whether a line has come to its end.
 bool EmulatedDevice::has_line() const {
-  const auto end = queue_.begin() + static_cast<std::ptrdiff_t>(std::min(queued_, line_.size() - 1));
+  const auto end =
+      queue_.begin() + static_cast<std::ptrdiff_t>(std::min(queued_, line_.size() - 1));
   return queued_ >= line_.size() - 1 || std::find(queue_.begin(), end, ']') != end;
 }
 

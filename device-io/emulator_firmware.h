@@ -24,25 +24,25 @@ enum class EmulatorEvent : uint32_t {
 
 /// What the device received and what the hand felt, from this instant on.
 struct EmulatorRecord {
-  int64_t t_ns;            // of the firmware's clock
-  uint64_t commands;       // good lines so far
-  uint64_t rejected;       // dropped lines so far
-  uint64_t watchdog;       // times the watchdog put the motors off
-  Vec3 force_B;            // at the tip, on the hand [N]
-  Vec3 p_B;                // where the tip is [m]
-  MotorCounts counts;      // the encoders
-  MotorCounts answered;    // the counts of the answer before: what the server knew
-  Milliamperes currents;   // of the motors, after the firmware's own checks
-  uint32_t motors_on;      // 0: the watchdog has put them off, or they never were on
+  int64_t t_ns;           // of the firmware's clock
+  uint64_t commands;      // good lines so far
+  uint64_t rejected;      // dropped lines so far
+  uint64_t watchdog;      // times the watchdog put the motors off
+  Vec3 force_B;           // at the tip, on the hand [N]
+  Vec3 p_B;               // where the tip is [m]
+  MotorCounts counts;     // the encoders
+  MotorCounts answered;   // the counts of the answer before: what the server knew
+  Milliamperes currents;  // of the motors, after the firmware's own checks
+  uint32_t motors_on;     // 0: the watchdog has put them off, or they never were on
   EmulatorEvent event;
   uint32_t reserved;
 };
 static_assert(sizeof(EmulatorRecord) % 8 == 0);
 
 struct EmulatedDeviceOptions {
-  SimulatedHandConfig hand;             // of the device and of the hand that holds it
+  SimulatedHandConfig hand;  // of the device and of the hand that holds it
   WoodenHapticsGeometry geometry;
-  int64_t button_ns = 0;                // when the calibration button is pressed; 0: not needed
+  int64_t button_ns = 0;                  // when the calibration button is pressed; 0: not needed
   int64_t sample_period_ns = 10'000'000;  // between records where nothing happens
 };
 

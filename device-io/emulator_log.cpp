@@ -18,13 +18,12 @@ constexpr const char* kHeader =
 
 int print(std::FILE* file, const EmulatorRecord& r) {
   const auto &i = r.currents, &e = r.counts, &a = r.answered;
-  return std::fprintf(
-      file,
-      "%" PRId64 ",%u,%u,%" PRIu64 ",%" PRIu64 ",%" PRIu64
-      ",%d,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%d,%d,%d\n",
-      r.t_ns, static_cast<uint32_t>(r.event), r.motors_on, r.commands, r.rejected, r.watchdog, i[0],
-      i[1], i[2], r.force_B.x, r.force_B.y, r.force_B.z, r.p_B.x, r.p_B.y, r.p_B.z, e[0], e[1],
-      e[2], a[0], a[1], a[2]);
+  return std::fprintf(file,
+                      "%" PRId64 ",%u,%u,%" PRIu64 ",%" PRIu64 ",%" PRIu64
+                      ",%d,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%d,%d,%d\n",
+                      r.t_ns, static_cast<uint32_t>(r.event), r.motors_on, r.commands, r.rejected,
+                      r.watchdog, i[0], i[1], i[2], r.force_B.x, r.force_B.y, r.force_B.z, r.p_B.x,
+                      r.p_B.y, r.p_B.z, e[0], e[1], e[2], a[0], a[1], a[2]);
 }
 
 }  // namespace

@@ -156,8 +156,7 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   if (silent && !lost_ && !gone_) tcflush(node_.get(), TCOFLUSH);  // no old force for its return
   lost_ = silent || gone_;
   last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
-                (saturated_ ? uint32_t{kDeviceSaturated} : 0) |
-                (lost_ ? uint32_t{kDeviceLost} : 0);
+                (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
   state = last_;
   return fresh;
 }

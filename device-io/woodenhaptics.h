@@ -63,8 +63,8 @@ class WoodenHaptics final : public Device {
   Milliamperes currents_{};
   Vec3 joint_angles_;
   DeviceState last_{};
-  int64_t now_ns_ = 0;    // of the last read
-  int64_t asked_ns_ = 0;  // of the line under way
+  int64_t now_ns_ = 0;       // of the last read
+  int64_t asked_ns_ = 0;     // of the line under way
   int64_t answered_ns_ = 0;  // of the read that last found a good answer
   uint64_t errors_ = 0;
   uint32_t probe_ = 0;  // counts the questions asked while not homed

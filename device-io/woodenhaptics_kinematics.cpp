@@ -72,10 +72,9 @@ bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q
 Mat3 tip_jacobian(const WoodenHapticsGeometry& g, const Vec3& q) {
   const double rho = reach(g, q), b = g.upper_arm, c = g.forearm;
   const double sin_a = std::sin(q.x), cos_a = std::cos(q.x);
-  return from_columns(
-      {-sin_a * rho, cos_a * rho, 0},
-      {b * cos_a * std::cos(q.y), b * sin_a * std::cos(q.y), -b * std::sin(q.y)},
-      {c * cos_a * std::cos(q.z), c * sin_a * std::cos(q.z), c * std::sin(q.z)});
+  return from_columns({-sin_a * rho, cos_a * rho, 0},
+                      {b * cos_a * std::cos(q.y), b * sin_a * std::cos(q.y), -b * std::sin(q.y)},
+                      {c * cos_a * std::cos(q.z), c * sin_a * std::cos(q.z), c * std::sin(q.z)});
 }
 
 Vec3 motor_currents(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& F_B) {

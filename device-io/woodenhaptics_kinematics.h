@@ -16,15 +16,15 @@ using MotorCounts = std::array<int32_t, 3>;
 /// upper arm, C the forearm. The defaults are the WoodenHaptics of 2015, which its Teensy firmware
 /// calls model 3. Source: forsslund/hfabapi, configuration woodenhaptics_v2015.
 struct WoodenHapticsGeometry {
-  double shoulder_height = 0.080;                // of B's axis above the table [m]
-  double upper_arm = 0.205;                      // [m]
-  double forearm = 0.245;                        // [m]
-  Vec3 origin{0.220, 0, 0.080};                  // of B, seen from the foot of A's axis [m]
-  std::array<double, 3> ratio{16, 12, 12};       // diameter of the body over that of the capstan
-  std::array<double, 3> direction{1, -1, -1};    // of the body where its motor turns forward
-  MotorCounts home_counts{0, 0, -6000};          // added to counts that are zero at home
-  double counts_per_turn = 2000;                 // of a motor, quadrature included
-  double torque_constant = 0.0259;               // of a motor [N·m/A]
+  double shoulder_height = 0.080;              // of B's axis above the table [m]
+  double upper_arm = 0.205;                    // [m]
+  double forearm = 0.245;                      // [m]
+  Vec3 origin{0.220, 0, 0.080};                // of B, seen from the foot of A's axis [m]
+  std::array<double, 3> ratio{16, 12, 12};     // diameter of the body over that of the capstan
+  std::array<double, 3> direction{1, -1, -1};  // of the body where its motor turns forward
+  MotorCounts home_counts{0, 0, -6000};        // added to counts that are zero at home
+  double counts_per_turn = 2000;               // of a motor, quadrature included
+  double torque_constant = 0.0259;             // of a motor [N·m/A]
 };
 
 /// Joint angles q = (θ_A, β, γ) [rad]: azimuth; upper arm from the vertical; forearm from the

@@ -16,7 +16,7 @@
 /// are off.
 namespace haptic {
 
-inline constexpr int32_t kWoodenHapticsModel = 3;       // 1: Polhem, 2: vintage Phantom
+inline constexpr int32_t kWoodenHapticsModel = 3;        // 1: Polhem, 2: vintage Phantom
 inline constexpr int32_t kFirmwareMaxCurrent_mA = 6000;  // a larger one is taken for zero
 inline constexpr int64_t kFirmwareWatchdog_ns = 100'000'000;
 

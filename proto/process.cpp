@@ -59,7 +59,8 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
   }
   if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
     throw std::invalid_argument(
-        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D]; start 'hapticd "
+        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D]; "
+        "start 'hapticd "
         "CONFIG.toml' instead");
   }
   return arguments;

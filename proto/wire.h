@@ -59,7 +59,7 @@ enum ServoFlag : uint32_t {
   kServoSolverLimit = 1u << 11,    // planes contradict each other or the solver ran out of steps
   kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
   kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
-  kServoNoDevice = 1u << 14,  // the device is lost or not homed; zero wrench, then soft start
+  kServoNoDevice = 1u << 20,       // the device is lost or not homed; zero wrench, then soft start
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.

@@ -44,8 +44,8 @@ struct Inbox {
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
   const auto inbox = std::make_unique<Inbox>(child);
-  const std::unique_ptr<Device> device = open_device(
-      child.config().device, FileDescriptor(arguments.device_fd));
+  const std::unique_ptr<Device> device =
+      open_device(child.config().device, FileDescriptor(arguments.device_fd));
   const DeviceCaps caps = device->caps();
   const ServoModel model = build_servo_model(child.config(), {caps.max_force, caps.max_torque});
   ServoState state;

@@ -18,7 +18,7 @@ constexpr int64_t kMs = 1'000'000;
 EmulatedDeviceOptions still_hand() {
   EmulatedDeviceOptions options;
   put_into_hand(*find_hand("typical"), options.hand);
-  options.hand.intent = {.direction_B = {0, 0, 1}};
+  options.hand.intent.direction_B = {0, 0, 1};
   options.hand.intent.hover_radius = options.hand.intent.press_radius = 0;
   options.hand.intent.stroke_angle = options.hand.intent.tremor_amplitude = 0;
   return options;

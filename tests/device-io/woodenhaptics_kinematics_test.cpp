@@ -31,7 +31,8 @@ Vec3 random_place() {
 TEST_CASE("woodenhaptics: at home the upper arm stands and the forearm lies", "[device-io]") {
   // x = Lc − 0.22, z = La + Lb − 0.08, by hand from the lengths of the reference
   CHECK_THAT(joint_angles(kArm, {0, 0, 0}), IsNear({0, 0, std::numbers::pi / 2}, kAlgebra));
-  CHECK_THAT(tip_position(kArm, joint_angles(kArm, {0, 0, 0})), IsNear({0.025, 0, 0.205}, kAlgebra));
+  CHECK_THAT(tip_position(kArm, joint_angles(kArm, {0, 0, 0})),
+             IsNear({0.025, 0, 0.205}, kAlgebra));
 }
 
 TEST_CASE("woodenhaptics: encoder counts turn the bodies as the reference says", "[device-io]") {
@@ -65,8 +66,7 @@ TEST_CASE("woodenhaptics: the Jacobian is the derivative of the tip", "[device-i
     Vec3 forward = q, back = q;
     forward[i] += kStep;
     back[i] -= kStep;
-    const Vec3 difference =
-        (tip_position(kArm, forward) - tip_position(kArm, back)) / (2 * kStep);
+    const Vec3 difference = (tip_position(kArm, forward) - tip_position(kArm, back)) / (2 * kStep);
     CHECK_THAT(J.column(i), IsNear(difference, 1e-10));
   }
 }

@@ -34,8 +34,7 @@ TEST_CASE("protocol: a command is three whole numbers in brackets and a line end
   CHECK(encode_currents({0, 0, 0}).view() == kZeroCommand);
   CHECK(encode_currents({3000, -7, 12}).view() == "[3000,-7,12]\n");
   const int32_t least = std::numeric_limits<int32_t>::min();
-  CHECK(encode_currents({least, least, least}).view() ==
-        "[-2147483648,-2147483648,-2147483648]\n");
+  CHECK(encode_currents({least, least, least}).view() == "[-2147483648,-2147483648,-2147483648]\n");
 }
 
 TEST_CASE("protocol: an answer is read wherever the stream is cut", "[device-io]") {
