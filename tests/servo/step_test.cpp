@@ -324,6 +324,7 @@ TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, the
   int64_t k = 1;
   const auto step = [&](uint32_t flags) {
     ServoInput input = input_at(k++, {0, 0, -1e-3}, set.get());
+    set->seq = input.tick;
     set->answers_t_ns = input.t_ns;
     input.device.flags = flags;
     return servo_step(model, state, input);
