@@ -2,7 +2,6 @@
 #include "device-io/woodenhaptics.h"
 
 #include <poll.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -153,7 +152,6 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
     moved_ = true;
   }
   const bool silent = tick.now_ns - answered_ns_ > kDeviceSilence_ns;
-  if (silent && !lost_ && !gone_) tcflush(node_.get(), TCOFLUSH);  // no old force for its return
   lost_ = silent || gone_;
   last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
                 (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
@@ -181,6 +179,8 @@ Milliamperes WoodenHaptics::currents_for(const Vec3& force_B) {
 void WoodenHaptics::write(const Wrench& F_B) {
   if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < kAskAgain_ns)) return;
   Milliamperes currents = currents_for(F_B.f);
+  // zero is then the last of what waits for its return, and of lines that wait the firmware obeys
+  // the last at most
   if (lost_) currents = {};
   // a number that no encoder repeats by chance twice; the motors are off, and it is 13 mN at most
   if (!homed_) currents = {static_cast<int32_t>(1 + ++probe_ % 7), 0, 0};

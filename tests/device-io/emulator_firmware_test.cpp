@@ -86,6 +86,20 @@ TEST_CASE("emulator: a line followed by another before it is read loses both", "
   CHECK(device.record().rejected == 2);
 }
 
+TEST_CASE("emulator: of lines that waited for it, it obeys the last at most", "[device-io]") {
+  const int forces = GENERATE(range(1, 6)), zeros = GENERATE(range(1, 6));
+  CAPTURE(forces, zeros);
+  std::string waiting;
+  for (int i = 0; i < forces; ++i) waiting += "[500,0,0]\n";
+  for (int i = 0; i < zeros; ++i) waiting += kZeroCommand;
+  EmulatedDevice device(still_hand(), 0);
+  device.receive({waiting.data(), waiting.size()});
+  for (int i = 0; i < 20; ++i) {
+    device.turn(kMs);
+    REQUIRE(device.record().currents == Milliamperes{});
+  }
+}
+
 TEST_CASE("emulator: what is no command is answered with its error and changes nothing",
           "[device-io]") {
   const auto [text, error] = GENERATE(table<std::string, int>({{"[1,2]\n", 512},

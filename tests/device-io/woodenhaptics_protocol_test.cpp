@@ -71,6 +71,7 @@ TEST_CASE("protocol: what is no answer is passed over and the next one is read",
       {"beyond 32 bits", "[3,2147483648,2,3,4,5,6,0]\n", 1},
       {"nothing", "[]\n", 1},
       {"an overlong line", "[" + std::string(5000, '1') + "]\n", 1},
+      {"an overlong number", "[3,9,9,9,9,9,9," + std::string(200, '0') + "7]\n", 1},
       {"brackets in brackets", "[[[", 2 + 1},
   }));
   CAPTURE(what);
