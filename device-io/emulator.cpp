@@ -27,8 +27,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kTurn_ns = 250'000;  // of the firmware's loop: two microframes of USB
-constexpr int kFifoPriority = 70;      // under the servo it tests
+constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
+constexpr int kFifoPriority = 70;     // under the servo it tests
 
 struct Options {
   std::string link, log, hand = "typical", button = "0 s";
@@ -143,7 +143,7 @@ class Link {
 
 void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
   std::array<char, 1024> bytes;
-  DeadlineClock clock(kTurn_ns);
+  DeadlineClock clock(kTurnNs);
   while (!stop_requested()) {
     clock.wait();
     const ssize_t n = read(pty.master.get(), bytes.data(), bytes.size());

@@ -11,8 +11,8 @@ namespace {
 
 // errors of the firmware, as it says them
 constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotThree = 512, kNoNumbers = 1024;
-constexpr int64_t kLongestGap_ns = 1'000'000'000;  // the hand does not live through a longer one
-constexpr int64_t kForceStep_ns = 250'000;         // the arm turns so little in it
+constexpr int64_t kLongestGapNs = 1'000'000'000;  // the hand does not live through a longer one
+constexpr int64_t kForceStepNs = 250'000;         // the arm turns so little in it
 
 }  // namespace
 
@@ -41,9 +41,9 @@ MotorCounts EmulatedDevice::encoders() {
 
 /// Moves arm and hand under the motors' force.
 void EmulatedDevice::pass_time(int64_t t_ns) {
-  t_ns_ = std::max(t_ns_, t_ns - kLongestGap_ns);
+  t_ns_ = std::max(t_ns_, t_ns - kLongestGapNs);
   while (t_ns_ < t_ns) {
-    const int64_t step_ns = std::min(t_ns - t_ns_, kForceStep_ns);
+    const int64_t step_ns = std::min(t_ns - t_ns_, kForceStepNs);
     Vec3 amperes;
     for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
     solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
@@ -123,7 +123,7 @@ bool EmulatedDevice::obey(int error) {
   last_command_ns_ = t_ns_;
   for (size_t i = 0; i < wanted.size(); ++i) {
     const bool allowed =
-        wanted[i] >= -kFirmwareMaxCurrent_mA && wanted[i] <= kFirmwareMaxCurrent_mA;
+        wanted[i] >= -kFirmwareMaxMilliamperes && wanted[i] <= kFirmwareMaxMilliamperes;
     record_.currents[i] = calibrated_ && allowed ? wanted[i] : 0;
   }
   record_.motors_on = calibrated_ ? 1 : 0;
@@ -142,7 +142,7 @@ bool EmulatedDevice::obey(int error) {
 bool EmulatedDevice::turn(int64_t t_ns) {
   answer_size_ = 0;
   // the watchdog runs beside the loop: at its own instant, however late this turn is
-  const int64_t cut_ns = last_command_ns_ + kFirmwareWatchdog_ns;
+  const int64_t cut_ns = last_command_ns_ + kFirmwareWatchdogNs;
   const bool cut = record_.motors_on != 0 && t_ns >= cut_ns;
   if (cut) {
     pass_time(cut_ns);

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPeriod_ns = 5'000'000;
+constexpr int64_t kPeriodNs = 5'000'000;
 constexpr const char* kHeader =
     "t_ns,event,motors_on,commands,rejected,watchdog,a_mA,b_mA,c_mA,fx_N,fy_N,fz_N,x_m,y_m,z_m,"
     "e0,e1,e2,answered0,answered1,answered2\n";
@@ -45,7 +45,7 @@ EmulatorLog::~EmulatorLog() {
 void EmulatorLog::run() {
   while (!ending_.load(std::memory_order_acquire)) {
     drain();
-    sleep_until(now_ns() + kPeriod_ns);
+    sleep_until(now_ns() + kPeriodNs);
   }
   drain();
 }

@@ -8,8 +8,8 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -20,11 +20,11 @@ namespace {
 
 constexpr double kMaxForce = 5;  // [N], of the design (devices.md 1.2.3)
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kAskAgain_ns = 5 * kMs;  // an answer that has not come by then is lost
-constexpr int64_t kGreeting_ns = 2000 * kMs;
-constexpr int64_t kGreetingRound_ns = 50 * kMs;
+constexpr int64_t kAskAgainNs = 5 * kMs;  // an answer that has not come by then is lost
+constexpr int64_t kGreetingNs = 2000 * kMs;
+constexpr int64_t kGreetingRoundNs = 50 * kMs;
 constexpr int kStopAttempts = 4;
-constexpr int64_t kStopWait_ns = 5 * kMs;
+constexpr int64_t kStopWaitNs = 5 * kMs;
 constexpr int kReadsPerTick = 4;
 constexpr size_t kBytesPerRead = 256;
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: no arm, but noise
@@ -62,11 +62,11 @@ std::string WoodenHaptics::description() const {
 /// A device that is not there must be known before anything is real time.
 void WoodenHaptics::greet(const std::string& path) {
   EncoderReply reply;
-  const int64_t give_up_ns = now_ns() + kGreeting_ns;
+  const int64_t give_up_ns = now_ns() + kGreetingNs;
   while (!gone_ && now_ns() < give_up_ns) {
     ask({});
     // an error here is the rest of what an earlier program left behind
-    if (!wait_for_answer(now_ns() + kGreetingRound_ns, reply) || reply.error != 0) continue;
+    if (!wait_for_answer(now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
     if (reply.model != kWoodenHapticsModel) {
       throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
                                ", not 3 (WoodenHaptics); set 'path' in [device.serial] to the "
@@ -151,7 +151,7 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
     last_.t_ns = asked_ns_;
     moved_ = true;
   }
-  const bool silent = tick.now_ns - answered_ns_ > kDeviceSilence_ns;
+  const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
   lost_ = silent || gone_;
   last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
                 (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
@@ -177,7 +177,7 @@ Milliamperes WoodenHaptics::currents_for(const Vec3& force_B) {
 }
 
 void WoodenHaptics::write(const Wrench& F_B) {
-  if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < kAskAgain_ns)) return;
+  if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < kAskAgainNs)) return;
   Milliamperes currents = currents_for(F_B.f);
   // zero is then the last of what waits for its return, and of lines that wait the firmware obeys
   // the last at most
@@ -203,7 +203,7 @@ void WoodenHaptics::stop() {
   EncoderReply reply;
   // the firmware drops a line that meets another one: once more until it is confirmed
   for (int i = 0; i < kStopAttempts && !gone_; ++i) {
-    const int64_t until_ns = haptic::now_ns() + kStopWait_ns;
+    const int64_t until_ns = haptic::now_ns() + kStopWaitNs;
     if (awaiting_ && i == 0) wait_for_answer(until_ns, reply);
     ask({});
     if (wait_for_answer(until_ns, reply) && reply.error == 0) return;

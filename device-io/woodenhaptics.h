@@ -11,7 +11,7 @@
 namespace haptic {
 
 /// A device that has given no good answer for so long is lost until it answers again.
-inline constexpr int64_t kDeviceSilence_ns = 20'000'000;
+inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 
 /// A WoodenHaptics behind a serial node: three axes sensed, three driven, no orientation, no
 /// buttons. One line is under way at a time, sent by write() and answered before the next read(),
@@ -23,7 +23,7 @@ inline constexpr int64_t kDeviceSilence_ns = 20'000'000;
 /// whole vector is shortened where it exceeds max_force or one motor exceeds max_current; one that
 /// is not finite is sent as zero; both are flagged kDeviceSaturated in the next state.
 ///
-/// Lost, and zero force whatever write() is given: after kDeviceSilence_ns without a good answer,
+/// Lost, and zero force whatever write() is given: after kDeviceSilenceNs without a good answer,
 /// until the next one; for good when the node hangs up. Not homed while the firmware waits for its
 /// calibration button (the position is then an invention of the firmware).
 class WoodenHaptics final : public Device {

@@ -16,9 +16,9 @@
 /// are off.
 namespace haptic {
 
-inline constexpr int32_t kWoodenHapticsModel = 3;        // 1: Polhem, 2: vintage Phantom
-inline constexpr int32_t kFirmwareMaxCurrent_mA = 6000;  // a larger one is taken for zero
-inline constexpr int64_t kFirmwareWatchdog_ns = 100'000'000;
+inline constexpr int32_t kWoodenHapticsModel = 3;          // 1: Polhem, 2: vintage Phantom
+inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;  // a larger one is taken for zero
+inline constexpr int64_t kFirmwareWatchdogNs = 100'000'000;
 
 /// Before its calibration button is pressed a firmware may say e0 = 8000 + 4000 sin(0.0002 n),
 /// e1 = the first current it was sent, and leave the motors off.
