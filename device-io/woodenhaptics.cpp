@@ -20,7 +20,9 @@ namespace {
 
 constexpr double kMaxForce = 5;  // [N], of the design (devices.md 1.2.3)
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kAskAgainNs = 5 * kMs;  // an answer that has not come by then is lost
+constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer that has not come by then is lost
+constexpr int64_t kAskAgainMostNs = 100 * kMs;  // of a silent device: it will have to read them all
+constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // a line may have been under way
 constexpr int64_t kGreetingNs = 2000 * kMs;
 constexpr int64_t kGreetingRoundNs = 50 * kMs;
 constexpr int kStopAttempts = 4;
@@ -110,7 +112,10 @@ bool WoodenHaptics::receive(EncoderReply& newest) {
     }
     if (n < static_cast<ssize_t>(bytes.size())) break;
   }
-  if (any) awaiting_ = false;
+  if (any) {
+    awaiting_ = false;
+    patience_ns_ = kAskAgainNs;
+  }
   return any;
 }
 
@@ -152,7 +157,9 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
     moved_ = true;
   }
   const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
-  lost_ = silent || gone_;
+  // held up here for so long that the firmware has put the motors off: no step back to full force
+  const bool let_go = moved_ && tick.now_ns - asked_ns_ > kLetGoNs;
+  lost_ = silent || gone_ || let_go;
   last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
                 (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
   state = last_;
@@ -177,7 +184,8 @@ Milliamperes WoodenHaptics::currents_for(const Vec3& force_B) {
 }
 
 void WoodenHaptics::write(const Wrench& F_B) {
-  if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < kAskAgainNs)) return;
+  if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < patience_ns_)) return;
+  patience_ns_ = awaiting_ ? std::min(2 * patience_ns_, kAskAgainMostNs) : kAskAgainNs;
   Milliamperes currents = currents_for(F_B.f);
   // zero is then the last of what waits for its return, and of lines that wait the firmware obeys
   // the last at most

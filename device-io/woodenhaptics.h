@@ -24,7 +24,8 @@ inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 /// is not finite is sent as zero; both are flagged kDeviceSaturated in the next state.
 ///
 /// Lost, and zero force whatever write() is given: after kDeviceSilenceNs without a good answer,
-/// until the next one; for good when the node hangs up. Not homed while the firmware waits for its
+/// until the next one; after a pause of write() in which the firmware has put the motors off; for
+/// good when the node hangs up. Not homed while the firmware waits for its
 /// calibration button (the position is then an invention of the firmware).
 class WoodenHaptics final : public Device {
  public:
@@ -36,8 +37,8 @@ class WoodenHaptics final : public Device {
   std::string description() const override;
   /// At most 1 KiB is looked at; the newest answer counts.
   bool read(const TickTime& tick, DeviceState& state) override;
-  /// Sends nothing while the last line is unanswered and younger than 5 ms: the firmware would
-  /// drop both.
+  /// Sends nothing while the last line is unanswered and younger than 5 ms, twice as long after
+  /// each that is lost, 100 ms at most: the firmware would drop both.
   void write(const Wrench& F_B) override;
   void stop() override;
   ReleasePacket release_packet() const override;
@@ -66,6 +67,7 @@ class WoodenHaptics final : public Device {
   int64_t now_ns_ = 0;       // of the last read
   int64_t asked_ns_ = 0;     // of the line under way
   int64_t answered_ns_ = 0;  // of the read that last found a good answer
+  int64_t patience_ns_ = 0;  // with the line under way
   uint64_t errors_ = 0;
   uint32_t probe_ = 0;  // counts the questions asked while not homed
   bool awaiting_ = false, started_ = false, moved_ = false, saturated_ = false;

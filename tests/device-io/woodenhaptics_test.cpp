@@ -2,6 +2,7 @@
 // The driver on a real node (a pseudo-terminal), the device's part played by the test.
 #include "device-io/woodenhaptics.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -243,7 +244,7 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
   CHECK(silent == 21);
   // what is said from now on is zero
   b.line.hear(50);
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 20; ++i) {
     b.read();
     b.device->write({{0, 0, 2}, {}});
   }
@@ -252,6 +253,42 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
   CHECK(b.tick({}, {3000, 0, 0}));
   CHECK_FALSE(b.has(kDeviceLost));
   CHECK(b.state.V_BH.v == Vec3{});
+}
+
+TEST_CASE("woodenhaptics driver: a silent device is asked ever more rarely", "[device-io]") {
+  Bench b;
+  b.read();
+  b.device->write({});
+  b.line.hear();
+  size_t lines = 0;
+  for (int i = 0; i < 5000; ++i) {
+    b.read();
+    b.device->write({{0, 0, 2}, {}});
+    const std::string said = b.line.hear(0);
+    lines += static_cast<size_t>(std::count(said.begin(), said.end(), '\n'));
+  }
+  // 5, 10, 20, 40, 80 ms apart, then 100 ms
+  CHECK(lines >= 45);
+  CHECK(lines <= 55);
+}
+
+TEST_CASE("woodenhaptics driver: after a pause of the loop the force does not jump back",
+          "[device-io]") {
+  Bench b;
+  b.read();
+  b.device->write({});
+  b.tick({0, 0, 2}, {0, 0, 0});
+  b.line.hear();
+  b.line.say(answer_of({0, 0, 0}));
+  const int64_t pause_ms = GENERATE(80, 120);
+  b.read(pause_ms * kMs);
+  b.device->write({{0, 0, 2}, {}});
+  CHECK(b.has(kDeviceFresh));
+  // the firmware lets go after 100 ms
+  CHECK(b.has(kDeviceLost) == (pause_ms > 100));
+  CHECK((b.line.hear() == kZeroCommand) == (pause_ms > 100));
+  b.tick({}, {0, 0, 0});
+  CHECK_FALSE(b.has(kDeviceLost));
 }
 
 TEST_CASE("woodenhaptics driver: unplugged, it is lost for good and nothing fails", "[device-io]") {

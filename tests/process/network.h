@@ -34,13 +34,15 @@ inline bool is_on_a_network(pid_t pid) {
   const auto sockets = network_sockets();
   const std::string folder = "/proc/" + std::to_string(pid) + "/fd";
   size_t looked_at = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+  std::error_code ended;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ended)) {
     std::error_code gone;
     const std::string target = std::filesystem::read_symlink(entry.path(), gone).string();
     if (sockets.count(target) != 0) return true;
     ++looked_at;
   }
-  REQUIRE(looked_at > 3);
+  // one that was replaced meanwhile has none
+  if (!ended) REQUIRE(looked_at > 3);
   return false;
 }
 
