@@ -176,20 +176,31 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
 }
 
+/// Whose hand it was, so that nobody takes one kind for another.
+std::string hand_line(const DeviceConfig& device) {
+  switch (device.kind) {
+    case DeviceKind::kSimulatedHand:
+      return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
+    case DeviceKind::kReplay:
+      return "RECORDED hand " + std::string(view(device.replay.path)) +
+             ", open loop: force has no effect";
+    case DeviceKind::kWoodenHaptics:
+      break;
+  }
+  return "WoodenHaptics at " + std::string(view(device.serial.path)) + ", closed loop";
+}
+
 /// The table: what was played on what, the figures with their goals, where they are kept.
 std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
                        const std::vector<BakedShape>& baked, const Recording& hand,
                        const Played& played, const SessionData& data) {
-  const bool simulated = config.device.kind == DeviceKind::kSimulatedHand;
   Rows rows(options.session);
-  rows.note("hand", simulated ? "SIMULATED hand, seed " + std::to_string(config.device.hand.seed) +
-                                    ", closed loop"
-                              : "RECORDED hand " + std::string(view(config.device.replay.path)) +
-                                    ", open loop: force has no effect");
+  rows.note("hand", hand_line(config.device));
   rows.note("machine", machine_line());
   rows.note("real time", played.realtime);
   rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
-  if (!simulated) add_coverage_rows(data, hand, config.servo_rate, rows);
+  if (config.device.kind == DeviceKind::kReplay)
+    add_coverage_rows(data, hand, config.servo_rate, rows);
   rows.note("log", options.log);
   if (!options.plot.empty()) rows.note("plot", options.plot);
   return rows.rows();

@@ -60,6 +60,11 @@ void run_eval(const EvalOptions& options) {
   const std::string file = find_config(options.config);
   SessionConfig config = load_config(file);
   if (!options.trace.empty()) use_trace(config, options.trace);
+  if (config.device.kind == DeviceKind::kWoodenHaptics) {
+    throw std::runtime_error(file +
+                             ": a real device does not live on virtual time; give --trace a "
+                             "recorded hand, or another --config");
+  }
   check_outputs({options.plot}, {options.trace, file}, options.overwrite);
   std::vector<BakedShape> baked;
   std::vector<MeshShape> shapes;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 
 #include "proto/config.h"
+#include "proto/file_descriptor.h"
 #include "proto/wire.h"
 
 namespace haptic {
@@ -22,6 +24,15 @@ struct DeviceCaps {
 struct TickTime {
   int64_t deadline_ns;  // the grid point this tick belongs to
   int64_t now_ns;       // when it really woke
+};
+
+/// What lets go of a device when the servo cannot: the open node and the bytes that mean no force.
+/// A copy is all hapticd needs (a duplicate of the descriptor, write() of the bytes). Because the
+/// packet may collide with one of the dying servo, it is sent some times, a few milliseconds apart.
+struct ReleasePacket {
+  int fd = -1;  // −1: there is no node to write to (simulated hand, replay)
+  std::array<char, 32> bytes{};
+  uint32_t size = 0;
 };
 
 /// The one virtual interface of the project. Opening is the constructor's work and may throw and
@@ -42,11 +53,17 @@ class Device {
   /// Holds this wrench (on the handle at its origin, in B) until the next write.
   virtual void write(const Wrench& F_B) = 0;
 
-  /// Zero wrench, whatever came before. Idempotent; called on every way out.
+  /// Zero wrench, whatever came before. Idempotent; called on every way out. May wait for the
+  /// device to confirm it, 20 ms at most.
   virtual void stop() = 0;
+
+  /// The same from outside of the process; valid as long as the device is.
+  virtual ReleasePacket release_packet() const { return {}; }
 };
 
-/// Opens the device the config names. Throws std::runtime_error with a one-line remedy.
-std::unique_ptr<Device> open_device(const DeviceConfig& config);
+/// Opens the device the config names; where it has a node, `node` is that node already open (by
+/// hapticd, which keeps a duplicate), or none: it is opened here. Throws std::runtime_error with a
+/// one-line remedy.
+std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor node = {});
 
 }  // namespace haptic

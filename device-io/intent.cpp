@@ -76,6 +76,7 @@ Stroke stroke_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
   SplitMix random = stream_of(seed, number);
   Stroke stroke;
   stroke.from = random_direction(random);
+  if (config.direction_B != Vec3{}) stroke.from = config.direction_B;
   // any second direction, made perpendicular, is uniform on the circle around the first
   const Vec3 other = random_direction(random);
   const Vec3 rest = other - dot(other, stroke.from) * stroke.from;

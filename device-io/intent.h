@@ -34,9 +34,10 @@ IntentPhase intent_phase(const IntentConfig& config, double t);
 ///  - slides along the arc of that radius to u2, which is u1 turned by stroke_angle;
 ///  - lifts to hover_radius along u2;
 ///  - travels on the sphere of hover_radius, by the shorter arc, to the u1 of stroke k + 1.
-/// The directions are a hash of (seed, k), uniform on the sphere. A tremor of 8 to 12 Hz per axis
-/// is added, at most tremor_amplitude long. A pure function of time, C¹, made of exactly rounded
-/// operations only: the same bits on every machine.
+/// The directions are a hash of (seed, k), uniform on the sphere; u1 is direction_B where the
+/// config gives one (with stroke_angle zero the hand then presses on one spot). A tremor of 8 to 12
+/// Hz per axis is added, at most tremor_amplitude long. A pure function of time, C¹, made of
+/// exactly rounded operations only: the same bits on every machine.
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t);
 
 }  // namespace haptic

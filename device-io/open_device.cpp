@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "device-io/device.h"
 #include "device-io/replay.h"
 #include "device-io/simulated_hand.h"
+#include "device-io/woodenhaptics.h"
+#include "proto/serial_port.h"
 
 namespace haptic {
 
-std::unique_ptr<Device> open_device(const DeviceConfig& config) {
+std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor node) {
   switch (config.kind) {
     case DeviceKind::kSimulatedHand:
       return std::make_unique<SimulatedHand>(config);
     case DeviceKind::kReplay:
       return std::make_unique<Replay>(config);
+    case DeviceKind::kWoodenHaptics:
+      if (!node.is_open()) node = open_serial_port(std::string(view(config.serial.path)));
+      return std::make_unique<WoodenHaptics>(config, std::move(node));
   }
   throw std::runtime_error("[device] kind has the unknown number " +
                            std::to_string(static_cast<uint32_t>(config.kind)) +
-                           "; use \"simulated-hand\" or \"replay\"");
+                           "; use \"simulated-hand\", \"replay\" or \"woodenhaptics\"");
 }
 
 }  // namespace haptic

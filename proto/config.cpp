@@ -22,8 +22,9 @@ template <typename Enum, size_t N>
 using Words = std::array<std::pair<std::string_view, Enum>, N>;
 
 constexpr Words<Renderer, 1> kRenderers{{{"god-object3", Renderer::kGodObject3}}};
-constexpr Words<DeviceKind, 2> kDeviceKinds{
-    {{"simulated-hand", DeviceKind::kSimulatedHand}, {"replay", DeviceKind::kReplay}}};
+constexpr Words<DeviceKind, 3> kDeviceKinds{{{"simulated-hand", DeviceKind::kSimulatedHand},
+                                             {"replay", DeviceKind::kReplay},
+                                             {"woodenhaptics", DeviceKind::kWoodenHaptics}}};
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
 constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
@@ -43,6 +44,7 @@ constexpr Range kPollRates{10, 100e3};
 constexpr Range kSimRates{50, 1e3};      // a pose is carried for 20 ms at most: kMaxExtrapolation
 constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
 constexpr int64_t kButtons = 32;
+constexpr Range kCurrents{0, 6, true};  // above, the firmware of a WoodenHaptics takes it for zero
 
 template <typename Enum, size_t N>
 std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
@@ -135,6 +137,7 @@ void read_intent(Section& hand, IntentConfig& intent) {
   section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
   section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
   section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_direction("direction", intent.direction_B);
   section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
   section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
                          intent.tremor_amplitude);
@@ -181,6 +184,17 @@ void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_f
   section->finish();
 }
 
+void read_serial(Section& device, SerialConfig& serial) {
+  auto section = device.section("serial");
+  if (!section) return;
+  section->require("path", "path = \"/dev/ttyACM0\"");
+  section->read_text("path", serial.path);
+  section->read_quantity("max_current", Dimension::kCurrent, kCurrents, serial.max_current);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
+                         serial.velocity_cutoff);
+  section->finish();
+}
+
 void read_device(Section& root, DeviceConfig& device, const fs::path& config_folder) {
   root.require("device", "[device] with kind = \"simulated-hand\"");
   Section section = *root.section("device");
@@ -195,7 +209,11 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   if (device.kind == DeviceKind::kReplay) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
   }
+  if (device.kind == DeviceKind::kWoodenHaptics) {
+    section.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
+  }
   read_hand(section, device.hand);
+  read_serial(section, device.serial);
   read_replay(section, device.replay, config_folder);
   section.finish();
 }

@@ -16,7 +16,7 @@ namespace haptic {
 using Name = std::array<char, 64>;   // zero-terminated
 using Path = std::array<char, 512>;  // zero-terminated
 
-enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1 };
+enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1, kWoodenHaptics = 2 };
 /// How the servo waits for its next tick.
 enum class Wake : uint32_t { kSleep = 0, kHybrid = 1 };
 enum class MotionKind : uint32_t { kStatic = 0, kOscillate = 1, kSpin = 2 };
@@ -29,6 +29,7 @@ struct IntentConfig {
   double hover_radius = 0.07;      // between strokes [m]
   double press_radius = 0.03;      // where the intention goes: inside the object [m]
   double stroke_angle = 0.7;       // of the arc of a stroke [rad]
+  Vec3 direction_B;                // each stroke begins along it; zero: anew for each stroke
   double stroke_time = 1.2;        // one stroke: reach, slide, lift [s]
   double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
 };
@@ -58,6 +59,13 @@ struct ReplayConfig {
   Name column{};  // of the lever angle [rad]
 };
 
+/// A device behind a serial node that speaks text (WoodenHaptics with a Teensy).
+struct SerialConfig {
+  Path path{};                   // of the node
+  double max_current = 3;        // of a motor [A]
+  double velocity_cutoff = 100;  // of the differentiated position [Hz]
+};
+
 struct DeviceConfig {
   DeviceKind kind = DeviceKind::kSimulatedHand;
   uint32_t reserved = 0;
@@ -69,6 +77,7 @@ struct DeviceConfig {
   double workspace_radius = 0;  // [m]; 0: no edge
   SimulatedHandConfig hand;
   ReplayConfig replay;
+  SerialConfig serial;
 };
 
 /// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about

@@ -44,20 +44,23 @@ int fail(const char* program, const char* what, int code) {
 
 ChildArguments parse_child_arguments(int argc, char** argv) {
   ChildArguments arguments;
-  bool ok = argc == 7;
+  bool ok = argc == 7 || argc == 9;
   for (int i = 1; ok && i + 1 < argc; i += 2) {
     const std::string_view key = argv[i];
     if (key == "--config-fd") {
       ok = parse_number(argv[i + 1], arguments.config_fd);
     } else if (key == "--control-fd") {
       ok = parse_number(argv[i + 1], arguments.control_fd);
+    } else if (key == "--device-fd") {
+      ok = parse_number(argv[i + 1], arguments.device_fd);
     } else {
       ok = key == "--generation" && parse_number(argv[i + 1], arguments.generation);
     }
   }
   if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
     throw std::invalid_argument(
-        "started by hapticd with --config-fd N --control-fd M --generation G; start 'hapticd "
+        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D]; "
+        "start 'hapticd "
         "CONFIG.toml' instead");
   }
   return arguments;

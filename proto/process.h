@@ -38,11 +38,13 @@ inline constexpr int kExitClean = 0;
 inline constexpr int kExitCrash = 1;     // restart it
 inline constexpr int kExitBadInput = 2;  // config, mesh or device: a restart would not help
 
-/// What hapticd passes on the command line: --config-fd N --control-fd M --generation G.
+/// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, and to
+/// the servo of a device with a node --device-fd D.
 struct ChildArguments {
   int config_fd = -1;   // sealed memfd with a SessionConfig
   int control_fd = -1;  // this end of the socket pair
   uint64_t generation = 0;
+  int device_fd = -1;  // the open device node; −1: the servo opens it itself
 };
 
 /// Throws std::invalid_argument with the usage line.

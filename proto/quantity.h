@@ -21,6 +21,7 @@ enum class Dimension {
   kDamping,              // [N·s/m]
   kRotationalStiffness,  // [N·m/rad]
   kRotationalDamping,    // [N·m·s/rad]
+  kCurrent,              // [A]
   kMemory,               // [bytes]
 };
 

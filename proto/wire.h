@@ -30,6 +30,7 @@ enum DeviceFlag : uint32_t {
   kDeviceOpenLoop = 1u << 5,   // the force has no effect on the motion (replay)
   kDeviceSimulated = 1u << 6,  // no hardware behind it
   kDeviceLostTime = 1u << 7,   // a simulated hand was held up for longer than it catches up with
+  kDeviceLost = 1u << 8,       // it does not answer, or is unplugged: nothing may be rendered
 };
 
 /// What the device measured, in its own base frame.
@@ -64,6 +65,7 @@ enum ServoFlag : uint32_t {
   kServoThermal = 1u << 17,        // the motors' thermal budget lowers the limit
   kServoPassivity = 1u << 18,      // the passivity controller damps
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
+  kServoNoDevice = 1u << 20,       // the device is lost or not homed; zero wrench, then soft start
 };
 
 /// Why the force is latched at zero.

@@ -31,7 +31,8 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoSlewing, "slewing"},
                                      std::pair{kServoThermal, "motors warm"},
                                      std::pair{kServoPassivity, "damped to stay passive"},
-                                     std::pair{kServoWorkspaceEdge, "edge of the workspace"}};
+                                     std::pair{kServoWorkspaceEdge, "edge of the workspace"},
+                                     std::pair{kServoNoDevice, "device lost or not homed"}};
 
 const char* reason(Fault fault) {
   switch (fault) {

@@ -7,7 +7,7 @@ namespace {
 // what an operator wants to read in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
                               kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
-                              kServoTooFast | kServoThermal;
+                              kServoTooFast | kServoThermal | kServoNoDevice;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();
@@ -48,8 +48,8 @@ void ServoLoop::tick(const Tick& tick) {
 }
 
 void ServoLoop::publish_event(EventCode code, const std::array<double, 5>& numbers) {
-  channels_.events.publish({now_ns(), static_cast<uint32_t>(code),
-                            static_cast<uint32_t>(ServoChannels::kId), numbers});
+  channels_.events.publish(
+      {now_ns(), static_cast<uint32_t>(code), static_cast<uint32_t>(ServoChannels::kId), numbers});
 }
 
 void ServoLoop::publish_changes() {

@@ -15,7 +15,8 @@ int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);
   const SessionConfig& config = child.config();
   const auto inbox = std::make_unique<ServoInbox>(child);
-  const std::unique_ptr<Device> device = open_device(config.device);
+  const std::unique_ptr<Device> device =
+      open_device(config.device, FileDescriptor(arguments.device_fd));
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());
   std::fprintf(stderr, "haptic-servo: device: %s\n", device->description().c_str());
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});

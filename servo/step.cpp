@@ -21,6 +21,11 @@ bool is_sound(const DeviceState& device) {
          std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
 }
 
+/// Whether a force may follow from where the device says it is.
+bool is_usable(const DeviceState& device) {
+  return (device.flags & kDeviceLost) == 0 && (device.flags & kDeviceHomed) != 0;
+}
+
 /// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
 std::array<Pose, kMaxObjects> object_poses(const ServoInput& input) {
   std::array<Pose, kMaxObjects> X_WO{};
@@ -152,7 +157,8 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
     safety.armed &= input.control->armed != 0;
     if (input.control->paused != 0) frame.flags |= kServoPaused;
   }
-  safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused)) != 0;
+  if (!is_usable(input.device)) frame.flags |= kServoNoDevice;
+  safety.force_closed |= (frame.flags & (kServoClutched | kServoPaused | kServoNoDevice)) != 0;
   return safety;
 }
 

@@ -159,3 +159,20 @@ TEST_CASE("intent: before the start it rests at the beginning", "[device-io]") {
   CHECK(intent_at(config, 1, -3).p_B == intent_at(config, 1, 0).p_B);
   CHECK(intent_at(config, 1, -3).v_B == Vec3{});
 }
+
+TEST_CASE("intent: with a direction and no arc the hand presses on one spot", "[device-io]") {
+  IntentConfig config = calm();
+  config.direction_B = {0, 0.6, 0.8};
+  config.stroke_angle = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.0137 * i;
+    const Vec3 arm_B = intent_at(config, 3, t).p_B - config.centre_B;
+    REQUIRE_THAT(normalized(arm_B), IsNear(config.direction_B, kAlgebra));
+    const IntentPhase phase = intent_phase(config, t);
+    if (phase.part == IntentPart::kSlide) {
+      REQUIRE(norm(arm_B) == Approx(config.press_radius).epsilon(tol(kAlgebra)));
+    } else if (phase.part == IntentPart::kTravel) {
+      REQUIRE(norm(arm_B) == Approx(config.hover_radius).epsilon(tol(kAlgebra)));
+    }
+  }
+}

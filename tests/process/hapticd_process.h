@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "proto/realtime.h"
@@ -45,12 +46,13 @@ inline bool is_alive(uint64_t pid) {
   return bracket != std::string::npos && text.size() > bracket + 2 && text[bracket + 2] != 'Z';
 }
 
-/// A running hapticd with what it says in a file. Told to stop with its owner.
-class HapticdProcess {
+/// A running program with what it says in a file. Told to stop with its owner.
+class ProgramProcess {
  public:
-  HapticdProcess(std::vector<std::string> arguments, const std::string& folder)
+  ProgramProcess(const std::string& name, std::vector<std::string> arguments,
+                 const std::string& folder)
       : log_path_(folder + "/log." + std::to_string(now_ns())) {
-    const std::string program = program_folder() / "hapticd";
+    const std::string program = program_folder() / name;
     std::vector<char*> argv{const_cast<char*>(program.c_str())};
     for (std::string& word : arguments) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -63,13 +65,13 @@ class HapticdProcess {
     execv(program.c_str(), argv.data());
     _exit(127);
   }
-  ~HapticdProcess() {
+  ~ProgramProcess() {
     if (pid_ > 0) {
       send(SIGTERM);
       exit_code();
     }
   }
-  HapticdProcess(const HapticdProcess&) = delete;
+  ProgramProcess(const ProgramProcess&) = delete;
 
   void send(int signal) const { kill(pid_, signal); }
   pid_t pid() const { return pid_; }
@@ -97,6 +99,11 @@ class HapticdProcess {
  private:
   std::string log_path_;
   pid_t pid_ = -1;
+};
+
+struct HapticdProcess : ProgramProcess {
+  HapticdProcess(std::vector<std::string> arguments, const std::string& folder)
+      : ProgramProcess("hapticd", std::move(arguments), folder) {}
 };
 
 }  // namespace haptic::test

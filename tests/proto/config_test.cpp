@@ -108,6 +108,7 @@ TEST_CASE("quantity: units of one kind agree with their definition in SI") {
       {"2 N·m/rad", Dimension::kRotationalStiffness, 2},
       {"1 Nm/deg", Dimension::kRotationalStiffness, 180 / std::numbers::pi},
       {"2 mN·m·s/rad", Dimension::kRotationalDamping, 0.002},
+      {"250 mA", Dimension::kCurrent, 0.25},
       {"4 GiB", Dimension::kMemory, 4.0 * 1024 * 1024 * 1024},
       {"1e-1 s", Dimension::kTime, 0.1},
   }));
@@ -274,6 +275,15 @@ TEST_CASE("config: each kind of mistake is told with file, line and column") {
       {"empty name", scene_with("\"test\"", "\"\""), "x.toml:2:8: ", "'name' is empty"},
       {"replay without a table", scene_with("simulated-hand", "replay"),
        "x.toml:3:1: ", "[device] has no 'replay'"},
+      {"serial device without a table", scene_with("simulated-hand", "woodenhaptics"),
+       "x.toml:3:1: ", "[device] has no 'serial'; add for example [device.serial] with path"},
+      {"serial device without a node",
+       scene_with("[coupling]", "[device.serial]\nmax_current = \"1 A\"\n[coupling]"),
+       "x.toml:5:1: ", "[device.serial] has no 'path'"},
+      {"more current than the firmware takes",
+       scene_with("[coupling]",
+                  "[device.serial]\npath = \"/dev/x\"\nmax_current = \"6.1 A\"\n[coupling]"),
+       "x.toml:7:15: ", "'max_current' is out of range"},
       {"not TOML", scene_with("= \"test\"", "= test"), "x.toml:2:", "not TOML: "},
       {"a key twice", scene_with("", "name = \"b\"\n"), "x.toml:11:", "not TOML: "},
   }));
@@ -282,6 +292,22 @@ TEST_CASE("config: each kind of mistake is told with file, line and column") {
   CHECK_THAT(error, Catch::StartsWith(bad.place));
   CHECK_THAT(error, Catch::Contains(bad.says));
   CHECK(error.find('\n') == std::string::npos);
+}
+
+TEST_CASE("config: a serial device is read with its units, the examples in configs are sound") {
+  const SessionConfig config = parse_config(
+      scene_with("kind = \"simulated-hand\"\n",
+                 "kind = \"woodenhaptics\"\n[device.serial]\npath = \"/dev/ttyACM7\"\n"
+                 "max_current = \"2500 mA\"\n[device.hand.intent]\ndirection = [0, 3, 4]\n"),
+      "x.toml");
+  CHECK(config.device.kind == DeviceKind::kWoodenHaptics);
+  CHECK(view(config.device.serial.path) == "/dev/ttyACM7");
+  CHECK(config.device.serial.max_current == 2.5);
+  CHECK(config.device.serial.velocity_cutoff == SerialConfig{}.velocity_cutoff);
+  CHECK(config.device.hand.intent.direction_B == Vec3{0, 0.6, 0.8});
+  const SessionConfig example =
+      load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/woodenhaptics.toml");
+  CHECK(example.device.kind == DeviceKind::kWoodenHaptics);
 }
 
 TEST_CASE("config: one object too many is refused at its place") {

@@ -57,6 +57,7 @@ ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set) {
   input.tick = static_cast<uint64_t>(tick);
   input.t_ns = tick * kMs;
   input.device.X_BH.p = p_W;
+  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed;
   input.contacts = set;
   return input;
 }
@@ -313,6 +314,38 @@ TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latc
   set->contacts[0].normal_O.z = 1;
   const ServoFrame after = servo_step(model, state, input_at(3, {0, 0, -1e-3}, set.get()));
   CHECK(after.F_device_B == haptic::Wrench{});
+}
+
+TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, then softly",
+          "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoModel model = plain_model(1000);
+  model.limits.soft_start = 0.1;
+  ServoState state;
+  const uint32_t bad = GENERATE(haptic::kDeviceHeld | haptic::kDeviceHomed | haptic::kDeviceLost,
+                                haptic::kDeviceHeld + 0u);
+  int64_t k = 1;
+  const auto step = [&](uint32_t flags) {
+    ServoInput input = input_at(k++, {0, 0, -1e-3}, set.get());
+    set->seq = input.tick;
+    set->answers_t_ns = input.t_ns;
+    input.device.flags = flags;
+    return servo_step(model, state, input);
+  };
+  const uint32_t good = haptic::kDeviceFresh | haptic::kDeviceHomed;
+  for (int i = 0; i < 200; ++i) step(good);
+  CHECK(step(good).F_device_B.f.z == Approx(1));
+  for (int i = 0; i < 10; ++i) {
+    const ServoFrame f = step(bad);
+    CHECK(f.F_device_B == haptic::Wrench{});
+    CHECK((f.flags & haptic::kServoNoDevice) != 0);
+    CHECK(f.object_impulse_W[0].f.z == step(bad).object_impulse_W[0].f.z);
+  }
+  // one sample that is missing is no loss
+  CHECK(step(good).F_device_B == haptic::Wrench{});
+  CHECK(step(good).F_device_B.f.z == Approx(0.01));
+  for (int i = 0; i < 200; ++i) step(good);
+  CHECK(step(haptic::kDeviceHeld | haptic::kDeviceHomed).F_device_B.f.z == Approx(1));
 }
 
 TEST_CASE("servo: contradictory planes are flagged and stay finite", "[servo]") {

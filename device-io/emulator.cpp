@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// haptic-emulator: a WoodenHaptics that is not there, behind a pseudo-terminal. Its own process,
+// its own clock; a server sees nothing of it but bytes. It writes down the force that it received.
+#include <fcntl.h>
+#include <pty.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "device-io/emulator_firmware.h"
+#include "device-io/emulator_log.h"
+#include "device-io/hand_impedance.h"
+#include "device-io/intent.h"
+#include "proto/process.h"
+#include "proto/quantity.h"
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
+constexpr int kFifoPriority = 70;     // under the servo it tests
+
+struct Options {
+  std::string link, log, hand = "typical", button = "0 s";
+  std::vector<std::string> centre{"0 mm", "0 mm", "0 mm"};
+  std::vector<double> direction;
+  std::string hover = "50 mm", press = "30 mm", angle = "0.7 rad", time = "1.2 s",
+              tremor = "0.1 mm";
+  uint64_t seed = 1;
+  bool realtime = false;
+};
+
+/// Moving mass, damping and friction at the tip: guesses until someone measures (devices.md 4).
+SimulatedHandConfig woodenhaptics_arm() {
+  SimulatedHandConfig arm;
+  arm.mass = 0.15;
+  arm.damping = 0.3;
+  arm.coulomb_friction = 0.2;
+  return arm;
+}
+
+EmulatedDeviceOptions device_options(const Options& options) {
+  EmulatedDeviceOptions device;
+  device.hand = woodenhaptics_arm();
+  const HandImpedance* hand = find_hand(options.hand);
+  if (hand == nullptr) {
+    std::string known;
+    for (const HandImpedance& h : kHandImpedances) known += " " + std::string(h.name);
+    throw std::runtime_error("--hand '" + options.hand + "' is unknown; use one of" + known);
+  }
+  put_into_hand(*hand, device.hand);
+  device.hand.seed = options.seed;
+  IntentConfig& intent = device.hand.intent;
+  for (int i = 0; i < 3; ++i) {
+    const size_t k = static_cast<size_t>(i);
+    intent.centre_B[i] = parse_quantity(options.centre[k], Dimension::kLength);
+    if (!options.direction.empty()) intent.direction_B[i] = options.direction[k];
+  }
+  intent.direction_B = normalized(intent.direction_B);
+  intent.hover_radius = parse_quantity(options.hover, Dimension::kLength);
+  intent.press_radius = parse_quantity(options.press, Dimension::kLength);
+  intent.stroke_angle = parse_quantity(options.angle, Dimension::kAngle);
+  intent.stroke_time = parse_quantity(options.time, Dimension::kTime);
+  intent.tremor_amplitude = parse_quantity(options.tremor, Dimension::kLength);
+  device.button_ns = static_cast<int64_t>(1e9 * parse_quantity(options.button, Dimension::kTime));
+  return device;
+}
+
+/// A hand that means to go where the arm does not reach would test nothing.
+void check_reach(const EmulatedDeviceOptions& device) {
+  const IntentConfig& intent = device.hand.intent;
+  if (!(intent.stroke_time > 0)) {
+    throw std::runtime_error("--stroke-time must be longer than nothing; write \"1.2 s\"");
+  }
+  Vec3 angles;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.02 * i * intent.stroke_time;
+    if (solve_joint_angles(device.geometry, intent_at(intent, device.hand.seed, t).p_B, angles)) {
+      continue;
+    }
+    throw std::runtime_error(
+        "the hand would go where the arm does not reach; move --centre to the origin, or make "
+        "--hover smaller");
+  }
+}
+
+struct Pty {
+  FileDescriptor master, slave;
+  std::string name;
+};
+
+/// The slave end stays open here: a device does not lose its power when a server closes the node.
+Pty open_pty() {
+  int master = -1, slave = -1;
+  termios raw{};
+  cfmakeraw(&raw);
+  if (openpty(&master, &slave, nullptr, &raw, nullptr) != 0) {
+    throw std::runtime_error(std::string("no pseudo-terminal: ") + std::strerror(errno) +
+                             "; mount /dev/pts");
+  }
+  Pty pty{FileDescriptor(master), FileDescriptor(slave), {}};
+  std::array<char, 64> name{};
+  ttyname_r(slave, name.data(), name.size());
+  pty.name = name.data();
+  fcntl(master, F_SETFL, fcntl(master, F_GETFL) | O_NONBLOCK);
+  for (const int fd : {master, slave}) fcntl(fd, F_SETFD, FD_CLOEXEC);
+  return pty;
+}
+
+/// A name that a config can hold, as long as this lives.
+class Link {
+ public:
+  Link(const std::string& path, const std::string& target) : path_(path) {
+    if (path_.empty()) return;
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (fs::is_symlink(path_, error)) fs::remove(path_, error);
+    fs::create_symlink(target, path_, error);
+    if (error) {
+      throw std::runtime_error(path_ + ": cannot be made a link: " + error.message() +
+                               "; give --link another name");
+    }
+  }
+  ~Link() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove(path_, ignored);
+  }
+  Link(const Link&) = delete;
+
+ private:
+  std::string path_;
+};
+
+void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
+  std::array<char, 1024> bytes;
+  DeadlineClock clock(kTurnNs);
+  while (!stop_requested()) {
+    clock.wait();
+    const ssize_t n = read(pty.master.get(), bytes.data(), bytes.size());
+    if (n > 0) device.receive({bytes.data(), static_cast<size_t>(n)});
+    if (device.turn(now_ns())) log.add(device.record());
+    const std::string_view answer = device.answer();
+    // a server that reads nothing loses answers, as with the real device
+    if (!answer.empty() && write(pty.master.get(), answer.data(), answer.size()) < 0) continue;
+  }
+}
+
+int run(const Options& options) {
+  const EmulatedDeviceOptions device_parameters = device_options(options);
+  check_reach(device_parameters);
+  const Pty pty = open_pty();
+  EmulatorLog log(options.log);
+  const Link link(options.link, pty.name);
+  catch_stop_signals();
+  std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
+              options.hand.c_str());
+  std::fflush(stdout);
+  if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
+  EmulatedDevice device(device_parameters, now_ns());
+  serve(device, pty, log);
+  const EmulatorLog::Outcome outcome = log.finish();
+  const EmulatorRecord& last = device.record();
+  std::printf("haptic-emulator: %llu commands, %llu dropped, watchdog %llu times, %llu records\n",
+              static_cast<unsigned long long>(last.commands),
+              static_cast<unsigned long long>(last.rejected),
+              static_cast<unsigned long long>(last.watchdog),
+              static_cast<unsigned long long>(outcome.rows));
+  if (outcome.lost == 0 && outcome.written) return kExitClean;
+  std::fprintf(stderr, "haptic-emulator: %s: %llu records lost; use a faster or emptier disk\n",
+               options.log.c_str(), static_cast<unsigned long long>(outcome.lost));
+  return kExitCrash;
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) {
+  haptic::Options options;
+  CLI::App app("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
+  app.add_option("--link", options.link, "name of the node, for [device.serial] path");
+  app.add_option("--log", options.log, "CSV of what the device received and where it was");
+  app.add_option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
+  app.add_option("--seed", options.seed, "of the strokes: the same seed, the same intention");
+  app.add_option("--centre", options.centre, "of the strokes: three lengths")->expected(3);
+  app.add_option("--direction", options.direction, "all strokes along it: three numbers")
+      ->expected(3);
+  app.add_option("--hover", options.hover, "distance from the centre between strokes");
+  app.add_option("--press", options.press, "distance from the centre the hand means to reach");
+  app.add_option("--stroke-angle", options.angle, "arc of a stroke; 0 deg: press on one spot");
+  app.add_option("--stroke-time", options.time, "reach (1/4), slide or press (1/2), lift (1/4)");
+  app.add_option("--tremor", options.tremor, "amplitude");
+  app.add_option("--button-after", options.button, "calibration button; 0 s: is not needed");
+  app.add_flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return haptic::run(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic-emulator: %s\n", error.what());
+    return haptic::kExitBadInput;
+  }
+}

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/woodenhaptics.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kMaxForce = 5;  // [N], of the design (devices.md 1.2.3)
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer that has not come by then is lost
+constexpr int64_t kAskAgainMostNs = 100 * kMs;  // of a silent device: it will have to read them all
+constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // a line may have been under way
+constexpr int64_t kGreetingNs = 2000 * kMs;
+constexpr int64_t kGreetingRoundNs = 50 * kMs;
+constexpr int kStopAttempts = 4;
+constexpr int64_t kStopWaitNs = 5 * kMs;
+constexpr int kReadsPerTick = 4;
+constexpr size_t kBytesPerRead = 256;
+constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: no arm, but noise
+
+bool is_plausible(const EncoderReply& reply) {
+  return reply.model == kWoodenHapticsModel &&
+         std::all_of(reply.counts.begin(), reply.counts.end(),
+                     [](int32_t n) { return n >= -kMostCounts && n <= kMostCounts; });
+}
+
+/// What the first encoder may say before the calibration button is pressed.
+bool may_be_invented(int32_t count) {
+  return std::abs(count - kSineMiddle) <= kSineAmplitude;
+}
+
+}  // namespace
+
+WoodenHaptics::WoodenHaptics(const DeviceConfig& config, FileDescriptor node)
+    : max_force_(std::min(config.max_force, kMaxForce)),
+      max_current_(config.serial.max_current),
+      velocity_cutoff_(config.serial.velocity_cutoff),
+      node_(std::move(node)) {
+  greet(std::string(view(config.serial.path)));
+}
+
+DeviceCaps WoodenHaptics::caps() const {
+  return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = false};
+}
+
+std::string WoodenHaptics::description() const {
+  return "WoodenHaptics (Teensy, model 3), 3 axes, " +
+         std::string(homed_ ? "homed" : "NOT HOMED: rest the arm at home, press its button");
+}
+
+/// A device that is not there must be known before anything is real time.
+void WoodenHaptics::greet(const std::string& path) {
+  EncoderReply reply;
+  const int64_t give_up_ns = now_ns() + kGreetingNs;
+  while (!gone_ && now_ns() < give_up_ns) {
+    ask({});
+    // an error here is the rest of what an earlier program left behind
+    if (!wait_for_answer(now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
+    if (reply.model != kWoodenHapticsModel) {
+      throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
+                               ", not 3 (WoodenHaptics); set 'path' in [device.serial] to the "
+                               "right node");
+    }
+    if (!is_plausible(reply)) continue;
+    homed_ = !may_be_invented(reply.counts[0]);
+    move_to(homed_ ? MotorCounts{reply.counts[0], reply.counts[1], reply.counts[2]}
+                   : MotorCounts{});
+    last_.V_BH = {};
+    last_.flags = kDeviceHeld | (homed_ ? uint32_t{kDeviceHomed} : 0);
+    return;
+  }
+  throw std::runtime_error(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
+                           "; check that it is a WoodenHaptics with the Teensy firmware, plug it "
+                           "out and in again");
+}
+
+bool WoodenHaptics::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
+  while (!gone_) {
+    if (receive(newest)) return true;
+    const int64_t left_ns = until_ns - now_ns();
+    if (left_ns <= 0) return false;
+    pollfd waiting{node_.get(), POLLIN, 0};
+    poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs));
+  }
+  return false;
+}
+
+/// The newest answer there is; false when none has come. Bounded work.
+bool WoodenHaptics::receive(EncoderReply& newest) {
+  bool any = false;
+  std::array<char, kBytesPerRead> bytes;
+  for (int i = 0; i < kReadsPerTick && !gone_; ++i) {
+    const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) break;
+    // nothing, not even "try again": the node has hung up
+    if (n <= 0) gone_ = true;
+    for (ssize_t k = 0; k < n; ++k) {
+      any |= reader_.push(bytes[static_cast<size_t>(k)], newest);
+    }
+    if (n < static_cast<ssize_t>(bytes.size())) break;
+  }
+  if (any) {
+    awaiting_ = false;
+    patience_ns_ = kAskAgainNs;
+  }
+  return any;
+}
+
+/// Whether this answer says where the arm is now.
+bool WoodenHaptics::accept(const EncoderReply& reply) {
+  if (reply.error != 0 || !is_plausible(reply)) {
+    ++errors_;
+    return false;
+  }
+  answered_ns_ = now_ns_;
+  // a firmware that waits for its button repeats what it was sent
+  if (!homed_) homed_ = !(may_be_invented(reply.counts[0]) && reply.counts[1] == currents_[0]);
+  return homed_;
+}
+
+void WoodenHaptics::move_to(const MotorCounts& counts) {
+  joint_angles_ = joint_angles(geometry_, counts);
+  last_.X_BH.p = tip_position(geometry_, joint_angles_);
+}
+
+bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
+  now_ns_ = tick.now_ns;
+  if (!started_) answered_ns_ = tick.now_ns;
+  started_ = true;
+  EncoderReply reply;
+  const bool fresh = receive(reply) && accept(reply);
+  if (fresh) {
+    const Vec3 before_B = last_.X_BH.p;
+    const double dt = 1e-9 * static_cast<double>(asked_ns_ - last_.t_ns);
+    move_to({reply.counts[0], reply.counts[1], reply.counts[2]});
+    if (moved_ && !lost_ && dt > 0) {
+      const double pole = 1 / (2 * std::numbers::pi * velocity_cutoff_);
+      const Vec3 raw_B = (last_.X_BH.p - before_B) / dt;
+      last_.V_BH.v += dt / (dt + pole) * (raw_B - last_.V_BH.v);
+    } else {
+      last_.V_BH = {};
+    }
+    last_.t_ns = asked_ns_;
+    moved_ = true;
+  }
+  const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
+  // held up here for so long that the firmware has put the motors off: no step back to full force
+  const bool let_go = moved_ && tick.now_ns - asked_ns_ > kLetGoNs;
+  lost_ = silent || gone_ || let_go;
+  last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
+                (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
+  state = last_;
+  return fresh;
+}
+
+/// Shortened as one vector, so that the force keeps its direction.
+Milliamperes WoodenHaptics::currents_for(const Vec3& force_B) {
+  const double size = norm(force_B);
+  saturated_ = !(size <= max_force_);
+  if (!std::isfinite(size)) return {};
+  const Vec3 kept_B = saturated_ ? max_force_ / size * force_B : force_B;
+  Vec3 amperes = motor_currents(geometry_, joint_angles_, kept_B);
+  const double largest =
+      std::max({std::fabs(amperes.x), std::fabs(amperes.y), std::fabs(amperes.z)});
+  if (largest > max_current_) {
+    amperes *= max_current_ / largest;
+    saturated_ = true;
+  }
+  const auto whole = [](double a) { return static_cast<int32_t>(std::lround(1000 * a)); };
+  return {whole(amperes.x), whole(amperes.y), whole(amperes.z)};
+}
+
+void WoodenHaptics::write(const Wrench& F_B) {
+  if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < patience_ns_)) return;
+  patience_ns_ = awaiting_ ? std::min(2 * patience_ns_, kAskAgainMostNs) : kAskAgainNs;
+  Milliamperes currents = currents_for(F_B.f);
+  // zero is then the last of what waits for its return, and of lines that wait the firmware obeys
+  // the last at most
+  if (lost_) currents = {};
+  // a number that no encoder repeats by chance twice; the motors are off, and it is 13 mN at most
+  if (!homed_) currents = {static_cast<int32_t>(1 + ++probe_ % 7), 0, 0};
+  ask(currents);
+}
+
+bool WoodenHaptics::ask(const Milliamperes& currents) {
+  const CommandText command = encode_currents(currents);
+  const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
+  if (n < 0 && errno != EAGAIN && errno != EINTR) gone_ = true;
+  // a line cut short by a full queue is dropped by the firmware, like one that never left
+  awaiting_ = n > 0;
+  asked_ns_ = now_ns_;
+  if (n != static_cast<ssize_t>(command.size)) return false;
+  currents_ = currents;
+  return true;
+}
+
+void WoodenHaptics::stop() {
+  EncoderReply reply;
+  // the firmware drops a line that meets another one: once more until it is confirmed
+  for (int i = 0; i < kStopAttempts && !gone_; ++i) {
+    const int64_t until_ns = haptic::now_ns() + kStopWaitNs;
+    if (awaiting_ && i == 0) wait_for_answer(until_ns, reply);
+    ask({});
+    if (wait_for_answer(until_ns, reply) && reply.error == 0) return;
+  }
+}
+
+ReleasePacket WoodenHaptics::release_packet() const {
+  ReleasePacket packet{.fd = node_.get(), .size = kZeroCommand.size()};
+  kZeroCommand.copy(packet.bytes.data(), kZeroCommand.size());
+  return packet;
+}
+
+}  // namespace haptic

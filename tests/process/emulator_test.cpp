@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a hand receives from a real session over a serial node. Every force is read from the log of
+// the emulated device, a process of its own with its own clock; none from the server's frames.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/process/emulator_process.h"
+#include "tests/process/network.h"
+#include "tests/process/watcher.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/tolerance.h"
+
+namespace haptic {
+namespace {
+
+using test::EmulatorProcess;
+using test::eventually;
+using test::HapticdProcess;
+using test::TemporaryRuntimeFolder;
+using test::tol;
+using test::Watcher;
+
+using Records = std::vector<EmulatorRecord>;
+
+constexpr double kStiffness = 500;  // [N/m]
+constexpr int64_t kMs = 1'000'000;
+// half a milliampere in each of three motors, at the tip, wherever the arm stands in these tests
+constexpr double kCurrentStep = 5e-3;  // [N]
+const WoodenHapticsGeometry kArm;
+
+/// The hand hovers 2 mm over the plane z = 0, means to press 10 mm below it, rests there, lifts.
+std::vector<std::string> pressing(const std::string& hand = "typical") {
+  return {"--hand",
+          hand,
+          "--centre",
+          "0 mm",
+          "0 mm",
+          "-10 mm",
+          "--direction",
+          "0",
+          "0",
+          "1",
+          "--hover",
+          "12 mm",
+          "--press",
+          "0 mm",
+          "--stroke-angle",
+          "0 deg",
+          "--stroke-time",
+          "8 s",
+          "--tremor",
+          "0 mm"};
+}
+
+std::string write_session(const std::string& folder) {
+  const std::string path = folder + "/woody.toml";
+  std::ofstream(path) << R"([session]
+name = "woody"
+realtime = false
+[device]
+kind = "woodenhaptics"
+max_force = "5 N"
+[device.serial]
+path = ")" << folder << R"(/device"
+[coupling]
+stiffness = "500 N/m"
+[safety]
+soft_start = "0.1 s"
+[[object]]
+name = "block"
+primitive = "box"
+extent = ["200 mm", "200 mm", "40 mm"]
+position = ["0 mm", "0 mm", "-20 mm"]
+)";
+  return path;
+}
+
+/// Depth of the tip below the plane, where the encoders saw it [m].
+double depth_at(const MotorCounts& counts) {
+  return std::max(0.0, -tip_position(kArm, joint_angles(kArm, counts)).z);
+}
+
+/// Whether this is the force k · depth, straight up, of the sample that the server had.
+bool is_spring(const EmulatorRecord& r) {
+  const Vec3 expected_B{0, 0, kStiffness * depth_at(r.answered)};
+  return norm(r.force_B - expected_B) <= tol(kCurrentStep);
+}
+
+Records commands(Records records) {
+  std::erase_if(records,
+                [](const EmulatorRecord& r) { return r.event != EmulatorEvent::kCommand; });
+  return records;
+}
+
+/// As many of the last commands are a firm press, each exactly the spring.
+bool is_pressing(const Records& records, size_t n) {
+  const Records all = commands(records);
+  return all.size() >= n && std::all_of(all.end() - static_cast<std::ptrdiff_t>(n), all.end(),
+                                        [](const EmulatorRecord& r) {
+                                          return depth_at(r.answered) > 2e-3 && is_spring(r);
+                                        });
+}
+
+/// Never more than the deepest of the last answers asks for, never more than the device can.
+void check_never_too_much(const Records& records) {
+  const Records all = commands(records);
+  for (size_t k = 0; k < all.size(); ++k) {
+    double deepest = 0;
+    for (size_t j = k >= 5 ? k - 5 : 0; j <= k; ++j) {
+      deepest = std::max(deepest, depth_at(all[j].answered));
+    }
+    CAPTURE(k, all[k].t_ns, all[k].force_B.x, all[k].force_B.y, all[k].force_B.z, deepest);
+    REQUIRE(norm(all[k].force_B) <= kStiffness * deepest + tol(kCurrentStep));
+    REQUIRE(norm(all[k].force_B) <= 5);
+  }
+}
+
+/// Every command is a record: none lost on its way to the file.
+void check_complete(const Records& records) {
+  uint64_t n = 0;
+  for (const EmulatorRecord& r : commands(records)) REQUIRE(r.commands == ++n);
+  for (size_t k = 1; k < records.size(); ++k) REQUIRE(records[k].t_ns >= records[k - 1].t_ns);
+}
+
+/// An emulator, a session on it, and a watcher; the hand presses.
+struct Session {
+  TemporaryRuntimeFolder folder;
+  EmulatorProcess emulator;
+  HapticdProcess hapticd;
+  Watcher watcher;
+
+  explicit Session(const std::string& hand = "typical")
+      : emulator(pressing(hand), folder.path()),
+        hapticd({write_session(folder.path())}, folder.path()),
+        watcher("woody") {}
+
+  bool wait_for_press(size_t n) {
+    return watcher.wait_for_all() && eventually([&] {
+             sleep_until(now_ns() + 20 * kMs);
+             return is_pressing(emulator.records(), n);
+           });
+  }
+};
+
+}  // namespace
+
+TEST_CASE("emulator: the hand receives k times depth, and zero at the end") {
+  if (!test::programs_are_built()) return;
+  Session s;
+  INFO(s.hapticd.log() << s.emulator.log());
+  REQUIRE(s.wait_for_press(300));
+  for (const pid_t pid : {s.hapticd.pid(), s.emulator.pid(), test::writer_of(s.watcher.servo),
+                          test::writer_of(s.watcher.contact), test::writer_of(s.watcher.sim)}) {
+    CHECK_FALSE(test::is_on_a_network(pid));
+  }
+  s.hapticd.send(SIGTERM);
+  CHECK(s.hapticd.exit_code() == 0);
+  s.emulator.send(SIGTERM);
+  CHECK(s.emulator.exit_code() == 0);
+  const Records records = s.emulator.records();
+  check_complete(records);
+  check_never_too_much(records);
+  // the last word of the server is zero, said while the motors were still on
+  const Records all = commands(records);
+  CHECK(all.back().currents == Milliamperes{});
+  CHECK(all.back().force_B == Vec3{});
+  // the spring is in the scene, not only in what the encoders say: two encoder steps beside where
+  // the hand really was when the server was answered
+  constexpr double kSeen = kStiffness * 2 * 64e-6;
+  for (size_t k = 1; k < all.size(); ++k) {
+    if (all[k].force_B.z > 0.5 && is_spring(all[k])) {
+      REQUIRE(std::fabs(all[k].force_B.z + kStiffness * all[k - 1].p_B.z) <= tol(kSeen));
+    }
+  }
+  CHECK(s.emulator.said(std::to_string(all.size()) + " commands"));
+}
+
+TEST_CASE("emulator: each of the held hands is pushed back by k times depth") {
+  if (!test::programs_are_built()) return;
+  const std::string hand = GENERATE("light-grip", "firm", "stiff-arm");
+  CAPTURE(hand);
+  Session s(hand);
+  INFO(s.hapticd.log() << s.emulator.log());
+  REQUIRE(eventually([&] {
+    sleep_until(now_ns() + 20 * kMs);
+    const Records all = commands(s.emulator.records());
+    return all.size() > 200 && std::all_of(all.end() - 200, all.end(), [](const auto& r) {
+             return r.force_B.z > 0.5 && is_spring(r);
+           });
+  }));
+  check_never_too_much(s.emulator.records());
+}
+
+TEST_CASE("emulator: SIGKILL of the device leaves a servo that ticks, says so and holds zero") {
+  if (!test::programs_are_built()) return;
+  Session s;
+  INFO(s.hapticd.log());
+  REQUIRE(s.wait_for_press(50));
+  s.emulator.send(SIGKILL);
+  s.emulator.exit_code();
+  ServoFrame& f = s.watcher.servo_frame;
+  REQUIRE(eventually([&] {
+    s.watcher.servo.latest(f);
+    return (f.device.flags & kDeviceLost) != 0;
+  }));
+  const uint64_t lost_at = f.tick;
+  REQUIRE(eventually([&] { return s.watcher.servo.latest(f) && f.tick > lost_at + 300; }));
+  CHECK((f.device.flags & kDeviceHeld) != 0);
+  CHECK((f.device.flags & kDeviceFresh) == 0);
+  CHECK((f.flags & kServoNoDevice) != 0);
+  CHECK(f.F_device_B == Wrench{});
+  CHECK(s.watcher.servo.generation() == 1);
+  CHECK(eventually([&] { return s.hapticd.said("device lost or not homed"); }));
+  s.hapticd.send(SIGTERM);
+  CHECK(s.hapticd.exit_code() == 0);
+}
+
+TEST_CASE(
+    "emulator: a servo that is stopped is cut off by the firmware after 100 ms, and replaced") {
+  if (!test::programs_are_built()) return;
+  Session s;
+  INFO(s.hapticd.log());
+  REQUIRE(s.wait_for_press(50));
+  const int64_t stopped_ns = now_ns();
+  kill(test::writer_of(s.watcher.servo), SIGSTOP);
+  // a busy machine may have been cut off before
+  const auto cut = [&](const Records& records) {
+    return std::find_if(records.begin(), records.end(), [&](const EmulatorRecord& r) {
+      return r.event == EmulatorEvent::kWatchdog && r.t_ns > stopped_ns;
+    });
+  };
+  // hapticd kills it, the next one greets the device and starts softly
+  REQUIRE(eventually([&] {
+    const Records records = s.emulator.records();
+    const auto at = cut(records);
+    return at != records.end() && is_pressing({at, records.end()}, 50);
+  }));
+  const Records records = s.emulator.records();
+  const auto at = cut(records);
+  REQUIRE(at != records.begin());
+  const auto last = std::find_if(std::make_reverse_iterator(at), records.rend(),
+                                 [](const auto& r) { return r.event == EmulatorEvent::kCommand; });
+  CHECK(at->t_ns - last->t_ns == 100 * kMs);
+  CHECK(at->motors_on == 0);
+  CHECK(at->force_B == Vec3{});
+  const auto back = std::find_if(at, records.end(),
+                                 [](const auto& r) { return r.event == EmulatorEvent::kCommand; });
+  CHECK(back->force_B == Vec3{});
+  check_never_too_much(records);
+}
+
+TEST_CASE("emulator: a device that stops answering feels nothing old when it goes on") {
+  if (!test::programs_are_built()) return;
+  Session s;
+  INFO(s.hapticd.log());
+  REQUIRE(s.wait_for_press(50));
+  s.emulator.send(SIGSTOP);
+  const bool noticed = eventually([&] {
+    s.watcher.servo.latest(s.watcher.servo_frame);
+    return (s.watcher.servo_frame.flags & kServoNoDevice) != 0;
+  });
+  // as long as the firmware's own watchdog takes
+  sleep_until(now_ns() + 200 * kMs);
+  const int64_t resumed_ns = now_ns();
+  s.emulator.send(SIGCONT);
+  REQUIRE(noticed);
+  const auto first_of = [&](const Records& all) {
+    return std::find_if(all.begin(), all.end(),
+                        [&](const EmulatorRecord& r) { return r.t_ns > resumed_ns; });
+  };
+  REQUIRE(eventually([&] {
+    const Records all = commands(s.emulator.records());
+    return is_pressing({first_of(all), all.end()}, 50);
+  }));
+  const Records records = s.emulator.records();
+  const Records all = commands(records);
+  const auto back = first_of(all);
+  CHECK(back->force_B == Vec3{});
+  // soft start: 100 ms to the full force, so at most a hundredth more each millisecond
+  const double full = kStiffness * 10e-3;
+  for (auto r = back; r != all.end() && r->t_ns - back->t_ns < 50 * kMs; ++r) {
+    const double since_ms = static_cast<double>(r->t_ns - back->t_ns) / kMs;
+    REQUIRE(norm(r->force_B) <= full * (since_ms + 2) / 100 + tol(kCurrentStep));
+  }
+  check_never_too_much(records);
+}
+
+TEST_CASE("emulator: wrong words on its command line are one line and change nothing") {
+  if (!test::programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const auto [words, says] = GENERATE(table<std::vector<std::string>, std::string>({
+      {{"--hand", "iron"}, "light-grip"},
+      {{"--hover", "2 m"}, "does not reach"},
+      {{"--hover", "50"}, "needs a unit"},
+      {{"--stroke-time", "0 s"}, "longer than nothing"},
+  }));
+  test::ProgramProcess emulator("haptic-emulator", words, folder.path());
+  CHECK(emulator.exit_code() == 2);
+  CHECK(emulator.said(says));
+  const std::string log = emulator.log();
+  CHECK(std::count(log.begin(), log.end(), '\n') == 1);
+}
+
+}  // namespace haptic
