@@ -67,7 +67,7 @@ std::vector<Round> measure(const JitterOptions& options) {
     if (i % 2 == 1) round.peer = run_cyclictest(options.seconds, options.core);
     round.sleep = measure_witnessed_wakes(wake);
     if (i % 2 == 0) round.peer = run_cyclictest(options.seconds, options.core);
-    wake.spin_ns = kHybridSpin_ns;
+    wake.spin_ns = kHybridSpinNs;
     round.hybrid = measure_wakes(wake);
     rounds.push_back(std::move(round));
     std::cerr << "pair " << i + 1 << " of " << options.pairs << " measured\n";

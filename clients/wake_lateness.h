@@ -34,7 +34,7 @@ struct WakeRun {
 struct WakeOptions {
   double seconds = 15;
   int64_t period = 1'000'000;
-  int64_t spin_ns = 0;  // kHybridSpin_ns: hybrid
+  int64_t spin_ns = 0;  // kHybridSpinNs: hybrid
   int core = 0;
 };
 

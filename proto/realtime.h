@@ -51,7 +51,7 @@ struct Tick {
 uint64_t next_grid_point(int64_t start_ns, int64_t period, uint64_t last, int64_t now_ns) noexcept;
 
 /// How long before a grid point a hybrid clock wakes up and spins [ns].
-inline constexpr int64_t kHybridSpin_ns = 100'000;
+inline constexpr int64_t kHybridSpinNs = 100'000;
 
 /// Absolute grid on CLOCK_MONOTONIC. A grid point that was missed is skipped and counted; two ticks
 /// are never run in a burst to catch up. Grid point 0 is one period after construction.

@@ -22,7 +22,7 @@ int run(const ChildArguments& arguments) {
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   DeadlineClock clock(period_ns(config.servo_rate),
-                      config.servo_wake == Wake::kHybrid ? kHybridSpin_ns : 0);
+                      config.servo_wake == Wake::kHybrid ? kHybridSpinNs : 0);
   while (!child.stopping()) {
     const Tick tick = clock.wait();
     child.beat(tick);

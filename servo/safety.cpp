@@ -28,7 +28,9 @@ bool saturate(Vec3& a, double limit) {
 
 /// Whether the handle went further than it can have in the time between two fresh samples.
 bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& device) {
-  if ((device.flags & kDeviceFresh) == 0) return false;
+  // homing, and a device that comes back, move the pose rightly
+  if ((device.flags & kDeviceLost) != 0) state.any_sample = false;
+  if ((device.flags & kDeviceFresh) == 0 || (device.flags & kDeviceLost) != 0) return false;
   const double since = static_cast<double>(device.t_ns - state.measured_ns) * 1e-9;
   const double way = norm(device.X_BH.p - state.p_B);
   const bool jump = state.any_sample &&

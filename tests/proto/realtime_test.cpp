@@ -101,7 +101,7 @@ TEST_CASE("realtime: a clock that is overslept skips and counts, it never catche
 }
 
 TEST_CASE("realtime: a hybrid clock keeps the same grid, skips and counts, and never runs early") {
-  DeadlineClock clock(2 * kMs, kHybridSpin_ns);
+  DeadlineClock clock(2 * kMs, kHybridSpinNs);
   Tick before = clock.wait();
   const int64_t grid = before.deadline_ns - int64_t(before.index) * clock.period();
   uint64_t ticks = 1;
@@ -121,12 +121,12 @@ TEST_CASE("realtime: a hybrid clock keeps the same grid, skips and counts, and n
 
 TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
   const int64_t period = GENERATE(1 * kMs, kMs / 8);
-  const int64_t spin = std::min(kHybridSpin_ns, period / 2);
+  const int64_t spin = std::min(kHybridSpinNs, period / 2);
   constexpr int kTicks = 50, kAttempts = 40;
   // a late wake-up spins less: where the machine is busy, one quiet stretch is enough
   int64_t most_ns = 0;
   for (int k = 0; k < kAttempts && most_ns <= kTicks * spin / 4; ++k) {
-    DeadlineClock clock(period, kHybridSpin_ns);
+    DeadlineClock clock(period, kHybridSpinNs);
     const int64_t used_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID);
     for (int i = 0; i < kTicks; ++i) clock.wait();
     const int64_t spent_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID) - used_ns;
