@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <latch>
 #include <thread>
 
 namespace haptic {
@@ -15,16 +14,19 @@ namespace {
 constexpr int kServoPriority = 80;
 constexpr size_t kMaxLateWakes = 65'536;
 constexpr int64_t kLeadTime_ns = 5'000'000;  // from ready to the first tick
+constexpr int64_t kLook_ns = 100'000;
 constexpr int64_t kMs = 1'000'000;
 
 /// Both loops begin when both are ready: until it is real time a thread may wait long for a core.
 struct CommonStart {
-  explicit CommonStart(int threads) : ready(threads) {}
-  std::latch ready;
+  explicit CommonStart(int threads) : missing(threads) {}
+  std::atomic<int> missing;
   std::atomic<int64_t> start_ns{0};
 
   int64_t wait() {
-    ready.arrive_and_wait();
+    --missing;
+    // asleep, so that the one of lower priority gets the core they share
+    while (missing > 0) sleep_until(now_ns() + kLook_ns);
     int64_t unset = 0;
     start_ns.compare_exchange_strong(unset, now_ns() + kLeadTime_ns);
     return start_ns;
@@ -34,11 +36,12 @@ struct CommonStart {
 WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, CommonStart& start) {
   WakeRun run;
   run.late_wakes.reserve(kMaxLateWakes);
+  run.rights = enter_realtime({.fifo_priority = priority, .lock_memory = true});
+  // real time first: on a core that others keep busy a pinned normal thread would wait long
   cpu_set_t cores;
   CPU_ZERO(&cores);
   CPU_SET(static_cast<size_t>(options.core), &cores);
   run.pin_errno = pthread_setaffinity_np(pthread_self(), sizeof cores, &cores);
-  run.rights = enter_realtime({.fifo_priority = priority, .lock_memory = true});
 
   const int64_t start_ns = start.wait() + phase_ns;
   DeadlineClock clock(options.period, options.spin_ns);
