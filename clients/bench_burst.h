@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -59,7 +60,11 @@ inline void pause_after(int64_t start_ns) {
 }
 
 inline void check_end(ForkedProcess& process, const char* what) {
-  if (process.wait() != 0) throw std::runtime_error(std::string("bench ring: ") + what + " died");
+  const int status = process.wait();
+  if (status == 0) return;
+  const std::string how = WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : "an exception";
+  throw std::runtime_error(std::string("bench ring: ") + what + " was ended by " + how +
+                           "; try again when less else runs here");
 }
 
 /// What was refused anywhere in the run.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The ring between processes. Short in CI; HAPTIC_TORTURE_SCALE=100 is the run of
-// docs/benchmarks/README.md: 10^9 reads and 2,500 kills a record size.
+// The ring between processes. Short in CI; HAPTIC_TORTURE_SCALE=100 makes it 10^9 reads, 40 makes
+// it 1,000 kills a record size: docs/benchmarks/README.md.
 #include "tests/process/ring_torture.h"
 
 #include <catch2/catch.hpp>
