@@ -20,15 +20,20 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
     return out;
   }
   // the force that was held, with the way it was held over
-  const double way2 = norm_squared(step_B);
   state.energy -= dot(state.held_B, step_B);
   state.energy = std::max(state.energy, -kPassivityDebt);
 
   // what the coming tick will bring if the handle goes on as it did
   const double expected = state.energy - dot(input.force_B, step_B);
-  if (expected >= -kPassivitySlack || way2 < kStill * kStill) return out;
-  const double alpha = std::min((-kPassivitySlack - expected) * dt / way2, input.max_damping);
-  out.force_B = input.force_B - (alpha / dt) * step_B;
+  if (expected >= -kPassivitySlack || input.force_B == Vec3{}) return out;
+  // along the force only, where the energy goes: a smooth wall stays smooth
+  const double force = norm(input.force_B);
+  const Vec3 along_B = input.force_B / force;
+  const double way = dot(step_B, along_B);
+  if (std::fabs(way) < kStill) return out;
+  const double alpha =
+      std::min((-kPassivitySlack - expected) * dt / (way * way), input.max_damping);
+  out.force_B = (force - alpha * way / dt) * along_B;
   out.damped = true;
   return out;
 }
