@@ -104,6 +104,7 @@ class McapWriter {
   bool finish();
   void stop(int error);
   Buffer make_chunk(McapChunkIndex& index) const;
+  void put_statistics(Buffer& out) const;
   Buffer make_end() const;
   uint64_t end_bound() const;
 

@@ -253,6 +253,32 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   return out;
 }
 
+/// How much of what the file holds.
+void McapWriter::put_statistics(Buffer& out) const {
+  uint64_t messages = 0, first = chunks_.empty() ? 0 : chunks_.front().first_ns, last = 0;
+  for (const auto& [channel, n] : counts_) messages += n;
+  for (const McapChunkIndex& c : chunks_) {
+    first = std::min(first, c.first_ns);
+    last = std::max(last, c.last_ns);
+  }
+  put_record(out, kStatistics, [&] {
+    put(out, messages);
+    put(out, static_cast<uint16_t>(schemas_.size()));
+    put(out, static_cast<uint32_t>(channels_.size()));
+    put(out, uint32_t{0});
+    put(out, static_cast<uint32_t>(metadata_.size()));
+    put(out, static_cast<uint32_t>(chunks_.size()));
+    put(out, first);
+    put(out, last);
+    put_sized(out, [&] {
+      for (const auto& [channel, n] : counts_) {
+        put(out, channel);
+        put(out, n);
+      }
+    });
+  });
+}
+
 /// Everything behind the last chunk: end of data, summary, footer.
 McapWriter::Buffer McapWriter::make_end() const {
   Buffer out;
@@ -287,30 +313,7 @@ McapWriter::Buffer McapWriter::make_end() const {
       });
     }
   });
-  put_group(kStatistics, [&] {
-    uint64_t messages = 0, first = chunks_.empty() ? 0 : chunks_.front().first_ns, last = 0;
-    for (const auto& [channel, n] : counts_) messages += n;
-    for (const McapChunkIndex& c : chunks_) {
-      first = std::min(first, c.first_ns);
-      last = std::max(last, c.last_ns);
-    }
-    put_record(out, kStatistics, [&] {
-      put(out, messages);
-      put(out, static_cast<uint16_t>(schemas_.size()));
-      put(out, static_cast<uint32_t>(channels_.size()));
-      put(out, uint32_t{0});
-      put(out, static_cast<uint32_t>(metadata_.size()));
-      put(out, static_cast<uint32_t>(chunks_.size()));
-      put(out, first);
-      put(out, last);
-      put_sized(out, [&] {
-        for (const auto& [channel, n] : counts_) {
-          put(out, channel);
-          put(out, n);
-        }
-      });
-    });
-  });
+  put_group(kStatistics, [&] { put_statistics(out); });
   const uint64_t offsets = offset_ + out.size();
   out.insert(out.end(), groups.begin(), groups.end());
   // the CRC covers the summary and the footer up to the CRC itself

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/process.h"
-#include "proto/environment.h"
 
 #include <poll.h>
 #include <sys/mman.h>
@@ -18,6 +17,8 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+
+#include "proto/environment.h"
 
 namespace haptic {
 namespace {

@@ -10,14 +10,10 @@
 namespace haptic {
 namespace {
 
-bool is_finite(const Twist& V) {
-  return haptic::is_finite(V.v) && haptic::is_finite(V.w);
-}
-
 /// Finite, and the orientation is a rotation.
 bool is_sound(const DeviceState& device) {
   constexpr double kUnit = 1e-3;
-  return haptic::is_finite(device.X_BH) && is_finite(device.V_BH) &&
+  return is_finite(device.X_BH) && is_finite(device.V_BH) &&
          std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
 }
 
@@ -115,7 +111,7 @@ bool begin_frame(const ServoModel& model, ServoState& state, const ServoInput& i
   // a finite but absurd sample may overflow on its way into the scene
   const Pose X_WT = tool_pose(model.map, state.clutch, input.device.X_BH);
   const Twist V_WT = tool_twist(model.map, input.device.X_BH, input.device.V_BH);
-  if (!is_sound(input.device) || !haptic::is_finite(X_WT) || !is_finite(V_WT)) {
+  if (!is_sound(input.device) || !is_finite(X_WT) || !is_finite(V_WT)) {
     frame.X_WT = state.X_WT;
     frame.device.X_BH = {};
     frame.device.V_BH = {};

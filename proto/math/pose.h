@@ -72,6 +72,9 @@ constexpr Wrench operator*(double s, const Wrench& a) {
 constexpr Wrench shift(const Wrench& F, const Vec3& r) {
   return {F.f, F.t + cross(r, F.f)};
 }
+inline bool is_finite(const Twist& V) {
+  return is_finite(V.v) && is_finite(V.w);
+}
 inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }

@@ -549,7 +549,7 @@ TEST_CASE("bake: a machine without enough memory is told so, with the mesh and t
       ::_exit(1);
     } catch (const MeshError& error) {
       ::_exit(std::string(error.what()).find("not enough memory") != std::string::npos ? 0 : 2);
-    } catch (...) {
+    } catch (...) {  // in a forked child: whatever else comes is told by the exit code
       ::_exit(3);
     }
   }

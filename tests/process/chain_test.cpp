@@ -133,6 +133,20 @@ void check_press(const Frames& frames) {
   }
 }
 
+/// A running session whose hand presses steadily, and its frames from then on.
+struct Press {
+  TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd;
+  Watcher watcher;
+  Frames frames;
+
+  Press() : hapticd({write_press_session(folder.path(), 120)}, folder.path()), watcher("press") {
+    REQUIRE(watcher.wait_for_all());
+    REQUIRE(collect_until(watcher, frames, is_pressed));
+    frames.erase(frames.begin(), frames.end() - 1);
+  }
+};
+
 /// A restarted contact takes `pause` seconds longer to start.
 void restart_contact_slowly(const test::Programs& programs, const std::string& pause) {
   // the last word is the generation; exec keeps the pid and the descriptors handed over
@@ -172,13 +186,8 @@ uint64_t kill_contact(Watcher& watcher, Frames& frames) {
 
 TEST_CASE("chain: a recorded hand feels k times depth in the real processes") {
   if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_press_session(folder.path(), 60)}, folder.path());
-  Watcher watcher("press");
-  INFO(hapticd.log());
-  REQUIRE(watcher.wait_for_all());
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, is_pressed));
+  Press press;
+  auto& [folder, hapticd, watcher, frames] = press;
   const ServoFrame& f = frames.back();
   CHECK(f.F_device_B.f.z == Approx(kPressForce).epsilon(1e-9));
   CHECK(f.F_device_B.f.x == 0);
@@ -188,15 +197,11 @@ TEST_CASE("chain: a recorded hand feels k times depth in the real processes") {
 
 TEST_CASE("chain: contact is killed in mid-press, force holds, fades and returns through a ramp") {
   if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  const test::Programs programs(folder.path());
+  const test::TemporaryFolder other;
+  const test::Programs programs(other.path());
   restart_contact_slowly(programs, "0.3");
-  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
-  Watcher watcher("press");
-  REQUIRE(watcher.wait_for_all());
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, is_pressed));
-  frames.erase(frames.begin(), frames.end() - 1);
+  Press press;
+  auto& [folder, hapticd, watcher, frames] = press;
   const uint64_t killed_at = kill_contact(watcher, frames);
   INFO(hapticd.log());
 
@@ -217,13 +222,8 @@ TEST_CASE("chain: contact is killed in mid-press, force holds, fades and returns
 
 TEST_CASE("chain: contact is killed in mid-press and back at once, the hand feels no step") {
   if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
-  Watcher watcher("press");
-  REQUIRE(watcher.wait_for_all());
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, is_pressed));
-  frames.erase(frames.begin(), frames.end() - 1);
+  Press press;
+  auto& [folder, hapticd, watcher, frames] = press;
   kill_contact(watcher, frames);
   INFO(hapticd.log());
 
@@ -235,13 +235,8 @@ TEST_CASE("chain: contact is killed in mid-press and back at once, the hand feel
 
 TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a ramp") {
   if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_press_session(folder.path(), 120)}, folder.path());
-  Watcher watcher("press");
-  REQUIRE(watcher.wait_for_all());
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, is_pressed));
-  frames.erase(frames.begin(), frames.end() - 1);
+  Press press;
+  auto& [folder, hapticd, watcher, frames] = press;
 
   const pid_t contact = test::writer_of(watcher.contact);
   kill(contact, SIGSTOP);
@@ -261,12 +256,8 @@ TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a
 
 TEST_CASE("chain: SIGTERM in mid-press ends with a zero wrench") {
   if (!test::programs_are_built()) return;
-  const TemporaryRuntimeFolder folder;
-  HapticdProcess hapticd({write_press_session(folder.path(), 60)}, folder.path());
-  Watcher watcher("press");
-  REQUIRE(watcher.wait_for_all());
-  Frames frames;
-  REQUIRE(collect_until(watcher, frames, is_pressed));
+  Press press;
+  auto& [folder, hapticd, watcher, frames] = press;
   hapticd.send(SIGTERM);
   CHECK(hapticd.exit_code() == 0);
   collect(watcher, frames);
