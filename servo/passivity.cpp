@@ -25,15 +25,15 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
 
   // what the coming tick will bring if the handle goes on as it did
   const double expected = state.energy - dot(input.force_B, step_B);
-  if (expected >= -kPassivitySlack || input.force_B == Vec3{}) return out;
-  // along the force only, where the energy goes: a smooth wall stays smooth
-  const double force = norm(input.force_B);
-  const Vec3 along_B = input.force_B / force;
+  if (expected >= -kPassivitySlack) return out;
+  // along the force only, where the energy goes: a smooth wall stays smooth; as the handle leaves
+  // the wall, along the force it leaves: there a buzzing wall gives most of its energy away
+  const Vec3 along_B = normalized(input.force_B != Vec3{} ? input.force_B : state.held_B);
   const double way = dot(step_B, along_B);
   if (std::fabs(way) < kStill) return out;
   const double alpha =
       std::min((-kPassivitySlack - expected) * dt / (way * way), input.max_damping);
-  out.force_B = (force - alpha * way / dt) * along_B;
+  out.force_B = input.force_B - alpha * way / dt * along_B;
   out.damped = true;
   return out;
 }

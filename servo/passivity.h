@@ -34,8 +34,8 @@ struct PassivityOutput {
 /// Passivity observer and controller at the port between hand and device, in device units:
 ///   E += −F_held · Δx + b |Δx|²/dt,  Δx the way of the handle over the tick in which F_held was
 ///   held, less that of the surface; b the damping of the device itself;  where E − F·Δx falls
-///   below −slack the damper F_pc = −α v, v = Δx/dt, α = deficit / (dt |v|²) ≤ max_damping, pays it
-///   back.
+///   below −slack the damper F_pc = −α v, v = Δx/dt along F (in the one tick after the last push:
+///   along F_held), α = deficit / (dt v²) ≤ max_damping, pays it back.
 /// Pairing F_k with the step before it, x_k − x_{k−1}, would show the energy that sampling adds
 /// with the wrong sign: a leaking wall would look dissipative. In free space what the hand has put
 /// in is forgotten at once, a debt over half a second: a wall that is hopped on adds its leaks up.
