@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,15 +25,6 @@ struct TickTime {
   int64_t now_ns;       // when it really woke
 };
 
-/// What lets go of a device when the servo cannot: the open node and the bytes that mean no force.
-/// A copy is all hapticd needs (a duplicate of the descriptor, write() of the bytes). Because the
-/// packet may collide with one of the dying servo, it is sent some times, a few milliseconds apart.
-struct ReleasePacket {
-  int fd = -1;  // −1: there is no node to write to (simulated hand, replay)
-  std::array<char, 32> bytes{};
-  uint32_t size = 0;
-};
-
 /// The one virtual interface of the project. Opening is the constructor's work and may throw and
 /// block; after that no call allocates, throws, locks or takes unbounded time.
 class Device {
@@ -57,8 +47,8 @@ class Device {
   /// device to confirm it, 20 ms at most.
   virtual void stop() = 0;
 
-  /// The same from outside of the process; valid as long as the device is.
-  virtual ReleasePacket release_packet() const { return {}; }
+  /// The same from outside of the process, by whoever holds the node open.
+  virtual DeviceRelease release() const { return {}; }
 };
 
 /// Opens the device the config names; where it has a node, `node` is that node already open (by

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/process.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -82,9 +83,9 @@ void WoodenHaptics::greet(const std::string& path) {
     last_.flags = kDeviceHeld | (homed_ ? uint32_t{kDeviceHomed} : 0);
     return;
   }
-  throw std::runtime_error(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
-                           "; check that it is a WoodenHaptics with the Teensy firmware, plug it "
-                           "out and in again");
+  throw DeviceError(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
+                    "; check that it is a WoodenHaptics with the Teensy firmware, plug it "
+                    "out and in again");
 }
 
 bool WoodenHaptics::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
@@ -218,10 +219,10 @@ void WoodenHaptics::stop() {
   }
 }
 
-ReleasePacket WoodenHaptics::release_packet() const {
-  ReleasePacket packet{.fd = node_.get(), .size = kZeroCommand.size()};
-  kZeroCommand.copy(packet.bytes.data(), kZeroCommand.size());
-  return packet;
+DeviceRelease WoodenHaptics::release() const {
+  DeviceRelease release{.size = kZeroCommand.size(), .bytes = {}};
+  kZeroCommand.copy(release.bytes.data(), kZeroCommand.size());
+  return release;
 }
 
 }  // namespace haptic

@@ -41,7 +41,7 @@ class WoodenHaptics final : public Device {
   /// each that is lost, 100 ms at most: the firmware would drop both.
   void write(const Wrench& F_B) override;
   void stop() override;
-  ReleasePacket release_packet() const override;
+  DeviceRelease release() const override;
 
   /// Answers that were no answer, and answers with an error.
   uint64_t rejected() const { return reader_.rejected() + errors_; }

@@ -16,6 +16,7 @@ struct ServoChannels {
   static constexpr const char* kName = "servo0";
   Ring<ServoFrame, 4096> frames;
   Ring<Event, 256> events;
+  Ring<DeviceRelease, 4> releases;
 };
 
 struct ContactChannels {

@@ -78,6 +78,8 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
     return fail(program, error.what(), kExitCrash);
   } catch (const HandoutError& error) {
     return fail(program, error.what(), kExitCrash);
+  } catch (const DeviceError& error) {
+    return fail(program, error.what(), kExitNoDevice);
   } catch (const std::bad_alloc&) {
     return fail(program, "out of memory", kExitCrash);
   } catch (const std::exception& error) {

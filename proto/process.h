@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 #include "proto/config.h"
@@ -36,7 +37,14 @@ namespace haptic {
 /// Exit codes of the children, as hapticd understands them.
 inline constexpr int kExitClean = 0;
 inline constexpr int kExitCrash = 1;     // restart it
-inline constexpr int kExitBadInput = 2;  // config, mesh or device: a restart would not help
+inline constexpr int kExitBadInput = 2;  // config or mesh: a restart would not help
+inline constexpr int kExitNoDevice =
+    3;  // the device is silent: bad input, unless it was there once
+
+/// The device does not answer, or is another one. The text says how to mend it.
+struct DeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, and to
 /// the servo of a device with a node --device-fd D.
@@ -51,8 +59,8 @@ struct ChildArguments {
 ChildArguments parse_child_arguments(int argc, char** argv);
 
 /// Parses the arguments, runs, and turns what is thrown into an exit code and one line on stderr:
-/// std::system_error, SegmentError, HandoutError and bad_alloc are crashes (restart may help), all
-/// other exceptions are bad input.
+/// std::system_error, SegmentError, HandoutError and bad_alloc are crashes (restart may help),
+/// DeviceError is a missing device, all other exceptions are bad input.
 int run_child(int argc, char** argv, int (*run)(const ChildArguments&));
 
 /// SIGTERM, SIGINT and SIGHUP from now on only raise a flag that stop_requested() reads; SIGPIPE is

@@ -134,7 +134,9 @@ template <>
 struct ChannelTable<ServoChannels> {
   static constexpr std::array value{
       describe_ring<decltype(ServoChannels::frames)>("frames", offsetof(ServoChannels, frames)),
-      describe_ring<decltype(ServoChannels::events)>("events", offsetof(ServoChannels, events))};
+      describe_ring<decltype(ServoChannels::events)>("events", offsetof(ServoChannels, events)),
+      describe_ring<decltype(ServoChannels::releases)>("releases",
+                                                       offsetof(ServoChannels, releases))};
 };
 template <>
 struct ChannelTable<ContactChannels> {

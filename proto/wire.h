@@ -181,6 +181,17 @@ struct ControlFrame {
   uint32_t reserved;
 };
 
+/// A servo that has missed so many ticks is taken for dead or hung, and its device is let go.
+inline constexpr int kReleaseAfterTicks = 10;
+
+/// The bytes that, written to a device's node, mean no force: hapticd writes them when the servo
+/// cannot. Because they may collide with a packet of the dying servo, they are sent some times, a
+/// few milliseconds apart.
+struct DeviceRelease {
+  uint64_t size;  // 0: there is no node to write to (simulated hand, replay)
+  std::array<char, 56> bytes;
+};
+
 enum class EventCode : uint32_t {
   kStarted = 1,       // {pid, generation, realtime bits, errno of FIFO, of locked memory}
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
@@ -206,6 +217,7 @@ static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 144);
+static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1368);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10928);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);

@@ -9,6 +9,9 @@ constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServ
                               kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
                               kServoTooFast | kServoThermal | kServoNoDevice;
 
+// hapticd lets go after kReleaseAfterTicks; its clock is not ours
+constexpr uint64_t kMaybeReleasedTicks = kReleaseAfterTicks / 2;
+
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();
   return build_servo_model(config, {caps.max_force, caps.max_torque});
@@ -28,7 +31,13 @@ void ServoInbox::receive(ServoInput& input) noexcept {
 
 ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& inbox,
                      ServoChannels& channels)
-    : device_(device), inbox_(inbox), channels_(channels), model_(build_model(config, device)) {}
+    : device_(device),
+      inbox_(inbox),
+      channels_(channels),
+      model_(build_model(config, device)),
+      has_release_(device.release().size > 0) {
+  if (has_release_) channels_.releases.publish(device.release());
+}
 
 void ServoLoop::tick(const Tick& tick) {
   const int64_t woke_ns = tick.deadline_ns + tick.late_ns;
@@ -38,6 +47,7 @@ void ServoLoop::tick(const Tick& tick) {
   input_.t_ns = tick.deadline_ns;
   input_.realtime_ns = realtime_now_ns() - (now_ns() - tick.deadline_ns);
   input_.wake_late_ns = tick.late_ns;
+  input_.released = has_release_ && tick.skipped - input_.skipped >= kMaybeReleasedTicks;
   input_.skipped = tick.skipped;
 
   frame_ = servo_step(model_, state_, input_);

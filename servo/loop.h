@@ -56,6 +56,7 @@ class ServoLoop {
   ServoState state_;
   ServoInput input_;
   ServoFrame frame_{};
+  const bool has_release_;
   uint32_t notable_ = 0, fault_ = 0;
 };
 

@@ -29,8 +29,9 @@ bool saturate(Vec3& a, double limit) {
 /// Whether the handle went further than it can have in the time between two fresh samples.
 bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& device) {
   // homing, and a device that comes back, move the pose rightly
-  if ((device.flags & kDeviceLost) != 0) state.any_sample = false;
-  if ((device.flags & kDeviceFresh) == 0 || (device.flags & kDeviceLost) != 0) return false;
+  const bool known = (device.flags & kDeviceHomed) != 0 && (device.flags & kDeviceLost) == 0;
+  if (!known) state.any_sample = false;
+  if (!known || (device.flags & kDeviceFresh) == 0) return false;
   const double since = static_cast<double>(device.t_ns - state.measured_ns) * 1e-9;
   const double way = norm(device.X_BH.p - state.p_B);
   const bool jump = state.any_sample &&
@@ -93,13 +94,18 @@ double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
   return limits.continuous_force + left * (limits.max_force - limits.continuous_force);
 }
 
-/// Closed: nothing is held, and what comes after begins softly.
-SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
-  state.gain = 0;
+/// The hand feels nothing at present: what comes begins there.
+void forget_held(SafetyState& state) {
   state.slewing = true;
   state.held_force = 0;
-  state.heat -= dt / kThermalTime * state.heat;
   state.passivity = {};
+}
+
+/// Closed: nothing is held, and what comes after begins softly.
+SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
+  forget_held(state);
+  state.gain = 0;
+  state.heat -= dt / kThermalTime * state.heat;
   return {{}, flags};
 }
 
@@ -128,6 +134,7 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   if (closed != 0) return hold_nothing(state, closed, dt);
 
   SafetyOutput out{input.F_B, 0};
+  if (input.released) forget_held(state);
   if (input.restart) state.gain = 0;
   if (limits.soft_start <= 0) state.gain = 1;
   if (state.gain < 1) {

@@ -45,6 +45,7 @@ struct SafetyInput {
   bool armed = true;            // by the dead-man button or `hapt arm`
   bool force_closed = false;    // clutch held, paused or no free proxy pose: zero, then soft start
   bool restart = false;         // the proxy was placed anew: soft start from the present pose
+  bool released = false;        // somebody may have put the device to zero since the last tick
   bool new_constraint = false;  // a plane pushes that did not push in the tick before
   Vec3 surface_velocity_B;      // of what is touched, in device units [m/s]
   uint64_t fault_clears = 0;    // of the ControlFrame in force
@@ -63,9 +64,9 @@ struct SafetyOutput {
 ///  2. closed (not armed, clutch, pause, no free pose, faster than the velocity limit and not yet
 ///     slower than 0.1 m/s again): zero wrench, then soft start.
 ///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force.
-///  4. slew: a force that re-engages or belongs to a new constraint rises by at most slew·dt a tick
-///     until it has caught up; an existing wall is never slowed, neither up nor down, because that
-///     would feed energy in.
+///  4. slew: a force that re-engages (also after a release from outside) or belongs to a new
+///     constraint rises by at most slew·dt a tick until it has caught up; an existing wall is never
+///     slowed, neither up nor down, because that would feed energy in.
 ///  5. saturation, direction kept.
 ///  6. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,
 ///     the limit goes from max_force to continuous_force.

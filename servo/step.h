@@ -49,6 +49,7 @@ struct ServoInput {
   int64_t realtime_ns = 0;
   int64_t wake_late_ns = 0;
   uint64_t skipped = 0;
+  bool released = false;  // the servo was held up so long that the device was let go
   DeviceState device{};
   const ContactSet* contacts = nullptr;
   uint64_t contact_generation = 0;  // of the segment the set came from

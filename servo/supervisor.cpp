@@ -104,6 +104,7 @@ Supervisor::Supervisor(const SessionConfig& config, const std::string& session, 
       contact_events_(attachments_.ring<&ContactChannels::events>(Start::kOldest)),
       servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)),
       servo_frames_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)) {
+  if (config.device.kind == DeviceKind::kWoodenHaptics) guard_.emplace(config, attachments_);
   for (const Process& process : processes_) {
     const std::string path = folder_ + "/" + process.program;
     if (access(path.c_str(), X_OK) != 0) {
@@ -122,6 +123,7 @@ int Supervisor::run() {
   publish_control(now_ns());
   server_.announce(SegmentId::kControl, 1, ControlChannels::kName, control_.fd());
   attachments_.start();
+  if (guard_) guard_->start();
   // the servo last: a hand must not get inside an object while its mesh is still being read
   Process& servo = processes_.back();
   for (Process& process : processes_) {
@@ -147,6 +149,7 @@ int Supervisor::run() {
       write_events();
       // where hapticd itself was held up, so was everybody: the next look judges
       if (t_ns - next_look_ns < kLateNs) watch_pulses(t_ns);
+      watch_device(t_ns);
       tell_waiting(t_ns);
       next_look_ns = t_ns + kLookPeriodNs;
     }
@@ -270,16 +273,21 @@ void Supervisor::start(Process& process) {
   process.output.emplace(process.program);
   const FileDescriptor socket = server_.connect_child(process.id, process.generation);
   const std::string path = folder_ + "/" + process.program;
-  std::array<std::string, 7> words{path,
-                                   "--config-fd",
-                                   std::to_string(config_file_.get()),
-                                   "--control-fd",
-                                   std::to_string(socket.get()),
-                                   "--generation",
-                                   std::to_string(process.generation)};
-  std::array<char*, 8> argv{};
-  for (size_t i = 0; i < words.size(); ++i) argv[i] = words[i].data();
-  const std::array kept{config_file_.get(), socket.get()};
+  std::vector<std::string> words{path,
+                                 "--config-fd",
+                                 std::to_string(config_file_.get()),
+                                 "--control-fd",
+                                 std::to_string(socket.get()),
+                                 "--generation",
+                                 std::to_string(process.generation)};
+  std::vector<int> kept{config_file_.get(), socket.get()};
+  if (drives(process)) {
+    words.insert(words.end(), {"--device-fd", std::to_string(guard_->node())});
+    kept.push_back(guard_->node());
+  }
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
 
   const pid_t pid = fork();
   if (pid == 0) become(path.c_str(), argv.data(), kept, process.output->child_end().get());
@@ -289,21 +297,25 @@ void Supervisor::start(Process& process) {
   process.pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   process.started_ns = now_ns();
   process.pulse = Pulse::kFine;
+  if (drives(process)) guard_->watch(process.pidfd.get(), process.generation);
 }
 
 /// Whether starting it again cannot help; says why.
 bool Supervisor::is_hopeless(Process& process, int status) {
-  if (WIFEXITED(status) &&
-      (WEXITSTATUS(status) == kExitBadInput || WEXITSTATUS(status) == kExitNoProgram)) {
+  const SegmentHeader* header = header_of(process);
+  const bool ran = header != nullptr && header->generation.load() == process.generation &&
+                   header->state.load() != static_cast<uint32_t>(SegmentState::kInit);
+  process.ever_ran |= ran;
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+  // a device that was there is waited for, as long as it takes
+  if (code == kExitNoDevice && process.ever_ran) return false;
+  if (code == kExitBadInput || code == kExitNoDevice || code == kExitNoProgram) {
     log_.write(LogLevel::kError, process.name,
                std::string(process.program) +
                    " cannot run with this input, for the reason above; the session ends");
     exit_code_ = kExitBadInput;
     return true;
   }
-  const SegmentHeader* header = header_of(process);
-  const bool ran = header != nullptr && header->generation.load() == process.generation &&
-                   header->state.load() != static_cast<uint32_t>(SegmentState::kInit);
   process.deaths_unborn = ran ? 0 : process.deaths_unborn + 1;
   if (process.deaths_unborn < kMostDeathsUnborn) return false;
   log_.write(LogLevel::kError, process.name,
@@ -327,16 +339,37 @@ void Supervisor::reap(Process& process) {
   const int64_t t_ns = now_ns();
   if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
   const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
-  process.restart_at_ns = t_ns + delay_ns;
-  log_.write(LogLevel::kWarning, process.name,
-             std::string(process.program) + " " + how_it_ended(status) + "; starting it again in " +
-                 std::to_string(delay_ns / kMs) + " ms");
+  // without its device a servo has nothing to do
+  const bool must_wait = drives(process) && guard_->node() < 0;
+  process.restart_at_ns = must_wait ? std::numeric_limits<int64_t>::max() : t_ns + delay_ns;
+  log_.write(
+      LogLevel::kWarning, process.name,
+      std::string(process.program) + " " + how_it_ended(status) + "; starting it again " +
+          (must_wait ? "when the device is back" : "in " + std::to_string(delay_ns / kMs) + " ms"));
 }
 
 void Supervisor::restart_due(int64_t t_ns) {
   for (Process& process : processes_) {
     if (!stopping_ && process.pid < 0 && t_ns >= process.restart_at_ns) start(process);
   }
+}
+
+/// A device that went is waited for; one that comes back gets a servo that greets it anew.
+void Supervisor::watch_device(int64_t t_ns) {
+  if (!guard_) return;
+  Process& servo = processes_.back();
+  const DeviceGuard::Change change = guard_->look(t_ns);
+  if (change == DeviceGuard::Change::kGone) {
+    log_.write(LogLevel::kWarning, servo.name,
+               guard_->path() + ": the device is gone; plug it in again, the session waits");
+  } else if (change == DeviceGuard::Change::kBack) {
+    log_.write(LogLevel::kInfo, servo.name, guard_->path() + ": the device is back");
+    servo.restart_at_ns = t_ns;
+    if (servo.pid >= 0) kill(servo.pid, SIGTERM);
+  }
+  if (guard_->releases() == told_releases_) return;
+  told_releases_ = guard_->releases();
+  log_.write(LogLevel::kWarning, servo.name, "does not answer: hapticd has let go of the device");
 }
 
 void Supervisor::publish_control(int64_t t_ns) {

@@ -15,6 +15,7 @@
 #include "proto/handout.h"
 #include "proto/segment.h"
 #include "servo/child_output.h"
+#include "servo/device_guard.h"
 #include "servo/hapticd_log.h"
 
 namespace haptic {
@@ -58,6 +59,7 @@ class Supervisor {
     uint64_t generation = 0;
     int deaths_in_a_row = 0;
     int deaths_unborn = 0;  // in a row, before its loop ran
+    bool ever_ran = false;
     int64_t started_ns = 0;
     int64_t restart_at_ns = 0;  // while it is not running
     Pulse pulse = Pulse::kFine;
@@ -70,6 +72,10 @@ class Supervisor {
     int64_t give_up_ns;
   };
 
+  /// Whether it holds the device's node, and hapticd with it.
+  bool drives(const Process& process) const {
+    return guard_.has_value() && process.id == SegmentId::kServo0;
+  }
   void start(Process& process);
   void reap(Process& process);
   void restart_due(int64_t t_ns);
@@ -82,6 +88,7 @@ class Supervisor {
   void answer_commands(int64_t t_ns);
   std::string status() noexcept;
   void publish_control(int64_t t_ns);
+  void watch_device(int64_t t_ns);
   void watch_pulses(int64_t t_ns);
   void watch_pulse(Process& process, int64_t t_ns);
   void write_events();
@@ -106,6 +113,8 @@ class Supervisor {
   RingSource<&ServoChannels::events> servo_events_;
   RingSource<&ServoChannels::frames> servo_frames_;
   ServoFrame servo_frame_{};  // the newest
+  std::optional<DeviceGuard> guard_;
+  uint64_t told_releases_ = 0;
   std::array<uint64_t, 3> lost_events_{};
   std::vector<Unanswered> unanswered_;
   int64_t told_waiting_ns_ = 0;

@@ -348,11 +348,12 @@ TEST_CASE("woodenhaptics driver: stop sends zero until it is confirmed, and take
 TEST_CASE("woodenhaptics driver: another process lets go of the device with a copy of two things",
           "[device-io]") {
   Bench b;
-  const ReleasePacket packet = b.device->release_packet();
-  const FileDescriptor copy(dup(packet.fd));
+  const DeviceRelease release = b.device->release();
+  const FileDescriptor copy(open(b.line.name().c_str(), O_RDWR | O_NOCTTY));
   b.line.hear(0);
   b.device.reset();
-  REQUIRE(write(copy.get(), packet.bytes.data(), packet.size) == packet.size);
+  const auto size = static_cast<ssize_t>(release.size);
+  REQUIRE(write(copy.get(), release.bytes.data(), release.size) == size);
   CHECK(b.line.hear() == kZeroCommand);
 }
 

@@ -126,6 +126,26 @@ void check_never_too_much(const Records& records) {
   }
 }
 
+/// 100 ms to the full force, so at most a hundredth more each millisecond.
+void check_soft_start(Records::const_iterator begin, Records::const_iterator end) {
+  const double full = kStiffness * 10e-3;
+  for (auto r = begin; r != end && r->t_ns - begin->t_ns < 50 * kMs; ++r) {
+    const double since_ms = static_cast<double>(r->t_ns - begin->t_ns) / kMs;
+    REQUIRE(norm(r->force_B) <= full * (since_ms + 2) / 100 + tol(kCurrentStep));
+  }
+}
+
+/// How long the emulator itself was held up in the tenth of a second after this: it writes a record
+/// every 10 ms at least, and so does everything else stand still [ns].
+int64_t held_up_ns(const Records& records, int64_t t_ns) {
+  int64_t longest = 0;
+  for (size_t k = 1; k < records.size(); ++k) {
+    if (records[k].t_ns < t_ns || records[k - 1].t_ns > t_ns + 100 * kMs) continue;
+    longest = std::max(longest, records[k].t_ns - records[k - 1].t_ns - 10 * kMs);
+  }
+  return std::max<int64_t>(longest, 0);
+}
+
 /// Every command is a record: none lost on its way to the file.
 void check_complete(const Records& records) {
   uint64_t n = 0;
@@ -202,7 +222,7 @@ TEST_CASE("emulator: each of the held hands is pushed back by k times depth") {
   check_never_too_much(s.emulator.records());
 }
 
-TEST_CASE("emulator: SIGKILL of the device leaves a servo that ticks, says so and holds zero") {
+TEST_CASE("emulator: SIGKILL of the device is waited for, and its return begins softly") {
   if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
@@ -221,42 +241,77 @@ TEST_CASE("emulator: SIGKILL of the device leaves a servo that ticks, says so an
   CHECK((f.flags & kServoNoDevice) != 0);
   CHECK(f.F_device_B == Wrench{});
   CHECK(s.watcher.servo.generation() == 1);
-  CHECK(eventually([&] { return s.hapticd.said("device lost or not homed"); }));
+  CHECK(eventually([&] { return s.hapticd.said("the device is gone"); }));
+
+  // a servo that dies meanwhile is not started in vain
+  kill(test::writer_of(s.watcher.servo), SIGKILL);
+  CHECK(eventually([&] { return s.hapticd.said("starting it again when the device is back"); }));
+  const EmulatorProcess again(pressing(), s.folder.path());
+  REQUIRE(eventually([&] {
+    sleep_until(now_ns() + 20 * kMs);
+    return is_pressing(again.records(), 50);
+  }));
+  CHECK(s.hapticd.said("the device is back"));
+  const Records all = commands(again.records());
+  CHECK(all.front().force_B == Vec3{});
+  check_never_too_much(again.records());
+  check_soft_start(all.begin(), all.end());
   s.hapticd.send(SIGTERM);
   CHECK(s.hapticd.exit_code() == 0);
 }
 
-TEST_CASE(
-    "emulator: a servo that is stopped is cut off by the firmware after 100 ms, and replaced") {
+TEST_CASE("emulator: a node that is not there ends the start with one line") {
+  if (!test::programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({write_session(folder.path())}, folder.path());
+  CHECK(hapticd.exit_code() == 2);
+  CHECK(hapticd.said("plug the device in and switch it on, or correct 'path'"));
+}
+
+TEST_CASE("emulator: a device that is silent from the start ends it with one line") {
+  if (!test::programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const EmulatorProcess emulator(pressing(), folder.path());
+  emulator.send(SIGSTOP);
+  HapticdProcess hapticd({write_session(folder.path())}, folder.path());
+  const int code = hapticd.exit_code();
+  emulator.send(SIGCONT);
+  CHECK(code == 2);
+  CHECK(hapticd.said("no answer within 2 s"));
+}
+
+TEST_CASE("emulator: a servo that is stopped is let go by hapticd within 20 ms, and replaced") {
   if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
   REQUIRE(s.wait_for_press(50));
+  const int signal = GENERATE(SIGSTOP, SIGKILL);
+  CAPTURE(signal);
+  const pid_t servo = test::writer_of(s.watcher.servo);
   const int64_t stopped_ns = now_ns();
-  kill(test::writer_of(s.watcher.servo), SIGSTOP);
-  // a busy machine may have been cut off before
-  const auto cut = [&](const Records& records) {
-    return std::find_if(records.begin(), records.end(), [&](const EmulatorRecord& r) {
-      return r.event == EmulatorEvent::kWatchdog && r.t_ns > stopped_ns;
-    });
+  kill(servo, signal);
+  // hapticd replaces it, the next one greets the device and starts softly
+  const auto after = [&](const Records& records) {
+    return std::find_if(records.begin(), records.end(),
+                        [&](const EmulatorRecord& r) { return r.t_ns > stopped_ns; });
   };
-  // hapticd kills it, the next one greets the device and starts softly
   REQUIRE(eventually([&] {
-    const Records records = s.emulator.records();
-    const auto at = cut(records);
-    return at != records.end() && is_pressing({at, records.end()}, 50);
+    const Records all = commands(s.emulator.records());
+    return s.watcher.servo.latest(s.watcher.servo_frame) && s.watcher.servo.generation() == 2 &&
+           is_pressing({after(all), all.end()}, 50);
   }));
   const Records records = s.emulator.records();
-  const auto at = cut(records);
-  REQUIRE(at != records.begin());
-  const auto last = std::find_if(std::make_reverse_iterator(at), records.rend(),
-                                 [](const auto& r) { return r.event == EmulatorEvent::kCommand; });
-  CHECK(at->t_ns - last->t_ns == 100 * kMs);
-  CHECK(at->motors_on == 0);
-  CHECK(at->force_B == Vec3{});
-  const auto back = std::find_if(at, records.end(),
-                                 [](const auto& r) { return r.event == EmulatorEvent::kCommand; });
-  CHECK(back->force_B == Vec3{});
+  const Records all = commands(records);
+  const auto zero = std::find_if(
+      after(all), all.end(), [](const EmulatorRecord& r) { return r.currents == Milliamperes{}; });
+  REQUIRE(zero != all.end());
+  CHECK(zero->t_ns - stopped_ns < 20 * kMs + held_up_ns(records, stopped_ns));
+  CHECK(eventually([&] { return s.hapticd.said("hapticd has let go of the device"); }));
+  // the zero lasts until the new servo, and that one begins softly
+  const auto pushes =
+      std::find_if(zero, all.end(), [](const auto& r) { return r.currents != Milliamperes{}; });
+  if (signal == SIGSTOP) CHECK(pushes->t_ns - zero->t_ns > 30 * kMs);
+  check_soft_start(pushes, all.end());
   check_never_too_much(records);
 }
 
@@ -287,12 +342,7 @@ TEST_CASE("emulator: a device that stops answering feels nothing old when it goe
   const Records all = commands(records);
   const auto back = first_of(all);
   CHECK(back->force_B == Vec3{});
-  // soft start: 100 ms to the full force, so at most a hundredth more each millisecond
-  const double full = kStiffness * 10e-3;
-  for (auto r = back; r != all.end() && r->t_ns - back->t_ns < 50 * kMs; ++r) {
-    const double since_ms = static_cast<double>(r->t_ns - back->t_ns) / kMs;
-    REQUIRE(norm(r->force_B) <= full * (since_ms + 2) / 100 + tol(kCurrentStep));
-  }
+  check_soft_start(back, all.end());
   check_never_too_much(records);
 }
 

@@ -159,23 +159,25 @@ TEST_CASE("session: who is neither the server's user nor root may watch but not 
   const TemporaryRuntimeFolder folder;
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
   HapticdProcess hapticd({write_config(folder.path()), "--session", "mine"}, folder.path());
-  Watcher watcher("mine");
-  REQUIRE(watcher.wait_for_all());
+  // before this process has threads
   const pid_t other = fork();
   if (other == 0) {
     constexpr uid_t kNobody = 65534;
     if (setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(3);
     try {
-      if (say_to_session("mine", "pause").find("error: only user 0 and root") != 0) _exit(1);
       Watcher watching("mine");
-      _exit(watching.wait_for_all() ? 0 : 2);
+      if (!watching.wait_for_all()) _exit(2);
+      _exit(say_to_session("mine", "pause").find("error: only user 0 and root") == 0 ? 0 : 1);
     } catch (const std::exception&) {
       _exit(4);
     }
   }
   int status = 0;
   waitpid(other, &status, 0);
+  CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 0);
+  Watcher watcher("mine");
+  REQUIRE(watcher.wait_for_all());
   CHECK((watcher.servo_frame.flags & kServoPaused) == 0);
 }
 

@@ -185,7 +185,7 @@ SafetyInput sample(const Vec3& p_B, double t_s) {
   SafetyInput input = asking({{1, 0, 0}, {}});
   input.device.X_BH.p = p_B;
   input.device.t_ns = 1'000'000'000 + static_cast<int64_t>(t_s * 1e9);
-  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceOpenLoop;
+  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
   return input;
 }
 
@@ -207,8 +207,18 @@ TEST_CASE("safety: a pose that jumps is a fault, over the time that was measured
   }
   SECTION("a sample that is held says nothing") {
     SafetyInput held = sample({1, 0, 0}, 0.001);
-    held.device.flags = haptic::kDeviceHeld | haptic::kDeviceOpenLoop;
+    held.device.flags = haptic::kDeviceHeld | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
     CHECK(make_safe(kLimits, state, held, kDt).F_B.f.x == 1);
+  }
+  SECTION("homing, and a device that comes back, move the pose rightly") {
+    const uint32_t unknown = GENERATE(haptic::kDeviceFresh | haptic::kDeviceOpenLoop,
+                                      haptic::kDeviceFresh | haptic::kDeviceHomed |
+                                          haptic::kDeviceLost | haptic::kDeviceOpenLoop);
+    SafetyInput moved = sample({0.5, 0, 0}, 0.001);
+    moved.device.flags = unknown;
+    make_safe(kLimits, state, moved, kDt);
+    make_safe(kLimits, state, sample({1, 0, 0}, 0.002), kDt);
+    CHECK(state.fault == haptic::Fault::kNone);
   }
   SECTION("a hand at the limit, with encoder steps and jitter, is no jump") {
     for (int k = 1; k < 1000; ++k) {
@@ -249,6 +259,18 @@ TEST_CASE("safety: not armed is zero, arming starts softly", "[servo]") {
   input.armed = true;
   CHECK(make_safe(limits, state, input, kDt).F_B.f.x == 0);
   CHECK(make_safe(limits, state, input, kDt).F_B.f.x == Approx(0.01));
+}
+
+TEST_CASE("safety: after a release from outside the force rises from zero", "[servo]") {
+  SafetyState state = warm();
+  const Wrench F{{4, 0, 0}, {}};
+  CHECK(make_safe(kLimits, state, asking(F), kDt).F_B == F);
+  SafetyInput input = asking(F);
+  input.released = true;
+  const SafetyOutput first = make_safe(kLimits, state, input, kDt);
+  CHECK(first.F_B.f.x == Approx(kLimits.slew * kDt));
+  CHECK((first.flags & haptic::kServoSlewing) != 0);
+  CHECK(make_safe(kLimits, state, asking(F), kDt).F_B == F);
 }
 
 TEST_CASE("safety: slew limits what appears, never a wall that is there", "[servo]") {
