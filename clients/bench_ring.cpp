@@ -174,6 +174,12 @@ void watch_frames(const SegmentView<ServoChannels>& view, Audience audience, Bur
   }
 }
 
+void spin_until(int64_t t_ns) {
+  while (now_ns() < t_ns) {
+  }
+}
+
+constexpr int64_t kStepNs = 2'000;  // a short step of the servo, between its wake-up and publish
 constexpr uint64_t kWarmUp = 100;  // publishes of a new process that are not counted
 
 /// Publishes servo frames with a period and times each call.
@@ -198,8 +204,9 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
       frame.tick = n;
       // as the servo does at 1 kHz; a sleep is too coarse for the short period
       if (period >= 1'000'000) sleep_until(deadline_ns);
-      while (now_ns() < deadline_ns) {
-      }
+      spin_until(deadline_ns);
+      segment.channels().frames.prefetch();
+      spin_until(now_ns() + kStepNs);
       const int64_t begin_ns = now_ns();
       segment.channels().frames.publish(frame);
       const int64_t end_ns = now_ns();

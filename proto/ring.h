@@ -40,6 +40,14 @@ class Ring {
   using Item = T;
   static constexpr uint64_t kCapacity = kSlots;
 
+  /// Writer only, a few microseconds before publish: asks for the cache lines of the next slot. At
+  /// 1 kHz they have long been evicted, and waiting for them is most of what publishing costs.
+  void prefetch() const noexcept {
+    const Slot& slot = slots_[count_.load(std::memory_order_relaxed) % kSlots];
+    const auto* bytes = reinterpret_cast<const std::byte*>(&slot);
+    for (size_t i = 0; i < sizeof(Slot); i += 64) __builtin_prefetch(bytes + i, 1);
+  }
+
   /// Writer only. One copy, no branch on any reader.
   void publish(const T& value) noexcept {
     const uint64_t n = count_.load(std::memory_order_relaxed);

@@ -41,6 +41,7 @@ ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& in
 
 void ServoLoop::tick(const Tick& tick) {
   const int64_t woke_ns = tick.deadline_ns + tick.late_ns;
+  channels_.frames.prefetch();
   device_.read({tick.deadline_ns, woke_ns}, input_.device);
   inbox_.receive(input_);
   input_.tick = tick.index;

@@ -135,17 +135,6 @@ void check_soft_start(Records::const_iterator begin, Records::const_iterator end
   }
 }
 
-/// How long the emulator itself was held up in the tenth of a second after this: it writes a record
-/// every 10 ms at least, and so does everything else stand still [ns].
-int64_t held_up_ns(const Records& records, int64_t t_ns) {
-  int64_t longest = 0;
-  for (size_t k = 1; k < records.size(); ++k) {
-    if (records[k].t_ns < t_ns || records[k - 1].t_ns > t_ns + 100 * kMs) continue;
-    longest = std::max(longest, records[k].t_ns - records[k - 1].t_ns - 10 * kMs);
-  }
-  return std::max<int64_t>(longest, 0);
-}
-
 /// Every command is a record: none lost on its way to the file.
 void check_complete(const Records& records) {
   uint64_t n = 0;
@@ -280,7 +269,7 @@ TEST_CASE("emulator: a device that is silent from the start ends it with one lin
   CHECK(hapticd.said("no answer within 2 s"));
 }
 
-TEST_CASE("emulator: a servo that is stopped is let go by hapticd within 20 ms, and replaced") {
+TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and replaces it") {
   if (!test::programs_are_built()) return;
   Session s;
   INFO(s.hapticd.log());
@@ -305,7 +294,10 @@ TEST_CASE("emulator: a servo that is stopped is let go by hapticd within 20 ms, 
   const auto zero = std::find_if(
       after(all), all.end(), [](const EmulatorRecord& r) { return r.currents == Milliamperes{}; });
   REQUIRE(zero != all.end());
-  CHECK(zero->t_ns - stopped_ns < 20 * kMs + held_up_ns(records, stopped_ns));
+  // not the firmware did it; how fast, the fault tests judge beside a witness
+  CHECK(std::none_of(records.begin(), records.end(), [&](const EmulatorRecord& r) {
+    return r.event == EmulatorEvent::kWatchdog && r.t_ns > stopped_ns && r.t_ns <= zero->t_ns;
+  }));
   CHECK(eventually([&] { return s.hapticd.said("hapticd has let go of the device"); }));
   // the zero lasts until the new servo, and that one begins softly
   const auto pushes =
