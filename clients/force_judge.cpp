@@ -14,9 +14,10 @@ constexpr double kCurrentStep = 5e-3;     // [N]
 constexpr size_t kAnswers = 6;            // of which the server may have used any: one is under way
 constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
 constexpr int64_t kStillNs = 15 * kMs;    // contacts may grow old in it without any fault
-constexpr int64_t kRecordNs = 11 * kMs;   // the emulator is never silent for longer by itself
-constexpr size_t kInARow = 10;            // commands
-constexpr double kPressing = 2e-3;        // [m]
+constexpr int64_t kLateReadNs = 50 * kMs;  // before a zero: the device may have been asleep
+constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
+constexpr size_t kInARow = 10;             // commands
+constexpr double kPressing = 2e-3;         // [m]
 const WoodenHapticsGeometry kArm;
 
 Vec3 answered_position(const EmulatorRecord& r) {
@@ -102,26 +103,35 @@ void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
   }
 }
 
+/// A machine that stood still lets contacts grow old, and they come back by a ramp.
+bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
+  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs;
+}
+
 void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
                      const JudgedFault& fault, Findings& found) {
-  found.verdict.judged = fault.excused_ns <= kStillNs;
-  if (!found.verdict.judged) return;
   for (const Command& c : all) {
     const bool meanwhile =
         c.t_ns >= fault.begin_ns && (fault.over_ns == 0 || c.t_ns < fault.over_ns);
     if (!meanwhile || c.is_spring) continue;
-    found.add(ForceBreach::kChanged, c.t_ns, c.force, rules.stiffness * c.depth);
+    if (is_excused(rules, fault, c)) {
+      ++found.verdict.excused;
+    } else {
+      found.add(ForceBreach::kChanged, c.t_ns, c.force, rules.stiffness * c.depth);
+    }
   }
 }
 
 /// Full for the longest hold, then down to nothing, as long as contact is away.
 void judge_fade(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                 Findings& found) {
-  const int64_t gone_ns =
-      fault.begin_ns + rules.hold_ns + rules.fade_ns + kUnderWayNs + fault.excused_ns;
+  const int64_t gone_ns = fault.begin_ns + rules.hold_ns + rules.fade_ns + kUnderWayNs;
   for (const Command& c : all) {
     if (c.t_ns < fault.begin_ns || c.t_ns >= fault.over_ns) continue;
-    const double left = static_cast<double>(gone_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
+    const int64_t excused_ns = held_up(fault.stalls, fault.begin_ns, c.t_ns);
+    const double left =
+        static_cast<double>(gone_ns + excused_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
     const double share = std::clamp(left, 0.0, 1.0);
     const double allowed = share * (rules.stiffness * c.deepest + c.damper) + kCurrentStep;
     if (!(c.force <= allowed)) found.add(ForceBreach::kLateFade, c.t_ns, c.force, allowed);
@@ -132,10 +142,12 @@ void judge_fade(const ForceRules& rules, std::span<const Command> all, const Jud
 void judge_soft_start(const ForceRules& rules, std::span<const Command> all, size_t zero,
                       const JudgedFault& fault, Findings& found) {
   while (zero + 1 < all.size() && is_zero(all[zero + 1])) ++zero;
-  const int64_t begin_ns = all[zero].t_ns - kUnderWayNs - fault.excused_ns;
+  const int64_t begin_ns = all[zero].t_ns - kUnderWayNs;
   for (size_t i = zero + 1; i < all.size(); ++i) {
     const Command& c = all[i];
-    const double gain = 1e-9 * static_cast<double>(c.t_ns - begin_ns) / rules.soft_start;
+    // a device that was held up has read the zero late
+    const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
+    const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
     if (gain >= 1) return;
     const double allowed = gain * rules.stiffness * c.deepest + c.damper + kCurrentStep;
     if (!(c.force <= allowed)) found.add(ForceBreach::kHardStart, c.t_ns, c.force, allowed);
@@ -151,7 +163,9 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
   const auto first = std::find_if(after, all.end(), is_zero);
-  const int64_t limit_ns = from_ns + rules.zero_ns + fault.excused_ns;
+  const int64_t stated_ns = from_ns + rules.zero_ns;
+  const int64_t limit_ns =
+      first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);
   const bool late = first == all.end() || (away ? first != after : first->t_ns > limit_ns);
   if (late) {
     const double force = after == all.end() ? 0 : after->force;
@@ -199,6 +213,8 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
   judge_complete(records, found);
   judge_always(rules, all, found);
   switch (fault.effect) {
+    case Effect::kLimits:
+      break;
     case Effect::kNothing:
       judge_unchanged(rules, all, fault, found);
       break;
@@ -229,14 +245,37 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
   return std::nullopt;
 }
 
-int64_t emulator_held_up(std::span<const EmulatorRecord> records, int64_t from_ns, int64_t to_ns) {
-  int64_t held_up_ns = 0;
-  for (size_t i = 1; i < records.size(); ++i) {
-    const int64_t begin_ns = std::max(records[i - 1].t_ns, from_ns);
-    const int64_t end_ns = std::min(records[i].t_ns, to_ns);
-    held_up_ns += std::max<int64_t>(0, end_ns - begin_ns - kRecordNs);
+int64_t held_up(std::span<const Stall> stalls, int64_t from_ns, int64_t to_ns) {
+  int64_t sum_ns = 0;
+  for (const Stall& s : stalls) {
+    sum_ns += std::max<int64_t>(0, std::min(s.end_ns, to_ns) - std::max(s.begin_ns, from_ns));
   }
-  return held_up_ns;
+  return sum_ns;
+}
+
+std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records) {
+  std::vector<Stall> out;
+  for (size_t i = 1; i < records.size(); ++i) {
+    const Stall stall{records[i - 1].t_ns + kRecordNs, records[i].t_ns};
+    if (stall.end_ns > stall.begin_ns) out.push_back(stall);
+  }
+  return out;
+}
+
+std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b) {
+  std::vector<Stall> all(a.begin(), a.end());
+  all.insert(all.end(), b.begin(), b.end());
+  std::sort(all.begin(), all.end(),
+            [](const Stall& x, const Stall& y) { return x.begin_ns < y.begin_ns; });
+  std::vector<Stall> out;
+  for (const Stall& stall : all) {
+    if (!out.empty() && stall.begin_ns <= out.back().end_ns) {
+      out.back().end_ns = std::max(out.back().end_ns, stall.end_ns);
+    } else {
+      out.push_back(stall);
+    }
+  }
+  return out;
 }
 
 }  // namespace haptic

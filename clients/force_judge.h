@@ -26,8 +26,17 @@ struct ForceRules {
   int64_t fade_ns = 50'000'000;   // stated: and fade over this
 };
 
+/// A time during which nobody on this machine could run [ns].
+struct Stall {
+  int64_t begin_ns, end_ns;
+};
+
+/// How long the machine stood still between two instants [ns]; the stalls do not overlap.
+int64_t held_up(std::span<const Stall> stalls, int64_t from_ns, int64_t to_ns);
+
 /// What a fault may do to the force.
 enum class Effect {
+  kLimits,   // only what always holds: within limits, never more than the wall, no fast rise
   kNothing,  // the hand feels the spring as before, command by command
   kFade,     // contacts grow old: hold, then fade, then zero until it is over; back by a ramp
   kZero,     // zero at once and until it is over, then soft start
@@ -37,9 +46,9 @@ enum class Effect {
 /// A fault that was put into a session. Times are CLOCK_MONOTONIC, as in the emulator's log.
 struct JudgedFault {
   Effect effect = Effect::kNothing;
-  int64_t begin_ns = 0;  // just before it was done
-  int64_t over_ns = 0;   // when its cause was gone; 0: not known, as with a servo that is replaced
-  int64_t excused_ns = 0;  // how long the machine held everybody up meanwhile
+  int64_t begin_ns = 0;            // just before it was done
+  int64_t over_ns = 0;             // when its cause was gone; 0: not known, as with a dead servo
+  std::vector<Stall> stalls = {};  // what a witness measured; stated times are longer by as much
 };
 
 enum class ForceBreach {
@@ -68,7 +77,7 @@ struct ForceViolation {
 struct ForceVerdict {
   std::vector<ForceViolation> violations;  // one of a kind at most
   std::optional<int64_t> zero_after_ns;    // from the begin to the first zero; nothing: never zero
-  bool judged = true;  // kNothing alone: false where the machine stood still for too long
+  size_t excused = 0;  // kNothing: commands not judged, because the machine had stood still
 };
 
 /// Depth of the tip below the wall that the server knew of when it sent a command [m].
@@ -89,8 +98,11 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
 std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const EmulatorRecord> records,
                                    int64_t from_ns);
 
-/// How long the emulator itself stood still between two instants [ns]: it writes a record every 10
-/// ms at least, and what is longer is its own delay.
-int64_t emulator_held_up(std::span<const EmulatorRecord> records, int64_t from_ns, int64_t to_ns);
+/// Where the emulator itself stood still: it writes a record every 10 ms at least, and what is
+/// longer is its own delay.
+std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records);
+
+/// Both witnesses: stalls in order of time, none overlapping.
+std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b);
 
 }  // namespace haptic

@@ -53,7 +53,7 @@ Records account(const std::function<double(double)>& share, double depth = kDept
 
 JudgedFault fault(Effect effect, double begin_ms, double over_ms) {
   const auto at = [](double ms) { return kStart + static_cast<int64_t>(ms * kMs); };
-  return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, 0};
+  return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, {}};
 }
 
 bool breaks(const ForceVerdict& verdict, ForceBreach breach) {
@@ -83,7 +83,6 @@ TEST_CASE("judge: a wall that goes on breaks nothing") {
   const ForceVerdict verdict =
       judge_force(kRules, account(full), fault(Effect::kNothing, 100, 600));
   CHECK(verdict.violations.empty());
-  CHECK(verdict.judged);
   CHECK_FALSE(verdict.zero_after_ns);
 }
 
@@ -142,10 +141,13 @@ TEST_CASE("judge: a change where nothing may change is caught, unless the machin
   JudgedFault f = fault(Effect::kNothing, 100, 600);
   REQUIRE(judge_force(kRules, records, f).violations.size() == 1);
   CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
-  f.excused_ns = 20 * kMs;
+  f.stalls = {{kStart + 200 * kMs, kStart + 220 * kMs}};
   const ForceVerdict excused = judge_force(kRules, records, f);
   CHECK(excused.violations.empty());
-  CHECK_FALSE(excused.judged);
+  CHECK(excused.excused == 1);
+  // one that was long before, or comes after, excuses nothing
+  f.stalls = {{kStart - 200 * kMs, kStart}, {kStart + 301 * kMs, kStart + 400 * kMs}};
+  CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
 }
 
 TEST_CASE("judge: a stale wall is caught, and what the machine was late by is allowed") {
@@ -158,7 +160,7 @@ TEST_CASE("judge: a stale wall is caught, and what the machine was late by is al
   JudgedFault f = fault(Effect::kFade, 100, 500);
   CHECK(judge_force(kRules, late(0), f).violations.empty());
   CHECK(breaks(judge_force(kRules, late(20), f), ForceBreach::kLateFade));
-  f.excused_ns = 20 * kMs;
+  f.stalls = {{kStart + 130 * kMs, kStart + 150 * kMs}};
   CHECK(judge_force(kRules, late(20), f).violations.empty());
   // a wall that stays for good is none of the machine's doing
   CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateFade));
@@ -169,7 +171,7 @@ TEST_CASE("judge: a zero that comes after 20 ms, or never, is caught") {
   JudgedFault f = fault(Effect::kZero, 100, 500);
   CHECK(breaks(judge_force(kRules, late, f), ForceBreach::kLateZero));
   CHECK(judge_force(kRules, late, f).zero_after_ns == 25 * kMs);
-  f.excused_ns = 10 * kMs;
+  f.stalls = {{kStart + 110 * kMs, kStart + 120 * kMs}};
   CHECK(judge_force(kRules, late, f).violations.empty());
   CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateZero));
 }
@@ -225,8 +227,15 @@ TEST_CASE("judge: the hand is whole again with the first of ten commands that ar
 TEST_CASE("judge: a standstill of the emulator is what is longer than its own period") {
   Records records = account(full);
   records.erase(records.begin() + 301, records.begin() + 350);  // 50 ms from 300 to 350
-  CHECK(emulator_held_up(records, kStart, kStart + 999 * kMs) == 39 * kMs);
-  CHECK(emulator_held_up(records, kStart + 330 * kMs, kStart + 999 * kMs) == 9 * kMs);
+  const std::vector<Stall> stalls = emulator_stalls(records);
+  REQUIRE(stalls.size() == 1);
+  CHECK(held_up(stalls, kStart, kStart + 999 * kMs) == 39 * kMs);
+  CHECK(held_up(stalls, kStart + 330 * kMs, kStart + 999 * kMs) == 20 * kMs);
+  CHECK(held_up(stalls, kStart, kStart + 300 * kMs) == 0);
+  // two witnesses of one stall are one stall
+  const std::vector<Stall> other{{kStart, kStart + 2 * kMs},
+                                 {kStart + 340 * kMs, kStart + 360 * kMs}};
+  CHECK(held_up(merge_stalls(stalls, other), kStart, kStart + 999 * kMs) == 51 * kMs);
 }
 
 TEST_CASE("judge: the emulator's log is read row by row as it was written") {
