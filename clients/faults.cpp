@@ -263,7 +263,7 @@ FaultInjector::Done FaultInjector::fell_servo(int signal) {
                            kPatienceNs)) {
     done.problems.push_back("the servo did not come back");
   }
-  done.whole_from_ns = session_.servo().first_ns;
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
   return done;
 }
 
@@ -285,7 +285,7 @@ FaultInjector::Done FaultInjector::kill_hapticd() {
   if (!session_.wait_until([&] { return session_.servo().generation > 0; }, kPatienceNs)) {
     done.problems.push_back("the servo did not come back");
   }
-  done.whole_from_ns = session_.servo().first_ns;
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
   return done;
 }
 
@@ -376,7 +376,7 @@ FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words)
 void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
   const bool silence = info.effect == Effect::kSilence;
   const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
-  const JudgedFault fault{info.effect, done.begin_ns, done.over_ns,
+  const JudgedFault fault{info.effect, done.begin_ns, done.over_ns, done.soft_ns,
                           session_.stalls(since_ns, !silence)};
   const ForceVerdict verdict = judge_force(
       TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);

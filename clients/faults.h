@@ -80,6 +80,7 @@ class FaultInjector {
   struct Done {
     int64_t begin_ns = 0;
     int64_t over_ns = 0;
+    int64_t soft_ns = 0;           // first tick of a new servo
     int64_t whole_from_ns = 0;     // commands from here on count for wholeness
     int64_t recovery_from_ns = 0;  // and this is where the time begins
     bool recovers = true;          // false: the force never left, there is nothing to time

@@ -142,7 +142,8 @@ void judge_fade(const ForceRules& rules, std::span<const Command> all, const Jud
 void judge_soft_start(const ForceRules& rules, std::span<const Command> all, size_t zero,
                       const JudgedFault& fault, Findings& found) {
   while (zero + 1 < all.size() && is_zero(all[zero + 1])) ++zero;
-  const int64_t begin_ns = all[zero].t_ns - kUnderWayNs;
+  // it runs from a servo's first tick on, whether or not there are contacts to render
+  const int64_t begin_ns = (fault.soft_ns != 0 ? fault.soft_ns : all[zero].t_ns) - kUnderWayNs;
   for (size_t i = zero + 1; i < all.size(); ++i) {
     const Command& c = all[i];
     // a device that was held up has read the zero late

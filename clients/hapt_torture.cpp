@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -143,16 +144,29 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   }
 }
 
+/// One line a fault, in the folder that --keep keeps.
+void write_down(std::ofstream& file, const FaultOutcome& o) {
+  const auto ms = [](const std::optional<int64_t>& ns) {
+    return ns ? std::to_string(1e-6 * static_cast<double>(*ns)) : std::string();
+  };
+  file << o.begin_ns << ',' << info_of(o.kind).name << ',' << ms(o.zero_after_ns) << ','
+       << ms(o.recovery_ns) << ',' << o.excused << ',' << o.violations.size() << std::endl;
+}
+
 /// Fault after fault until the time is over.
 void torture(const TortureCommand& options, TortureSession& session, Result& result) {
   FaultInjector injector(session, options.seed);
   Deck deck(options.seed);
+  std::ofstream log(session.folder() + "/faults.csv");
+  log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
   const int64_t begin_ns = now_ns();
   while (result.minutes < options.minutes && result.broken.empty()) {
     result.interrupted = stop_requested();
     if (result.interrupted) break;
     try {
-      take_in(injector.inject(deck.draw(injector)), result);
+      const FaultOutcome outcome = injector.inject(deck.draw(injector));
+      take_in(outcome, result);
+      write_down(log, outcome);
     } catch (const std::runtime_error& error) {
       result.broken = error.what();
     }

@@ -12,9 +12,8 @@ enum class EmulatorFault : int {
   kHealthy = 3,
 };
 
-/// Half a turn of the first body, a quarter of the other two: from the middle of the workspace to
-/// the other side of the foot, arm stretched. That is 0.67 m, the farthest two places lie apart
-/// that this arm can be in.
-inline constexpr MotorCounts kJumpCounts{16000, -6000, 0};
+/// Half a turn of the first body, and the other two level: from the middle of the workspace to the
+/// other side of the foot, arm stretched. That is 0.67 m, the farthest that this arm can be away.
+inline constexpr MotorCounts kJumpCounts{16000, -4600, -3540};
 
 }  // namespace haptic

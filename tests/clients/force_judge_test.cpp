@@ -53,7 +53,7 @@ Records account(const std::function<double(double)>& share, double depth = kDept
 
 JudgedFault fault(Effect effect, double begin_ms, double over_ms) {
   const auto at = [](double ms) { return kStart + static_cast<int64_t>(ms * kMs); };
-  return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, {}};
+  return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, 0, {}};
 }
 
 bool breaks(const ForceVerdict& verdict, ForceBreach breach) {
