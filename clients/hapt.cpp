@@ -50,6 +50,7 @@ int main(int argc, char** argv) try {
   haptic::add_eval_command(app);
   haptic::add_bench_command(app);
   haptic::add_selftest_command(app);
+  haptic::add_torture_command(app);
   haptic::add_control_commands(app);
   const int code = run(app, argc, argv);
   // a script must not take half a table for a whole one

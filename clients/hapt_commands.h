@@ -19,5 +19,6 @@ void add_record_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_selftest_command(CLI::App& app);
 void add_top_command(CLI::App& app);
+void add_torture_command(CLI::App& app);
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/session_process.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -21,8 +22,10 @@ constexpr int64_t kPollPeriod = 5'000'000;
 
 }  // namespace
 
-SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
-  const std::string path = program_folder() + "/hapticd";
+SessionProcess::SessionProcess(const std::string& program,
+                               const std::vector<std::string>& arguments,
+                               const std::string& output) {
+  const std::string path = program_folder() + "/" + program;
   if (access(path.c_str(), X_OK) != 0) {
     throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
                              "); build it, or set HAPTICD_LIBEXEC to its folder");
@@ -41,6 +44,11 @@ SessionProcess::SessionProcess(const std::vector<std::string>& arguments) {
   // a session started for us must not outlive us, however we end
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
+  if (!output.empty()) {
+    const int said = open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    dup2(said, STDOUT_FILENO);
+    dup2(said, STDERR_FILENO);
+  }
   execv(path.c_str(), argv.data());
   _exit(127);
 }
@@ -58,12 +66,21 @@ std::optional<int> SessionProcess::exit_code() {
 }
 
 int SessionProcess::stop() {
-  if (!exit_code()) kill(pid_, SIGTERM);
+  send(SIGTERM);
   for (const int64_t start = now_ns(); !exit_code();) {
-    if (now_ns() - start > kStopPatience) kill(pid_, SIGKILL);
+    if (now_ns() - start > kStopPatience) ::kill(pid_, SIGKILL);
     sleep_until(now_ns() + kPollPeriod);
   }
   return *code_;
+}
+
+void SessionProcess::send(int signal) {
+  if (!exit_code()) ::kill(pid_, signal);
+}
+
+void SessionProcess::kill() {
+  send(SIGKILL);
+  while (!exit_code()) sleep_until(now_ns() + kPollPeriod / 5);
 }
 
 }  // namespace haptic

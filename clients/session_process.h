@@ -9,13 +9,20 @@
 
 namespace haptic {
 
-/// hapticd as a child of this program: started, awaited, stopped with SIGTERM.
+/// hapticd, or another of our programs, as a child of this one: started, awaited, stopped with
+/// SIGTERM.
 class SessionProcess {
  public:
-  /// Starts the hapticd that lies beside this program (or in $HAPTICD_LIBEXEC) with these
-  /// arguments; its messages go to our stderr. It stops when we end, however that happens. To be
-  /// called by a thread that lives as long as the process. Throws std::runtime_error.
-  explicit SessionProcess(const std::vector<std::string>& arguments);
+  /// Starts the program of that name that lies beside this one (or in $HAPTICD_LIBEXEC); what it
+  /// says is appended to a file, an empty name: goes where ours goes. It stops when we end, however
+  /// that happens. To be called by a thread that lives as long as the process. Throws
+  /// std::runtime_error.
+  SessionProcess(const std::string& program, const std::vector<std::string>& arguments,
+                 const std::string& output = "");
+
+  /// The same for hapticd.
+  explicit SessionProcess(const std::vector<std::string>& arguments)
+      : SessionProcess("hapticd", arguments) {}
 
   /// Stops it where that has not been done.
   ~SessionProcess();
@@ -27,6 +34,11 @@ class SessionProcess {
 
   /// SIGTERM, then waits; SIGKILL after five seconds. Returns the exit code.
   int stop();
+
+  /// A signal to it, where it has not ended.
+  void send(int signal);
+  /// SIGKILL, and waits for the end.
+  void kill();
 
   pid_t pid() const { return pid_; }
 

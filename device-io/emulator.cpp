@@ -12,16 +12,19 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "device-io/emulator_firmware.h"
 #include "device-io/emulator_log.h"
+#include "device-io/fault_order.h"
 #include "device-io/hand_impedance.h"
 #include "device-io/intent.h"
 #include "proto/process.h"
 #include "proto/quantity.h"
+#include "proto/queued_order.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -141,11 +144,24 @@ class Link {
   std::string path_;
 };
 
+/// What a test has told the device to do meanwhile.
+void obey_orders(EmulatedDevice& device) {
+  switch (static_cast<EmulatorFault>(take_order())) {
+    case EmulatorFault::kJumpOnce:
+      return device.disturb(kJumpCounts, 1);
+    case EmulatorFault::kJump:
+      return device.disturb(kJumpCounts, std::numeric_limits<uint64_t>::max());
+    case EmulatorFault::kHealthy:
+      return device.disturb({}, 0);
+  }
+}
+
 void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
   std::array<char, 1024> bytes;
   DeadlineClock clock(kTurnNs);
   while (!stop_requested()) {
     clock.wait();
+    obey_orders(device);
     const ssize_t n = read(pty.master.get(), bytes.data(), bytes.size());
     if (n > 0) device.receive({bytes.data(), static_cast<size_t>(n)});
     if (device.turn(now_ns())) log.add(device.record());
@@ -162,6 +178,7 @@ int run(const Options& options) {
   EmulatorLog log(options.log);
   const Link link(options.link, pty.name);
   catch_stop_signals();
+  catch_orders();
   std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
               options.hand.c_str());
   std::fflush(stdout);

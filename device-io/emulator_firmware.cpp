@@ -33,6 +33,11 @@ void EmulatedDevice::receive(std::span<const char> bytes) {
   queued_ += n;
 }
 
+void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
+  off_by_ = off_by;
+  disturbed_answers_ = answers;
+}
+
 /// Counts of the encoders now; the arm keeps its angles where the plant leaves its reach.
 MotorCounts EmulatedDevice::encoders() {
   solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
@@ -130,6 +135,10 @@ bool EmulatedDevice::obey(int error) {
   // the record shows what the server knew when it sent this line, so before the new answer
   note(t_ns_, EmulatorEvent::kCommand);
   std::copy(record_.counts.begin(), record_.counts.end(), counts_.begin());
+  if (disturbed_answers_ > 0) {
+    --disturbed_answers_;
+    for (size_t i = 0; i < off_by_.size(); ++i) counts_[i] += off_by_[i];
+  }
   if (!calibrated_) {
     const double phase = 0.0002 * static_cast<double>(questions_++);
     counts_[0] = kSineMiddle + static_cast<int32_t>(kSineAmplitude * std::sin(phase));

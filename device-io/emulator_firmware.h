@@ -62,6 +62,10 @@ class EmulatedDevice {
   /// where there is a record; answer() holds what it says, if anything.
   bool turn(int64_t t_ns);
 
+  /// For faults: from the next good line on, that many answers are off by these counts, as with an
+  /// encoder that slips. What the record calls answered is what was said.
+  void disturb(const MotorCounts& off_by, uint64_t answers);
+
   std::string_view answer() const { return {answer_.data(), answer_size_}; }
   const EmulatorRecord& record() const { return record_; }
   const HandPlant& plant() const { return plant_; }
@@ -84,6 +88,8 @@ class EmulatedDevice {
   int64_t last_record_ns_;
   Vec3 joint_angles_;
   std::array<int32_t, 6> counts_{};  // of the last good line
+  MotorCounts off_by_{};
+  uint64_t disturbed_answers_ = 0;  // still to come
   bool calibrated_;
   uint64_t questions_ = 0;  // while not calibrated
   std::array<char, 4096> queue_{};

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -105,6 +106,15 @@ bool stop_requested() noexcept {
 }
 void request_stop() noexcept {
   stop_flag.store(true, std::memory_order_relaxed);
+}
+
+bool is_running(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  // the name before it may hold anything, brackets too
+  const size_t bracket = text.rfind(')');
+  return bracket != std::string::npos && text.size() > bracket + 2 && text[bracket + 2] != 'Z';
 }
 
 void die_with_parent(int control_fd) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -72,6 +74,9 @@ void request_stop() noexcept;
 
 /// Folder of the programs: $HAPTICD_LIBEXEC, else where this one itself lies.
 std::string program_folder();
+
+/// Whether a process of that number exists and has not ended; one that waits to be reaped has.
+bool is_running(pid_t pid);
 
 /// SIGTERM when the parent dies, and at once when it is dead already, which the hung-up socket pair
 /// shows (a pid could not: it may be reused).

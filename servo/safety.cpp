@@ -43,11 +43,11 @@ bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& d
 }
 
 Fault find_fault(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
+  state.jumped = input.device_finite && jumped(limits, state, input.device);
   if (!input.device_finite) return Fault::kDeviceNotFinite;
-  const bool jump = jumped(limits, state, input.device);
   if (!input.contacts_finite) return Fault::kContactsNotFinite;
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
-  if (jump) return Fault::kPoseJump;
+  if (state.jumped) return Fault::kPoseJump;
   // not by its norm: that of a huge but finite vector is infinite
   const Vec3& f = input.F_B.f;
   const double largest = std::max({std::fabs(f.x), std::fabs(f.y), std::fabs(f.z)});

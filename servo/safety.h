@@ -34,6 +34,7 @@ struct SafetyState {
   Vec3 p_B;                   // last fresh sample [m]
   int64_t measured_ns = 0;    // and when it was true
   bool any_sample = false;
+  bool jumped = false;  // this tick's sample is further than the hand can have moved
   PassivityState passivity;
 };
 

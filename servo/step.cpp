@@ -217,6 +217,11 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   frame.F_device_B = safe.F_B;
   frame.flags |= safe.flags;
   frame.fault = static_cast<uint32_t>(state.safety.fault);
+  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
+  if (state.safety.jumped) {
+    frame.X_WT = state.X_WT;
+    frame.V_WT = {};
+  }
   // a closed force pushes nothing
   const bool felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
   if (felt) add_impulses(proxy, force_W, X_WO, model.dt, state);

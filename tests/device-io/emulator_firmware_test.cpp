@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "device-io/fault_order.h"
 #include "device-io/hand_impedance.h"
 #include "tests/support/near.h"
 
@@ -64,6 +65,28 @@ TEST_CASE("emulator: the motors are off 100 ms after the last good line, and it 
   CHECK(device.record().motors_on == 0);
   tell(device, "[4,5,6]\n", 302 * kMs);
   CHECK(device.record().currents == Milliamperes{4, 5, 6});
+}
+
+TEST_CASE("emulator: a disturbed answer is off by what was asked for, as often, and is recorded",
+          "[device-io]") {
+  EmulatedDevice device(still_hand(), 0);
+  tell(device, "[0,0,0]\n", 1 * kMs);
+  tell(device, "[0,0,0]\n", 2 * kMs);
+  const MotorCounts honest = device.record().answered;
+  device.disturb(kJumpCounts, 1);
+  const std::string said = tell(device, "[0,0,0]\n", 3 * kMs);
+  CHECK(said.find("[3," + std::to_string(honest[0] + kJumpCounts[0]) + "," +
+                  std::to_string(honest[1] + kJumpCounts[1]) + ",") == 0);
+  tell(device, "[0,0,0]\n", 4 * kMs);
+  const MotorCounts lied = device.record().answered;
+  tell(device, "[0,0,0]\n", 5 * kMs);
+  CHECK(device.record().answered == honest);
+  // the farthest that this arm can be from where it is
+  const WoodenHapticsGeometry arm;
+  const Vec3 way =
+      tip_position(arm, joint_angles(arm, lied)) - tip_position(arm, joint_angles(arm, honest));
+  CHECK(norm(way) == Approx(0.67).margin(0.001));
+  CHECK(norm(device.plant().p_B) < 1e-3);
 }
 
 TEST_CASE("emulator: the watchdog keeps its instant when the emulator itself is held up",

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "device-io/emulator_firmware.h"
+#include "device-io/emulator_log_reader.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {
@@ -25,15 +24,8 @@ class EmulatorProcess : public ProgramProcess {
 
   /// All records in the log by now, in order.
   std::vector<EmulatorRecord> records() const {
-    std::ostringstream text;
-    text << std::ifstream(csv_).rdbuf();
-    std::string all = text.str();
-    all.resize(all.rfind('\n') == std::string::npos ? 0 : all.rfind('\n') + 1);
-    std::istringstream lines(all);
-    std::string line;
-    std::getline(lines, line);
     std::vector<EmulatorRecord> out;
-    while (std::getline(lines, line)) out.push_back(parse(line));
+    EmulatorLogReader(csv_).read(out);
     return out;
   }
 
@@ -44,21 +36,6 @@ class EmulatorProcess : public ProgramProcess {
       arguments.push_back(word[0] == '/' ? folder + word : word);
     }
     return arguments;
-  }
-  static EmulatorRecord parse(std::string line) {
-    for (char& c : line) c = c == ',' ? ' ' : c;
-    std::istringstream cells(line);
-    EmulatorRecord r{};
-    uint32_t event = 0;
-    cells >> r.t_ns >> event >> r.motors_on >> r.commands >> r.rejected >> r.watchdog;
-    for (int32_t& current : r.currents) cells >> current;
-    for (int i = 0; i < 3; ++i) cells >> r.force_B[i];
-    for (int i = 0; i < 3; ++i) cells >> r.p_B[i];
-    for (int32_t& count : r.counts) cells >> count;
-    for (int32_t& count : r.answered) cells >> count;
-    r.event = static_cast<EmulatorEvent>(event);
-    if (!cells) throw std::runtime_error("not a row of the emulator's log: " + line);
-    return r;
   }
 
   std::string link_, csv_;

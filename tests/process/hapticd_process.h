@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/process.h"
 #include "proto/realtime.h"
 
 namespace haptic::test {
@@ -39,11 +40,7 @@ inline std::filesystem::path program_folder() {
 
 /// Whether a process of that number exists and has not ended.
 inline bool is_alive(uint64_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const size_t bracket = text.rfind(')');
-  return bracket != std::string::npos && text.size() > bracket + 2 && text[bracket + 2] != 'Z';
+  return is_running(static_cast<pid_t>(pid));
 }
 
 /// A running program with what it says in a file. Told to stop with its owner.

@@ -316,6 +316,23 @@ TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latc
   CHECK(after.F_device_B == haptic::Wrench{});
 }
 
+TEST_CASE("servo: a sample that jumps does not take the tool with it", "[servo]") {
+  // contact follows the tool of the frame: led round an object, it would pull the hand through
+  ServoState state;
+  const ServoModel model = plain_model(1000);
+  const Vec3 hand_W{0, 0, -1e-3}, elsewhere_W{-0.67, 0, 0};
+  for (int64_t k = 1; k <= 3; ++k) servo_step(model, state, input_at(k, hand_W, nullptr));
+  for (const auto& [tick, p_W] : {std::pair<int64_t, Vec3>{4, elsewhere_W}, {5, hand_W}}) {
+    const ServoFrame f = servo_step(model, state, input_at(tick, p_W, nullptr));
+    CHECK(f.fault == static_cast<uint32_t>(haptic::Fault::kPoseJump));
+    CHECK(f.X_WT.p == hand_W);
+    CHECK(f.V_WT == haptic::Twist{});
+    CHECK(f.device.X_BH.p == p_W);
+  }
+  const Vec3 moved_W{0, 0, -2e-3};
+  CHECK(servo_step(model, state, input_at(6, moved_W, nullptr)).X_WT.p == moved_W);
+}
+
 TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, then softly",
           "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});

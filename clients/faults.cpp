@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/faults.h"
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "contact/fault_order.h"
+#include "device-io/fault_order.h"
+#include "proto/process.h"
+#include "proto/queued_order.h"
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken takes this long
+constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing, for the judge
+constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, judged as well
+constexpr int64_t kLatchPatienceNs = 150 * kMs;
+constexpr int kLatchAttempts = 5;              // an answer may be overwritten unread
+constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds and a look
+constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // children after the death of hapticd
+constexpr size_t kManyClients = 64;
+constexpr const char* kStressTime = "2s";
+constexpr double kZeroForce = 5e-3;  // [N]
+
+void send(pid_t pid, int signal) {
+  if (pid > 0) kill(pid, signal);
+}
+
+std::string in_words(const ForceViolation& v, int64_t begin_ns) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s: %.3f N %.1f ms after the fault, %.3f N allowed",
+                std::string(name_of(v.breach)).c_str(), v.force,
+                1e-6 * static_cast<double>(v.t_ns - begin_ns), v.allowed);
+  return text;
+}
+
+std::string milliseconds(int64_t ns) {
+  return std::to_string(ns / kMs) + " ms";
+}
+
+}  // namespace
+
+constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
+
+const std::array<FaultInfo, kFaultKinds> kFaults{{
+    {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactStop, "contact: stopped for a while", 14, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactNaN, "contact: NaN in an answer", 7, Effect::kZero, 0},
+    {FaultKind::kContactInfinity, "contact: infinity in an answer", 6, Effect::kZero, 0},
+    {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
+    {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 6, Effect::kFade, 0},
+    {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
+    {FaultKind::kSimStop, "sim: stopped for a while", 9, Effect::kNothing, 0},
+    {FaultKind::kServoKill, "servo: kill -9", 2, Effect::kZero, kServoGoal},
+    {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
+    {FaultKind::kHapticdKill, "hapticd: kill -9", 1, Effect::kZero, 0},
+    {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
+    {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
+    {FaultKind::kRecorderStop, "recorder: stopped for a while", 5, Effect::kNothing, 0},
+    {FaultKind::kClientKill, "watching client: kill -9", 8, Effect::kNothing, 0},
+    {FaultKind::kClientStop, "watching client: stopped", 6, Effect::kNothing, 0},
+    {FaultKind::kManyClients, "64 clients attach and die", 2, Effect::kNothing, 0},
+    {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 7, Effect::kZero, 0},
+    {FaultKind::kDeviceSilent, "device: stops answering", 5, Effect::kSilence, 0},
+    {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
+    {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
+}};
+
+const FaultInfo& info_of(FaultKind kind) {
+  return kFaults[static_cast<size_t>(kind)];
+}
+
+int64_t FaultInjector::between(int64_t least_ns, int64_t most_ns) {
+  return std::uniform_int_distribution<int64_t>(least_ns, most_ns)(random_);
+}
+
+int64_t FaultInjector::ready_ns(FaultKind kind) const {
+  const auto after = [](int64_t restarted_ns) {
+    return restarted_ns == 0 ? 0 : restarted_ns + kHealthyNs;
+  };
+  if (kind == FaultKind::kContactKill || kind == FaultKind::kContactHang) {
+    return after(contact_restarted_ns_);
+  }
+  return kind == FaultKind::kSimKill ? after(sim_restarted_ns_) : 0;
+}
+
+FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
+  const auto to_contact = [this](ContactFault fault) {
+    return [this, fault] { send_order(session_.contact().pid, static_cast<int>(fault)); };
+  };
+  switch (kind) {
+    case FaultKind::kContactKill:
+      return kill_contact(false);
+    case FaultKind::kContactHang:
+      return kill_contact(true);
+    case FaultKind::kContactStop:
+      return stop_contact();
+    case FaultKind::kContactNaN:
+      return close_by(to_contact(ContactFault::kNaN));
+    case FaultKind::kContactInfinity:
+      return close_by(to_contact(ContactFault::kInfinity));
+    case FaultKind::kContactTenTimes:
+    case FaultKind::kContactThousandTimes:
+      return slow_contact(kind);
+    case FaultKind::kSimKill:
+      return kill_sim();
+    case FaultKind::kSimStop:
+      return stop_sim();
+    case FaultKind::kServoKill:
+      return fell_servo(SIGKILL);
+    case FaultKind::kServoStop:
+      return fell_servo(SIGSTOP);
+    case FaultKind::kHapticdKill:
+      return kill_hapticd();
+    case FaultKind::kHapticdStop:
+      return stop_hapticd();
+    case FaultKind::kRecorderKill:
+      return kill_recorder();
+    case FaultKind::kRecorderStop:
+      return stop_recorder();
+    case FaultKind::kClientKill:
+      return fell_client(SIGKILL);
+    case FaultKind::kClientStop:
+      return fell_client(SIGSTOP);
+    case FaultKind::kManyClients:
+      return fell_many_clients();
+    case FaultKind::kPoseJump:
+      return close_by([this] {
+        send_order(session_.emulator().pid(), static_cast<int>(EmulatorFault::kJumpOnce));
+      });
+    case FaultKind::kDeviceSilent:
+      return silence_device();
+    case FaultKind::kMemory:
+      return stress({"--vm", "1", "--vm-bytes", "50%"});
+    case FaultKind::kBusy:
+      break;
+  }
+  return stress({"--cpu", std::to_string(std::thread::hardware_concurrency())});
+}
+
+/// Dead at once, or stopped until hapticd kills it.
+FaultInjector::Done FaultInjector::kill_contact(bool hang) {
+  const WriterSeen before = session_.contact();
+  Done done{.begin_ns = now_ns()};
+  send(before.pid, hang ? SIGSTOP : SIGKILL);
+  done.recovery_from_ns = done.begin_ns;
+  if (hang) {
+    session_.wait_until([&] { return !is_running(before.pid); }, kPatienceNs);
+    done.recovery_from_ns = now_ns();
+  }
+  const auto replaced = [&] { return session_.contact().generation > before.generation; };
+  if (!session_.wait_until(replaced, kPatienceNs)) {
+    done.problems.push_back("contact did not come back");
+  }
+  contact_restarted_ns_ = now_ns();
+  done.over_ns = session_.contact().first_ns;
+  done.whole_from_ns = done.over_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_for(const std::function<void(int)>& send_signal,
+                                            int64_t least_ns, int64_t most_ns) {
+  Done done{.begin_ns = now_ns()};
+  send_signal(SIGSTOP);
+  session_.pause(between(least_ns, most_ns));
+  done.over_ns = now_ns();
+  send_signal(SIGCONT);
+  done.whole_from_ns = done.recovery_from_ns = done.over_ns;
+  return done;
+}
+
+/// Not for so long that hapticd takes it for hung.
+FaultInjector::Done FaultInjector::stop_contact() {
+  const pid_t pid = session_.contact().pid;
+  return stop_for([pid](int signal) { send(pid, signal); }, 40 * kMs, 200 * kMs);
+}
+
+/// A cause that makes safety latch the force at zero, until it is told to clear the fault.
+FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause) {
+  Done done;
+  const auto is_closed = [&] {
+    const auto since = session_.records_since(done.begin_ns);
+    return std::any_of(since.begin(), since.end(), [](const EmulatorRecord& r) {
+      return r.event == EmulatorEvent::kCommand && norm(r.force_B) <= kZeroForce;
+    });
+  };
+  for (int i = 0; i < kLatchAttempts; ++i) {
+    done.begin_ns = now_ns();
+    cause();
+    if (session_.wait_until(is_closed, kLatchPatienceNs)) break;
+  }
+  session_.pause(between(20 * kMs, 60 * kMs));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  clear_fault(done);
+  return done;
+}
+
+/// Accepted once the hand is calm: nothing has held it up.
+void FaultInjector::clear_fault(Done& done) {
+  const int64_t give_up_ns = now_ns() + kPatienceNs;
+  for (;;) {
+    const std::string answer = session_.ask("clear-fault");
+    if (answer == "ok") return;
+    if (now_ns() < give_up_ns) continue;
+    done.problems.push_back("clear-fault was answered with " + answer);
+    return;
+  }
+}
+
+FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
+  const bool ten = kind == FaultKind::kContactTenTimes;
+  const pid_t pid = session_.contact().pid;
+  Done done{.begin_ns = now_ns()};
+  send_order(pid, static_cast<int>(ten ? ContactFault::kTenTimes : ContactFault::kThousandTimes));
+  // until the servo has measured the new period a set may be a few milliseconds older than the
+  // hold: five of nine intervals
+  constexpr int64_t kLearnNs = 150 * kMs;
+  if (ten) {
+    session_.pause(kLearnNs);
+    done.begin_ns += kLearnNs;
+  }
+  session_.pause(between(200 * kMs, 350 * kMs));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  done.recovers = !ten;
+  send_order(pid, static_cast<int>(ContactFault::kHealthy));
+  return done;
+}
+
+FaultInjector::Done FaultInjector::kill_sim() {
+  const WriterSeen before = session_.sim();
+  Done done{.begin_ns = now_ns()};
+  send(before.pid, SIGKILL);
+  if (!session_.wait_until([&] { return session_.sim().generation > before.generation; },
+                           kPatienceNs)) {
+    done.problems.push_back("sim did not come back");
+  }
+  sim_restarted_ns_ = done.over_ns = now_ns();
+  done.whole_from_ns = done.recovery_from_ns = done.begin_ns;
+  done.recovered_ns = session_.sim().first_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_sim() {
+  const pid_t pid = session_.sim().pid;
+  Done done = stop_for([pid](int signal) { send(pid, signal); }, 40 * kMs, 200 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_servo(int signal) {
+  const WriterSeen before = session_.servo();
+  Done done{.begin_ns = now_ns()};
+  send(before.pid, signal);
+  done.recovery_from_ns = done.begin_ns;
+  if (!session_.wait_until([&] { return session_.servo().generation > before.generation; },
+                           kPatienceNs)) {
+    done.problems.push_back("the servo did not come back");
+  }
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::kill_hapticd() {
+  const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
+  Done done{.begin_ns = now_ns()};
+  session_.kill_hapticd();
+  const auto all_gone = [&] {
+    return std::none_of(children.begin(), children.end(),
+                        [](pid_t pid) { return is_running(pid); });
+  };
+  if (!session_.wait_until(all_gone, kGoneNs)) {
+    done.problems.push_back("a process of the session outlived hapticd by " +
+                            milliseconds(kGoneNs));
+  }
+  done.recovery_from_ns = now_ns();
+  session_.restart_hapticd();
+  contact_restarted_ns_ = sim_restarted_ns_ = 0;
+  if (!session_.wait_until([&] { return session_.servo().generation > 0; }, kPatienceNs)) {
+    done.problems.push_back("the servo did not come back");
+  }
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_hapticd() {
+  Done done =
+      stop_for([this](int signal) { session_.hapticd().send(signal); }, 100 * kMs, 400 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::kill_recorder() {
+  if (session_.recorder() == nullptr) return {.left_out = "nothing is recorded"};
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  session_.kill_recorder();
+  session_.pause(between(5 * kMs, 50 * kMs));
+  session_.start_recorder();
+  // the next one is to have begun before it may be killed in its turn
+  session_.pause(between(150 * kMs, 300 * kMs));
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_recorder() {
+  if (session_.recorder() == nullptr) return {.left_out = "nothing is recorded"};
+  // its rings hold four seconds
+  Done done =
+      stop_for([this](int signal) { session_.recorder()->send(signal); }, 100 * kMs, 1000 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_client(int signal) {
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  SessionProcess client("hapt", {"top", "--json", "-d", "0.02", "--session", session_.name()},
+                        session_.folder() + "/said-by-clients");
+  session_.pause(between(80 * kMs, 200 * kMs));
+  client.send(signal);
+  session_.pause(between(50 * kMs, signal == SIGSTOP ? 400 * kMs : 60 * kMs));
+  client.kill();
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_many_clients() {
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  std::vector<std::unique_ptr<SessionProcess>> clients;
+  for (size_t i = 0; i < kManyClients; ++i) {
+    clients.push_back(std::make_unique<SessionProcess>(
+        "hapt",
+        std::vector<std::string>{"top", "--json", "-d", "0.02", "--session", session_.name()},
+        session_.folder() + "/said-by-clients"));
+    session_.update();
+  }
+  // most have attached by then, and some die in the middle of it
+  session_.pause(between(300 * kMs, 800 * kMs));
+  for (const auto& client : clients) {
+    session_.pause(between(0, 10 * kMs));
+    client->kill();
+  }
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+/// Long enough for the driver to have said zero last (WoodenHaptics::write).
+FaultInjector::Done FaultInjector::silence_device() {
+  return stop_for([this](int signal) { session_.emulator().send(signal); }, 80 * kMs, 250 * kMs);
+}
+
+FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words) {
+  if (find_on_path("stress-ng").empty()) {
+    return {.left_out = "stress-ng is not installed: apt-get install stress-ng"};
+  }
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  std::vector<std::string> all = words;
+  all.insert(all.end(), {"--timeout", kStressTime, "--temp-path", session_.folder()});
+  SessionProcess program("stress-ng", all, session_.folder() + "/said-by-stress-ng");
+  session_.wait_until([&] { return program.exit_code().has_value(); }, kPatienceNs);
+  if (program.exit_code() != 0) {
+    done.problems.push_back("stress-ng failed; what it said is in " + session_.folder());
+  }
+  done.over_ns = done.whole_from_ns = now_ns();
+  return done;
+}
+
+void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
+  const bool silence = info.effect == Effect::kSilence;
+  const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
+  const JudgedFault fault{info.effect, done.begin_ns, done.over_ns, done.soft_ns,
+                          session_.stalls(since_ns, !silence)};
+  const ForceVerdict verdict = judge_force(
+      TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);
+  for (const ForceViolation& v : verdict.violations) {
+    outcome.violations.push_back(in_words(v, done.begin_ns));
+  }
+  outcome.zero_after_ns = verdict.zero_after_ns;
+  outcome.excused = verdict.excused;
+  if (info.goal_ns == 0 || !outcome.recovery_ns) return;
+  const int64_t stated_ns = info.goal_ns + held_up(fault.stalls, done.recovery_from_ns,
+                                                   done.recovery_from_ns + *outcome.recovery_ns);
+  if (*outcome.recovery_ns > stated_ns) {
+    outcome.violations.push_back("whole again after " + milliseconds(*outcome.recovery_ns) + ", " +
+                                 milliseconds(stated_ns) + " allowed");
+  }
+}
+
+FaultOutcome FaultInjector::inject(FaultKind kind) {
+  FaultOutcome outcome;
+  outcome.kind = kind;
+  session_.pause(kBeforeNs);
+  const Done done = inflict(kind);
+  outcome.begin_ns = done.begin_ns;
+  outcome.left_out = done.left_out;
+  outcome.violations = done.problems;
+  if (!done.left_out.empty()) return outcome;
+  const auto whole_ns = session_.wait_whole(done.whole_from_ns, kPatienceNs);
+  if (!whole_ns) {
+    outcome.violations.push_back("not whole again within " + milliseconds(kPatienceNs));
+  } else if (done.recovers) {
+    const int64_t until_ns = done.recovered_ns != 0 ? done.recovered_ns : *whole_ns;
+    outcome.recovery_ns = std::max<int64_t>(0, until_ns - done.recovery_from_ns);
+  }
+  session_.pause(kSettleNs);
+  judge(info_of(kind), done, outcome);
+  session_.forget_before(now_ns() - kNsPerSecond);
+  return outcome;
+}
+
+}  // namespace haptic

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/force_judge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+// half a milliampere in each of three motors, at the tip, where the hand presses
+constexpr double kCurrentStep = 5e-3;     // [N]
+constexpr size_t kAnswers = 6;            // of which the server may have used any: one is under way
+constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
+constexpr int64_t kStillNs = 15 * kMs;    // contacts may grow old in it without any fault
+constexpr int64_t kLateReadNs = 50 * kMs;  // before a zero: the device may have been asleep
+constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
+constexpr size_t kInARow = 10;             // commands
+constexpr double kPressing = 2e-3;         // [m]
+const WoodenHapticsGeometry kArm;
+
+Vec3 answered_position(const EmulatorRecord& r) {
+  return tip_position(kArm, joint_angles(kArm, r.answered));
+}
+
+/// What a command is judged against.
+struct Command {
+  int64_t t_ns = 0;
+  double force = 0;
+  double depth = 0;    // that the server knew [m]
+  double deepest = 0;  // of the last answers [m]
+  double damper = 0;   // most that it may add to or take from the spring [N]
+  bool is_spring = false;
+  bool from_server = true;  // false: the firmware's watchdog
+};
+
+bool is_zero(const Command& c) {
+  return c.force <= kCurrentStep;
+}
+
+std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records) {
+  std::vector<Command> out;
+  std::vector<Vec3> answers;
+  for (const EmulatorRecord& r : records) {
+    const bool from_server = r.event == EmulatorEvent::kCommand;
+    if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
+    answers.push_back(answered_position(r));
+    Command c{.t_ns = r.t_ns, .force = norm(r.force_B), .from_server = from_server};
+    c.depth = std::max(0.0, -answers.back().z);
+    double way = 0;
+    const size_t first = answers.size() > kAnswers ? answers.size() - kAnswers : 0;
+    for (size_t j = first; j < answers.size(); ++j) {
+      c.deepest = std::max(c.deepest, -answers[j].z);
+      if (j > first) way = std::max(way, norm(answers[j] - answers[j - 1]));
+    }
+    const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
+    c.damper = rules.max_damping * speed;
+    c.is_spring = from_server && is_wall(rules, r, speed);
+    out.push_back(c);
+  }
+  return out;
+}
+
+/// Keeps the first breach of each kind.
+class Findings {
+ public:
+  void add(ForceBreach breach, int64_t t_ns, double force, double allowed) {
+    bool& known = known_[static_cast<size_t>(breach)];
+    if (!known) verdict.violations.push_back({breach, t_ns, force, allowed});
+    known = true;
+  }
+  ForceVerdict verdict;
+
+ private:
+  std::array<bool, kForceBreaches> known_{};
+};
+
+/// What holds at all times, with or without a fault.
+void judge_always(const ForceRules& rules, std::span<const Command> all, Findings& found) {
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Command& c = all[i];
+    const double strongest = rules.max_force + kCurrentStep;
+    if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
+    if (i + 1 < kAnswers) continue;
+    const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    if (!(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
+    // from the one before the last: a device that was held up has read the last too late
+    const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns);
+    const double pushed = rules.stiffness * std::max(0.0, c.depth - all[i - 1].depth);
+    const double allowed =
+        all[i - 1].force + pushed + c.damper + rules.slew * dt + 2 * kCurrentStep;
+    if (!(c.force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, c.force, allowed);
+  }
+}
+
+void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
+  for (size_t i = 1; i < records.size(); ++i) {
+    const EmulatorRecord &before = records[i - 1], &r = records[i];
+    const uint64_t expected = before.commands + (r.event == EmulatorEvent::kCommand ? 1 : 0);
+    if (r.commands == expected && r.t_ns >= before.t_ns) continue;
+    found.add(ForceBreach::kLostRecord, r.t_ns, norm(r.force_B), norm(before.force_B));
+  }
+}
+
+/// A machine that stood still lets contacts grow old, and they come back by a ramp.
+bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
+  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs;
+}
+
+void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
+                     const JudgedFault& fault, Findings& found) {
+  for (const Command& c : all) {
+    const bool meanwhile =
+        c.t_ns >= fault.begin_ns && (fault.over_ns == 0 || c.t_ns < fault.over_ns);
+    if (!meanwhile || c.is_spring) continue;
+    if (is_excused(rules, fault, c)) {
+      ++found.verdict.excused;
+    } else {
+      found.add(ForceBreach::kChanged, c.t_ns, c.force, rules.stiffness * c.depth);
+    }
+  }
+}
+
+/// Full for the longest hold, then down to nothing, as long as contact is away.
+void judge_fade(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                Findings& found) {
+  const int64_t gone_ns = fault.begin_ns + rules.hold_ns + rules.fade_ns + kUnderWayNs;
+  for (const Command& c : all) {
+    if (c.t_ns < fault.begin_ns || c.t_ns >= fault.over_ns) continue;
+    const int64_t excused_ns = held_up(fault.stalls, fault.begin_ns, c.t_ns);
+    const double left =
+        static_cast<double>(gone_ns + excused_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
+    const double share = std::clamp(left, 0.0, 1.0);
+    const double allowed = share * (rules.stiffness * c.deepest + c.damper) + kCurrentStep;
+    if (!(c.force <= allowed)) found.add(ForceBreach::kLateFade, c.t_ns, c.force, allowed);
+  }
+}
+
+/// From the last zero on the force grows no faster than the soft start.
+void judge_soft_start(const ForceRules& rules, std::span<const Command> all, size_t zero,
+                      const JudgedFault& fault, Findings& found) {
+  while (zero + 1 < all.size() && is_zero(all[zero + 1])) ++zero;
+  // it runs from a servo's first tick on, whether or not there are contacts to render
+  const int64_t begin_ns = (fault.soft_ns != 0 ? fault.soft_ns : all[zero].t_ns) - kUnderWayNs;
+  for (size_t i = zero + 1; i < all.size(); ++i) {
+    const Command& c = all[i];
+    // a device that was held up has read the zero late
+    const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
+    const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
+    if (gain >= 1) return;
+    const double allowed = gain * rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    if (!(c.force <= allowed)) found.add(ForceBreach::kHardStart, c.t_ns, c.force, allowed);
+  }
+}
+
+void judge_zero(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                Findings& found) {
+  // a device that was away can receive nothing before it is back
+  const bool away = fault.effect == Effect::kSilence;
+  const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
+  const auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
+    return c.t_ns >= from_ns && (c.from_server || !away);
+  });
+  const auto first = std::find_if(after, all.end(), is_zero);
+  const int64_t stated_ns = from_ns + rules.zero_ns;
+  const int64_t limit_ns =
+      first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);
+  const bool late = first == all.end() || (away ? first != after : first->t_ns > limit_ns);
+  if (late) {
+    const double force = after == all.end() ? 0 : after->force;
+    found.add(ForceBreach::kLateZero, first == all.end() ? limit_ns : first->t_ns, force, 0);
+  }
+  if (first == all.end()) return;
+  size_t zero = static_cast<size_t>(first - all.begin());
+  if (fault.over_ns > from_ns) {
+    for (size_t i = zero; i < all.size() && all[i].t_ns < fault.over_ns; ++i) {
+      if (is_zero(all[i])) zero = i;
+      if (!is_zero(all[i])) found.add(ForceBreach::kEarlyReturn, all[i].t_ns, all[i].force, 0);
+    }
+  }
+  judge_soft_start(rules, all, zero, fault, found);
+}
+
+}  // namespace
+
+std::string_view name_of(ForceBreach breach) {
+  constexpr std::array<std::string_view, kForceBreaches> kNames{"above the largest force",
+                                                                "more than the wall",
+                                                                "rises too fast",
+                                                                "changed without a reason",
+                                                                "fades too late",
+                                                                "zero too late",
+                                                                "back too early",
+                                                                "back without a soft start",
+                                                                "a gap in the emulator's log"};
+  return kNames[static_cast<size_t>(breach)];
+}
+
+double answered_depth(const EmulatorRecord& record) {
+  return std::max(0.0, -answered_position(record).z);
+}
+
+bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {
+  const double force = std::min(rules.stiffness * answered_depth(command), rules.max_force);
+  return norm(command.force_B - Vec3{0, 0, force}) <= kCurrentStep + rules.max_damping * speed;
+}
+
+ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                         const JudgedFault& fault) {
+  const std::vector<Command> all = commands_of(rules, records);
+  Findings found;
+  judge_complete(records, found);
+  judge_always(rules, all, found);
+  switch (fault.effect) {
+    case Effect::kLimits:
+      break;
+    case Effect::kNothing:
+      judge_unchanged(rules, all, fault, found);
+      break;
+    case Effect::kFade:
+      judge_fade(rules, all, fault, found);
+      break;
+    case Effect::kZero:
+    case Effect::kSilence:
+      judge_zero(rules, all, fault, found);
+      break;
+  }
+  const auto zero = std::find_if(all.begin(), all.end(), [&](const Command& c) {
+    return c.t_ns >= fault.begin_ns && is_zero(c);
+  });
+  if (zero != all.end()) found.verdict.zero_after_ns = zero->t_ns - fault.begin_ns;
+  return found.verdict;
+}
+
+std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                                   int64_t from_ns) {
+  const std::vector<Command> all = commands_of(rules, records);
+  size_t in_a_row = 0;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const bool whole = all[i].t_ns >= from_ns && all[i].is_spring && all[i].depth > kPressing;
+    in_a_row = whole ? in_a_row + 1 : 0;
+    if (in_a_row == kInARow) return all[i + 1 - kInARow].t_ns;
+  }
+  return std::nullopt;
+}
+
+int64_t held_up(std::span<const Stall> stalls, int64_t from_ns, int64_t to_ns) {
+  int64_t sum_ns = 0;
+  for (const Stall& s : stalls) {
+    sum_ns += std::max<int64_t>(0, std::min(s.end_ns, to_ns) - std::max(s.begin_ns, from_ns));
+  }
+  return sum_ns;
+}
+
+std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records) {
+  std::vector<Stall> out;
+  for (size_t i = 1; i < records.size(); ++i) {
+    const Stall stall{records[i - 1].t_ns + kRecordNs, records[i].t_ns};
+    if (stall.end_ns > stall.begin_ns) out.push_back(stall);
+  }
+  return out;
+}
+
+std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b) {
+  std::vector<Stall> all(a.begin(), a.end());
+  all.insert(all.end(), b.begin(), b.end());
+  std::sort(all.begin(), all.end(),
+            [](const Stall& x, const Stall& y) { return x.begin_ns < y.begin_ns; });
+  std::vector<Stall> out;
+  for (const Stall& stall : all) {
+    if (!out.empty() && stall.begin_ns <= out.back().end_ns) {
+      out.back().end_ns = std::max(out.back().end_ns, stall.end_ns);
+    } else {
+      out.push_back(stall);
+    }
+  }
+  return out;
+}
+
+}  // namespace haptic

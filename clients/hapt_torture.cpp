@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt torture: faults at random into a session of its own, every force read from the log of the
+// emulated device.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+
+#include "clients/check_outputs.h"
+#include "clients/faults.h"
+#include "clients/hapt_commands.h"
+#include "clients/report.h"
+#include "clients/torture_account.h"
+#include "proto/process.h"
+#include "proto/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kFaultsPerMinute = 100;
+constexpr int64_t kProgressNs = kNsPerSecond;
+constexpr int kExitInterrupted = 130;
+
+struct TortureCommand {
+  double minutes = 1;
+  uint64_t seed = 1;
+  std::string output;
+  bool json = false, keep = false, overwrite = false, no_realtime = false;
+};
+
+/// A folder of its own under the temporary one.
+class WorkFolder {
+ public:
+  explicit WorkFolder(bool keep) : keep_(keep) {
+    std::string name = (std::filesystem::temp_directory_path() / "hapt-torture-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw std::runtime_error(name + ": cannot be made; set TMPDIR to a folder that is writable");
+    }
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    if (!keep_) std::filesystem::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool keep_;
+};
+
+/// What happened to one kind.
+struct Tally {
+  uint64_t count = 0, violated = 0, excused = 0;
+  std::optional<int64_t> worst_zero_ns, worst_recovery_ns;
+  std::string left_out;
+
+  void add(const FaultOutcome& outcome) {
+    if (!outcome.left_out.empty()) {
+      left_out = outcome.left_out;
+      return;
+    }
+    ++count;
+    violated += outcome.violations.empty() ? 0 : 1;
+    excused += outcome.excused;
+    worst_zero_ns = std::max(worst_zero_ns, outcome.zero_after_ns);
+    worst_recovery_ns = std::max(worst_recovery_ns, outcome.recovery_ns);
+  }
+};
+
+struct Result {
+  std::array<Tally, kFaultKinds> tallies;
+  SampleAccount samples;
+  uint64_t faults = 0, violations = 0, unseen = 0;
+  double minutes = 0;
+  bool interrupted = false;
+  std::string broken;  // why it ended early; empty: it did not
+};
+
+/// The order of faults: hundreds shuffled by the seed, each holding every kind by its quota. One
+/// that may not be done yet waits for the next draw.
+class Deck {
+ public:
+  explicit Deck(uint64_t seed) : random_(seed) {}
+
+  FaultKind draw(const FaultInjector& injector) {
+    for (;;) {
+      const auto ready = std::find_if(cards_.begin(), cards_.end(), [&](FaultKind kind) {
+        return injector.ready_ns(kind) <= now_ns();
+      });
+      if (ready != cards_.end()) {
+        const FaultKind kind = *ready;
+        cards_.erase(ready);
+        return kind;
+      }
+      refill();
+    }
+  }
+
+ private:
+  void refill() {
+    std::vector<FaultKind> fresh;
+    for (const FaultInfo& info : kFaults) {
+      fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
+    }
+    std::shuffle(fresh.begin(), fresh.end(), random_);
+    cards_.insert(cards_.end(), fresh.begin(), fresh.end());
+  }
+
+  std::mt19937_64 random_;
+  std::deque<FaultKind> cards_;
+};
+
+void show_progress(const Result& result, double total_minutes, bool last) {
+  static int64_t shown_ns = 0;
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  if (!last && now_ns() - shown_ns < (terminal ? 1 : 10) * kProgressNs) return;
+  shown_ns = now_ns();
+  std::fprintf(
+      stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal ? "\r" : "",
+      result.minutes, total_minutes, static_cast<unsigned long long>(result.faults),
+      static_cast<unsigned long long>(result.violations), terminal && !last ? "\033[K" : "\n");
+}
+
+void take_in(const FaultOutcome& outcome, Result& result) {
+  result.tallies[static_cast<size_t>(outcome.kind)].add(outcome);
+  if (!outcome.left_out.empty()) return;
+  ++result.faults;
+  if (outcome.violations.empty()) return;
+  ++result.violations;
+  for (const std::string& line : outcome.violations) {
+    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION "
+              << info_of(outcome.kind).name << " at "
+              << readable(1e-9 * static_cast<double>(outcome.begin_ns), "s") << ": " << line
+              << '\n';
+  }
+}
+
+/// One line a fault, in the folder that --keep keeps.
+void write_down(std::ofstream& file, const FaultOutcome& o) {
+  const auto ms = [](const std::optional<int64_t>& ns) {
+    return ns ? std::to_string(1e-6 * static_cast<double>(*ns)) : std::string();
+  };
+  file << o.begin_ns << ',' << info_of(o.kind).name << ',' << ms(o.zero_after_ns) << ','
+       << ms(o.recovery_ns) << ',' << o.excused << ',' << o.violations.size() << std::endl;
+}
+
+/// Fault after fault until the time is over.
+void torture(const TortureCommand& options, TortureSession& session, Result& result) {
+  FaultInjector injector(session, options.seed);
+  Deck deck(options.seed);
+  std::ofstream log(session.folder() + "/faults.csv");
+  log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
+  const int64_t begin_ns = now_ns();
+  while (result.minutes < options.minutes && result.broken.empty()) {
+    result.interrupted = stop_requested();
+    if (result.interrupted) break;
+    try {
+      const FaultOutcome outcome = injector.inject(deck.draw(injector));
+      take_in(outcome, result);
+      write_down(log, outcome);
+    } catch (const std::runtime_error& error) {
+      result.broken = error.what();
+    }
+    result.minutes = static_cast<double>(now_ns() - begin_ns) / (60.0 * kNsPerSecond);
+    show_progress(result, options.minutes, false);
+  }
+  show_progress(result, options.minutes, true);
+}
+
+double seconds(int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+/// The same for programs: one case a kind, and the totals.
+std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
+  std::vector<Row> all;
+  for (const FaultInfo& info : kFaults) {
+    const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
+    Rows rows{std::string(info.name)};
+    rows.add("faults", static_cast<double>(tally.count), "");
+    rows.add("faults with violations", static_cast<double>(tally.violated), "", 0,
+             tally.violated == 0);
+    if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
+    if (tally.worst_recovery_ns) {
+      rows.add("worst time to whole", seconds(*tally.worst_recovery_ns), "s");
+    }
+    if (tally.excused > 0) {
+      rows.add("commands excused by the machine", static_cast<double>(tally.excused), "");
+    }
+    if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
+    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
+  }
+  Rows totals("torture");
+  totals.note("machine", machine_line());
+  totals.add("faults", static_cast<double>(result.faults), "",
+             std::floor(kFaultsPerMinute * options.minutes),
+             result.interrupted || static_cast<double>(result.faults) >=
+                                       std::floor(kFaultsPerMinute * options.minutes));
+  totals.add("faults with violations", static_cast<double>(result.violations), "", 0,
+             result.violations == 0);
+  const SampleAccount& s = result.samples;
+  totals.add("servo frames published", static_cast<double>(s.published), "");
+  totals.add("recorded", static_cast<double>(s.recorded), "");
+  totals.add("not recorded, explained", static_cast<double>(s.explained), "");
+  totals.add("not recorded, unexplained", static_cast<double>(s.unexplained), "", 0,
+             s.unexplained == 0);
+  totals.add("lost by recorders, all rings", static_cast<double>(s.told), "", 0, s.told == 0);
+  totals.add("missed by this program", static_cast<double>(result.unseen), "", 0,
+             result.unseen == 0);
+  for (const std::string& why : s.unreadable) {
+    totals.add("a recording cannot be read: " + why, 1, "", 0, false);
+  }
+  all.insert(all.end(), totals.rows().begin(), totals.rows().end());
+  return all;
+}
+
+std::string cell(const std::optional<int64_t>& ns) {
+  return ns ? readable(seconds(*ns), "s") : "–";
+}
+
+/// Where UTF-8 is wider in bytes than on the screen.
+void put(const std::string& text, size_t width) {
+  const auto wide = static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+  }));
+  std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
+}
+
+void print_kinds(const Result& result) {
+  constexpr std::array<size_t, 6> kWidths{32, 8, 12, 15, 17, 0};
+  const auto line = [&](const std::array<std::string, 6>& cells) {
+    for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
+    std::cout << '\n';
+  };
+  line({"fault", "count", "violations", "worst to zero", "worst to whole", "stated"});
+  for (const FaultInfo& info : kFaults) {
+    const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
+    const std::string stated =
+        !tally.left_out.empty()                                ? "LEFT OUT: " + tally.left_out
+        : info.effect == Effect::kNothing && info.goal_ns == 0 ? "nothing changes"
+        : info.effect == Effect::kZero
+            ? "zero in 20 ms" +
+                  std::string(
+                      info.goal_ns != 0 ? ", whole in " + readable(seconds(info.goal_ns), "s") : "")
+        : info.goal_ns != 0               ? "whole in " + readable(seconds(info.goal_ns), "s")
+        : info.effect == Effect::kLimits  ? "within limits"
+        : info.effect == Effect::kSilence ? "zero first on return"
+                                          : "faded in 150 ms";
+    line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
+          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), stated});
+  }
+}
+
+void print(const TortureCommand& options, const Result& result, const std::vector<Row>& rows) {
+  if (options.json) return print_json(std::cout, rows);
+  print_kinds(result);
+  std::vector<Row> totals;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(totals),
+               [](const Row& row) { return row.case_name == "torture"; });
+  print_table(std::cout, totals);
+}
+
+void run_torture(const TortureCommand& options) {
+  if (!options.output.empty()) check_outputs({options.output}, {}, options.overwrite);
+  catch_stop_signals();
+  const WorkFolder folder(options.keep);
+  Result result;
+  {
+    std::string recording = options.output.empty() ? folder.path() + "/torture" : options.output;
+    if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
+    TortureSession session({folder.path(), recording, !options.no_realtime});
+    torture(options, session, result);
+    session.stop();
+    result.unseen = session.unseen();
+    result.samples = account_for_samples(session.parts(), session.published());
+  }
+  const std::vector<Row> rows = make_rows(options, result);
+  print(options, result, rows);
+  std::cout.flush();
+  if (options.keep)
+    std::cerr << "what was received, recorded and said is in " << folder.path() << '\n';
+  if (!result.broken.empty()) throw std::runtime_error(result.broken);
+  if (!all_hold(rows)) throw CLI::RuntimeError(1);
+  if (result.interrupted) throw CLI::RuntimeError(kExitInterrupted);
+}
+
+}  // namespace
+
+void add_torture_command(CLI::App& app) {
+  const auto options = std::make_shared<TortureCommand>();
+  CLI::App* command = app.add_subcommand("torture",
+                                         "Do faults at random to a session of its own, and judge "
+                                         "the force by what the device received");
+  command->footer(
+      "Starts an emulated device whose hand presses into a block, a session on it and a recorder, "
+      "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "
+      "hundred times a minute, and waits each time until the hand feels the spring again. Every "
+      "force is read from the device's own log. Exit code 0: no violation, no unexplained loss.");
+  command->add_option("--minutes", options->minutes, "how long")
+      ->check(CLI::Range(0.05, 10000.0))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "of the order of the faults")->capture_default_str();
+  command->add_option("-o,--output", options->output,
+                      "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
+  command->add_flag("--overwrite", options->overwrite, "replace the recording where it exists");
+  command->add_flag("--keep", options->keep, "keep the folder with the device's log");
+  command->add_flag("--no-realtime", options->no_realtime, "do not ask for real-time priorities");
+  command->add_flag("--json", options->json, "figures as JSON on standard output");
+  command->callback([options] { run_torture(*options); });
+}
+
+}  // namespace haptic

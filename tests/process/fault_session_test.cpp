@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the hand feels when the servo, hapticd or anybody who watches dies or hangs.
+#include "clients/torture_account.h"
+#include "tests/process/faulted_session.h"
+
+namespace haptic {
+namespace {
+
+using test::FaultedSession;
+using test::programs_are_built;
+
+/// How many clients hapticd says it has.
+std::string clients_of(const FaultedSession& s) {
+  const std::string status = s.session.ask("status"), key = "\"clients\": ";
+  const size_t at = status.find(key) + key.size();
+  return status.substr(at, status.find(',', at) - at);
+}
+
+}  // namespace
+
+TEST_CASE("fault: the servo is killed, zero within 20 ms, whole again within 3 s") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  REQUIRE(s.is_pressing());
+  const WriterSeen before = s.session.servo();
+  const FaultOutcome outcome = s.inject(FaultKind::kServoKill);
+  CHECK(s.session.servo().generation > before.generation);
+  CHECK(outcome.zero_after_ns);
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: the servo hangs, zero within 20 ms, replaced and whole again within 3 s") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  REQUIRE(s.is_pressing());
+  const WriterSeen before = s.session.servo();
+  const FaultOutcome outcome = s.inject(FaultKind::kServoStop);
+  CHECK(s.session.servo().generation > before.generation);
+  CHECK(outcome.zero_after_ns);
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: hapticd is killed, zero, and nothing of the session is left") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  const std::array children{s.session.contact().pid, s.session.sim().pid, s.session.servo().pid};
+  const FaultOutcome outcome = s.inject(FaultKind::kHapticdKill);
+  CHECK(outcome.zero_after_ns);
+  for (const pid_t pid : children) CHECK_FALSE(is_running(pid));
+  // the next hapticd found no lock, no socket and no device in its way
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: hapticd stands still for a while, and the hand does not notice") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  s.inject(FaultKind::kHapticdStop);
+  CHECK(s.session.servo().generation == 1);
+  CHECK(s.session.contact().generation == 1);
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: recorders die and stand still, the hand notices nothing and no sample is lost") {
+  if (!programs_are_built()) return;
+  FaultedSession s(true);
+  s.session.pause(kNsPerSecond / 2);
+  s.inject(FaultKind::kRecorderStop);
+  s.inject(FaultKind::kRecorderKill);
+  // not the recorder's death this time: what contact and sim had published is in the log
+  s.inject(FaultKind::kContactKill);
+  s.session.pause(kNsPerSecond / 2);
+  CHECK(s.is_pressing());
+  s.session.stop();
+  const SampleAccount account = account_for_samples(s.session.parts(), s.session.published());
+  REQUIRE(account.unreadable.empty());
+  CHECK(s.session.parts().size() >= 2);
+  CHECK(s.session.unseen() == 0);
+  CHECK(account.unexplained == 0);
+  CHECK(account.told == 0);
+  CHECK(account.recorded + account.explained == account.published);
+  CHECK(account.recorded > account.published / 2);
+}
+
+TEST_CASE("fault: watching clients die and stand still, and the hand does not notice") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  s.inject(FaultKind::kClientKill);
+  s.inject(FaultKind::kClientStop);
+  CHECK(s.session.servo().generation == 1);
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: 64 clients attach and die, and the hand does not notice") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  const std::string before = clients_of(s);
+  s.inject(FaultKind::kManyClients);
+  CHECK(s.session.servo().generation == 1);
+  CHECK(s.is_pressing());
+  // they are all forgotten
+  CHECK(s.session.wait_until([&] { return clients_of(s) == before; }, test::kPatienceNs));
+}
+
+}  // namespace haptic
