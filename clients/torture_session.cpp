@@ -133,8 +133,8 @@ std::string TortureSession::write_config() const {
       << "\n[device]\nkind = \"woodenhaptics\"\nmax_force = \"5 N\"\nmax_damping = \""
       << r.max_damping << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
       << "/device\"\n[coupling]\nstiffness = \"" << r.stiffness
-      << " N/m\"\n[safety]\nmax_force = \"" << r.max_force << " N\"\nsoft_start = \""
-      << r.soft_start << " s\"\nslew = \"" << r.slew
+      << " N/m\"\n[safety]\narmed_at_start = true\nmax_force = \"" << r.max_force
+      << " N\"\nsoft_start = \"" << r.soft_start << " s\"\nslew = \"" << r.slew
       << " N/s\"\n[[object]]\nname = \"block\"\nprimitive = \"box\"\n"
          "extent = [\"200 mm\", \"200 mm\", \"40 mm\"]\n"
          "position = [\"0 mm\", \"0 mm\", \"-20 mm\"]\n";

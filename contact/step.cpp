@@ -27,9 +27,9 @@ PointScene scene_now(const ContactModel& model, const SceneFrame* scene, int64_t
   return now;
 }
 
-/// A pose the servo still shows as verified, else the tool itself.
+/// A pose the servo still shows as verified and feels, else the tool itself.
 uint32_t seed(const PointScene& scene, const ServoFrame& servo, PointProxy& proxy) {
-  const bool known = (servo.flags & kServoNoContactSet) == 0;
+  const bool known = (servo.flags & (kServoNoContactSet | kServoClosed)) == 0;
   if (known && seed_proxy(scene, servo.X_WG.p, proxy) == 0) return 0;
   return seed_proxy(scene, servo.X_WT.p, proxy);
 }
@@ -141,6 +141,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   bool usable = is_finite(servo.X_WT);
   for (uint32_t i = 0; i < model.n_objects; ++i) usable &= is_finite(now.X_WO[i]);
   if (!usable) set.flags |= kContactNoFreePose;
+  // nothing is felt: the hand may pass through objects, and begins where it then is
+  if ((servo.flags & kServoClosed) != 0) state.proxy.seeded = false;
   if (!state.proxy.seeded && usable) set.flags |= seed(now, servo, state.proxy);
   if (state.proxy.seeded && usable) {
     const ProxyMove move = move_proxy(now, servo.X_WT.p, state.proxy);

@@ -99,6 +99,12 @@ bool WoodenHaptics::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
   return false;
 }
 
+/// The name of a node is free for the device's return once nobody holds the old one open.
+void WoodenHaptics::hang_up() {
+  gone_ = true;
+  node_.reset();
+}
+
 /// The newest answer there is; false when none has come. Bounded work.
 bool WoodenHaptics::receive(EncoderReply& newest) {
   bool any = false;
@@ -107,7 +113,7 @@ bool WoodenHaptics::receive(EncoderReply& newest) {
     const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) break;
     // nothing, not even "try again": the node has hung up
-    if (n <= 0) gone_ = true;
+    if (n <= 0) hang_up();
     for (ssize_t k = 0; k < n; ++k) {
       any |= reader_.push(bytes[static_cast<size_t>(k)], newest);
     }
@@ -154,7 +160,8 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
     } else {
       last_.V_BH = {};
     }
-    last_.t_ns = asked_ns_;
+    // how far the hand has come since is judged over the longer time
+    last_.t_ns = first_asked_ns_;
     moved_ = true;
   }
   const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
@@ -199,7 +206,9 @@ void WoodenHaptics::write(const Wrench& F_B) {
 bool WoodenHaptics::ask(const Milliamperes& currents) {
   const CommandText command = encode_currents(currents);
   const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
-  if (n < 0 && errno != EAGAIN && errno != EINTR) gone_ = true;
+  if (n < 0 && errno != EAGAIN && errno != EINTR) hang_up();
+  // unanswered, the next answer may be to either question
+  if (!awaiting_) first_asked_ns_ = now_ns_;
   // a line cut short by a full queue is dropped by the firmware, like one that never left
   awaiting_ = n > 0;
   asked_ns_ = now_ns_;

@@ -10,7 +10,8 @@
 
 namespace haptic {
 
-/// A device that has given no good answer for so long is lost until it answers again.
+/// A device that has given no good answer for so long is lost until it answers again
+/// (docs/decisions/0004-a-device-may-be-silent-for-20-ms.md).
 inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 
 /// A WoodenHaptics behind a serial node: three axes sensed, three driven, no orientation, no
@@ -49,6 +50,7 @@ class WoodenHaptics final : public Device {
   const Milliamperes& currents() const { return currents_; }
 
  private:
+  void hang_up();
   bool ask(const Milliamperes& currents);
   bool receive(EncoderReply& newest);
   bool wait_for_answer(int64_t until_ns, EncoderReply& newest);
@@ -64,10 +66,11 @@ class WoodenHaptics final : public Device {
   Milliamperes currents_{};
   Vec3 joint_angles_;
   DeviceState last_{};
-  int64_t now_ns_ = 0;       // of the last read
-  int64_t asked_ns_ = 0;     // of the line under way
-  int64_t answered_ns_ = 0;  // of the read that last found a good answer
-  int64_t patience_ns_ = 0;  // with the line under way
+  int64_t now_ns_ = 0;          // of the last read
+  int64_t asked_ns_ = 0;        // of the line under way
+  int64_t first_asked_ns_ = 0;  // of the first one that is unanswered
+  int64_t answered_ns_ = 0;     // of the read that last found a good answer
+  int64_t patience_ns_ = 0;     // with the line under way
   uint64_t errors_ = 0;
   uint32_t probe_ = 0;  // counts the questions asked while not homed
   bool awaiting_ = false, started_ = false, moved_ = false, saturated_ = false;

@@ -232,7 +232,9 @@ void read_coupling(Section& root, CouplingConfig& coupling) {
   section->finish();
 }
 
-void read_safety(Section& root, SafetyConfig& safety) {
+void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
+  // motors that nobody has asked for stay quiet
+  safety.armed_at_start = device == DeviceKind::kWoodenHaptics ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
   section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);
@@ -350,7 +352,7 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   read_map(root, config.map);
   read_device(root, config.device, folder);
   read_coupling(root, config.coupling);
-  read_safety(root, config.safety);
+  read_safety(root, config.device.kind, config.safety);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
   return config;

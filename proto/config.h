@@ -116,7 +116,7 @@ struct SafetyConfig {
   double slew = 2000;            // of a force that appears or comes back [N/s]
   double velocity_limit = 2;     // of the handle [m/s]
   int32_t dead_man_button = -1;  // bit that must be held; −1: none
-  uint32_t armed_at_start = 1;   // 0: `hapt arm` is wanted first
+  uint32_t armed_at_start = 1;   // 0: `hapt arm` is wanted first, the default of a real device
 };
 
 /// A parsed, checked session. Trivially copyable: hapticd parses the file once and hands this copy

@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kBacklog = 16;
 constexpr size_t kMostPeers = 32;
+constexpr uint64_t kDoor = 0;  // the listener, among the numbers of peers
 constexpr const char* kSuffix = ".control";
 
 sockaddr_un address_of(const std::string& path) {
@@ -54,7 +55,7 @@ ControlServer::ControlServer(const std::string& session)
     throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
   }
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
-  epoll_event event{EPOLLIN, {.fd = listener_.get()}};
+  epoll_event event{EPOLLIN, {.u64 = kDoor}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), &event) != 0) {
     throw HandoutError(std::string("cannot wait for commands: ") + std::strerror(errno));
   }
@@ -72,12 +73,19 @@ bool ControlServer::is_allowed(int fd) const {
 }
 
 void ControlServer::accept_peer() {
-  FileDescriptor peer(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (!peer.is_open() || peers_.size() >= kMostPeers) return;
-  const int fd = peer.get();
-  epoll_event event{EPOLLIN, {.fd = fd}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0) {
-    peers_.insert_or_assign(fd, std::move(peer));
+  FileDescriptor socket(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!socket.is_open()) return;
+  // at the door: who may not control must not keep others out either
+  if (!is_allowed(socket.get())) {
+    send_line(socket.get(), "error: only user " + std::to_string(geteuid()) +
+                                " and root may control this session; watching is open to all");
+    return;
+  }
+  // the oldest of too many has nothing to say any more
+  if (peers_.size() >= kMostPeers) peers_.erase(peers_.begin());
+  epoll_event event{EPOLLIN, {.u64 = next_peer_}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, socket.get(), &event) == 0) {
+    peers_.emplace(next_peer_++, std::move(socket));
   }
 }
 
@@ -85,28 +93,29 @@ void ControlServer::serve(const Handler& handle) {
   std::array<epoll_event, kMostPeers + 1> events;
   const int n = epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), 0);
   for (int i = 0; i < n; ++i) {
-    const int fd = events[static_cast<size_t>(i)].data.fd;
-    if (fd == listener_.get()) {
+    const uint64_t peer = events[static_cast<size_t>(i)].data.u64;
+    if (peer == kDoor) {
       accept_peer();
-      continue;
-    }
-    std::array<char, kLongestCommand> line;
-    const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT);
-    if (size > 0 && !is_allowed(fd)) {
-      answer(fd, "error: only user " + std::to_string(geteuid()) +
-                     " and root may control this session; watching is open to all");
-    } else if (size > 0) {
-      handle(fd, std::string_view(line.data(), static_cast<size_t>(size)));
-    } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
-      peers_.erase(fd);
+    } else if (const auto found = peers_.find(peer); found != peers_.end()) {
+      hear(peer, found->second.get(), handle);
     }
   }
 }
 
-void ControlServer::answer(int peer, const std::string& line) {
+void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
+  std::array<char, kLongestCommand> line;
+  const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT);
+  if (size > 0) {
+    handle(peer, std::string_view(line.data(), static_cast<size_t>(size)));
+  } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
+    peers_.erase(peer);
+  }
+}
+
+void ControlServer::answer(uint64_t peer, const std::string& line) {
   const auto found = peers_.find(peer);
   if (found == peers_.end()) return;
-  send_line(peer, line.substr(0, kLongestCommand));
+  send_line(found->second.get(), line.substr(0, kLongestCommand));
   peers_.erase(found);
 }
 

@@ -19,7 +19,8 @@ namespace haptic {
 /// Longest line either way [bytes].
 inline constexpr size_t kLongestCommand = 8192;
 
-/// hapticd's end. It owns no thread and never blocks: a peer whose socket is full is dropped.
+/// hapticd's end. It owns no thread and never blocks: a peer whose socket is full is dropped, and
+/// of too many peers the oldest.
 class ControlServer {
  public:
   /// Listens beside the session's socket, whose lock is held. Throws HandoutError.
@@ -30,21 +31,24 @@ class ControlServer {
   /// Readable when serve() has something to do.
   int poll_fd() const { return epoll_.get(); }
 
-  /// Hands over each line that came, with the number of its peer. The answer may come later.
-  using Handler = std::function<void(int peer, std::string_view line)>;
+  /// Hands over each line that came, with the number of its peer, which no other ever gets. The
+  /// answer may come later.
+  using Handler = std::function<void(uint64_t peer, std::string_view line)>;
   void serve(const Handler& handle);
 
   /// Answers a peer and hangs up; nothing where it has left.
-  void answer(int peer, const std::string& line);
+  void answer(uint64_t peer, const std::string& line);
 
  private:
   void accept_peer();
+  void hear(uint64_t peer, int fd, const Handler& handle);
   bool is_allowed(int fd) const;
 
   std::string path_;
   FileDescriptor listener_;
   FileDescriptor epoll_;
-  std::map<int, FileDescriptor> peers_;  // by descriptor
+  std::map<uint64_t, FileDescriptor> peers_;
+  uint64_t next_peer_ = 1;
 };
 
 /// Says one line to a running session (an empty name means the only one there is) and waits for the

@@ -135,7 +135,7 @@ float64 scene_time_scale         # 1: scripted motion at its own speed
 uint32 renderer                  # Renderer
 uint32 paused                    # zero wrench while 1
 uint32 armed                     # zero wrench while 0
-uint32 reserved
+uint32 fault                     # Fault the last servo ended with; the next begins with it
 )";
 };
 

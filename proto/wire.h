@@ -178,7 +178,7 @@ struct ControlFrame {
   uint32_t renderer;               // Renderer
   uint32_t paused;                 // zero wrench while 1
   uint32_t armed;                  // zero wrench while 0
-  uint32_t reserved;
+  uint32_t fault;                  // Fault that the last servo ended with; the next begins with it
 };
 
 /// A servo that has missed so many ticks is taken for dead or hung, and its device is let go.
@@ -212,6 +212,10 @@ template <typename T>
 inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
                                 sizeof(T) % 8 == 0 && alignof(T) == 8;
 // no padding: size is the sum of the members, also checked against the text in schema.h
+/// Nothing is felt, whatever the contacts are: what comes after begins at the present pose.
+inline constexpr uint32_t kServoClosed =
+    kServoFault | kServoPaused | kServoDisarmed | kServoTooFast | kServoNoDevice;
+
 static_assert(kIsWire<Pose> && sizeof(Pose) == 56);
 static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);

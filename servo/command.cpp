@@ -79,6 +79,7 @@ Command apply_command(std::string_view line, ControlFrame& wanted) {
   if (word == "stop") return {CommandKind::kStop, false, ""};
   if (word == "clear-fault") {
     ++changed.fault_clears;
+    changed.fault = 0;
     command.clears_fault = true;
   } else if (word == "arm" || word == "disarm") {
     changed.armed = word == "arm" ? 1 : 0;

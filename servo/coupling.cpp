@@ -8,18 +8,21 @@ namespace {
 
 constexpr double kRampTime = 0.200;  // [s]
 
-double ramp(double now, double wanted, double span, double dt) {
-  const double step = std::max(span, std::fabs(wanted)) * dt / kRampTime;
-  return now + std::clamp(wanted - now, -step, step);
+Coupling along(const CouplingRamp& ramp) {
+  const double share = std::min(ramp.time / kRampTime, 1.0);
+  const auto between = [&](double from, double to) {
+    return share < 1 ? from + share * (to - from) : to;
+  };
+  return {between(ramp.from.translational_stiffness, ramp.to.translational_stiffness),
+          between(ramp.from.translational_damping, ramp.to.translational_damping)};
 }
 
 }  // namespace
 
-void ramp_coupling(Coupling& now, const Coupling& wanted, const Coupling& span, double dt) {
-  now.translational_stiffness = ramp(now.translational_stiffness, wanted.translational_stiffness,
-                                     span.translational_stiffness, dt);
-  now.translational_damping =
-      ramp(now.translational_damping, wanted.translational_damping, span.translational_damping, dt);
+Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt) {
+  if (wanted != ramp.to) ramp = {along(ramp), wanted, 0};
+  ramp.time += dt;
+  return along(ramp);
 }
 
 Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input) {

@@ -10,11 +10,20 @@ namespace haptic {
 struct Coupling {
   double translational_stiffness = 0;  // k_T [N/m]
   double translational_damping = 0;    // b_T [N·s/m]
+
+  bool operator==(const Coupling&) const = default;
 };
 
-/// Moves the parameters towards the wanted ones at a rate that crosses `span` in 200 ms: a step in
-/// stiffness under a pressed finger would be a step in force.
-void ramp_coupling(Coupling& now, const Coupling& wanted, const Coupling& span, double dt);
+/// A way from one set of parameters to another: a step in stiffness under a pressed finger would be
+/// a step in force.
+struct CouplingRamp {
+  Coupling from, to;
+  double time = 0;  // since it began [s]
+};
+
+/// The parameters of this tick, on a straight way of 200 ms to the wanted ones, from where they are
+/// when the wish changes.
+Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt);
 
 /// Force of the virtual coupling on the tool of a massless 3-DoF proxy, at the tool's origin, in W:
 /// f = k_T s + damper, s = x_P − x_T, the damper b_T (v_P − v_T) along s only, so that it brakes

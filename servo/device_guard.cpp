@@ -106,11 +106,12 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   return t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
 }
 
-void DeviceGuard::release(const Watched& watched) noexcept {
+/// Whether the bytes are on their way. A full queue or a node that is gone: the next time, or the
+/// firmware's own watchdog.
+bool DeviceGuard::release(const Watched& watched) noexcept {
   const size_t size = std::min<size_t>(release_.size, release_.bytes.size());
-  if (size == 0 || !watched.node.is_open()) return;
-  // a full queue or a node that is gone: the next time, or the firmware's own watchdog
-  if (write(watched.node.get(), release_.bytes.data(), size) > 0) releases_.fetch_add(1);
+  if (size == 0 || !watched.node.is_open()) return false;
+  return write(watched.node.get(), release_.bytes.data(), size) > 0;
 }
 
 void DeviceGuard::run() {
@@ -135,7 +136,7 @@ void DeviceGuard::run() {
     looked_ns = t_ns;
     if (held_up) continue;
     helpless = is_helpless(*watched, t_ns);
-    if (schedule.is_due(helpless, t_ns)) release(*watched);
+    if (schedule.is_due(helpless, t_ns) && release(*watched)) releases_.fetch_add(1);
   }
 }
 

@@ -53,7 +53,7 @@ class DeviceGuard {
   /// node, so it must be started anew.
   Change look(int64_t t_ns);
 
-  /// Times the device was let go.
+  /// Times the device was let go because its servo was dead or silent.
   uint64_t releases() const { return releases_.load(std::memory_order_relaxed); }
   const std::string& path() const { return path_; }
 
@@ -68,7 +68,7 @@ class DeviceGuard {
   void hand_over();
   bool adopt(std::unique_ptr<Watched>& watched);
   bool is_helpless(const Watched& watched, int64_t t_ns) noexcept;
-  void release(const Watched& watched) noexcept;
+  bool release(const Watched& watched) noexcept;
 
   std::string path_;
   int64_t period_ns_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/loop.h"
 
+#include <limits>
+
 namespace haptic {
 namespace {
 
@@ -10,7 +12,7 @@ constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServ
                               kServoTooFast | kServoThermal | kServoNoDevice;
 
 // hapticd lets go after kReleaseAfterTicks; its clock is not ours
-constexpr uint64_t kMaybeReleasedTicks = kReleaseAfterTicks / 2;
+constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks / 2;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();
@@ -35,8 +37,9 @@ ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& in
       inbox_(inbox),
       channels_(channels),
       model_(build_model(config, device)),
-      has_release_(device.release().size > 0) {
-  if (has_release_) channels_.releases.publish(device.release());
+      patience_ns_(device.release().size > 0 ? kMaybeReleasedTicks * period_ns(config.servo_rate)
+                                             : std::numeric_limits<int64_t>::max()) {
+  if (device.release().size > 0) channels_.releases.publish(device.release());
 }
 
 void ServoLoop::tick(const Tick& tick) {
@@ -48,10 +51,14 @@ void ServoLoop::tick(const Tick& tick) {
   input_.t_ns = tick.deadline_ns;
   input_.realtime_ns = realtime_now_ns() - (now_ns() - tick.deadline_ns);
   input_.wake_late_ns = tick.late_ns;
-  input_.released = has_release_ && tick.skipped - input_.skipped >= kMaybeReleasedTicks;
+  input_.released = dropped_ || woke_ns - last_woke_ns_ >= patience_ns_;
+  last_woke_ns_ = woke_ns;
   input_.skipped = tick.skipped;
 
   frame_ = servo_step(model_, state_, input_);
+  // held up since then, the force is that of a hand which has gone on
+  dropped_ = now_ns() - woke_ns >= patience_ns_;
+  if (dropped_) frame_.F_device_B = {};
   device_.write(frame_.F_device_B);
   frame_.busy_ns = now_ns() - woke_ns;
   channels_.frames.publish(frame_);

@@ -56,7 +56,9 @@ class ServoLoop {
   ServoState state_;
   ServoInput input_;
   ServoFrame frame_{};
-  const bool has_release_;
+  const int64_t patience_ns_;  // between two wake-ups, before the device may have been let go
+  int64_t last_woke_ns_ = 0;
+  bool dropped_ = false;  // the last force came too late to be sent
   uint32_t notable_ = 0, fault_ = 0;
 };
 

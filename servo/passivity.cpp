@@ -7,41 +7,62 @@ namespace haptic {
 namespace {
 
 constexpr double kForgetTime = 0.5;  // of a debt, in free space [s]
-constexpr double kStill = 1e-6;      // of a way in one tick: below it nothing can be damped [m]
+constexpr double kStill = 1e-3;      // below it there is nothing to damp [m/s]
+
+/// The force held since the last sample, with the way it was held over. Returns the velocity of the
+/// handle against the surface.
+Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& held_B) {
+  const double since = 1e-9 * static_cast<double>(input.t_ns - state.t_ns);
+  const Vec3 step_B = input.p_B - state.p_B - since * input.surface_velocity_B;
+  state.energy = std::max(state.energy - dot(held_B, step_B), -kPassivityDebt);
+  state.p_B = input.p_B;
+  state.t_ns = input.t_ns;
+  state.impulse_B = {};
+  state.held = 0;
+  return step_B / since;
+}
 
 }  // namespace
 
 PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input, double dt) {
   PassivityOutput out{input.force_B};
-  if (!state.known) return out;
-  const Vec3 step_B = input.p_B - state.p_B - dt * input.surface_velocity_B;
-  if (input.force_B == Vec3{} && state.held_B == Vec3{}) {
+  if (!state.known) {
+    state.p_B = input.p_B;
+    state.t_ns = input.t_ns;
+    state.known = true;
+    return out;
+  }
+  // no new sample: nothing is known of what the force has done
+  if (input.t_ns <= state.t_ns) return out;
+  const Vec3 held_B = state.held > 0 ? state.impulse_B / state.held : Vec3{};
+  const Vec3 velocity_B = observe(state, input, held_B);
+  const Vec3& push_B = input.force_B != Vec3{} ? input.force_B : held_B;
+  if (push_B == Vec3{}) {
     state.energy = std::min(state.energy, 0.0) * (1 - std::min(dt / kForgetTime, 1.0));
     return out;
   }
-  // the force that was held, with the way it was held over
-  state.energy -= dot(state.held_B, step_B);
-  state.energy = std::max(state.energy, -kPassivityDebt);
 
   // what the coming tick will bring if the handle goes on as it did
-  const double expected = state.energy - dot(input.force_B, step_B);
+  const double expected = state.energy - dt * dot(input.force_B, velocity_B);
   if (expected >= -kPassivitySlack) return out;
   // along the force only, where the energy goes: a smooth wall stays smooth; as the handle leaves
   // the wall, along the force it leaves: there a buzzing wall gives most of its energy away
-  const Vec3 along_B = normalized(input.force_B != Vec3{} ? input.force_B : state.held_B);
-  const double way = dot(step_B, along_B);
-  if (std::fabs(way) < kStill) return out;
+  const double push = norm(push_B);
+  const Vec3 along_B = push_B / push;
+  const double speed = dot(velocity_B, along_B);
+  if (std::fabs(speed) < kStill) return out;
   const double alpha =
-      std::min((-kPassivitySlack - expected) * dt / (way * way), input.max_damping);
-  out.force_B = input.force_B - alpha * way / dt * along_B;
+      std::min((-kPassivitySlack - expected) / (dt * speed * speed), input.max_damping);
+  // pulls no more than it pushed before
+  const double most = std::max(push, norm(held_B));
+  out.force_B = input.force_B - std::min(alpha * speed, most) * along_B;
   out.damped = true;
   return out;
 }
 
-void note_held(PassivityState& state, const Vec3& p_B, const Vec3& held_B) {
-  state.p_B = p_B;
-  state.held_B = held_B;
-  state.known = true;
+void note_held(PassivityState& state, const Vec3& held_B, double dt) {
+  state.impulse_B += dt * held_B;
+  state.held += dt;
 }
 
 }  // namespace haptic

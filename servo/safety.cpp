@@ -27,12 +27,14 @@ bool saturate(Vec3& a, double limit) {
 }
 
 /// Whether the handle went further than it can have in the time between two fresh samples.
-bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& device) {
+bool jumped(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
+  const DeviceState& device = input.device;
   // homing, and a device that comes back, move the pose rightly
   const bool known = (device.flags & kDeviceHomed) != 0 && (device.flags & kDeviceLost) == 0;
   if (!known) state.any_sample = false;
   if (!known || (device.flags & kDeviceFresh) == 0) return false;
-  const double since = static_cast<double>(device.t_ns - state.measured_ns) * 1e-9;
+  // of which a sample that came late may be any
+  const double since = static_cast<double>(input.now_ns - state.measured_ns) * 1e-9;
   const double way = norm(device.X_BH.p - state.p_B);
   const bool jump = state.any_sample &&
                     way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
@@ -43,7 +45,7 @@ bool jumped(const SafetyLimits& limits, SafetyState& state, const DeviceState& d
 }
 
 Fault find_fault(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
-  state.jumped = input.device_finite && jumped(limits, state, input.device);
+  state.jumped = input.device_finite && jumped(limits, state, input);
   if (!input.device_finite) return Fault::kDeviceNotFinite;
   if (!input.contacts_finite) return Fault::kContactsNotFinite;
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
@@ -73,15 +75,24 @@ Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
   return -kEdgeShare * limits.max_force * std::min(beyond / kEdgeWidth, 1.0) * normalized(out_B);
 }
 
-/// Lets a force that has just appeared rise no faster than the slew limit.
+/// Lets a force that has just appeared grow no faster than the slew limit: along the force that is
+/// held, across it and against it. What becomes less of the held force is never slowed.
 bool slew(const SafetyLimits& limits, SafetyState& state, Wrench& F_B, double dt) {
-  const double wanted = norm(F_B.f), reachable = state.held_force + limits.slew * dt;
-  if (state.slewing && wanted > reachable) {
-    F_B = (reachable / wanted) * F_B;
-    return true;
+  const double most = limits.slew * dt, held = norm(state.held_B);
+  const Vec3 along_B = held > 0 ? state.held_B / held : Vec3{};
+  const double along = dot(F_B.f, along_B);
+  Vec3 across_B = F_B.f - along * along_B;
+  const double kept = std::clamp(along, -most, held + most), across = norm(across_B);
+  if (across > most) across_B *= most / across;
+  const bool too_far = across > most || kept != along;
+  if (!state.slewing || !too_far) {
+    state.slewing = false;
+    return false;
   }
-  state.slewing = false;
-  return false;
+  const double wanted = norm(F_B.f);
+  F_B.f = kept * along_B + across_B;
+  F_B.t *= norm(F_B.f) / wanted;
+  return true;
 }
 
 /// The force the motors bear at present.
@@ -97,7 +108,7 @@ double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
 /// The hand feels nothing at present: what comes begins there.
 void forget_held(SafetyState& state) {
   state.slewing = true;
-  state.held_force = 0;
+  state.held_B = {};
   state.passivity = {};
 }
 
@@ -137,14 +148,14 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   if (input.released) forget_held(state);
   if (input.restart) state.gain = 0;
   if (limits.soft_start <= 0) state.gain = 1;
+  const Vec3 edge_B = edge_force(limits, input.device.X_BH.p);
+  if (edge_B != Vec3{}) out.flags |= kServoWorkspaceEdge;
+  out.F_B.f += edge_B;
   if (state.gain < 1) {
     out.flags |= kServoSoftStart;
     out.F_B = state.gain * out.F_B;
     state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
-  const Vec3 edge_B = edge_force(limits, input.device.X_BH.p);
-  if (edge_B != Vec3{}) out.flags |= kServoWorkspaceEdge;
-  out.F_B.f += edge_B;
 
   state.slewing |= input.restart || input.new_constraint;
   if (slew(limits, state, out.F_B, dt)) out.flags |= kServoSlewing;
@@ -161,16 +172,18 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   if (force_cut || torque_cut) out.flags |= kServoSaturated;
 
   if ((input.device.flags & kDeviceOpenLoop) == 0) {
-    const PassivityOutput passive = keep_passive(
-        state.passivity,
-        {input.device.X_BH.p, input.surface_velocity_B, out.F_B.f, limits.max_damping}, dt);
+    const PassivityOutput passive =
+        keep_passive(state.passivity,
+                     {input.device.X_BH.p, input.device.t_ns, input.surface_velocity_B, out.F_B.f,
+                      limits.max_damping},
+                     dt);
     if (passive.damped) out.flags |= kServoPassivity;
     out.F_B.f = passive.force_B;
     saturate(out.F_B.f, bearable);
-    note_held(state.passivity, input.device.X_BH.p, out.F_B.f);
+    note_held(state.passivity, out.F_B.f, dt);
   }
-  state.held_force = norm(out.F_B.f);
-  state.heat += dt / kThermalTime * (state.held_force * state.held_force - state.heat);
+  state.held_B = out.F_B.f;
+  state.heat += dt / kThermalTime * (norm_squared(state.held_B) - state.heat);
   return out;
 }
 

@@ -30,7 +30,7 @@ struct SafetyState {
   bool too_fast = false;      // until the handle has slowed down
   bool slewing = true;        // the force has yet to catch up with what is asked for
   double heat = 0;            // low-passed |F|² [N²]
-  double held_force = 0;      // |F| over the last tick [N]
+  Vec3 held_B;                // force over the last tick [N]
   Vec3 p_B;                   // last fresh sample [m]
   int64_t measured_ns = 0;    // and when it was true
   bool any_sample = false;
@@ -41,6 +41,7 @@ struct SafetyState {
 struct SafetyInput {
   Wrench F_B;                   // what the solver asks for, on the handle, in B
   DeviceState device{};         // this tick's sample
+  int64_t now_ns = 0;           // of the wake-up; never before the sample's own instant
   bool device_finite = true;    // it held no NaN or infinity
   bool contacts_finite = true;  // nor did the contacts and the poses of the objects
   bool armed = true;            // by the dead-man button or `hapt arm`
@@ -60,13 +61,16 @@ struct SafetyOutput {
 /// The last stage before the device; runs after every solver and cannot be switched off. In this
 /// order:
 ///  1. finite check; a force a thousand times the limit, or a pose that jumps further than twice
-///     the velocity limit explains over the measured time: latched fault, zero wrench. Cleared by
-///     ControlFrame::fault_clears, once the handle is slower than 0.1 m/s; then soft start.
+///     the velocity limit explains over the time since the sample before: latched fault, zero
+///     wrench. Cleared by ControlFrame::fault_clears, once the handle is slower than 0.1 m/s; then
+///     soft start.
 ///  2. closed (not armed, clutch, pause, no free pose, faster than the velocity limit and not yet
 ///     slower than 0.1 m/s again): zero wrench, then soft start.
-///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force.
+///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force; through the
+///     soft start like the rest.
 ///  4. slew: a force that re-engages (also after a release from outside) or belongs to a new
-///     constraint rises by at most slew·dt a tick until it has caught up; an existing wall is never
+///     constraint grows by at most slew·dt a tick, along, across and against the held one, until it
+///     has caught up; an existing wall is never
 ///     slowed, neither up nor down, because that would feed energy in.
 ///  5. saturation, direction kept.
 ///  6. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,

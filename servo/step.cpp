@@ -45,11 +45,14 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt) {
 }
 
 void follow_control(const ServoModel& model, ServoState& state, const ServoInput& input) {
-  if (!state.started) state.coupling = model.coupling;
+  if (!state.started) {
+    state.coupling = model.coupling;
+    state.ramp = {model.coupling, model.coupling, 0};
+  }
   if (input.control == nullptr) return;
   const Coupling wanted{input.control->translational_stiffness,
                         input.control->translational_damping};
-  ramp_coupling(state.coupling, wanted, model.coupling, model.dt);
+  state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
 }
 
 /// Pushes the opposite of the tool's force into the objects that carry it.
@@ -127,12 +130,22 @@ bool begin_frame(const ServoModel& model, ServoState& state, const ServoInput& i
   return true;
 }
 
+/// With the first ControlFrame: what was asked of a former servo is no request to this one, and a
+/// fault that nobody has cleared since goes on.
+void begin_safety(ServoState& state, const ControlFrame& control) {
+  if (state.controlled) return;
+  state.controlled = true;
+  state.safety.fault_clears = control.fault_clears;
+  if (state.safety.fault == Fault::kNone) state.safety.fault = static_cast<Fault>(control.fault);
+}
+
 /// Notes in the frame which inputs it used, and what they ask of safety.
 SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoInput& input,
                         ServoFrame& frame) {
   SafetyInput safety;
   safety.device = frame.device;
   safety.released = input.released;
+  safety.now_ns = std::max(input.t_ns + input.wake_late_ns, input.device.t_ns);
   const int32_t button = model.dead_man_button;
   safety.armed = button < 0 || ((input.device.buttons >> button) & 1u) != 0;
   frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
@@ -148,10 +161,12 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
     safety.force_closed = (set.flags & kContactNoFreePose) != 0;
   }
   if (input.scene != nullptr) frame.scene_seq = input.scene->seq;
+  // nobody has said yet that this hand may feel anything
+  safety.armed &= input.control != nullptr && input.control->armed != 0;
   if (input.control != nullptr) {
+    begin_safety(state, *input.control);
     frame.control_revision = input.control->revision;
     safety.fault_clears = input.control->fault_clears;
-    safety.armed &= input.control->armed != 0;
     if (input.control->paused != 0) frame.flags |= kServoPaused;
   }
   if (!is_usable(input.device)) frame.flags |= kServoNoDevice;

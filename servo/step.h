@@ -27,13 +27,15 @@ struct ReseedMark {
 
 /// All that survives a tick.
 struct ServoState {
-  Coupling coupling;
+  Coupling coupling;  // in force
+  CouplingRamp ramp;
   ContactAge age;
   SafetyState safety;
   Clutch clutch;
   bool started = false;
-  Pose X_WT;  // last tick's tool
-  Pose X_WP;  // last tick's proxy
+  bool controlled = false;  // a ControlFrame has come
+  Pose X_WT;                // last tick's tool
+  Pose X_WP;                // last tick's proxy
   int64_t t_ns = 0;
   uint64_t contact_generation = 0;
   ReseedMark reseeds;

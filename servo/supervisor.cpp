@@ -167,7 +167,7 @@ void Supervisor::wait_for_work(int64_t until_ns) {
     // poll ignores the −1 of a process that does not run
     waiting[2 + i] = {processes_[i].pidfd.get(), POLLIN, 0};
     waiting[5 + i] = {processes_[i].output ? processes_[i].output->poll_fd() : -1, POLLIN, 0};
-    if (processes_[i].pid < 0) until_ns = std::min(until_ns, processes_[i].restart_at_ns);
+    until_ns = std::min(until_ns, start_time(processes_[i]));
   }
   waiting[8] = {commands_.poll_fd(), POLLIN, 0};
   if (!unanswered_.empty()) until_ns = std::min(until_ns, now_ns() + kEchoPeriodNs);
@@ -180,7 +180,7 @@ void Supervisor::wait_for_work(int64_t until_ns) {
       if (offer.id == SegmentId::kContact0 && servo.generation == 0) servo.restart_at_ns = 0;
     });
   }
-  commands_.serve([this](int peer, std::string_view line) { take_command(peer, line); });
+  commands_.serve([this](uint64_t peer, std::string_view line) { take_command(peer, line); });
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
     log_.write(LogLevel::kInfo, "hapticd",
@@ -197,7 +197,7 @@ void Supervisor::write_output(Process& process, bool ended) {
   ended ? process.output->flush(use) : process.output->read(use);
 }
 
-void Supervisor::take_command(int peer, std::string_view line) {
+void Supervisor::take_command(uint64_t peer, std::string_view line) {
   const Command command = apply_command(line, control_frame_);
   switch (command.kind) {
     case CommandKind::kRefused:
@@ -229,8 +229,8 @@ void Supervisor::answer_commands(int64_t t_ns) {
     if (!done && t_ns < asked.give_up_ns) return false;
     commands_.answer(asked.peer,
                      done    ? "ok"
-                     : taken ? "error: the fault stays while the handle moves faster than 0.1 m/s; "
-                               "hold it still, the request waits"
+                     : taken ? "error: the fault is still there; hold the handle stiller than 0.1 "
+                               "m/s (the request waits), see the log for its cause"
                              : "error: the servo has not taken it up within a second; see hapt "
                                "status, the request waits");
     return true;
@@ -339,19 +339,33 @@ void Supervisor::reap(Process& process) {
   const int64_t t_ns = now_ns();
   if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
   const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
-  // without its device a servo has nothing to do
-  const bool must_wait = drives(process) && guard_->node() < 0;
-  process.restart_at_ns = must_wait ? std::numeric_limits<int64_t>::max() : t_ns + delay_ns;
-  log_.write(
-      LogLevel::kWarning, process.name,
-      std::string(process.program) + " " + how_it_ended(status) + "; starting it again " +
-          (must_wait ? "when the device is back" : "in " + std::to_string(delay_ns / kMs) + " ms"));
+  process.restart_at_ns = t_ns + delay_ns;
+  if (process.id == SegmentId::kServo0) keep_fault();
+  log_.write(LogLevel::kWarning, process.name,
+             std::string(process.program) + " " + how_it_ended(status) + "; starting it again " +
+                 (lacks_device(process) ? "when the device is back"
+                                        : "in " + std::to_string(delay_ns / kMs) + " ms"));
 }
 
 void Supervisor::restart_due(int64_t t_ns) {
   for (Process& process : processes_) {
-    if (!stopping_ && process.pid < 0 && t_ns >= process.restart_at_ns) start(process);
+    if (!stopping_ && t_ns >= start_time(process)) start(process);
   }
+}
+
+/// When a process is to be started; never while it runs, or waits for its device.
+int64_t Supervisor::start_time(const Process& process) const {
+  const bool waits = process.pid < 0 && !lacks_device(process);
+  return waits ? process.restart_at_ns : std::numeric_limits<int64_t>::max();
+}
+
+/// A fault outlives the servo that found it, until somebody clears it.
+void Supervisor::keep_fault() {
+  servo_frames_.latest(servo_frame_);
+  if (servo_frame_.fault == 0) return;
+  control_frame_.fault = servo_frame_.fault;
+  ++control_frame_.revision;
+  publish_control(now_ns());
 }
 
 /// A device that went is waited for; one that comes back gets a servo that greets it anew.
@@ -364,7 +378,6 @@ void Supervisor::watch_device(int64_t t_ns) {
                guard_->path() + ": the device is gone; plug it in again, the session waits");
   } else if (change == DeviceGuard::Change::kBack) {
     log_.write(LogLevel::kInfo, servo.name, guard_->path() + ": the device is back");
-    servo.restart_at_ns = t_ns;
     if (servo.pid >= 0) kill(servo.pid, SIGTERM);
   }
   if (guard_->releases() == told_releases_) return;

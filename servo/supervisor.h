@@ -66,7 +66,7 @@ class Supervisor {
   };
   /// A change that was asked for and that the servo has not yet echoed.
   struct Unanswered {
-    int peer;
+    uint64_t peer;
     uint64_t revision;
     bool clears_fault;
     int64_t give_up_ns;
@@ -76,6 +76,10 @@ class Supervisor {
   bool drives(const Process& process) const {
     return guard_.has_value() && process.id == SegmentId::kServo0;
   }
+  /// Whether its device is gone, so that it has nothing to do.
+  bool lacks_device(const Process& process) const { return drives(process) && guard_->node() < 0; }
+  int64_t start_time(const Process& process) const;
+  void keep_fault();
   void start(Process& process);
   void reap(Process& process);
   void restart_due(int64_t t_ns);
@@ -84,7 +88,7 @@ class Supervisor {
   bool is_hopeless(Process& process, int status);
   const SegmentHeader* header_of(const Process& process) noexcept;
   void tell_waiting(int64_t t_ns);
-  void take_command(int peer, std::string_view line);
+  void take_command(uint64_t peer, std::string_view line);
   void answer_commands(int64_t t_ns);
   std::string status() noexcept;
   void publish_control(int64_t t_ns);

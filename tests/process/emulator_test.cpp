@@ -67,7 +67,9 @@ path = ")" << folder << R"(/device"
 [coupling]
 stiffness = "500 N/m"
 [safety]
+armed_at_start = true
 soft_start = "0.1 s"
+slew = "200 N/s"
 [[object]]
 name = "block"
 primitive = "box"

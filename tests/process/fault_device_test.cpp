@@ -42,6 +42,7 @@ kind = "replay"
 path = "jump.csv"
 resampling = "hold"
 [safety]
+armed_at_start = true
 soft_start = "0.1 s"
 [[object]]
 name = "block"

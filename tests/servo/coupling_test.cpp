@@ -6,6 +6,7 @@
 
 using haptic::Coupling;
 using haptic::coupling_force;
+using haptic::CouplingRamp;
 using haptic::Vec3;
 using haptic::test::IsNear;
 
@@ -45,15 +46,25 @@ TEST_CASE("coupling: damping acts along the spring, brakes the entry and never p
              IsNear({0, 0, 1}, 1e-12));
 }
 
-TEST_CASE("coupling: parameters ramp over 200 ms", "[servo]") {
-  Coupling now{1000, 0};
-  const Coupling span{1000, 0};
-  double largest_step = 0;
-  for (int i = 0; i < 250; ++i) {
-    const double before = now.translational_stiffness;
-    ramp_coupling(now, {500, 0}, span, 1e-3);
+TEST_CASE("coupling: parameters ramp over 200 ms, up and down, however far", "[servo]") {
+  const auto [from, to] = GENERATE(
+      table<double, double>({{1000.0, 500.0}, {100000.0, 500.0}, {500.0, 2000.0}, {2000.0, 0.0}}));
+  CouplingRamp ramp{{from, 1}, {from, 1}, 0};
+  double before = from, largest_step = 0;
+  for (int i = 1; i <= 200; ++i) {
+    const Coupling now = ramp_coupling(ramp, {to, 2}, 1e-3);
     largest_step = std::max(largest_step, std::fabs(now.translational_stiffness - before));
+    before = now.translational_stiffness;
+    CHECK(now.translational_stiffness == Approx(from + i / 200.0 * (to - from)).margin(1e-6));
   }
-  CHECK(now.translational_stiffness == 500);
-  CHECK(largest_step <= 5.0 + 1e-9);
+  CHECK(ramp_coupling(ramp, {to, 2}, 1e-3) == Coupling{to, 2});
+  CHECK(largest_step <= std::fabs(to - from) / 200 * (1 + 1e-9));
+}
+
+TEST_CASE("coupling: a new wish in mid-ramp goes on from where the parameters are", "[servo]") {
+  CouplingRamp ramp{{1000, 0}, {1000, 0}, 0};
+  Coupling now;
+  for (int i = 0; i < 100; ++i) now = ramp_coupling(ramp, {500, 0}, 1e-3);
+  CHECK(now.translational_stiffness == Approx(750));
+  CHECK(ramp_coupling(ramp, {1750, 0}, 1e-3).translational_stiffness == Approx(755));
 }

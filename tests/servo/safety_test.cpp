@@ -185,6 +185,7 @@ SafetyInput sample(const Vec3& p_B, double t_s) {
   SafetyInput input = asking({{1, 0, 0}, {}});
   input.device.X_BH.p = p_B;
   input.device.t_ns = 1'000'000'000 + static_cast<int64_t>(t_s * 1e9);
+  input.now_ns = input.device.t_ns;
   input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
   return input;
 }
@@ -283,15 +284,30 @@ TEST_CASE("safety: slew limits what appears, never a wall that is there", "[serv
   SafetyInput fresh = asking({{0, 4.8, 0}, {}});
   fresh.new_constraint = true;
   const SafetyOutput first = make_safe(kLimits, state, fresh, kDt);
-  CHECK(first.F_B.f.y == Approx(0.5 + step));
+  CHECK_THAT(first.F_B.f, IsNear({0, step, 0}, 1e-12));
   CHECK((first.flags & haptic::kServoSlewing) != 0);
   fresh.new_constraint = false;
-  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(0.5 + 2 * step));
+  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(2 * step));
   CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(4.8));
   // a new one that asks for less is not held up
   SafetyInput less = asking({{0, 1, 0}, {}});
   less.new_constraint = true;
   CHECK(make_safe(kLimits, state, less, kDt).F_B.f.y == 1);
+}
+
+TEST_CASE("safety: slew limits a new constraint across and against the held force", "[servo]") {
+  SafetyState state = warm();
+  const double step = kLimits.slew * kDt;
+  make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt);
+  // into a corner: the wall that is there stays as it is
+  SafetyInput corner = asking({{4, 3, 0}, {}});
+  corner.new_constraint = true;
+  CHECK_THAT(make_safe(kLimits, state, corner, kDt).F_B.f, IsNear({4, step, 0}, 1e-12));
+  // a wall on the other side: what is held goes at once, what comes is slow
+  make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt);
+  SafetyInput other = asking({{-4.9, 0, 0}, {}});
+  other.new_constraint = true;
+  CHECK_THAT(make_safe(kLimits, state, other, kDt).F_B.f, IsNear({-step, 0, 0}, 1e-12));
 }
 
 TEST_CASE("safety: the thermal budget brings the limit down to what the motors bear", "[servo]") {

@@ -62,13 +62,23 @@ ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set) {
   return input;
 }
 
+/// One tick of a session that is armed and leaves the coupling as it is.
+ServoFrame step_armed(const ServoModel& model, ServoState& state, ServoInput input) {
+  haptic::ControlFrame control{};
+  control.armed = 1;
+  control.translational_stiffness = model.coupling.translational_stiffness;
+  control.translational_damping = model.coupling.translational_damping;
+  if (input.control == nullptr) input.control = &control;
+  return servo_step(model, state, input);
+}
+
 }  // namespace
 
 TEST_CASE("servo: plane force is k times depth, exact", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0.01, 0.02, 0.003})});
   ServoState state;
   const ServoFrame f =
-      servo_step(plain_model(900), state, input_at(1, {0.013, 0.018, 0.0013}, set.get()));
+      step_armed(plain_model(900), state, input_at(1, {0.013, 0.018, 0.0013}, set.get()));
   CHECK(norm(f.F_device_B.f - Vec3{0, 0, 900 * (0.003 - 0.0013)}) <=
         haptic::test::tol(1e-9) * 1.53);
   CHECK(f.F_device_B.f.x == 0);
@@ -79,7 +89,7 @@ TEST_CASE("servo: plane force is k times depth, exact", "[servo]") {
 TEST_CASE("servo: above the plane there is no force", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0, 0, 0})});
   ServoState state;
-  const ServoFrame f = servo_step(plain_model(900), state, input_at(1, {0, 0, 1e-9}, set.get()));
+  const ServoFrame f = step_armed(plain_model(900), state, input_at(1, {0, 0, 1e-9}, set.get()));
   CHECK(f.F_device_B == haptic::Wrench{});
   CHECK((f.flags & haptic::kServoContact) == 0);
 }
@@ -90,7 +100,7 @@ TEST_CASE("servo: penalty force is plus k d n (the slide has minus: its normal p
   for (const Vec3& n : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, haptic::normalized(Vec3{1, 2, -3})}) {
     const auto set = set_of({plane(n, {})});
     ServoState state;
-    const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, -1e-3 * n, set.get()));
+    const ServoFrame f = step_armed(plain_model(1000), state, input_at(1, -1e-3 * n, set.get()));
     CHECK_THAT(f.F_device_B.f, IsNear(n, 1e-12));
   }
 }
@@ -99,7 +109,7 @@ TEST_CASE("servo: 90 degree concave corner", "[servo][trap]") {
   const auto set = set_of({plane({1, 0, 0}, {0, 0, 3e-3}), plane({0, 1, 0}, {0, 0, 3e-3})});
   ServoState state;
   const ServoFrame f =
-      servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 3e-3}, set.get()));
+      step_armed(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 3e-3}, set.get()));
   CHECK_THAT(f.X_WP.p, IsNear({0, 0, 3e-3}, 1e-15));
   CHECK_THAT(f.F_device_B.f, IsNear({1, 2, 0}, 1e-12));
 }
@@ -145,7 +155,7 @@ TEST_CASE("servo: contacts move with their object", "[servo]") {
   ServoInput input = input_at(105, {0, 0, 0.014}, set.get());
   input.scene = &scene;
   set->answers_t_ns = 104 * kMs;
-  const ServoFrame f = servo_step(plain_model(1000), state, input);
+  const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK(f.F_device_B.f.z == Approx(1.0));
   CHECK(f.object_impulse_W[0].f.z == Approx(-1.0 * 1e-3));
 }
@@ -160,14 +170,14 @@ TEST_CASE("servo: a dead sim freezes the scene after 20 ms", "[servo]") {
   ServoInput input = input_at(1100, {0, 0, 0}, set.get());
   input.scene = &scene;
   set->answers_t_ns = 1099 * kMs;
-  const ServoFrame f = servo_step(plain_model(1000), state, input);
+  const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK(f.depth == Approx(0.1 * 0.020));
 
   // what stands still does not push the damper either
   ServoModel damped = plain_model(1000);
   damped.coupling.translational_damping = 5;
   ServoState fresh;
-  CHECK(servo_step(damped, fresh, input).F_device_B.f.z == Approx(1000 * 0.1 * 0.020));
+  CHECK(step_armed(damped, fresh, input).F_device_B.f.z == Approx(1000 * 0.1 * 0.020));
 }
 
 TEST_CASE("servo: the damper fades with the contacts and never steps", "[servo]") {
@@ -184,7 +194,7 @@ TEST_CASE("servo: the damper fades with the contacts and never steps", "[servo]"
     }
     ServoInput input = input_at(k, {0, 0, -1e-3}, set.get());
     input.device.V_BH.v = {0, 0, -0.2};
-    force.push_back(servo_step(model, state, input).F_device_B.f.z);
+    force.push_back(step_armed(model, state, input).F_device_B.f.z);
   }
   const double full = 800 * 1e-3 + 5 * 0.2;
   CHECK(force[80] == Approx(full));
@@ -222,7 +232,7 @@ TEST_CASE(
   ServoModel far = model;
   far.map.motion_scale = 10;
   ServoState state;
-  const ServoFrame f = servo_step(far, state, input);
+  const ServoFrame f = step_armed(far, state, input);
   CHECK((f.flags & haptic::kServoFault) != 0);
   CHECK(f.F_device_B == haptic::Wrench{});
   CHECK(is_finite(f.X_WT));
@@ -236,24 +246,24 @@ TEST_CASE("servo: a proxy placed anew starts softly even if its set was never se
   state.safety.gain = 1;
   ServoInput input = input_at(1, {0, 0, -4e-3}, set.get());
   input.contact_generation = 1;
-  CHECK(servo_step(model, state, input).F_device_B.f.z == Approx(4));
+  CHECK(step_armed(model, state, input).F_device_B.f.z == Approx(4));
 
   // the set that says kContactReseeded was overwritten: only its count is left
   set->reseeds = 1;
   set->seq = 2;
   input.tick = 2, input.t_ns = 2 * kMs;
-  CHECK(servo_step(model, state, input).F_device_B.f.z == 0);
+  CHECK(step_armed(model, state, input).F_device_B.f.z == 0);
   // one start a placing, and none for a restarted contact that took the proxy up where it was
   input.tick = 3, input.t_ns = 3 * kMs;
-  CHECK(servo_step(model, state, input).F_device_B.f.z > 0);
+  CHECK(step_armed(model, state, input).F_device_B.f.z > 0);
   set->reseeds = 0;
   input.contact_generation = 2;
   input.tick = 4, input.t_ns = 4 * kMs;
-  CHECK(servo_step(model, state, input).F_device_B.f.z > 0);
+  CHECK(step_armed(model, state, input).F_device_B.f.z > 0);
   set->reseeds = 1;
   input.contact_generation = 3;
   input.tick = 5, input.t_ns = 5 * kMs;
-  CHECK(servo_step(model, state, input).F_device_B.f.z == 0);
+  CHECK(step_armed(model, state, input).F_device_B.f.z == 0);
 }
 
 TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
@@ -264,7 +274,7 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
   control.translational_stiffness = 1000;
   ServoInput input = input_at(1, {0, 0, -1e-3}, set.get());
   input.control = &control;
-  const double before = servo_step(model, state, input).object_impulse_W[0].f.z;
+  const double before = step_armed(model, state, input).object_impulse_W[0].f.z;
   CHECK(before == Approx(-1e-3));
   SECTION("paused") {
     control.paused = 1;
@@ -276,7 +286,7 @@ TEST_CASE("servo: nothing is pushed while nothing is felt", "[servo]") {
     input.device.V_BH.v.x = std::numeric_limits<double>::quiet_NaN();
   }
   input.tick = 2, input.t_ns = 2 * kMs;
-  CHECK(servo_step(model, state, input).object_impulse_W[0].f.z == before);
+  CHECK(step_armed(model, state, input).object_impulse_W[0].f.z == before);
 }
 
 TEST_CASE("servo: impulses of two objects share the force by their planes", "[servo]") {
@@ -285,7 +295,7 @@ TEST_CASE("servo: impulses of two objects share the force by their planes", "[se
   set->n_objects = 2;
   ServoState state;
   const ServoFrame f =
-      servo_step(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
+      step_armed(plain_model(1000), state, input_at(1, {-1e-3, -2e-3, 0}, set.get()));
   CHECK_THAT(f.object_impulse_W[0].f, IsNear({-1e-3, 0, 0}, 1e-15));
   CHECK_THAT(f.object_impulse_W[1].f, IsNear({0, -2e-3, 0}, 1e-15));
 }
@@ -298,21 +308,21 @@ TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latc
   auto set = set_of({plane({0, 0, 1}, {})});
   ServoState state;
   const ServoModel model = plain_model(1000);
-  servo_step(model, state, input_at(1, {0, 0, -1e-3}, set.get()));
+  step_armed(model, state, input_at(1, {0, 0, -1e-3}, set.get()));
   ServoInput input = input_at(2, {0, 0, -1e-3}, set.get());
   if (in_contact) {
     set->contacts[0].normal_O.z = bad;
   } else {
     input.device.X_BH.p.y = bad;
   }
-  const ServoFrame f = servo_step(model, state, input);
+  const ServoFrame f = step_armed(model, state, input);
   CHECK(f.F_device_B == haptic::Wrench{});
   CHECK((f.flags & haptic::kServoFault) != 0);
   CHECK(is_finite(f.X_WT));
   CHECK(is_finite(f.X_WP));
 
   set->contacts[0].normal_O.z = 1;
-  const ServoFrame after = servo_step(model, state, input_at(3, {0, 0, -1e-3}, set.get()));
+  const ServoFrame after = step_armed(model, state, input_at(3, {0, 0, -1e-3}, set.get()));
   CHECK(after.F_device_B == haptic::Wrench{});
 }
 
@@ -321,16 +331,16 @@ TEST_CASE("servo: a sample that jumps does not take the tool with it", "[servo]"
   ServoState state;
   const ServoModel model = plain_model(1000);
   const Vec3 hand_W{0, 0, -1e-3}, elsewhere_W{-0.67, 0, 0};
-  for (int64_t k = 1; k <= 3; ++k) servo_step(model, state, input_at(k, hand_W, nullptr));
+  for (int64_t k = 1; k <= 3; ++k) step_armed(model, state, input_at(k, hand_W, nullptr));
   for (const auto& [tick, p_W] : {std::pair<int64_t, Vec3>{4, elsewhere_W}, {5, hand_W}}) {
-    const ServoFrame f = servo_step(model, state, input_at(tick, p_W, nullptr));
+    const ServoFrame f = step_armed(model, state, input_at(tick, p_W, nullptr));
     CHECK(f.fault == static_cast<uint32_t>(haptic::Fault::kPoseJump));
     CHECK(f.X_WT.p == hand_W);
     CHECK(f.V_WT == haptic::Twist{});
     CHECK(f.device.X_BH.p == p_W);
   }
   const Vec3 moved_W{0, 0, -2e-3};
-  CHECK(servo_step(model, state, input_at(6, moved_W, nullptr)).X_WT.p == moved_W);
+  CHECK(step_armed(model, state, input_at(6, moved_W, nullptr)).X_WT.p == moved_W);
 }
 
 TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, then softly",
@@ -347,7 +357,7 @@ TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, the
     set->seq = input.tick;
     set->answers_t_ns = input.t_ns;
     input.device.flags = flags;
-    return servo_step(model, state, input);
+    return step_armed(model, state, input);
   };
   const uint32_t good = haptic::kDeviceFresh | haptic::kDeviceHomed;
   for (int i = 0; i < 200; ++i) step(good);
@@ -368,7 +378,7 @@ TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, the
 TEST_CASE("servo: contradictory planes are flagged and stay finite", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0, 0, 1e-3}), plane({0, 0, -1}, {0, 0, -1e-3})});
   ServoState state;
-  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {}, set.get()));
+  const ServoFrame f = step_armed(plain_model(1000), state, input_at(1, {}, set.get()));
   CHECK((f.flags & haptic::kServoSolverLimit) != 0);
   CHECK(is_finite(f.F_device_B));
 }
@@ -392,7 +402,7 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
       c = plane(haptic::normalized(Vec3{uniform(), uniform(), uniform()}),
                 0.01 * Vec3{uniform(), uniform(), uniform()}, 0.01 * std::fabs(uniform()));
     }
-    const ServoFrame f = servo_step(
+    const ServoFrame f = step_armed(
         model, state, input_at(k, 0.02 * Vec3{uniform(), uniform(), uniform()}, set.get()));
     REQUIRE(is_finite(f.F_device_B));
     REQUIRE(norm(f.F_device_B.f) <= 6);
