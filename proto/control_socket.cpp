@@ -137,7 +137,9 @@ std::string say_to_session(const std::string& session, const std::string& line,
     throw HandoutError("session '" + peer.session + "' does not answer; see its log");
   }
   std::string answer(kLongestCommand, '\0');
-  const ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
+  ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
+  // refused at the door, before our line was read: the reason lies behind this error
+  if (size < 0 && errno == ECONNRESET) size = recv(socket.get(), answer.data(), answer.size(), 0);
   if (size <= 0) throw HandoutError("session '" + peer.session + "' hung up");
   answer.resize(static_cast<size_t>(size));
   return answer;

@@ -11,7 +11,7 @@ constexpr double kStill = 1e-3;      // below it there is nothing to damp [m/s]
 
 /// The force held since the last sample, with the way it was held over. Returns the velocity of the
 /// handle against the surface.
-Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& held_B) {
+Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& held_B, double dt) {
   const double since = 1e-9 * static_cast<double>(input.t_ns - state.t_ns);
   const Vec3 step_B = input.p_B - state.p_B - since * input.surface_velocity_B;
   state.energy = std::max(state.energy - dot(held_B, step_B), -kPassivityDebt);
@@ -19,7 +19,8 @@ Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& hel
   state.t_ns = input.t_ns;
   state.impulse_B = {};
   state.held = 0;
-  return step_B / since;
+  // two samples may be closer than their time stamps know: no speed is made of that
+  return step_B / std::max(since, dt);
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
   // no new sample: nothing is known of what the force has done
   if (input.t_ns <= state.t_ns) return out;
   const Vec3 held_B = state.held > 0 ? state.impulse_B / state.held : Vec3{};
-  const Vec3 velocity_B = observe(state, input, held_B);
+  const Vec3 velocity_B = observe(state, input, held_B, dt);
   const Vec3& push_B = input.force_B != Vec3{} ? input.force_B : held_B;
   if (push_B == Vec3{}) {
     state.energy = std::min(state.energy, 0.0) * (1 - std::min(dt / kForgetTime, 1.0));

@@ -38,7 +38,7 @@ struct PassivityOutput {
 
 /// Passivity observer and controller at the port between hand and device, in device units. At each
 /// new sample, with Δx the way of the handle since the last one, less that of the surface, Δt the
-/// time between them and v = Δx/Δt:
+/// time between them (at least dt) and v = Δx/Δt:
 ///   E −= F_held · Δx,  F_held the force that was held over that time;
 ///   where E − F·v dt falls below −slack, the damper F_pc = −α v along F (after the last push:
 ///   along F_held) pays it back, α = deficit / (dt v²) ≤ max_damping. It pulls no more than the
