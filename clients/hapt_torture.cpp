@@ -235,28 +235,37 @@ void put(const std::string& text, size_t width) {
   std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
 }
 
+/// What design and documentation promise of a kind, in words.
+std::string stated(const FaultInfo& info) {
+  const std::string whole =
+      info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
+  switch (info.effect) {
+    case Effect::kLimits:
+      return "within limits";
+    case Effect::kNothing:
+      return "nothing changes" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kFade:
+      return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kZero:
+      return "zero in 20 ms" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kSilence:
+      break;
+  }
+  return "zero first on return";
+}
+
 void print_kinds(const Result& result) {
-  constexpr std::array<size_t, 6> kWidths{32, 8, 12, 15, 17, 0};
-  const auto line = [&](const std::array<std::string, 6>& cells) {
+  constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
+  const auto line = [&](const std::array<std::string, 7>& cells) {
     for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
     std::cout << '\n';
   };
-  line({"fault", "count", "violations", "worst to zero", "worst to whole", "stated"});
+  line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
   for (const FaultInfo& info : kFaults) {
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
-    const std::string stated =
-        !tally.left_out.empty()                                ? "LEFT OUT: " + tally.left_out
-        : info.effect == Effect::kNothing && info.goal_ns == 0 ? "nothing changes"
-        : info.effect == Effect::kZero
-            ? "zero in 20 ms" +
-                  std::string(
-                      info.goal_ns != 0 ? ", whole in " + readable(seconds(info.goal_ns), "s") : "")
-        : info.goal_ns != 0               ? "whole in " + readable(seconds(info.goal_ns), "s")
-        : info.effect == Effect::kLimits  ? "within limits"
-        : info.effect == Effect::kSilence ? "zero first on return"
-                                          : "faded in 150 ms";
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
-          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), stated});
+          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), std::to_string(tally.excused),
+          tally.left_out.empty() ? stated(info) : "LEFT OUT: " + tally.left_out});
   }
 }
 
