@@ -137,10 +137,8 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   if (outcome.violations.empty()) return;
   ++result.violations;
   for (const std::string& line : outcome.violations) {
-    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION "
-              << info_of(outcome.kind).name << " at "
-              << readable(1e-9 * static_cast<double>(outcome.begin_ns), "s") << ": " << line
-              << '\n';
+    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION in fault " << result.faults
+              << ", " << info_of(outcome.kind).name << ": " << line << '\n';
   }
 }
 
@@ -279,13 +277,16 @@ void print(const TortureCommand& options, const Result& result, const std::vecto
 }
 
 void run_torture(const TortureCommand& options) {
-  if (!options.output.empty()) check_outputs({options.output}, {}, options.overwrite);
+  std::string recording = options.output;
+  if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
+  if (!recording.empty()) {
+    check_outputs({recording + ".mcap", recording + "-2.mcap"}, {}, options.overwrite);
+  }
   catch_stop_signals();
   const WorkFolder folder(options.keep);
+  if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {
-    std::string recording = options.output.empty() ? folder.path() + "/torture" : options.output;
-    if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
     TortureSession session({folder.path(), recording, !options.no_realtime});
     torture(options, session, result);
     session.stop();
