@@ -28,6 +28,8 @@ constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";
 constexpr double kZeroForce = 5e-3;  // [N]
 
+constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
+
 void send(pid_t pid, int signal) {
   if (pid > 0) kill(pid, signal);
 }
@@ -45,8 +47,6 @@ std::string milliseconds(int64_t ns) {
 }
 
 }  // namespace
-
-constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
 
 const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
@@ -386,8 +386,9 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   outcome.zero_after_ns = verdict.zero_after_ns;
   outcome.excused = verdict.excused;
   if (info.goal_ns == 0 || !outcome.recovery_ns) return;
-  const int64_t stated_ns = info.goal_ns + held_up(fault.stalls, done.recovery_from_ns,
-                                                   done.recovery_from_ns + *outcome.recovery_ns);
+  const int64_t stated_ns =
+      info.goal_ns + held_up(session_.stalls_of_starts(since_ns), done.recovery_from_ns,
+                             done.recovery_from_ns + *outcome.recovery_ns);
   if (*outcome.recovery_ns > stated_ns) {
     outcome.violations.push_back("whole again after " + milliseconds(*outcome.recovery_ns) + ", " +
                                  milliseconds(stated_ns) + " allowed");

@@ -119,16 +119,25 @@ class Deck {
   std::deque<FaultKind> cards_;
 };
 
-void show_progress(const Result& result, double total_minutes, bool last) {
-  static int64_t shown_ns = 0;
-  const bool terminal = isatty(STDERR_FILENO) == 1;
-  if (!last && now_ns() - shown_ns < (terminal ? 1 : 10) * kProgressNs) return;
-  shown_ns = now_ns();
-  std::fprintf(
-      stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal ? "\r" : "",
-      result.minutes, total_minutes, static_cast<unsigned long long>(result.faults),
-      static_cast<unsigned long long>(result.violations), terminal && !last ? "\033[K" : "\n");
-}
+/// A line that overwrites itself on a terminal and comes every ten seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(double total_minutes) : total_minutes_(total_minutes) {}
+
+  void show(const Result& result, bool last) {
+    if (!last && now_ns() - shown_ns_ < (terminal_ ? 1 : 10) * kProgressNs) return;
+    shown_ns_ = now_ns();
+    std::fprintf(
+        stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal_ ? "\r" : "",
+        result.minutes, total_minutes_, static_cast<unsigned long long>(result.faults),
+        static_cast<unsigned long long>(result.violations), terminal_ && !last ? "\033[K" : "\n");
+  }
+
+ private:
+  double total_minutes_;
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+  int64_t shown_ns_ = 0;
+};
 
 void take_in(const FaultOutcome& outcome, Result& result) {
   result.tallies[static_cast<size_t>(outcome.kind)].add(outcome);
@@ -157,6 +166,7 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
   Deck deck(options.seed);
   std::ofstream log(session.folder() + "/faults.csv");
   log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
+  Progress progress(options.minutes);
   const int64_t begin_ns = now_ns();
   while (result.minutes < options.minutes && result.broken.empty()) {
     result.interrupted = stop_requested();
@@ -169,9 +179,9 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
       result.broken = error.what();
     }
     result.minutes = static_cast<double>(now_ns() - begin_ns) / (60.0 * kNsPerSecond);
-    show_progress(result, options.minutes, false);
+    progress.show(result, false);
   }
-  show_progress(result, options.minutes, true);
+  progress.show(result, true);
 }
 
 double seconds(int64_t ns) {
