@@ -376,7 +376,9 @@ FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words)
 void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
   const bool silence = info.effect == Effect::kSilence;
   const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
-  const JudgedFault fault{info.effect, done.begin_ns, done.over_ns, done.soft_ns,
+  // where nothing may change, nothing may change afterwards either
+  const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
+  const JudgedFault fault{info.effect, done.begin_ns, over_ns, done.soft_ns,
                           session_.stalls(since_ns, !silence)};
   const ForceVerdict verdict = judge_force(
       TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);
