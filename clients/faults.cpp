@@ -148,8 +148,9 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
 /// Dead at once, or stopped until hapticd kills it.
 FaultInjector::Done FaultInjector::kill_contact(bool hang) {
   const WriterSeen before = session_.contact();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, hang ? SIGSTOP : SIGKILL);
+  done.begin_ns = now_ns();
   done.recovery_from_ns = done.begin_ns;
   if (hang) {
     session_.wait_until([&] { return !is_running(before.pid); }, kPatienceNs);
@@ -167,8 +168,9 @@ FaultInjector::Done FaultInjector::kill_contact(bool hang) {
 
 FaultInjector::Done FaultInjector::stop_for(const std::function<void(int)>& send_signal,
                                             int64_t least_ns, int64_t most_ns) {
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send_signal(SIGSTOP);
+  done.begin_ns = now_ns();
   session_.pause(between(least_ns, most_ns));
   done.over_ns = now_ns();
   send_signal(SIGCONT);
@@ -192,8 +194,8 @@ FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause) 
     });
   };
   for (int i = 0; i < kLatchAttempts; ++i) {
-    done.begin_ns = now_ns();
     cause();
+    done.begin_ns = now_ns();
     if (session_.wait_until(is_closed, kLatchPatienceNs)) break;
   }
   session_.pause(between(20 * kMs, 60 * kMs));
@@ -217,8 +219,9 @@ void FaultInjector::clear_fault(Done& done) {
 FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
   const bool ten = kind == FaultKind::kContactTenTimes;
   const pid_t pid = session_.contact().pid;
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send_order(pid, static_cast<int>(ten ? ContactFault::kTenTimes : ContactFault::kThousandTimes));
+  done.begin_ns = now_ns();
   // until the servo has measured the new period a set may be a few milliseconds older than the
   // hold: five of nine intervals
   constexpr int64_t kLearnNs = 150 * kMs;
@@ -235,8 +238,9 @@ FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
 
 FaultInjector::Done FaultInjector::kill_sim() {
   const WriterSeen before = session_.sim();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, SIGKILL);
+  done.begin_ns = now_ns();
   if (!session_.wait_until([&] { return session_.sim().generation > before.generation; },
                            kPatienceNs)) {
     done.problems.push_back("sim did not come back");
@@ -256,8 +260,9 @@ FaultInjector::Done FaultInjector::stop_sim() {
 
 FaultInjector::Done FaultInjector::fell_servo(int signal) {
   const WriterSeen before = session_.servo();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, signal);
+  done.begin_ns = now_ns();
   done.recovery_from_ns = done.begin_ns;
   if (!session_.wait_until([&] { return session_.servo().generation > before.generation; },
                            kPatienceNs)) {
@@ -269,7 +274,9 @@ FaultInjector::Done FaultInjector::fell_servo(int signal) {
 
 FaultInjector::Done FaultInjector::kill_hapticd() {
   const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
-  Done done{.begin_ns = now_ns()};
+  Done done;
+  session_.hapticd().send(SIGKILL);
+  done.begin_ns = now_ns();
   session_.kill_hapticd();
   const auto all_gone = [&] {
     return std::none_of(children.begin(), children.end(),
