@@ -28,6 +28,8 @@ constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";
 constexpr double kZeroForce = 5e-3;  // [N]
 
+constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
+
 void send(pid_t pid, int signal) {
   if (pid > 0) kill(pid, signal);
 }
@@ -45,8 +47,6 @@ std::string milliseconds(int64_t ns) {
 }
 
 }  // namespace
-
-constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
 
 const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
@@ -148,8 +148,9 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
 /// Dead at once, or stopped until hapticd kills it.
 FaultInjector::Done FaultInjector::kill_contact(bool hang) {
   const WriterSeen before = session_.contact();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, hang ? SIGSTOP : SIGKILL);
+  done.begin_ns = now_ns();
   done.recovery_from_ns = done.begin_ns;
   if (hang) {
     session_.wait_until([&] { return !is_running(before.pid); }, kPatienceNs);
@@ -167,8 +168,9 @@ FaultInjector::Done FaultInjector::kill_contact(bool hang) {
 
 FaultInjector::Done FaultInjector::stop_for(const std::function<void(int)>& send_signal,
                                             int64_t least_ns, int64_t most_ns) {
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send_signal(SIGSTOP);
+  done.begin_ns = now_ns();
   session_.pause(between(least_ns, most_ns));
   done.over_ns = now_ns();
   send_signal(SIGCONT);
@@ -192,8 +194,8 @@ FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause) 
     });
   };
   for (int i = 0; i < kLatchAttempts; ++i) {
-    done.begin_ns = now_ns();
     cause();
+    done.begin_ns = now_ns();
     if (session_.wait_until(is_closed, kLatchPatienceNs)) break;
   }
   session_.pause(between(20 * kMs, 60 * kMs));
@@ -217,8 +219,9 @@ void FaultInjector::clear_fault(Done& done) {
 FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
   const bool ten = kind == FaultKind::kContactTenTimes;
   const pid_t pid = session_.contact().pid;
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send_order(pid, static_cast<int>(ten ? ContactFault::kTenTimes : ContactFault::kThousandTimes));
+  done.begin_ns = now_ns();
   // until the servo has measured the new period a set may be a few milliseconds older than the
   // hold: five of nine intervals
   constexpr int64_t kLearnNs = 150 * kMs;
@@ -235,8 +238,9 @@ FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
 
 FaultInjector::Done FaultInjector::kill_sim() {
   const WriterSeen before = session_.sim();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, SIGKILL);
+  done.begin_ns = now_ns();
   if (!session_.wait_until([&] { return session_.sim().generation > before.generation; },
                            kPatienceNs)) {
     done.problems.push_back("sim did not come back");
@@ -256,8 +260,9 @@ FaultInjector::Done FaultInjector::stop_sim() {
 
 FaultInjector::Done FaultInjector::fell_servo(int signal) {
   const WriterSeen before = session_.servo();
-  Done done{.begin_ns = now_ns()};
+  Done done;
   send(before.pid, signal);
+  done.begin_ns = now_ns();
   done.recovery_from_ns = done.begin_ns;
   if (!session_.wait_until([&] { return session_.servo().generation > before.generation; },
                            kPatienceNs)) {
@@ -269,7 +274,9 @@ FaultInjector::Done FaultInjector::fell_servo(int signal) {
 
 FaultInjector::Done FaultInjector::kill_hapticd() {
   const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
-  Done done{.begin_ns = now_ns()};
+  Done done;
+  session_.hapticd().send(SIGKILL);
+  done.begin_ns = now_ns();
   session_.kill_hapticd();
   const auto all_gone = [&] {
     return std::none_of(children.begin(), children.end(),
@@ -376,7 +383,9 @@ FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words)
 void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
   const bool silence = info.effect == Effect::kSilence;
   const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
-  const JudgedFault fault{info.effect, done.begin_ns, done.over_ns, done.soft_ns,
+  // where nothing may change, nothing may change afterwards either
+  const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
+  const JudgedFault fault{info.effect, done.begin_ns, over_ns, done.soft_ns,
                           session_.stalls(since_ns, !silence)};
   const ForceVerdict verdict = judge_force(
       TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);
@@ -386,8 +395,9 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   outcome.zero_after_ns = verdict.zero_after_ns;
   outcome.excused = verdict.excused;
   if (info.goal_ns == 0 || !outcome.recovery_ns) return;
-  const int64_t stated_ns = info.goal_ns + held_up(fault.stalls, done.recovery_from_ns,
-                                                   done.recovery_from_ns + *outcome.recovery_ns);
+  const int64_t stated_ns =
+      info.goal_ns + held_up(session_.stalls_of_starts(since_ns), done.recovery_from_ns,
+                             done.recovery_from_ns + *outcome.recovery_ns);
   if (*outcome.recovery_ns > stated_ns) {
     outcome.violations.push_back("whole again after " + milliseconds(*outcome.recovery_ns) + ", " +
                                  milliseconds(stated_ns) + " allowed");

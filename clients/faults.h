@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <random>
 #include <string>
@@ -76,7 +77,8 @@ class FaultInjector {
   int64_t ready_ns(FaultKind kind) const;
 
  private:
-  /// What the judge has to know of a fault that was done.
+  /// What the judge has to know of a fault that was done. It begins when it is known to be done: we
+  /// may be held up ourselves before.
   struct Done {
     int64_t begin_ns = 0;
     int64_t over_ns = 0;

@@ -46,7 +46,7 @@ enum class Effect {
 /// A fault that was put into a session. Times are CLOCK_MONOTONIC, as in the emulator's log.
 struct JudgedFault {
   Effect effect = Effect::kNothing;
-  int64_t begin_ns = 0;            // just before it was done
+  int64_t begin_ns = 0;            // when it had been done
   int64_t over_ns = 0;             // when its cause was gone; 0: not known, as with a dead servo
   int64_t soft_ns = 0;             // where a new servo's soft start began; 0: with the last zero
   std::vector<Stall> stalls = {};  // what a witness measured; stated times are longer by as much

@@ -119,16 +119,25 @@ class Deck {
   std::deque<FaultKind> cards_;
 };
 
-void show_progress(const Result& result, double total_minutes, bool last) {
-  static int64_t shown_ns = 0;
-  const bool terminal = isatty(STDERR_FILENO) == 1;
-  if (!last && now_ns() - shown_ns < (terminal ? 1 : 10) * kProgressNs) return;
-  shown_ns = now_ns();
-  std::fprintf(
-      stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal ? "\r" : "",
-      result.minutes, total_minutes, static_cast<unsigned long long>(result.faults),
-      static_cast<unsigned long long>(result.violations), terminal && !last ? "\033[K" : "\n");
-}
+/// A line that overwrites itself on a terminal and comes every ten seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(double total_minutes) : total_minutes_(total_minutes) {}
+
+  void show(const Result& result, bool last) {
+    if (!last && now_ns() - shown_ns_ < (terminal_ ? 1 : 10) * kProgressNs) return;
+    shown_ns_ = now_ns();
+    std::fprintf(
+        stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal_ ? "\r" : "",
+        result.minutes, total_minutes_, static_cast<unsigned long long>(result.faults),
+        static_cast<unsigned long long>(result.violations), terminal_ && !last ? "\033[K" : "\n");
+  }
+
+ private:
+  double total_minutes_;
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+  int64_t shown_ns_ = 0;
+};
 
 void take_in(const FaultOutcome& outcome, Result& result) {
   result.tallies[static_cast<size_t>(outcome.kind)].add(outcome);
@@ -137,10 +146,8 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   if (outcome.violations.empty()) return;
   ++result.violations;
   for (const std::string& line : outcome.violations) {
-    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION "
-              << info_of(outcome.kind).name << " at "
-              << readable(1e-9 * static_cast<double>(outcome.begin_ns), "s") << ": " << line
-              << '\n';
+    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION in fault " << result.faults
+              << ", " << info_of(outcome.kind).name << ": " << line << '\n';
   }
 }
 
@@ -159,6 +166,7 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
   Deck deck(options.seed);
   std::ofstream log(session.folder() + "/faults.csv");
   log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
+  Progress progress(options.minutes);
   const int64_t begin_ns = now_ns();
   while (result.minutes < options.minutes && result.broken.empty()) {
     result.interrupted = stop_requested();
@@ -171,9 +179,9 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
       result.broken = error.what();
     }
     result.minutes = static_cast<double>(now_ns() - begin_ns) / (60.0 * kNsPerSecond);
-    show_progress(result, options.minutes, false);
+    progress.show(result, false);
   }
-  show_progress(result, options.minutes, true);
+  progress.show(result, true);
 }
 
 double seconds(int64_t ns) {
@@ -235,28 +243,37 @@ void put(const std::string& text, size_t width) {
   std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
 }
 
+/// What design and documentation promise of a kind, in words.
+std::string stated(const FaultInfo& info) {
+  const std::string whole =
+      info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
+  switch (info.effect) {
+    case Effect::kLimits:
+      return "within limits";
+    case Effect::kNothing:
+      return "nothing changes" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kFade:
+      return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kZero:
+      return "zero in 20 ms" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kSilence:
+      break;
+  }
+  return "zero first on return";
+}
+
 void print_kinds(const Result& result) {
-  constexpr std::array<size_t, 6> kWidths{32, 8, 12, 15, 17, 0};
-  const auto line = [&](const std::array<std::string, 6>& cells) {
+  constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
+  const auto line = [&](const std::array<std::string, 7>& cells) {
     for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
     std::cout << '\n';
   };
-  line({"fault", "count", "violations", "worst to zero", "worst to whole", "stated"});
+  line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
   for (const FaultInfo& info : kFaults) {
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
-    const std::string stated =
-        !tally.left_out.empty()                                ? "LEFT OUT: " + tally.left_out
-        : info.effect == Effect::kNothing && info.goal_ns == 0 ? "nothing changes"
-        : info.effect == Effect::kZero
-            ? "zero in 20 ms" +
-                  std::string(
-                      info.goal_ns != 0 ? ", whole in " + readable(seconds(info.goal_ns), "s") : "")
-        : info.goal_ns != 0               ? "whole in " + readable(seconds(info.goal_ns), "s")
-        : info.effect == Effect::kLimits  ? "within limits"
-        : info.effect == Effect::kSilence ? "zero first on return"
-                                          : "faded in 150 ms";
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
-          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), stated});
+          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), std::to_string(tally.excused),
+          tally.left_out.empty() ? stated(info) : "LEFT OUT: " + tally.left_out});
   }
 }
 
@@ -270,13 +287,16 @@ void print(const TortureCommand& options, const Result& result, const std::vecto
 }
 
 void run_torture(const TortureCommand& options) {
-  if (!options.output.empty()) check_outputs({options.output}, {}, options.overwrite);
+  std::string recording = options.output;
+  if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
+  if (!recording.empty()) {
+    check_outputs({recording + ".mcap", recording + "-2.mcap"}, {}, options.overwrite);
+  }
   catch_stop_signals();
   const WorkFolder folder(options.keep);
+  if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {
-    std::string recording = options.output.empty() ? folder.path() + "/torture" : options.output;
-    if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
     TortureSession session({folder.path(), recording, !options.no_realtime});
     torture(options, session, result);
     session.stop();

@@ -45,6 +45,8 @@ SessionProcess::SessionProcess(const std::string& program,
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   if (!output.empty()) {
+    // out of sight: Ctrl-C is for us, and we stop it in our own order
+    setpgid(0, 0);
     const int said = open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
     dup2(said, STDOUT_FILENO);
     dup2(said, STDERR_FILENO);

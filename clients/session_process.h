@@ -14,7 +14,8 @@ namespace haptic {
 class SessionProcess {
  public:
   /// Starts the program of that name that lies beside this one (or in $HAPTICD_LIBEXEC); what it
-  /// says is appended to a file, an empty name: goes where ours goes. It stops when we end, however
+  /// says is appended to a file, and Ctrl-C does not reach it; an empty name: it says it where we
+  /// do. It stops when we end, however
   /// that happens. To be called by a thread that lives as long as the process. Throws
   /// std::runtime_error.
   SessionProcess(const std::string& program, const std::vector<std::string>& arguments,

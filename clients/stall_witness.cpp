@@ -2,7 +2,9 @@
 #include "clients/stall_witness.h"
 
 #include <algorithm>
+#include <iterator>
 
+#include "clients/forked_process.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -13,14 +15,19 @@ constexpr int64_t kLateNs = 2'000'000;
 
 }  // namespace
 
-StallWitness::StallWitness(bool realtime) : thread_([this, realtime] { run(realtime); }) {}
+StallWitness::StallWitness(bool realtime) {
+  for (size_t i = 0; i < static_cast<size_t>(n_processors()); ++i) {
+    threads_.emplace_back([this, i, realtime] { run(i, realtime); });
+  }
+}
 
 StallWitness::~StallWitness() {
   ending_.store(true, std::memory_order_relaxed);
-  thread_.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
-void StallWitness::run(bool realtime) {
+void StallWitness::run(size_t processor, bool realtime) {
+  pin_to_processor(processor);
   enter_realtime({.fifo_priority = realtime ? 1 : 0, .lock_memory = false});
   DeadlineClock clock(kPeriodNs);
   while (!ending_.load(std::memory_order_relaxed)) {
@@ -33,9 +40,11 @@ void StallWitness::run(bool realtime) {
 
 std::vector<Stall> StallWitness::stalls(int64_t since_ns) const {
   const std::lock_guard lock(mutex_);
-  const auto first = std::find_if(stalls_.begin(), stalls_.end(),
-                                  [&](const Stall& s) { return s.end_ns > since_ns; });
-  return {first, stalls_.end()};
+  // two threads note theirs as they end
+  std::vector<Stall> since;
+  std::copy_if(stalls_.begin(), stalls_.end(), std::back_inserter(since),
+               [&](const Stall& s) { return s.end_ns > since_ns; });
+  return merge_stalls(since, {});
 }
 
 }  // namespace haptic

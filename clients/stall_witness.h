@@ -10,8 +10,8 @@
 
 namespace haptic {
 
-/// A thread that wakes every millisecond, does nothing, and notes when it was more than two
-/// milliseconds late: then the machine had no time for anybody of its priority.
+/// A thread on each processor that wakes every millisecond, does nothing, and notes when it was
+/// more than two milliseconds late: then that processor had no time for anybody of its priority.
 class StallWitness {
  public:
   /// `realtime`: with the lowest real-time priority, below every process of a session, where the
@@ -20,16 +20,16 @@ class StallWitness {
   ~StallWitness();
   StallWitness(const StallWitness&) = delete;
 
-  /// What has ended since, in order of time.
+  /// What has ended since, of any processor; in order of time, none overlapping.
   std::vector<Stall> stalls(int64_t since_ns) const;
 
  private:
-  void run(bool realtime);
+  void run(size_t processor, bool realtime);
 
   mutable std::mutex mutex_;
   std::vector<Stall> stalls_;
   std::atomic<bool> ending_{false};
-  std::thread thread_;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace haptic

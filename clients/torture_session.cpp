@@ -87,6 +87,7 @@ TortureSession::TortureSession(const TortureOptions& options)
       runtime_dir_("HAPTICD_RUNTIME_DIR", options.folder + "/run"),
       libexec_("HAPTICD_LIBEXEC", options.folder + "/programs"),
       witness_(options.realtime),
+      normal_witness_(false),
       reader_(options.folder + "/received.csv") {
   fs::create_directories(options_.folder);
   link_programs(programs_);

@@ -67,6 +67,10 @@ class TortureSession {
   std::span<const EmulatorRecord> records_since(int64_t t_ns) const;
   /// Where the machine stood still, by both witnesses: a thread of ours and the emulator.
   std::vector<Stall> stalls(int64_t since_ns, bool emulator_too) const;
+  /// The same for processes that start: that is done at normal priority.
+  std::vector<Stall> stalls_of_starts(int64_t since_ns) const {
+    return merge_stalls(witness_.stalls(since_ns), normal_witness_.stalls(since_ns));
+  }
 
   const WriterSeen& contact() const { return watch_->contact_seen; }
   const WriterSeen& sim() const { return watch_->sim_seen; }
@@ -125,7 +129,7 @@ class TortureSession {
   std::string name_ = "torture";
   std::string programs_;
   Variable runtime_dir_, libexec_;
-  StallWitness witness_;
+  StallWitness witness_, normal_witness_;
   std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_;
   std::unique_ptr<Watch> watch_;
   EmulatorLogReader reader_;
