@@ -58,8 +58,9 @@ const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 6, Effect::kFade, 0},
     {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
     {FaultKind::kSimStop, "sim: stopped for a while", 9, Effect::kNothing, 0},
-    {FaultKind::kServoKill, "servo: kill -9", 2, Effect::kZero, kServoGoal},
+    {FaultKind::kServoKill, "servo: kill -9", 1, Effect::kZero, kServoGoal},
     {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
+    {FaultKind::kServoPause, "servo: stopped for a while", 1, Effect::kLimits, 0},
     {FaultKind::kHapticdKill, "hapticd: kill -9", 1, Effect::kZero, 0},
     {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
     {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
@@ -117,6 +118,8 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
       return fell_servo(SIGKILL);
     case FaultKind::kServoStop:
       return fell_servo(SIGSTOP);
+    case FaultKind::kServoPause:
+      return pause_servo();
     case FaultKind::kHapticdKill:
       return kill_hapticd();
     case FaultKind::kHapticdStop:
@@ -270,6 +273,12 @@ FaultInjector::Done FaultInjector::fell_servo(int signal) {
   }
   done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
   return done;
+}
+
+/// hapticd has let go of the device meanwhile, and what comes after begins there.
+FaultInjector::Done FaultInjector::pause_servo() {
+  const pid_t pid = session_.servo().pid;
+  return stop_for([pid](int signal) { send(pid, signal); }, 20 * kMs, 150 * kMs);
 }
 
 FaultInjector::Done FaultInjector::kill_hapticd() {

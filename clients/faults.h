@@ -27,6 +27,7 @@ enum class FaultKind {
   kSimStop,
   kServoKill,
   kServoStop,
+  kServoPause,
   kHapticdKill,
   kHapticdStop,
   kRecorderKill,
@@ -39,7 +40,7 @@ enum class FaultKind {
   kMemory,
   kBusy,
 };
-inline constexpr size_t kFaultKinds = 22;
+inline constexpr size_t kFaultKinds = 23;
 
 /// What is known of a kind beforehand.
 struct FaultInfo {
@@ -99,6 +100,7 @@ class FaultInjector {
   Done kill_sim();
   Done stop_sim();
   Done fell_servo(int signal);
+  Done pause_servo();
   Done kill_hapticd();
   Done stop_hapticd();
   Done kill_recorder();

@@ -12,7 +12,7 @@ constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServ
                               kServoTooFast | kServoThermal | kServoNoDevice;
 
 // hapticd lets go after kReleaseAfterTicks; its clock is not ours
-constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks / 2;
+constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks - 2;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();

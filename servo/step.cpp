@@ -149,6 +149,7 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
   const int32_t button = model.dead_man_button;
   safety.armed = button < 0 || ((input.device.buttons >> button) & 1u) != 0;
   frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
+  safety.force_closed = input.contacts == nullptr;
   if (input.contacts != nullptr) {
     const ContactSet& set = *input.contacts;
     frame.contact_seq = set.seq;

@@ -301,7 +301,10 @@ TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and 
   CHECK(std::none_of(records.begin(), records.end(), [&](const EmulatorRecord& r) {
     return r.event == EmulatorEvent::kWatchdog && r.t_ns > stopped_ns && r.t_ns <= zero->t_ns;
   }));
-  CHECK(eventually([&] { return s.hapticd.said("hapticd has let go of the device"); }));
+  // of a killed one its successor may be told to do it first
+  if (signal == SIGSTOP) {
+    CHECK(eventually([&] { return s.hapticd.said("hapticd has let go of the device"); }));
+  }
   // the zero lasts until the new servo, and that one begins softly
   const auto pushes =
       std::find_if(zero, all.end(), [](const auto& r) { return r.currents != Milliamperes{}; });

@@ -40,6 +40,13 @@ TEST_CASE("fault: the servo hangs, zero within 20 ms, replaced and whole again w
   CHECK(s.is_pressing());
 }
 
+TEST_CASE("fault: the servo stands still for a while, and the force comes back from zero") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  REQUIRE(s.is_pressing());
+  for (int i = 0; i < 5; ++i) s.inject(FaultKind::kServoPause);
+}
+
 TEST_CASE("fault: hapticd is killed, zero, and nothing of the session is left") {
   if (!programs_are_built()) return;
   FaultedSession s;
