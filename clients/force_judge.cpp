@@ -103,10 +103,21 @@ void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
   }
 }
 
+/// A servo that missed so many ticks may have been released, and climbs back from zero.
+bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
+  const auto climb_ns = static_cast<int64_t>(1e9 * rules.max_force / rules.slew);
+  return std::any_of(fault.stalls.begin(), fault.stalls.end(), [&](const Stall& s) {
+    return s.end_ns - s.begin_ns > released_ns && s.begin_ns < c.t_ns &&
+           c.t_ns < s.end_ns + climb_ns + 2 * released_ns;
+  });
+}
+
 /// A machine that stood still lets contacts grow old, and they come back by a ramp.
 bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
   const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
-  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs;
+  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs ||
+         is_climbing(rules, fault, c);
 }
 
 void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
