@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <boost/crc.hpp>
+#include <zlib.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -33,9 +34,7 @@ enum Op : uint8_t {
 
 /// CRC-32 (IEEE), the checksum of chunks and of the summary.
 inline uint32_t crc32(const char* data, size_t size) {
-  boost::crc_32_type crc;
-  crc.process_bytes(data, size);
-  return crc.checksum();
+  return static_cast<uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(data), size));
 }
 
 }  // namespace haptic::mcap
