@@ -8,6 +8,7 @@
 #include "clients/find_config.h"
 #include "clients/guarded_loop.h"
 #include "clients/hapt_commands.h"
+#include "clients/print_rows.h"
 #include "clients/report.h"
 #include "contact/bake.h"
 
@@ -36,13 +37,10 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   rows.note("machine", machine_line());
   rows.note("rights", result.rights.explain());
   rows.add("ticks under guard", static_cast<double>(result.ticks), "");
-  const auto in_contact = static_cast<double>(result.contact_ticks);
+  const bool is_simulated = !has_node(config.device);
   // a simulated hand that never touched would show little; whether a real one does is its owner's
-  if (has_node(config.device)) {
-    rows.add("of them in contact", in_contact, "");
-  } else {
-    rows.add("of them in contact", in_contact, "", 1, result.contact_ticks > 0);
-  }
+  rows.add_if(is_simulated, "of them in contact", static_cast<double>(result.contact_ticks), "", 1,
+              result.contact_ticks > 0);
   // a loop that was not spoken to has proven nothing
   rows.add("of them without the device", static_cast<double>(result.lost_ticks), "", 0,
            result.lost_ticks == 0);
@@ -53,14 +51,10 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   }
   // the machine's doing: whoever else runs on this core
   rows.add("involuntary switches", static_cast<double>(result.report.involuntary_switches), "");
-  const auto sleeps = static_cast<double>(result.report.voluntary_switches);
   // a sleep a timed tick, no other wait; but on a node the kernel may wait for a lock of its own
-  if (has_node(config.device)) {
-    rows.add("voluntary switches", sleeps, "");
-  } else {
-    rows.add("voluntary switches", sleeps, "", static_cast<double>(result.timed_ticks),
-             result.stray_sleeps() == 0);
-  }
+  rows.add_if(is_simulated, "voluntary switches",
+              static_cast<double>(result.report.voluntary_switches), "",
+              static_cast<double>(result.timed_ticks), result.stray_sleeps() == 0);
   return rows;
 }
 
@@ -75,14 +69,8 @@ void run_selftest(const SelftestOptions& options) {
   const GuardedLoopResult result =
       run_guarded_loop(config, shapes, loop_options(config, options.ticks));
   const Rows rows = make_rows(config, result);
-  if (options.json) {
-    print_json(std::cout, rows.rows());
-  } else {
-    print_table(std::cout, rows.rows());
-  }
-  std::cout.flush();
   std::cerr << result.report.explain();
-  if (!all_hold(rows.rows())) throw CLI::RuntimeError(1);
+  print_judged(rows.rows(), options.json);
 }
 
 }  // namespace

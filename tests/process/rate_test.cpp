@@ -165,7 +165,7 @@ TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, ne
 TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and the rest is there") {
   const test::TemporaryFolder folder;
   const test::Ran ran = test::shell("PATH='" + test::program_folder().string() +
-                                        "' hapt bench jitter --pairs 1 --seconds 0.2 "
+                                        "' hapt bench jitter --pairs 1 --seconds 1 "
                                         "--json",
                                     folder.path());
   CAPTURE(ran.output);
@@ -174,6 +174,16 @@ TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and t
   CHECK(test::has(ran.output, "\"peer\": \"cyclictest\", \"peer_value\": null"));
   CHECK(!test::has(ran.output, "cyclictest's"));
   CHECK(test::figure(ran.output, "wakes") > 0);
+}
+
+TEST_CASE("rate: hapt bench jitter runs on no core but one it may use, for whole seconds") {
+  const test::TemporaryFolder folder;
+  const test::Ran none = test::hapt("bench jitter --pairs 1 --seconds 1 --core 900", folder.path());
+  CAPTURE(none.output);
+  CHECK(none.code == 1);
+  CHECK(test::has(none.output, "bench jitter: this process may not use core 900; choose another"));
+  CHECK(test::lines(none.output) == 1);
+  CHECK(test::hapt("bench jitter --seconds 0.4", folder.path()).code > 1);
 }
 
 }  // namespace haptic
