@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/cyclictest.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <sstream>
 
@@ -36,12 +34,11 @@ CyclictestRun parse_cyclictest(std::istream& output) {
   return run;
 }
 
-CyclictestRun run_cyclictest(double seconds, int core) {
+CyclictestRun run_cyclictest(int seconds, int core) {
   const std::string command =
       "cyclictest -q -m -N -p 80 -t 1 -i 1000 --default-system -h 1000000 "
       "-a " +
-      std::to_string(core) + " -D " + std::to_string(std::max(1L, std::lround(seconds))) +
-      " 2>/dev/null";
+      std::to_string(core) + " -D " + std::to_string(seconds) + " 2>/dev/null";
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) {
     CyclictestRun none;

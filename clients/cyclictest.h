@@ -22,6 +22,6 @@ CyclictestRun parse_cyclictest(std::istream& output);
 
 /// One thread at FIFO 80 on the core, 1 kHz, memory locked. The system's idle states are left as
 /// they are (--default-system), as the servo leaves them.
-CyclictestRun run_cyclictest(double seconds, int core);
+CyclictestRun run_cyclictest(int seconds, int core);
 
 }  // namespace haptic

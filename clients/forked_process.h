@@ -7,9 +7,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstring>
+#include <exception>
+#include <memory>
 #include <new>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -35,31 +41,32 @@ class Shared {
 };
 
 /// A copy of this process that runs one function and ends without running a destructor; dies with
-/// its owner. An exception ends it with exit code 1.
+/// its owner. An exception ends it with exit code 1; its text is kept.
 class ForkedProcess {
  public:
   ForkedProcess() = default;
   template <typename Body>
-  explicit ForkedProcess(Body body) : pid_(fork()) {
+  explicit ForkedProcess(Body body) : said_(std::make_unique<Shared<Text>>()) {
+    const pid_t owner = getpid();
+    pid_ = fork();
     if (pid_ < 0) throw std::runtime_error("cannot fork");
     if (pid_ > 0) return;
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    int code = 0;
-    try {
-      body();
-    } catch (...) {
-      code = 1;
-    }
-    _exit(code);
+    // the owner may have died before that was asked for
+    if (getppid() != owner) _exit(1);
+    _exit(run(body));
   }
-  ForkedProcess(ForkedProcess&& other) noexcept : pid_(std::exchange(other.pid_, -1)) {}
+  ForkedProcess(ForkedProcess&& other) noexcept
+      : pid_(std::exchange(other.pid_, -1)), said_(std::move(other.said_)) {}
   ForkedProcess& operator=(ForkedProcess&& other) noexcept {
     kill();
     pid_ = std::exchange(other.pid_, -1);
+    said_ = std::move(other.said_);
     return *this;
   }
   ~ForkedProcess() { kill(); }
 
+  pid_t pid() const { return pid_; }
   void signal(int number) const {
     if (pid_ > 0) ::kill(pid_, number);
   }
@@ -74,28 +81,48 @@ class ForkedProcess {
     pid_ = -1;
     return status;
   }
+  /// What the exception said that ended it; empty: none did, or it said nothing.
+  std::string said() const { return said_ ? std::string((*said_)->data()) : ""; }
 
  private:
+  using Text = std::array<char, 256>;
+
+  template <typename Body>
+  int run(Body& body) noexcept {
+    try {
+      body();
+    } catch (const std::exception& e) {
+      std::strncpy((*said_)->data(), e.what(), sizeof(Text) - 1);
+      return 1;
+    } catch (...) {
+      return 1;
+    }
+    return 0;
+  }
+
   pid_t pid_ = -1;
+  std::unique_ptr<Shared<Text>> said_;
 };
 
-/// How many processors this process may use.
-inline int n_processors() {
+/// The processors this process may use, in order.
+inline std::vector<size_t> allowed_processors() {
   cpu_set_t allowed;
-  return sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : 1;
+  std::vector<size_t> processors;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return processors;
+  for (size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (CPU_ISSET(cpu, &allowed)) processors.push_back(cpu);
+  }
+  return processors;
 }
 
 /// Keeps this process on one of the processors it may use: number i, counted from 0, or the last.
 /// False where there is no choice or it is refused.
 inline bool pin_to_processor(size_t i) {
-  cpu_set_t allowed, one;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0 || CPU_COUNT(&allowed) < 2) return false;
-  std::vector<size_t> processors;
-  for (size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (CPU_ISSET(cpu, &allowed)) processors.push_back(cpu);
-  }
+  const std::vector<size_t> allowed = allowed_processors();
+  if (allowed.size() < 2) return false;
+  cpu_set_t one;
   CPU_ZERO(&one);
-  CPU_SET(processors[i < processors.size() ? i : processors.size() - 1], &one);
+  CPU_SET(allowed[std::min(i, allowed.size() - 1)], &one);
   return sched_setaffinity(0, sizeof one, &one) == 0;
 }
 

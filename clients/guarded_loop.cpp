@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "proto/control.h"
+#include "proto/serial_port.h"
 #include "servo/loop.h"
 #include "sim/step.h"
 
@@ -20,6 +21,7 @@ namespace haptic {
 namespace {
 
 constexpr uint64_t kGeneration = 1;
+constexpr int kServoPriority = 80;
 constexpr int64_t kAttachPatience_ns = 10 * kNsPerSecond;
 constexpr int64_t kLook_ns = 1'000'000;
 constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls
@@ -33,6 +35,11 @@ std::array<FileDescriptor, 2> make_socket_pair() {
   return {FileDescriptor(ends[0]), FileDescriptor(ends[1])};
 }
 
+FileDescriptor open_node(const DeviceConfig& device) {
+  return has_node(device) ? open_serial_port(std::string(view(device.serial.path)))
+                          : FileDescriptor();
+}
+
 /// The three processes of a session and hapticd's controls, each with a segment of its own.
 class OneThreadSession {
  public:
@@ -40,7 +47,9 @@ class OneThreadSession {
       : sockets_(make_socket_pair()),
         attachments_(std::move(sockets_[1])),
         inbox_(attachments_),
-        device_(open_device(config.device)),
+        node_(open_node(config.device)),
+        node_number_(node_.is_open() ? node_.get() : -1),
+        device_(open_device(config.device, std::move(node_))),
         loop_(config, *device_, inbox_, servo_.channels()),
         contact_model_(build_contact_model(config, shapes)),
         sim_model_(build_sim(config)),
@@ -62,6 +71,12 @@ class OneThreadSession {
       sleep_until(now_ns() + kLook_ns);
     }
   }
+
+  /// No force is left behind.
+  ~OneThreadSession() { loop_.stop(); }
+
+  /// Descriptor of the device's node, or -1.
+  int device_node() const { return node_number_; }
 
   /// On virtual time.
   void tick() { tick({next_index_, next_ns_, 0, 0}); }
@@ -117,6 +132,8 @@ class OneThreadSession {
   std::array<FileDescriptor, 2> sockets_;
   Attachments attachments_;
   ServoInbox inbox_;
+  FileDescriptor node_;  // until the device has it
+  int node_number_;
   std::unique_ptr<Device> device_;
   ServoLoop loop_;
   ContactModel contact_model_;
@@ -134,35 +151,44 @@ class OneThreadSession {
 };
 
 /// On the guarded thread: rights, warm-up, the armed stretch.
-void run_armed(OneThreadSession& session, int64_t period, const GuardedLoopOptions& options,
-               GuardedLoopResult& result) {
-  // no FIFO: a million ticks without a sleep are what RLIMIT_RTTIME ends
-  result.rights = enter_realtime({.fifo_priority = 0, .lock_memory = true});
-  RtGuard guard;
+void run_armed(OneThreadSession& session, const SessionConfig& config,
+               const GuardedLoopOptions& options, GuardedLoopResult& result) {
+  const bool always_timed = session.device_node() >= 0;
+  // without a device no FIFO: a million ticks without a sleep are what RLIMIT_RTTIME ends
+  result.rights = enter_realtime(
+      {.fifo_priority = always_timed && config.realtime ? kServoPriority : 0, .lock_memory = true});
+  RtGuard guard({.device_node = session.device_node()});
+  const int64_t period = period_ns(config.servo_rate);
   DeadlineClock warm_clock(period);
   session.tick(warm_clock);
-  for (uint64_t k = 0; k < options.warm_up; ++k) session.tick();
+  for (uint64_t k = 0; k < options.warm_up; ++k) {
+    always_timed ? session.tick(warm_clock) : session.tick();
+  }
 
   DeadlineClock clock(period);
-  const auto count = [&](uint64_t k) {
-    if (options.also_do) options.also_do(k);
-    ++result.ticks;
-    result.contact_ticks += (session.frame().flags & kServoContact) != 0 ? 1 : 0;
-  };
   guard.arm();
-  for (uint64_t k = 0; k < options.timed_ticks; ++k) {
-    session.tick(clock);
-    count(k);
-  }
-  for (uint64_t k = 0; k < options.ticks; ++k) {
-    session.tick();
-    count(options.timed_ticks + k);
+  for (uint64_t k = 0; k < options.timed_ticks + options.ticks; ++k) {
+    const bool is_timed = always_timed || k < options.timed_ticks;
+    is_timed ? session.tick(clock) : session.tick();
+    if (options.also_do) options.also_do(k);
+    result.count(session.frame(), is_timed);
   }
   guard.disarm();
   result.report = guard.report();
 }
 
 }  // namespace
+
+bool has_node(const DeviceConfig& device) {
+  return device.kind == DeviceKind::kWoodenHaptics;
+}
+
+void GuardedLoopResult::count(const ServoFrame& frame, bool is_timed) noexcept {
+  ++ticks;
+  timed_ticks += is_timed;
+  contact_ticks += (frame.flags & kServoContact) != 0;
+  lost_ticks += (frame.device.flags & kDeviceLost) != 0;
+}
 
 GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const MeshShape> shapes,
                                    const GuardedLoopOptions& options) {
@@ -177,7 +203,7 @@ GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const 
   // a thread of its own: the filter stays with it to its end
   std::thread([&] {
     try {
-      run_armed(*session, period_ns(config.servo_rate), options, result);
+      run_armed(*session, config, options, result);
     } catch (...) {
       failure = std::current_exception();
     }

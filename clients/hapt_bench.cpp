@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt bench: figures of this machine, beside a peer that runs in alternation with us.
 #include <CLI/CLI.hpp>
-#include <iostream>
 #include <memory>
 
 #include "clients/bench_jitter.h"
 #include "clients/bench_ring.h"
 #include "clients/hapt_commands.h"
-#include "clients/report.h"
+#include "clients/print_rows.h"
 
 namespace haptic {
 namespace {
-
-void print_rows(const std::vector<Row>& rows, bool json) {
-  json ? print_json(std::cout, rows) : print_table(std::cout, rows);
-  std::cout.flush();
-  if (!all_hold(rows)) throw CLI::RuntimeError(1);
-}
 
 void add_ring_command(CLI::App& bench) {
   struct Options {
@@ -30,7 +23,7 @@ void add_ring_command(CLI::App& bench) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_rows(bench_ring(options->ring), options->json); });
+  command->callback([options] { print_judged(bench_ring(options->ring), options->json); });
 }
 
 }  // namespace

@@ -137,8 +137,13 @@ void Rows::add(const std::string& metric, double value, const std::string& unit,
   rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds, ""});
 }
 
+void Rows::add_if(bool fair, const std::string& metric, double value, const std::string& unit,
+                  double goal, bool holds) {
+  fair ? add(metric, value, unit, goal, holds) : add(metric, value, unit);
+}
+
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
-                      const std::string& peer, double peer_value) {
+                      const std::string& peer, std::optional<double> peer_value) {
   rows_.push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});
 }
 

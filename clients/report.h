@@ -37,9 +37,12 @@ class Rows {
   void add(const std::string& metric, double value, const std::string& unit);
   void add(const std::string& metric, double value, const std::string& unit, double goal,
            bool holds);
-  /// A figure beside the same of a peer in the same run.
+  /// Judged only where that is fair; else the figure alone.
+  void add_if(bool fair, const std::string& metric, double value, const std::string& unit,
+              double goal, bool holds);
+  /// A figure beside the same of a peer in the same run, which is empty where there is none.
   void add_beside(const std::string& metric, double value, const std::string& unit,
-                  const std::string& peer, double peer_value);
+                  const std::string& peer, std::optional<double> peer_value);
   /// p50, p99 and max of durations [ns] as seconds; nothing where there are none.
   void add(const std::string& metric, const Histogram& durations);
   void note(const std::string& metric, const std::string& text);

@@ -46,6 +46,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   const int64_t start_ns = start.wait() + phase_ns;
   DeadlineClock clock(options.period, options.spin_ns);
   clock.start_at(start_ns);
+  run.start_ns = start_ns;
   const int64_t end_ns = start_ns + static_cast<int64_t>(options.seconds * 1e9);
   for (Tick tick = clock.wait(); tick.deadline_ns < end_ns; tick = clock.wait()) {
     run.late.add(tick.late_ns);
@@ -60,14 +61,22 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   return run;
 }
 
+/// In a thread of its own: rights and pinning end with it.
+WakeRun run_alone(const WakeOptions& options, int priority) {
+  WakeRun run;
+  CommonStart start(1);
+  std::thread([&] { run = run_loop(options, priority, 0, start); }).join();
+  return run;
+}
+
 }  // namespace
 
 WakeRun measure_wakes(const WakeOptions& options) {
-  WakeRun run;
-  CommonStart start(1);
-  // a thread of its own: rights and pinning end with it
-  std::thread([&] { run = run_loop(options, kServoPriority, 0, start); }).join();
-  return run;
+  return run_alone(options, kServoPriority);
+}
+
+WakeRun measure_witness(const WakeOptions& options) {
+  return run_alone(options, kServoPriority - 1);
 }
 
 WitnessedRun measure_witnessed_wakes(const WakeOptions& options) {

@@ -27,6 +27,7 @@ struct WakeRun {
   uint64_t over_100us = 0;
   uint64_t over_1ms = 0;
   std::vector<LateWake> late_wakes;  // later than kWitnessLate_ns, the first 65,536
+  int64_t start_ns = 0;              // grid point 0
   RealtimeReport rights;
   int pin_errno = 0;
 };
@@ -38,8 +39,11 @@ struct WakeOptions {
   int core = 0;
 };
 
-/// The servo's clock at the servo's priority, pinned, in a thread of its own.
+/// The servo's clock at the servo's priority, kept on the core, in a thread of its own.
 WakeRun measure_wakes(const WakeOptions& options);
+
+/// The witness alone, beside somebody else's loop: one priority lower, on the same core.
+WakeRun measure_witness(const WakeOptions& options);
 
 /// The same beside a witness: a second loop on the same core, one priority lower, 30 µs later.
 struct WitnessedRun {

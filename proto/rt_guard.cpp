@@ -6,7 +6,7 @@
 #include <execinfo.h>
 #include <seccomp.h>
 #include <sys/resource.h>
-#include <ucontext.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -14,7 +14,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <system_error>
+#include <string_view>
+#include <utility>
+
+#include "proto/rt_guard_filter.h"
 
 namespace haptic {
 namespace {
@@ -23,81 +26,61 @@ constexpr std::array<const char*, kViolations> kNames{"allocation",  "free",    
                                                       "condition",   "rwlock",     "system call",
                                                       "minor fault", "major fault"};
 
-// what the servo's loop may ask of the kernel, and what the guard itself needs
-constexpr std::array kAllowedCalls{
-    SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(getrusage),
-    SCMP_SYS(rt_sigreturn),    SCMP_SYS(exit),          SCMP_SYS(exit_group)};
-// to print a stack and abort
-constexpr std::array kCallsToAbort{
-    SCMP_SYS(write),  SCMP_SYS(writev),         SCMP_SYS(getpid),       SCMP_SYS(gettid),
-    SCMP_SYS(tgkill), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigaction), SCMP_SYS(restart_syscall)};
-
 // constinit: a thread's first look at them runs no code
 constinit thread_local bool is_armed = false;
 constinit thread_local bool aborts = false;
+constinit thread_local bool is_ending = false;
 constinit thread_local GuardReport* current = nullptr;
 constinit bool hooks_linked = false;
 
-void abort_loudly(Violation kind, const Caught& caught) noexcept {
-  constexpr std::array<const char*, 2> kAround{"rt_guard: the armed loop did: ", "\n"};
-  const std::string_view text = kNames[static_cast<size_t>(kind)];
-  ssize_t unused = write(STDERR_FILENO, kAround[0], std::string_view(kAround[0]).size());
-  unused += write(STDERR_FILENO, text.data(), text.size());
-  unused += write(STDERR_FILENO, kAround[1], 1);
-  static_cast<void>(unused);
-  backtrace_symbols_fd(caught.stack.data(), caught.depth, STDERR_FILENO);
+void say(std::string_view text) noexcept {
+  detail::call_past_filter(SYS_write, STDERR_FILENO, reinterpret_cast<intptr_t>(text.data()),
+                           static_cast<long>(text.size()));
+}
+
+[[noreturn]] void abort_loudly(std::string_view what) noexcept {
+  is_armed = false;
+  is_ending = true;
+  say("rt_guard: the guarded loop did: ");
+  say(what);
+  say("\n");
+  std::array<void*, Caught::kMaxDepth> stack;
+  backtrace_symbols_fd(stack.data(), backtrace(stack.data(), Caught::kMaxDepth), STDERR_FILENO);
   std::abort();
 }
 
-void count(Violation kind, uint64_t times = 1) noexcept {
+void count(Violation kind) noexcept {
   Caught& caught = current->of(kind);
   if (caught.count == 0) caught.depth = backtrace(caught.stack.data(), Caught::kMaxDepth);
-  caught.count += times;
-  if (aborts) abort_loudly(kind, caught);
+  ++caught.count;
+  if (aborts) abort_loudly(name_of(kind));
 }
 
-/// The call was not made. Its result must be set, or the caller takes what the register held.
-void on_refused_call(int, siginfo_t* info, void* context) {
-  auto& registers = static_cast<ucontext_t*>(context)->uc_mcontext;
-#if defined(__x86_64__)
-  registers.gregs[REG_RAX] = -ENOSYS;
-#elif defined(__aarch64__)
-  registers.regs[0] = static_cast<unsigned long long>(-ENOSYS);
-#else
-#error "rt_guard: say here which register holds the result of a system call"
-#endif
-  if (!is_armed) return;
-  is_armed = false;
-  if (current->first_system_call < 0) current->first_system_call = info->si_syscall;
+/// Armed or not, what is refused counts: the thread then goes on otherwise than it would unguarded.
+void note_refused(const detail::RefusedCall& call, bool was_armed) noexcept {
+  if (current == nullptr || (call.is_lock() && !was_armed)) return;
+  if (current->first_system_call < 0) current->first_system_call = static_cast<int>(call.number());
   count(Violation::kSystemCall);
-  is_armed = true;
 }
 
-void allow(scmp_filter_ctx filter, int call) {
-  const int error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0);
-  if (error != 0) throw std::system_error(-error, std::generic_category(), "seccomp rule");
+/// The call was not made, and its caller is told so; but a lock that fails would end the program
+/// without a word, so a wait for one is counted and then made.
+void on_refused_call(int, siginfo_t*, void* context) {
+  detail::RefusedCall call(context);
+  if (is_ending) return call.set_result(call.make());
+  const bool was_armed = std::exchange(is_armed, false);
+  if (call.is_abort()) abort_loudly("abort");
+  note_refused(call, was_armed);
+  call.set_result(call.is_lock() ? call.make() : -ENOSYS);
+  is_armed = was_armed;
 }
 
-/// Of the calling thread, for the rest of its life.
-void filter_system_calls(bool may_abort) {
+void handle_refused_calls() {
   struct sigaction action {};
   action.sa_sigaction = on_refused_call;
-  action.sa_flags = SA_SIGINFO;
+  // again while it runs: what prints a stack asks for calls that are refused
+  action.sa_flags = SA_SIGINFO | SA_NODEFER;
   sigaction(SIGSYS, &action, nullptr);
-
-  const std::unique_ptr<void, void (*)(scmp_filter_ctx)> filter(seccomp_init(SCMP_ACT_TRAP),
-                                                                seccomp_release);
-  if (filter == nullptr) throw std::system_error(ENOMEM, std::generic_category(), "seccomp");
-  for (const int call : kAllowedCalls) allow(filter.get(), call);
-  if (may_abort) {
-    for (const int call : kCallsToAbort) allow(filter.get(), call);
-  }
-  const int error = seccomp_load(filter.get());
-  if (error != 0) {
-    throw std::system_error(-error, std::generic_category(),
-                            "rt_guard: the kernel refuses a seccomp filter; run outside the "
-                            "sandbox that forbids it");
-  }
 }
 
 /// Name of the function an address lies in, or of its file.
@@ -168,7 +151,9 @@ RtGuard::RtGuard(const GuardOptions& options) {
   read_usage();
   current = &report_;
   aborts = options.abort_at_once;
-  if (options.filter_system_calls) filter_system_calls(options.abort_at_once);
+  if (!options.filter_system_calls) return;
+  handle_refused_calls();
+  filter_ = std::make_unique<detail::SystemCallFilter>(options.device_node);
 }
 
 RtGuard::~RtGuard() {
@@ -182,7 +167,9 @@ RtGuard::Usage RtGuard::read_usage() noexcept {
   return {usage.ru_minflt, usage.ru_majflt, usage.ru_nivcsw, usage.ru_nvcsw};
 }
 
-void RtGuard::arm() noexcept {
+void RtGuard::arm() {
+  // not before: in a warm-up the thread must find everything as it is unguarded
+  if (filter_ && !std::exchange(is_filtered_, true)) filter_->load();
   armed_at_ = read_usage();
   is_armed = true;
 }
@@ -199,8 +186,7 @@ void RtGuard::disarm() noexcept {
   report_.voluntary_switches +=
       static_cast<uint64_t>(now.voluntary_switches - armed_at_.voluntary_switches);
   if (!aborts || minor + major == 0) return;
-  const Violation kind = major > 0 ? Violation::kMajorFault : Violation::kMinorFault;
-  abort_loudly(kind, report_.of(kind));
+  abort_loudly(name_of(major > 0 ? Violation::kMajorFault : Violation::kMinorFault));
 }
 
 }  // namespace haptic

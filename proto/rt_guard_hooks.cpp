@@ -9,9 +9,12 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <semaphore.h>
+#include <threads.h>
 #include <time.h>
 
 #include <atomic>
+#include <bit>
 #include <cerrno>
 #include <cstdlib>
 
@@ -21,6 +24,8 @@ void* __libc_malloc(size_t size);
 void* __libc_calloc(size_t count, size_t size);
 void* __libc_realloc(void* memory, size_t size);
 void* __libc_memalign(size_t alignment, size_t size);
+void* __libc_valloc(size_t size);
+void* __libc_pvalloc(size_t size);
 void __libc_free(void* memory);
 }
 
@@ -88,8 +93,17 @@ void* aligned_alloc(size_t alignment, size_t size) noexcept {
   note_violation(Violation::kAllocate);
   return __libc_memalign(alignment, size);
 }
+void* valloc(size_t size) noexcept {
+  note_violation(Violation::kAllocate);
+  return __libc_valloc(size);
+}
+void* pvalloc(size_t size) noexcept {
+  note_violation(Violation::kAllocate);
+  return __libc_pvalloc(size);
+}
 int posix_memalign(void** memory, size_t alignment, size_t size) noexcept {
   note_violation(Violation::kAllocate);
+  if (!std::has_single_bit(alignment) || alignment % sizeof(void*) != 0) return EINVAL;
   void* found = __libc_memalign(alignment, size);
   if (found == nullptr) return ENOMEM;
   *memory = found;
@@ -113,11 +127,21 @@ using Mutex = pthread_mutex_t;
 using Condition = pthread_cond_t;
 using Rwlock = pthread_rwlock_t;
 using Time = const timespec;
+using Spin = pthread_spinlock_t;
 
 HAPTIC_HOOK(kMutex, nullptr, pthread_mutex_lock, (Mutex * m), (m))
 HAPTIC_HOOK(kMutex, nullptr, pthread_mutex_trylock, (Mutex * m), (m))
 HAPTIC_HOOK(kMutex, nullptr, pthread_mutex_timedlock, (Mutex * m, Time* t), (m, t))
 HAPTIC_HOOK(kMutex, nullptr, pthread_mutex_clocklock, (Mutex * m, clockid_t c, Time* t), (m, c, t))
+HAPTIC_HOOK(kMutex, nullptr, mtx_lock, (mtx_t * m), (m))
+HAPTIC_HOOK(kMutex, nullptr, mtx_trylock, (mtx_t * m), (m))
+HAPTIC_HOOK(kMutex, nullptr, mtx_timedlock, (mtx_t * m, Time* t), (m, t))
+HAPTIC_HOOK(kMutex, nullptr, pthread_spin_lock, (Spin * s), (s))
+HAPTIC_HOOK(kMutex, nullptr, pthread_spin_trylock, (Spin * s), (s))
+HAPTIC_HOOK(kMutex, nullptr, sem_wait, (sem_t * s), (s))
+HAPTIC_HOOK(kMutex, nullptr, sem_trywait, (sem_t * s), (s))
+HAPTIC_HOOK(kMutex, nullptr, sem_timedwait, (sem_t * s, Time* t), (s, t))
+HAPTIC_HOOK(kMutex, nullptr, sem_clockwait, (sem_t * s, clockid_t c, Time* t), (s, c, t))
 HAPTIC_HOOK(kCondition, kConditionVersion, pthread_cond_wait, (Condition * c, Mutex* m), (c, m))
 HAPTIC_HOOK(kCondition, kConditionVersion, pthread_cond_timedwait,
             (Condition * c, Mutex* m, Time* t), (c, m, t))
@@ -131,6 +155,10 @@ HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_tryrdlock, (Rwlock * l), (l))
 HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_trywrlock, (Rwlock * l), (l))
 HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_timedrdlock, (Rwlock * l, Time* t), (l, t))
 HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_timedwrlock, (Rwlock * l, Time* t), (l, t))
+HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_clockrdlock, (Rwlock * l, clockid_t c, Time* t),
+            (l, c, t))
+HAPTIC_HOOK(kRwlock, nullptr, pthread_rwlock_clockwrlock, (Rwlock * l, clockid_t c, Time* t),
+            (l, c, t))
 
 }  // extern "C"
 

@@ -9,6 +9,7 @@ haptic_tests(process LIBRARIES haptic_torture SOURCES
   process/hapt_test.cpp
   process/ring_torture_test.cpp
   process/rate_test.cpp
+  process/selftest_test.cpp
   process/session_test.cpp)
 # it starts them
 add_dependencies(test_process hapt hapticd haptic-sim haptic-contact haptic-faulty-contact

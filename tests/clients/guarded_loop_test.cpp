@@ -2,14 +2,17 @@
 // The servo's own loop under rt_guard: a hundred thousand ticks here, a million in hapt selftest.
 #include "clients/guarded_loop.h"
 
+#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <cstdlib>
 #include <mutex>
+#include <shared_mutex>
 #include <string>
 #include <thread>
 #include <utility>
@@ -56,6 +59,40 @@ TEST_CASE("guarded loop: 100,000 ticks neither allocate, lock, fault nor ask the
     CAPTURE(name_of(violation));
     CHECK(result.report.caught[kind].count == 0);
   }
+  CHECK(result.timed_ticks == 1000);
+  CHECK(result.stray_sleeps() == 0);
+  CHECK(result.lost_ticks == 0);
+}
+
+TEST_CASE("guarded loop: a lock that is waited for in mid-run is caught and the run ends",
+          "[lab]") {
+  if (!hooks_are_here()) return;
+  pthread_mutex_t held = PTHREAD_MUTEX_INITIALIZER;
+  pthread_mutex_lock(&held);
+  int taken = 0;
+  const GuardedLoopResult result =
+      run({.ticks = 500, .timed_ticks = 20, .also_do = [&](uint64_t k) {
+             if (k != 300) return;
+             const int64_t until_ns = realtime_now_ns() + 10'000'000;
+             const timespec until{until_ns / kNsPerSecond, until_ns % kNsPerSecond};
+             taken = pthread_mutex_timedlock(&held, &until);
+           }});
+  pthread_mutex_unlock(&held);
+  CAPTURE(result.report.explain());
+  CHECK(taken == ETIMEDOUT);
+  CHECK(result.report.of(Violation::kMutex).count == 1);
+  CHECK(result.report.first_system_call == SYS_futex);
+}
+
+TEST_CASE("guarded loop: sleeps beside the one of each timed tick are told apart", "[lab]") {
+  if (!hooks_are_here()) return;
+  const GuardedLoopResult result =
+      run({.ticks = 500, .timed_ticks = 20, .also_do = [&](uint64_t k) {
+             if (k >= 300) sleep_until(now_ns() + 1'000'000);
+           }});
+  CHECK(result.report.violations() == 0);
+  CHECK(result.timed_ticks == 20);
+  CHECK(result.stray_sleeps() > 0);
 }
 
 TEST_CASE("guarded loop: one violation in mid-run is caught in the loop itself", "[lab]") {
@@ -65,12 +102,17 @@ TEST_CASE("guarded loop: one violation in mid-run is caught in the loop itself",
     std::function<void()> body;
   };
   static std::mutex mutex;
+  static std::shared_mutex rwlock;
+  static pthread_cond_t condition = PTHREAD_COND_INITIALIZER;
   static void* memory = nullptr;
   const auto plant = GENERATE(values<Plant>({
       {Violation::kAllocate, [] { memory = std::malloc(64); }},
       {Violation::kFree, [] { std::free(std::exchange(memory, nullptr)); }},
       {Violation::kMutex, [] { const std::lock_guard lock(mutex); }},
+      {Violation::kCondition, [] { pthread_cond_signal(&condition); }},
+      {Violation::kRwlock, [] { const std::shared_lock lock(rwlock); }},
       {Violation::kSystemCall, [] { syscall(SYS_getppid); }},
+      {Violation::kSystemCall, [] { usleep(50); }},
   }));
   if (memory == nullptr) memory = std::malloc(64);
   const GuardedLoopResult result =

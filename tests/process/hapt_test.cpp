@@ -317,7 +317,7 @@ TEST_CASE("hapt bench ring: a figure and its peer for each size, and what it tak
   WARN("SKIPPED: a sanitizer's figures say nothing, and its pace outlasts the limit of real time");
   return;
 #endif
-  if (n_processors() < 2) {
+  if (allowed_processors().size() < 2) {
     WARN("SKIPPED: needs two processors");
     return;
   }

@@ -19,9 +19,10 @@
 namespace haptic::test {
 
 struct KillFindings {
+  uint64_t seed = 0;  // of when to kill and whom to disturb
   uint64_t kills = 0;
   uint64_t published = 0, reads = 0, lost = 0;
-  uint64_t in_mid_copy = 0;  // kills that left a slot half written
+  uint64_t in_mid_copy = 0;  // kills that left a slot begun and not counted
   uint64_t unreadable = 0;   // counted, not the oldest, and yet not there
   uint64_t torn = 0, disorder = 0, miscounted = 0;
   uint64_t balances = 0;  // readers whose delivered and lost were compared with published
@@ -214,9 +215,10 @@ class KillTorture {
   std::array<ForkedProcess, kReaders> readers_;
   std::unique_ptr<View> view_;  // this process's own, of the present generation
   std::vector<uint64_t> ends_;  // items published, by generation
-  std::mt19937_64 random_{std::random_device{}()};
+  const uint64_t seed_ = std::random_device{}();
+  std::mt19937_64 random_{seed_};
   bool is_stopped_ = false;
-  KillFindings found_;
+  KillFindings found_{.seed = seed_};
 };
 
 }  // namespace haptic::test

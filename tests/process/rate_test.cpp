@@ -36,13 +36,17 @@ std::string write_session(const std::string& folder, int rate_khz, const std::st
   return path;
 }
 
-using Frames = std::vector<ServoFrame>;
+/// A frame, and when this process found it, by its own look at the clock.
+struct SeenFrame : ServoFrame {
+  int64_t seen_ns = 0;
+};
+using Frames = std::vector<SeenFrame>;
 
 /// Frames of at least this stretch of the servo's own time, none lost.
 Frames collect_for(Watcher& watcher, int64_t duration_ns) {
   Frames frames;
   const bool seen = eventually([&] {
-    for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back(frame);
+    for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back({frame, now_ns()});
     return !frames.empty() && frames.back().t_ns - frames.front().t_ns >= duration_ns;
   });
   REQUIRE(seen);
@@ -55,16 +59,36 @@ Frames collect_for(Watcher& watcher, int64_t duration_ns) {
 /// before the one before it was done: that would be a burst.
 void check_grid(const Frames& frames, int64_t period) {
   for (size_t k = 1; k < frames.size(); ++k) {
-    const ServoFrame& f = frames[k];
-    const ServoFrame& before = frames[k - 1];
+    const SeenFrame& f = frames[k];
+    const SeenFrame& before = frames[k - 1];
     const uint64_t skipped = f.skipped - before.skipped;
     CAPTURE(k, f.tick, skipped, before.wake_late_ns, before.busy_ns);
     REQUIRE(f.tick == before.tick + 1 + skipped);
     REQUIRE(f.t_ns == before.t_ns + static_cast<int64_t>(f.tick - before.tick) * period);
     REQUIRE(f.wake_late_ns >= 0);
-    REQUIRE(f.t_ns >= before.t_ns + before.wake_late_ns + before.busy_ns - period);
-    if (skipped > 0) REQUIRE(f.t_ns >= before.t_ns + before.wake_late_ns + before.busy_ns);
+    REQUIRE(f.t_ns >= before.t_ns + before.wake_late_ns + before.busy_ns);
+    // nor was it there before it can have been computed
+    REQUIRE(f.seen_ns >= f.t_ns + f.wake_late_ns + f.busy_ns);
   }
+}
+
+/// Ticks per second by this process's clock, from the frame of the first quarter that was found
+/// soonest after its instant to that of the last quarter.
+double rate_on_the_wall(const Frames& frames) {
+  const auto delay = [](const SeenFrame& a, const SeenFrame& b) {
+    return a.seen_ns - a.t_ns < b.seen_ns - b.t_ns;
+  };
+  const auto quarter = static_cast<ptrdiff_t>(frames.size() / 4);
+  const SeenFrame& first = *std::min_element(frames.begin(), frames.begin() + quarter, delay);
+  const SeenFrame& last = *std::min_element(frames.end() - quarter, frames.end(), delay);
+  const double seconds = 1e-9 * static_cast<double>(last.seen_ns - first.seen_ns);
+  return static_cast<double>(last.tick - first.tick) / seconds;
+}
+
+/// Why the share of late ticks is not to be judged here; empty: it is.
+std::string no_realtime(const Watcher& watcher) {
+  const RealtimeReport rights = realtime_of(*watcher.servo.header());
+  return (rights.bits & kRealtimeFifo) != 0 ? "" : rights.explain();
 }
 
 }  // namespace
@@ -87,7 +111,8 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   INFO(hapticd.log());
   REQUIRE(watcher.wait_for_all());
   const int64_t period = period_ns(1000.0 * rate_khz);
-  const int64_t start_ns = now_ns();
+  // what lay there before tells nothing of the wall's clock
+  collect_for(watcher, 1 * kMs);
   const Frames frames = collect_for(watcher, 1000 * kMs);
   check_grid(frames, period);
 
@@ -96,10 +121,14 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   const uint64_t grid_points = last.tick - first.tick;
   const uint64_t skipped = last.skipped - first.skipped;
   CHECK(frames.size() - 1 + skipped == grid_points);
+  REQUIRE(frames.size() >= 100);
   // on the wall's clock too, and not only on paper
-  const double seconds = 1e-9 * static_cast<double>(last.t_ns - first.t_ns);
-  CHECK(static_cast<double>(grid_points) / seconds == Approx(1000.0 * rate_khz).epsilon(1e-6));
-  CHECK(1e-9 * static_cast<double>(now_ns() - start_ns) < 60);
+  CHECK(rate_on_the_wall(frames) == Approx(1000.0 * rate_khz).epsilon(0.02));
+  // without rights any share of the ticks may be somebody else's
+  if (const std::string why = no_realtime(watcher); !why.empty()) {
+    WARN("SKIPPED: the share of skipped ticks: " << why);
+    return;
+  }
   // the machine may take some away, never most
   CHECK(static_cast<double>(skipped) < 0.5 * static_cast<double>(grid_points));
 }
@@ -136,7 +165,7 @@ TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, ne
 TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and the rest is there") {
   const test::TemporaryFolder folder;
   const test::Ran ran = test::shell("PATH='" + test::program_folder().string() +
-                                        "' hapt bench jitter --pairs 1 --seconds 0.2 "
+                                        "' hapt bench jitter --pairs 1 --seconds 1 "
                                         "--json",
                                     folder.path());
   CAPTURE(ran.output);
@@ -147,18 +176,14 @@ TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and t
   CHECK(test::figure(ran.output, "wakes") > 0);
 }
 
-TEST_CASE("rate: hapt selftest prints every kind of violation and succeeds where there is none") {
+TEST_CASE("rate: hapt bench jitter runs on no core but one it may use, for whole seconds") {
   const test::TemporaryFolder folder;
-  const test::Ran ran = test::hapt("selftest --ticks 5000 --json", folder.path());
-  CAPTURE(ran.output);
-  if (test::has(ran.output, "rt_guard has no hooks")) {
-    WARN("SKIPPED: sanitizers interpose the same functions");
-    return;
-  }
-  for (const char* kind : {"allocation", "free", "mutex", "condition", "rwlock", "system call"}) {
-    CHECK(test::figure(ran.output, std::string("violations: ") + kind) == 0);
-  }
-  if (test::has(ran.output, "memory locked")) CHECK(ran.code == 0);
+  const test::Ran none = test::hapt("bench jitter --pairs 1 --seconds 1 --core 900", folder.path());
+  CAPTURE(none.output);
+  CHECK(none.code == 1);
+  CHECK(test::has(none.output, "bench jitter: this process may not use core 900; choose another"));
+  CHECK(test::lines(none.output) == 1);
+  CHECK(test::hapt("bench jitter --seconds 0.4", folder.path()).code > 1);
 }
 
 }  // namespace haptic

@@ -25,8 +25,6 @@ struct ReaderFindings {
   std::atomic<uint64_t> vanished;    // announced, not overwritten, and yet not there
   std::atomic<uint64_t> miscounted;  // delivered and lost do not add up to published
   std::atomic<uint64_t> lost;
-
-  uint64_t faults() const { return torn + disorder + vanished + miscounted; }
 };
 
 /// Counts as one process goes, handed over now and then: a killed reader's findings are kept.

@@ -68,12 +68,14 @@ void print_flat_out(size_t bytes, const FlatOutFindings& f, double seconds) {
 
 void print_kills(size_t bytes, const KillFindings& f, double seconds) {
   std::printf(
-      "kill -9,%zu B: %.1f s, %llu kills, %llu in mid-copy, %llu published, %llu read, %llu lost, "
+      "kill -9,%zu B: %.1f s, %llu kills, %llu begun and not counted, %llu published, %llu read, "
+      "%llu lost, "
       "%llu unreadable, %llu torn, %llu disorder, %llu miscounted of %llu balances, %llu stops, "
-      "%llu reader kills\n",
+      "%llu reader kills, seed %llu\n",
       bytes, seconds, number(f.kills), number(f.in_mid_copy), number(f.published), number(f.reads),
       number(f.lost), number(f.unreadable), number(f.torn), number(f.disorder),
-      number(f.miscounted), number(f.balances), number(f.reader_stops), number(f.reader_kills));
+      number(f.miscounted), number(f.balances), number(f.reader_stops), number(f.reader_kills),
+      number(f.seed));
 }
 
 double seconds_since(int64_t start_ns) {
