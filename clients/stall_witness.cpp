@@ -16,7 +16,7 @@ constexpr int64_t kLateNs = 2'000'000;
 }  // namespace
 
 StallWitness::StallWitness(bool realtime) {
-  for (size_t i = 0; i < static_cast<size_t>(n_processors()); ++i) {
+  for (size_t i = 0; i < allowed_processors().size(); ++i) {
     threads_.emplace_back([this, i, realtime] { run(i, realtime); });
   }
 }
