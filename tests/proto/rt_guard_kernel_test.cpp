@@ -221,21 +221,22 @@ TEST_CASE("rt_guard: a thread of higher priority on the same core is an involunt
   CPU_SET(static_cast<size_t>(sched_getcpu()), &one);
   // what is started from here stays on this core
   REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
-  std::atomic<bool> is_armed{false}, has_fifo{false}, gave_up{false};
+  std::atomic<bool> gave_up{false};
   std::atomic<int> turns{0};
+  std::atomic<uint64_t> laps{0};  // of the guarded thread
   std::thread higher([&] {
-    has_fifo = enter_realtime({.fifo_priority = 1, .lock_memory = false}).fifo_errno == 0;
-    gave_up = !has_fifo;
-    while (has_fifo && turns < 3) {
+    gave_up = enter_realtime({.fifo_priority = 1, .lock_memory = false}).fifo_errno != 0;
+    uint64_t seen = 0;
+    while (!gave_up && turns < 3) {
       sleep_until(now_ns() + 1'000'000);
-      if (is_armed) ++turns;
+      // the guarded thread has run since the last turn, so this one was taken from it
+      if (laps != seen) ++turns;
+      seen = laps;
     }
   });
   // it never sleeps: the other can only have had its turns by taking them
   const GuardReport report = guarded([&] {
-    is_armed = true;
-    while (turns < 3 && !gave_up) {
-    }
+    while (turns < 3 && !gave_up) ++laps;
   });
   higher.join();
   sched_setaffinity(0, sizeof before, &before);
