@@ -166,7 +166,7 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   const ServoFrame& first = data.frames.front();
   const ServoFrame& last = end == data.frames.end() ? data.frames.back() : *end;
   const ServoFrame& before = end == data.frames.begin() ? first : *(end - 1);
-  const double grid_points = std::floor(hand.seconds * rate + 1e-6) + 1;
+  const double grid_points = std::floor((hand.seconds + 1e-9 * kSnapNs) * rate + 1e-6) + 1;
   // what is skipped beyond the end of the recording costs nothing of it
   const double beyond = std::clamp(static_cast<double>(last.tick - first.tick) - grid_points, 0.0,
                                    static_cast<double>(last.skipped - before.skipped));

@@ -9,7 +9,6 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kSnapNs = 1000;  // clocks that are meant to coincide do so within this
 constexpr uint32_t kKeptFlags = kDeviceHomed | kDeviceSimulated;
 
 DeviceState flagged(DeviceState state, uint32_t flags) {

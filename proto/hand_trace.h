@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "proto/wire.h"
 
 namespace haptic {
+
+/// Instants of two clocks that are meant to coincide do so within this [ns].
+inline constexpr int64_t kSnapNs = 1000;
 
 /// The motion of a hand as it was measured: strictly increasing in time, at the recorded rate.
 struct HandTrace {
