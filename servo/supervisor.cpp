@@ -26,10 +26,8 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLookPeriodNs = 20 * kMs;      // events and pulses
-constexpr int64_t kControlPeriodNs = 100 * kMs;  // a late reader of the ring finds one soon
-constexpr int64_t kLateNs = 20 * kMs;
-constexpr int64_t kHungNs = 250 * kMs;
+constexpr int64_t kLookPeriodNs = 20 * kMs;       // events and pulses
+constexpr int64_t kControlPeriodNs = 100 * kMs;   // a late reader of the ring finds one soon
 constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // while a hand waits for its first contact
 constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while somebody waits for the servo's echo
 constexpr int64_t kEchoPatienceNs = 1000 * kMs;
@@ -72,17 +70,6 @@ std::string how_it_ended(int status) {
 }
 
 }  // namespace
-
-int64_t restart_delay_ns(int deaths_in_a_row) {
-  constexpr std::array kDelays{0 * kMs, 50 * kMs, 200 * kMs, 1000 * kMs};
-  const size_t last = kDelays.size() - 1;
-  return kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
-}
-
-Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {
-  if (silent_ns > kHungNs + period_ns) return Pulse::kHung;
-  return silent_ns > kLateNs + period_ns ? Pulse::kLate : Pulse::kFine;
-}
 
 Supervisor::Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log)
     : log_(log),
@@ -148,7 +135,7 @@ int Supervisor::run() {
     if (t_ns >= next_look_ns) {
       write_events();
       // where hapticd itself was held up, so was everybody: the next look judges
-      if (t_ns - next_look_ns < kLateNs) watch_pulses(t_ns);
+      if (t_ns - next_look_ns < kLatePulseNs) watch_pulses(t_ns);
       watch_device(t_ns);
       tell_waiting(t_ns);
       next_look_ns = t_ns + kLookPeriodNs;

@@ -343,6 +343,80 @@ TEST_CASE("servo: a sample that jumps does not take the tool with it", "[servo]"
   CHECK(step_armed(model, state, input_at(6, moved_W, nullptr)).X_WT.p == moved_W);
 }
 
+TEST_CASE("servo: before somebody has said that it may, nothing is felt", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoState state;
+  const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {0, 0, -1e-3}, set.get()));
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK((f.flags & haptic::kServoDisarmed) != 0);
+  // and without contacts there is nothing to begin with
+  ServoState alone;
+  const ServoFrame g = step_armed(plain_model(1000), alone, input_at(1, {}, nullptr));
+  CHECK((g.flags & haptic::kServoNoContactSet) != 0);
+  CHECK(alone.safety.gain == 0);
+}
+
+TEST_CASE("servo: a fault outlives its servo, and an old request clears nothing", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  const ServoModel model = plain_model(1000);
+  haptic::ControlFrame control{};
+  control.armed = 1;
+  control.translational_stiffness = 1000;
+  control.fault_clears = 3;
+  control.fault = static_cast<uint32_t>(haptic::Fault::kPoseJump);
+  ServoState state;
+  int64_t k = 1;
+  const auto step = [&] {
+    ServoInput input = input_at(k++, {0, 0, -1e-3}, set.get());
+    input.control = &control;
+    return servo_step(model, state, input);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const ServoFrame f = step();
+    CHECK(f.fault == control.fault);
+    CHECK(f.F_device_B == haptic::Wrench{});
+  }
+  // what the former servo was told is done; a new request is not
+  control.fault_clears = 4;
+  CHECK(step().fault == 0);
+  CHECK(step().F_device_B.f.z > 0);
+}
+
+TEST_CASE("servo: force only while the dead-man button is held", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoModel model = plain_model(1000);
+  model.dead_man_button = 2;
+  ServoState state;
+  int64_t k = 1;
+  const auto force = [&](uint32_t buttons) {
+    ServoInput input = input_at(k++, {0, 0, -1e-3}, set.get());
+    input.device.buttons = buttons;
+    return step_armed(model, state, input).F_device_B.f.z;
+  };
+  CHECK(force(0) == 0);
+  CHECK(force(0b011) == 0);
+  CHECK(force(0b100) == Approx(1));
+  CHECK(force(0) == 0);
+}
+
+TEST_CASE("servo: a device that was let go is pushed from zero", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {})});
+  ServoModel model = plain_model(1000);
+  model.limits.slew = 100;
+  ServoState state;
+  const auto force = [&](int64_t tick, bool released) {
+    ServoInput input = input_at(tick, {0, 0, -1e-3}, set.get());
+    input.released = released;
+    set->seq = input.tick;
+    set->answers_t_ns = input.t_ns;
+    return step_armed(model, state, input).F_device_B.f.z;
+  };
+  for (int64_t k = 1; k <= 20; ++k) force(k, false);
+  CHECK(force(21, false) == Approx(1));
+  CHECK(force(22, true) == Approx(0.1));
+  CHECK(force(23, false) == Approx(0.2));
+}
+
 TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, then softly",
           "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for contact/step.cpp: what it makes of what the servo says.
+#include "contact/step.h"
+
+#include <memory>
+
+#include "tests/support/near.h"
+#include "tests/support/scenes.h"
+
+using haptic::ContactSet;
+using haptic::ServoFrame;
+using haptic::Vec3;
+
+namespace {
+
+/// A block of 10 cm about the origin, and the detector over it.
+struct Bench {
+  haptic::test::OwnedShape block{haptic::make_box({0.1, 0.1, 0.1})};
+  haptic::ContactModel model;
+  std::unique_ptr<haptic::ContactState> state = std::make_unique<haptic::ContactState>();
+  uint64_t tick = 0;
+
+  Bench() {
+    haptic::SessionConfig config{};
+    config.n_objects = 1;
+    const std::array shapes{block.view()};
+    model = build_contact_model(config, shapes);
+  }
+
+  std::unique_ptr<ContactSet> answer(const Vec3& tool_W, uint32_t flags) {
+    ServoFrame servo{};
+    servo.tick = ++tick;
+    servo.t_ns = static_cast<int64_t>(tick) * 1'000'000;
+    servo.X_WT.p = servo.X_WG.p = tool_W;
+    servo.flags = flags;
+    return std::make_unique<ContactSet>(contact_step(model, *state, servo, nullptr));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("contact step: a hand that feels nothing passes through, and begins where it then is",
+          "[contact]") {
+  const uint32_t closed =
+      GENERATE(haptic::kServoPaused | 0u, haptic::kServoDisarmed | 0u, haptic::kServoFault | 0u,
+               haptic::kServoTooFast | 0u, haptic::kServoNoDevice | 0u);
+  Bench b;
+  const Vec3 above_W{0, 0, 0.06}, inside_W{0, 0, 0.02}, below_W{0, 0, -0.06};
+  b.answer(above_W, 0);
+  // felt: held back at the surface
+  CHECK(b.answer(inside_W, haptic::kServoContact)->X_WG.p.z > 0.05);
+  const uint64_t reseeds = b.answer(inside_W, haptic::kServoContact)->reseeds;
+  // not felt: no longer held back, and the servo is told to begin softly
+  const auto passing = b.answer({0, 0, -0.04}, closed);
+  CHECK(passing->X_WG.p.z < -0.05);
+  CHECK(passing->reseeds > reseeds);
+  const auto through = b.answer(below_W, closed);
+  CHECK(through->X_WG.p == below_W);
+  const auto felt = b.answer(below_W, 0);
+  CHECK(felt->X_WG.p == below_W);
+  CHECK(felt->n_active == 0);
+}
+
+TEST_CASE("contact step: a clutch moves nothing, so the proxy stays", "[contact]") {
+  Bench b;
+  b.answer({0, 0, 0.06}, 0);
+  const auto before = b.answer({0, 0, 0.04}, haptic::kServoContact);
+  const auto held = b.answer({0, 0, 0.04}, haptic::kServoClutched);
+  CHECK(held->X_WG.p == before->X_WG.p);
+  CHECK(held->reseeds == before->reseeds);
+}
