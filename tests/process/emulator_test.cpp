@@ -238,6 +238,9 @@ TEST_CASE("emulator: SIGKILL of the device is waited for, and its return begins 
   // a servo that dies meanwhile is not started in vain
   kill(test::writer_of(s.watcher.servo), SIGKILL);
   CHECK(eventually([&] { return s.hapticd.said("starting it again when the device is back"); }));
+  // what the first one wrote is not what the second one received
+  std::filesystem::remove(s.folder.path() + "/received.csv");
+  std::filesystem::remove(s.emulator.link());
   const EmulatorProcess again(pressing(), s.folder.path());
   REQUIRE(eventually([&] {
     sleep_until(now_ns() + 20 * kMs);
