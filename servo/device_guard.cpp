@@ -115,7 +115,9 @@ bool DeviceGuard::release(const Watched& watched) noexcept {
 }
 
 void DeviceGuard::run() {
-  enter_realtime({.fifo_priority = realtime_ ? kFifoPriority : 0, .lock_memory = realtime_});
+  // no memory locked: what is used every 2 ms stays, and a process with tens of megabytes locked
+  // takes as many milliseconds to die before its children hear of it
+  enter_realtime({.fifo_priority = realtime_ ? kFifoPriority : 0, .lock_memory = false});
   const int64_t look_ns = std::min(kLookNs, 2 * period_ns_);
   auto watched = std::make_unique<Watched>();
   ReleaseSchedule schedule;
