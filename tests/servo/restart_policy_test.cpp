@@ -18,7 +18,7 @@ TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[
 }
 
 TEST_CASE("restart policy: a heart is late after 20 ms and has stopped after 250 ms", "[servo]") {
-  const int64_t period = GENERATE(kMs, kMs / 8, 8 * kMs);
+  const int64_t period = GENERATE(1 * kMs, kMs / 8, 8 * kMs);
   CHECK(judge_pulse(20 * kMs + period, period) == Pulse::kFine);
   CHECK(judge_pulse(20 * kMs + period + 1, period) == Pulse::kLate);
   // a host that holds the machine up for 90 ms kills nobody
