@@ -95,6 +95,7 @@ class ForkedProcess {
       std::strncpy((*said_)->data(), e.what(), sizeof(Text) - 1);
       return 1;
     } catch (...) {
+      // nothing may leave a forked child; its exit code tells
       return 1;
     }
     return 0;

@@ -205,6 +205,7 @@ GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const 
     try {
       run_armed(*session, config, options, result);
     } catch (...) {
+      // thrown again in the caller's thread
       failure = std::current_exception();
     }
   }).join();
