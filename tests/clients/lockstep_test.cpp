@@ -97,8 +97,8 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
   Stage stage(config);
   const LockstepOptions options;
   Lockstep lockstep(config, stage.shapes, *stage.device, options);
-  size_t frames = 0, pressed = 0;
-  double peak = 0;
+  size_t frames = 0, pressed = 0, slewed = 0;
+  double peak = 0, held = 0;
   const double wall = -0.002;
   while (lockstep.step()) {
     const ServoFrame& f = lockstep.frame();
@@ -107,20 +107,28 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
     REQUIRE(f.device.X_BH.p == trace.samples[frames].X_BH.p);
     const double depth = wall - f.X_WT.p.x;
     CAPTURE(frames, depth, f.n_contacts, f.F_device_B.f.x);
-    // one recording begins inside the wall: no contact has answered its first sample yet
+    // one recording begins inside the wall: no contact has answered its first sample yet, and the
+    // force it then meets appears at the slew limit
     if (depth > 0 && frames >= options.contact_latency) {
       ++pressed;
       REQUIRE(f.n_contacts > 0);
-      const double exact =
+      const double wall_force =
           std::min(config.coupling.translational_stiffness * depth, config.safety.max_force);
+      const bool slewing = (f.flags & haptic::kServoSlewing) != 0;
+      slewed += slewing;
+      const double exact = slewing ? held + config.safety.slew / config.servo_rate : wall_force;
+      REQUIRE(exact <= wall_force);
       REQUIRE(std::fabs(f.F_device_B.f.x - exact) <= tol(1e-9) * exact);
       peak = std::max(peak, f.F_device_B.f.x);
     } else {
       REQUIRE(norm(f.F_device_B.f) == 0);
     }
+    held = f.F_device_B.f.x;
     ++frames;
   }
   CHECK(frames == trace.samples.size());
+  const bool begins_inside = wall - trace.samples[0].X_BH.p.x > 0;
+  CHECK(slewed <= (begins_inside ? 8 : 0));
   CHECK(pressed > 500);
   CHECK(peak > 2.5);
   CHECK(lockstep.hash() == hash_of(config, {}, 1 << 30));
