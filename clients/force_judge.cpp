@@ -14,7 +14,7 @@ constexpr double kCurrentStep = 5e-3;     // [N]
 constexpr size_t kAnswers = 6;            // of which the server may have used any: one is under way
 constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
 constexpr int64_t kStillNs = 15 * kMs;    // contacts may grow old in it without any fault
-constexpr int64_t kLateReadNs = 50 * kMs;  // before a zero: the device may have been asleep
+constexpr int64_t kLateReadNs = 50 * kMs;  // before a command: the device may have been asleep
 constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
 constexpr size_t kInARow = 10;             // commands
 constexpr double kPressing = 2e-3;         // [m]
@@ -77,7 +77,8 @@ class Findings {
 };
 
 /// What holds at all times, with or without a fault.
-void judge_always(const ForceRules& rules, std::span<const Command> all, Findings& found) {
+void judge_always(const ForceRules& rules, std::span<const Command> all,
+                  std::span<const Stall> stalls, Findings& found) {
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
     const double strongest = rules.max_force + kCurrentStep;
@@ -86,7 +87,9 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, Finding
     const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
     if (!(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
     // from the one before the last: a device that was held up has read the last too late
-    const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns);
+    const int64_t before_ns = all[i - 1].t_ns;
+    const int64_t late_ns = held_up(stalls, before_ns - kLateReadNs, before_ns);
+    const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
     const double pushed = rules.stiffness * std::max(0.0, c.depth - all[i - 1].depth);
     const double allowed =
         all[i - 1].force + pushed + c.damper + rules.slew * dt + 2 * kCurrentStep;
@@ -223,7 +226,7 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
   const std::vector<Command> all = commands_of(rules, records);
   Findings found;
   judge_complete(records, found);
-  judge_always(rules, all, found);
+  judge_always(rules, all, fault.stalls, found);
   switch (fault.effect) {
     case Effect::kLimits:
       break;

@@ -160,6 +160,15 @@ void write_down(std::ofstream& file, const FaultOutcome& o) {
        << ms(o.recovery_ns) << ',' << o.excused << ',' << o.violations.size() << std::endl;
 }
 
+/// When the machine stood still, as the witnesses saw it; beside the faults.
+void write_down(const std::string& path, const std::vector<Stall>& stalls) {
+  std::ofstream file(path);
+  file << "t_ns,length_ms\n";
+  for (const Stall& s : stalls) {
+    file << s.begin_ns << ',' << 1e-6 * static_cast<double>(s.end_ns - s.begin_ns) << '\n';
+  }
+}
+
 /// Fault after fault until the time is over.
 void torture(const TortureCommand& options, TortureSession& session, Result& result) {
   FaultInjector injector(session, options.seed);
@@ -182,6 +191,7 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
     progress.show(result, false);
   }
   progress.show(result, true);
+  write_down(session.folder() + "/stalls.csv", session.stalls(begin_ns, true));
 }
 
 double seconds(int64_t ns) {

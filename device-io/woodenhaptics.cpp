@@ -148,7 +148,11 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   if (!started_) answered_ns_ = tick.now_ns;
   started_ = true;
   EncoderReply reply;
-  const bool fresh = receive(reply) && accept(reply);
+  const bool answered = receive(reply) && accept(reply);
+  // after a silence the first answer may be to an old line: the next one is to a zero, so that zero
+  // is what the motors hold when the force returns
+  const bool fresh = answered && (!lost_ || returning_);
+  returning_ = lost_ && !fresh && (returning_ || answered);
   if (fresh) {
     const Vec3 before_B = last_.X_BH.p;
     const double dt = 1e-9 * static_cast<double>(asked_ns_ - last_.t_ns);
@@ -167,7 +171,7 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
   // held up here for so long that the firmware has put the motors off: no step back to full force
   const bool let_go = moved_ && tick.now_ns - asked_ns_ > kLetGoNs;
-  lost_ = silent || gone_ || let_go;
+  lost_ = silent || gone_ || let_go || returning_;
   last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
                 (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
   state = last_;

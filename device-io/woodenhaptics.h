@@ -75,6 +75,7 @@ class WoodenHaptics final : public Device {
   uint32_t probe_ = 0;  // counts the questions asked while not homed
   bool awaiting_ = false, started_ = false, moved_ = false, saturated_ = false;
   bool homed_ = false, lost_ = false, gone_ = false;
+  bool returning_ = false;  // lost, but it has answered once since
 };
 
 }  // namespace haptic

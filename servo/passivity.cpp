@@ -57,7 +57,7 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
   // pulls no more than it pushed before
   const double most = std::max(push, norm(held_B));
   out.force_B = input.force_B - std::min(alpha * speed, most) * along_B;
-  out.damped = true;
+  out.damped = alpha > 0;
   return out;
 }
 

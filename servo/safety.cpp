@@ -75,10 +75,17 @@ Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
   return -kEdgeShare * limits.max_force * std::min(beyond / kEdgeWidth, 1.0) * normalized(out_B);
 }
 
+/// Time that has passed since the tick before, dt at most: after a late tick the next one is near.
+double since_last(SafetyState& state, const SafetyInput& input, double dt) {
+  const double since = static_cast<double>(input.now_ns - state.woke_ns) / 1e9;
+  state.woke_ns = input.now_ns;
+  return since > 0 ? std::min(since, dt) : dt;
+}
+
 /// Lets a force that has just appeared grow no faster than the slew limit: along the force that is
 /// held, across it and against it. What becomes less of the held force is never slowed.
-bool slew(const SafetyLimits& limits, SafetyState& state, Wrench& F_B, double dt) {
-  const double most = limits.slew * dt, held = norm(state.held_B);
+bool slew(const SafetyLimits& limits, SafetyState& state, Wrench& F_B, double since) {
+  const double most = limits.slew * since, held = norm(state.held_B);
   const Vec3 along_B = held > 0 ? state.held_B / held : Vec3{};
   const double along = dot(F_B.f, along_B);
   Vec3 across_B = F_B.f - along * along_B;
@@ -137,6 +144,7 @@ uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyI
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt) {
   const double speed = norm(input.device.V_BH.v);
+  const double since = since_last(state, input, dt);
   clear_fault(state, input, speed);
   const Fault fault = find_fault(limits, state, input);
   if (state.fault == Fault::kNone) state.fault = fault;
@@ -158,7 +166,7 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   }
 
   state.slewing |= input.restart || input.new_constraint;
-  if (slew(limits, state, out.F_B, dt)) out.flags |= kServoSlewing;
+  if (slew(limits, state, out.F_B, since)) out.flags |= kServoSlewing;
 
   // a dropped torque is said once per tick it would have been felt
   if (limits.max_torque <= 0) {
@@ -175,7 +183,7 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
     const PassivityOutput passive =
         keep_passive(state.passivity,
                      {input.device.X_BH.p, input.device.t_ns, input.surface_velocity_B, out.F_B.f,
-                      limits.max_damping},
+                      input.fading ? 0 : limits.max_damping},
                      dt);
     if (passive.damped) out.flags |= kServoPassivity;
     out.F_B.f = passive.force_B;

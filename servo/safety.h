@@ -31,6 +31,7 @@ struct SafetyState {
   bool slewing = true;        // the force has yet to catch up with what is asked for
   double heat = 0;            // low-passed |F|² [N²]
   Vec3 held_B;                // force over the last tick [N]
+  int64_t woke_ns = 0;        // of the last tick
   Vec3 p_B;                   // last fresh sample [m]
   int64_t measured_ns = 0;    // and when it was true
   bool any_sample = false;
@@ -49,6 +50,7 @@ struct SafetyInput {
   bool restart = false;         // the proxy was placed anew: soft start from the present pose
   bool released = false;        // somebody may have put the device to zero since the last tick
   bool new_constraint = false;  // a plane pushes that did not push in the tick before
+  bool fading = false;          // contacts are too old: the force fades, or is gone
   Vec3 surface_velocity_B;      // of what is touched, in device units [m/s]
   uint64_t fault_clears = 0;    // of the ControlFrame in force
 };
@@ -70,13 +72,14 @@ struct SafetyOutput {
 ///     soft start like the rest.
 ///  4. slew: a force that re-engages (also after a release from outside) or belongs to a new
 ///     constraint grows by at most slew·dt a tick, along, across and against the held one, until it
-///     has caught up; an existing wall is never
-///     slowed, neither up nor down, because that would feed energy in.
+///     has caught up; a tick that follows a late one counts for the time that has passed. An
+///     existing wall is never slowed, neither up nor down, because that would feed energy in.
 ///  5. saturation, direction kept.
 ///  6. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,
 ///     the limit goes from max_force to continuous_force.
 ///  7. passivity observer and controller, on the force that is really held (passivity.h); not for
-///     an open-loop device, where the force moves nothing.
+///     an open-loop device, where the force moves nothing, and not while contacts fade or are
+///     stale: what is asked for then is the most that may be left.
 ///  8. saturation of the sum.
 /// The fade of stale contacts is in weigh_contacts, before it; the motors' clamp in the driver.
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,

@@ -228,6 +228,7 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   safety.device_finite = usable;
   safety.contacts_finite = proxy.finite;
   safety.new_constraint = note_active(state, proxy);
+  safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
   safety.surface_velocity_B = surface_in_device(model.map, surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   frame.F_device_B = safe.F_B;

@@ -127,6 +127,23 @@ TEST_CASE("judge: a force that returns in a step is caught") {
   CHECK(verdict.violations.front().allowed == Approx(0.41));
 }
 
+TEST_CASE("judge: commands that a sleeping device read late may follow each other closely") {
+  // the zero at 400 ms, then the slew limit; the device slept until 409.7 ms and read two at once
+  Records records =
+      account([](double t) { return t < 400 ? 1 : std::min(1.0, (t - 400) * 0.2 / kWall); });
+  const auto asleep = [](const EmulatorRecord& r) {
+    return r.t_ns > kStart + 400 * kMs && r.t_ns < kStart + 410 * kMs;
+  };
+  const auto first = std::find_if(records.begin(), records.end(), asleep);
+  for (auto r = first; r != records.end() && asleep(*r); ++r) {
+    r->t_ns = kStart + 409 * kMs + 700'000 + 10'000 * (r - first);
+  }
+  JudgedFault f = fault(Effect::kLimits, 300, 310);
+  CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kRise));
+  f.stalls = {{kStart + 400 * kMs, kStart + 410 * kMs}};
+  CHECK(judge_force(kRules, records, f).violations.empty());
+}
+
 TEST_CASE("judge: a force that follows the hand inwards is no rise") {
   Records records = account(full);
   for (size_t i = 500; i < records.size(); ++i) {

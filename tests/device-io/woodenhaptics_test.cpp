@@ -249,10 +249,38 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
     b.device->write({{0, 0, 2}, {}});
   }
   CHECK(b.line.hear() == kZeroCommand);
-  // it answers again: fresh at once, and the jump meanwhile is no velocity
+  // it answers again: the jump meanwhile is no velocity
+  CHECK_FALSE(b.tick({0, 0, 2}, {3000, 0, 0}));
   CHECK(b.tick({}, {3000, 0, 0}));
   CHECK_FALSE(b.has(kDeviceLost));
   CHECK(b.state.V_BH.v == Vec3{});
+}
+
+TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any force is sent",
+          "[device-io]") {
+  Bench b;
+  b.read();
+  b.device->write({});
+  b.tick({0, 0, 2}, {0, 0, 0});
+  for (int i = 0; i < 40; ++i) {
+    b.read();
+    b.device->write({{0, 0, 2}, {}});
+  }
+  REQUIRE(b.has(kDeviceLost));
+  b.line.hear();
+  // the first answer is one that was under way when it fell silent: the lines since lie in a heap,
+  // and the firmware drops heaps
+  CHECK_FALSE(b.tick({0, 0, 2}, {10, 0, 0}));
+  CHECK(b.has(kDeviceLost));
+  CHECK(b.line.hear() == kZeroCommand);
+  b.line.say(answer_of({10, 0, 0}, 8));
+  CHECK_FALSE(b.read());
+  b.device->write({{0, 0, 2}, {}});
+  CHECK(b.line.hear() == kZeroCommand);
+  // that one it has obeyed
+  CHECK(b.tick({0, 0, 2}, {10, 0, 0}));
+  CHECK_FALSE(b.has(kDeviceLost));
+  CHECK(b.line.hear() != kZeroCommand);
 }
 
 TEST_CASE("woodenhaptics driver: a silent device is asked ever more rarely", "[device-io]") {
@@ -287,7 +315,10 @@ TEST_CASE("woodenhaptics driver: after a pause of the loop the force does not ju
   // the firmware lets go after 100 ms
   CHECK(b.has(kDeviceLost) == (pause_ms > 100));
   CHECK((b.line.hear() == kZeroCommand) == (pause_ms > 100));
+  // and the answer to the next line confirms the zero
+  CHECK(b.tick({}, {0, 0, 0}) == (pause_ms < 100));
   b.tick({}, {0, 0, 0});
+  CHECK(b.has(kDeviceFresh));
   CHECK_FALSE(b.has(kDeviceLost));
 }
 

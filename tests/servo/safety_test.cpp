@@ -295,6 +295,44 @@ TEST_CASE("safety: slew limits what appears, never a wall that is there", "[serv
   CHECK(make_safe(kLimits, state, less, kDt).F_B.f.y == 1);
 }
 
+TEST_CASE("safety: slew counts the time that has passed, not the ticks", "[servo]") {
+  SafetyState state = warm();
+  SafetyInput input = asking({{4.9, 0, 0}, {}});
+  const auto at = [&](double ms) {
+    input.now_ns = static_cast<int64_t>(1e6 * ms);
+    const double force = make_safe(kLimits, state, input, kDt).F_B.f.x;
+    input.released = false;
+    return force;
+  };
+  at(1);
+  input.released = true;
+  // a tick that comes 10.6 ms late counts for one, the next, 0.4 ms later, for 0.4
+  CHECK(at(12.6) == Approx(kLimits.slew * kDt));
+  CHECK(at(13) == Approx(1.4 * kLimits.slew * kDt));
+  CHECK(at(14) == Approx(2.4 * kLimits.slew * kDt));
+}
+
+TEST_CASE("safety: where contacts fade the passivity controller adds nothing", "[servo]") {
+  // the force is gone and the hand falls: a debt must not push against it
+  const auto pushed = [](bool fading) {
+    SafetyState state = warm();
+    state.passivity.energy = -20e-3;
+    double most = 0;
+    for (int k = 0; k < 20; ++k) {
+      SafetyInput input = asking({{k < 10 ? 2.0 : 0.0, 0, 0}, {}});
+      input.fading = fading && k >= 10;
+      input.now_ns = input.device.t_ns = k * 1'000'000;
+      input.device.X_BH.p.x = -1e-4 * k;
+      const SafetyOutput out = make_safe(kLimits, state, input, kDt);
+      if (k >= 10) most = std::max(most, norm(out.F_B.f));
+      if (input.fading) CHECK((out.flags & haptic::kServoPassivity) == 0);
+    }
+    return most;
+  };
+  CHECK(pushed(false) > 0.05);
+  CHECK(pushed(true) == 0);
+}
+
 TEST_CASE("safety: slew limits a new constraint across and against the held force", "[servo]") {
   SafetyState state = warm();
   const double step = kLimits.slew * kDt;
