@@ -4,8 +4,6 @@
 #include <poll.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,28 +12,14 @@
 #include <cstring>
 #include <vector>
 
+#include "proto/unix_socket.h"
+
 namespace haptic {
 namespace {
 
-constexpr int kBacklog = 16;
 constexpr size_t kMostPeers = 32;
 constexpr uint64_t kDoor = 0;  // the listener, among the numbers of peers
 constexpr const char* kSuffix = ".control";
-
-sockaddr_un address_of(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) {
-    throw HandoutError("path of the control socket is too long: " + path +
-                       "; set HAPTICD_RUNTIME_DIR to a shorter folder");
-  }
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  return address;
-}
-
-FileDescriptor unix_socket() {
-  return FileDescriptor(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-}
 
 bool send_line(int fd, const std::string& line) {
   return send(fd, line.data(), line.size(), MSG_DONTWAIT | MSG_NOSIGNAL) ==
@@ -46,12 +30,8 @@ bool send_line(int fd, const std::string& line) {
 
 ControlServer::ControlServer(const std::string& session)
     : path_(runtime_folder() + "/" + session + kSuffix), listener_(unix_socket()) {
-  const sockaddr_un address = address_of(path_);
-  unlink(path_.c_str());
   // anybody may knock, so that everybody is told why he is not let in
-  if (!listener_.is_open() ||
-      bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      chmod(path_.c_str(), 0666) != 0 || listen(listener_.get(), kBacklog) != 0) {
+  if (!listen_at(listener_, path_)) {
     throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
   }
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
@@ -125,9 +105,7 @@ std::string say_to_session(const std::string& session, const std::string& line,
   const SessionPeer peer = peer_of(connect_session(session));
   const FileDescriptor socket = unix_socket();
   const std::string path = peer.folder + "/" + peer.session + kSuffix;
-  const sockaddr_un address = address_of(path);
-  if (!socket.is_open() ||
-      connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  if (!connect_to(socket, path)) {
     throw HandoutError("session '" + peer.session + "' takes no commands (" + path + ": " +
                        std::strerror(errno) + "); is it of an older hapticd?");
   }

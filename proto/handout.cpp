@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/handout.h"
-#include "proto/config.h"
-#include "proto/environment.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -20,11 +18,14 @@
 #include <filesystem>
 #include <limits>
 
+#include "proto/config.h"
+#include "proto/environment.h"
+#include "proto/unix_socket.h"
+
 namespace haptic {
 namespace {
 
 constexpr size_t kMaxClients = 64;
-constexpr int kBacklog = 16;
 constexpr int kRetirePollMs = 100;
 constexpr const char* kSystemFolder = "/run/hapticd";
 
@@ -80,26 +81,10 @@ void check_session_name(const std::string& session) {
   if (!problem.empty()) throw HandoutError("'" + session + "' " + problem);
 }
 
-sockaddr_un socket_address(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) {
-    throw HandoutError("path of the session socket is too long: " + path +
-                       "; set HAPTICD_RUNTIME_DIR to a shorter folder");
-  }
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  return address;
-}
-
 /// A connected socket, or none with errno set.
 FileDescriptor try_connect(const std::string& path) {
-  const sockaddr_un address = socket_address(path);
-  FileDescriptor fd(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!fd.is_open() ||
-      connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    return {};
-  }
-  return fd;
+  FileDescriptor fd = unix_socket();
+  return connect_to(fd, path) ? std::move(fd) : FileDescriptor{};
 }
 
 std::vector<std::string> sessions_in(const std::string& folder) {
@@ -226,17 +211,10 @@ void HandoutServer::lock_session(const std::string& folder, const std::string& s
 }
 
 void HandoutServer::open_socket() {
-  const sockaddr_un address = socket_address(socket_path_);
-  listener_ = FileDescriptor(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  // we hold the lock, so what lies there is left over from a server that was killed
-  unlink(socket_path_.c_str());
-  if (!listener_.is_open() ||
-      bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      listen(listener_.get(), kBacklog) != 0) {
-    throw_errno("cannot listen on " + socket_path_);
-  }
-  // who may enter the folder may read the segments
-  chmod(socket_path_.c_str(), 0666);
+  listener_ = unix_socket();
+  // we hold the lock, so what lies there is left over from a server that was killed; who may enter
+  // the folder may read the segments
+  if (!listen_at(listener_, socket_path_)) throw_errno("cannot listen on " + socket_path_);
 
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
   epoll_event event{EPOLLIN, {.fd = listener_.get()}};
