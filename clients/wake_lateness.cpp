@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kServoPriority = 80;
 constexpr size_t kMaxLateWakes = 65'536;
-constexpr int64_t kLeadTime_ns = 5'000'000;  // from ready to the first tick
-constexpr int64_t kLook_ns = 100'000;
+constexpr int64_t kLeadTimeNs = 5'000'000;  // from ready to the first tick
+constexpr int64_t kLookNs = 100'000;
 constexpr int64_t kMs = 1'000'000;
 
 /// Both loops begin when both are ready: until it is real time a thread may wait long for a core.
@@ -26,9 +26,9 @@ struct CommonStart {
   int64_t wait() {
     --missing;
     // asleep, so that the one of lower priority gets the core they share
-    while (missing > 0) sleep_until(now_ns() + kLook_ns);
+    while (missing > 0) sleep_until(now_ns() + kLookNs);
     int64_t unset = 0;
-    start_ns.compare_exchange_strong(unset, now_ns() + kLeadTime_ns);
+    start_ns.compare_exchange_strong(unset, now_ns() + kLeadTimeNs);
     return start_ns;
   }
 };
@@ -51,7 +51,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   for (Tick tick = clock.wait(); tick.deadline_ns < end_ns; tick = clock.wait()) {
     run.late.add(tick.late_ns);
     run.skipped = tick.skipped;
-    if (tick.late_ns <= kWitnessLate_ns) continue;
+    if (tick.late_ns <= kWitnessLateNs) continue;
     ++run.over_100us;
     if (tick.late_ns > kMs) ++run.over_1ms;
     if (run.late_wakes.size() < kMaxLateWakes) {
@@ -84,7 +84,7 @@ WitnessedRun measure_witnessed_wakes(const WakeOptions& options) {
   CommonStart start(2);
   std::thread servo([&] { run.servo = run_loop(options, kServoPriority, 0, start); });
   std::thread witness(
-      [&] { run.witness = run_loop(options, kServoPriority - 1, kWitnessPhase_ns, start); });
+      [&] { run.witness = run_loop(options, kServoPriority - 1, kWitnessPhaseNs, start); });
   servo.join();
   witness.join();
   return run;
@@ -94,11 +94,11 @@ SharedLateness compare_with_witness(const std::vector<LateWake>& servo,
                                     const std::vector<LateWake>& witness) {
   SharedLateness result;
   for (const LateWake& s : servo) {
-    if (s.late_ns <= kMustBeShared_ns) continue;
+    if (s.late_ns <= kMustBeSharedNs) continue;
     ++result.late;
     // held up at the same time: the stretches between deadline and wake overlap
     const bool shared = std::any_of(witness.begin(), witness.end(), [&](const LateWake& w) {
-      return w.late_ns > kWitnessLate_ns && w.deadline_ns < s.deadline_ns + s.late_ns &&
+      return w.late_ns > kWitnessLateNs && w.deadline_ns < s.deadline_ns + s.late_ns &&
              s.deadline_ns < w.deadline_ns + w.late_ns;
     });
     if (shared) {

@@ -16,17 +16,17 @@ struct LateWake {
 };
 
 // a wake this late must be explained: another loop on the same core was late too
-inline constexpr int64_t kMustBeShared_ns = 200'000;
+inline constexpr int64_t kMustBeSharedNs = 200'000;
 // the witness wakes 30 µs later, so of the same hole it sees less
-inline constexpr int64_t kWitnessLate_ns = 100'000;
-inline constexpr int64_t kWitnessPhase_ns = 30'000;
+inline constexpr int64_t kWitnessLateNs = 100'000;
+inline constexpr int64_t kWitnessPhaseNs = 30'000;
 
 struct WakeRun {
   Histogram late;
   uint64_t skipped = 0;
   uint64_t over_100us = 0;
   uint64_t over_1ms = 0;
-  std::vector<LateWake> late_wakes;  // later than kWitnessLate_ns, the first 65,536
+  std::vector<LateWake> late_wakes;  // later than kWitnessLateNs, the first 65,536
   int64_t start_ns = 0;              // grid point 0
   RealtimeReport rights;
   int pin_errno = 0;
@@ -51,7 +51,7 @@ struct WitnessedRun {
 };
 WitnessedRun measure_witnessed_wakes(const WakeOptions& options);
 
-/// Wakes later than kMustBeShared_ns.
+/// Wakes later than kMustBeSharedNs.
 struct SharedLateness {
   uint64_t late = 0;
   uint64_t shared = 0;             // the witness was held up at the same time

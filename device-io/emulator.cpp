@@ -201,7 +201,7 @@ int run(const Options& options) {
 }  // namespace
 }  // namespace haptic
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   haptic::Options options;
   CLI::App app("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
   app.add_option("--link", options.link, "name of the node, for [device.serial] path");
@@ -219,10 +219,8 @@ int main(int argc, char** argv) {
   app.add_option("--button-after", options.button, "calibration button; 0 s: is not needed");
   app.add_flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return haptic::run(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic-emulator: %s\n", error.what());
-    return haptic::kExitBadInput;
-  }
+  return haptic::run(options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "haptic-emulator: %s\n", error.what());
+  return haptic::kExitBadInput;
 }

@@ -273,6 +273,7 @@ void Supervisor::start(Process& process) {
     kept.push_back(guard_->node());
   }
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
 

@@ -35,7 +35,7 @@ TEST_CASE("wake lateness: a late wake is shared where the witness was held up at
 TEST_CASE("wake lateness: a loop and its witness tick on the same grid, 30 us apart") {
   const WakeOptions options{.seconds = 0.3};
   const WitnessedRun run = measure_witnessed_wakes(options);
-  CHECK((run.witness.start_ns - run.servo.start_ns) % options.period == kWitnessPhase_ns);
+  CHECK((run.witness.start_ns - run.servo.start_ns) % options.period == kWitnessPhaseNs);
   for (const WakeRun* r : {&run.servo, &run.witness}) {
     CAPTURE(r->late.count(), r->skipped, r->rights.explain());
     // every grid point is a tick or was skipped, but for those skipped at the very end
