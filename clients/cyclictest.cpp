@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kHistogramEnd_ns = 1'000'000;  // the longest cyclictest keeps
+constexpr int64_t kHistogramEndNs = 1'000'000;  // the longest cyclictest keeps
 constexpr int64_t k100us = 100'000;
 
 }  // namespace
@@ -19,7 +19,7 @@ CyclictestRun parse_cyclictest(std::istream& output) {
     if (std::sscanf(line.c_str(), "# Histogram Overflows: %lld", &count) == 1) {
       run.over_1ms += static_cast<uint64_t>(count);
       run.over_100us += static_cast<uint64_t>(count);
-      for (long long i = 0; i < count; ++i) run.late.add(kHistogramEnd_ns + 1);
+      for (long long i = 0; i < count; ++i) run.late.add(kHistogramEndNs + 1);
     } else if (!line.empty() && line[0] != '#' &&
                std::sscanf(line.c_str(), "%lld %lld", &value, &count) == 2) {
       for (long long i = 0; i < count; ++i) run.late.add(value);

@@ -21,6 +21,7 @@ double seconds_at(const Histogram& late, double percent) {
 template <typename Figure>
 double median_of(const std::vector<JitterRound>& rounds, Figure figure) {
   std::vector<double> values;
+  values.reserve(rounds.size());
   for (const JitterRound& round : rounds) values.push_back(figure(round));
   return median(values);
 }
