@@ -22,7 +22,7 @@ namespace {
 
 constexpr uint64_t kGeneration = 1;
 constexpr int kServoPriority = 80;
-constexpr int64_t kAttachPatience_ns = 10 * kNsPerSecond;
+constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;
 constexpr int64_t kLookNs = 1'000'000;
 constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls
 constexpr double kSofter = 0.8;            // every other time
@@ -65,7 +65,7 @@ class OneThreadSession {
     controls_.channels().frames.publish(control_);
     move_scene(next_ns_);
     contact_.channels().sets.publish({});
-    const int64_t give_up_ns = now_ns() + kAttachPatience_ns;
+    const int64_t give_up_ns = now_ns() + kAttachPatienceNs;
     while (!everything_arrives()) {
       if (now_ns() > give_up_ns) throw std::runtime_error("the segments were not attached");
       sleep_until(now_ns() + kLookNs);

@@ -45,7 +45,8 @@ void note_writer(WriterSeen& seen, const Source& source, Time time_of) {
 std::string find_on_path(const std::string& program) {
   std::istringstream folders(environment("PATH"));
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string path = folder + "/" + program;
+    std::string path = std::move(folder);
+    path += "/" + program;
     if (access(path.c_str(), X_OK) == 0) return path;
   }
   return "";
@@ -127,7 +128,7 @@ void TortureSession::link_programs(const std::string& from) const {
 
 std::string TortureSession::write_config() const {
   const ForceRules r = rules();
-  const std::string path = options_.folder + "/torture.toml";
+  std::string path = options_.folder + "/torture.toml";
   std::ofstream(path)
       << "[session]\nname = \"" << name_
       << "\"\nrealtime = " << (options_.realtime ? "true" : "false")

@@ -364,7 +364,7 @@ TEST_CASE("safety: the thermal budget brings the limit down to what the motors b
     if (k >= ticks / 2) squares += last * last;
     if (k == ticks - 1) CHECK((out.flags & haptic::kServoThermal) != 0);
   }
-  CHECK(std::sqrt(squares / (ticks / 2)) <= 2.001);
+  CHECK(std::sqrt(2 * squares / ticks) <= 2.001);
   CHECK(last == Approx(2).epsilon(0.1));
   // a rest gives it back
   for (int k = 0; k < 60'000; ++k) make_safe(limits, state, asking({}), kDt);
