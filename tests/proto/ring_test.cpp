@@ -151,6 +151,7 @@ TEST_CASE("ring: readers beside a hammering writer see no torn item and lose non
   };
   std::vector<Result> results(3);
   std::vector<std::thread> readers;
+  readers.reserve(results.size());
   for (Result& result : results) {
     readers.emplace_back([&ring, &done, &result] {
       Cursor cursor;

@@ -52,6 +52,6 @@ TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
   CHECK(command.kind == CommandKind::kRefused);
   CHECK_FALSE(command.problem.empty());
   CHECK(command.problem.find('\n') == std::string::npos);
-  // every byte, and there is no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+  // wire structs have no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   CHECK(std::memcmp(&wanted, &before, sizeof wanted) == 0);
 }
