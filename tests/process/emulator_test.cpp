@@ -55,7 +55,7 @@ std::vector<std::string> pressing(const std::string& hand = "typical") {
 }
 
 std::string write_session(const std::string& folder) {
-  const std::string path = folder + "/woody.toml";
+  std::string path = folder + "/woody.toml";
   std::ofstream(path) << R"([session]
 name = "woody"
 realtime = false

@@ -32,7 +32,7 @@ std::string write_jump_session(const std::string& folder) {
     const double t = 0.001 * i;
     csv << t << ',' << (t < 2 ? 0 : 1) << ",0," << (t < 1 ? 0.041 - 0.003 * t : 0.038) << '\n';
   }
-  const std::string path = folder + "/jump.toml";
+  std::string path = folder + "/jump.toml";
   std::ofstream(path) << R"([session]
 name = "jump"
 realtime = false

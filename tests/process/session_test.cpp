@@ -23,7 +23,7 @@ using test::writer_of;
 
 /// A scene without files to read.
 std::string write_config(const std::string& folder) {
-  const std::string path = folder + "/plane.toml";
+  std::string path = folder + "/plane.toml";
   std::ifstream in(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
   std::ofstream(path) << in.rdbuf();
   return path;
