@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "contact/shape/primitives.h"
 
 namespace haptic {

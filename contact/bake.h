@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "proto/config.h"
 
 namespace haptic {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 
 namespace haptic {
 

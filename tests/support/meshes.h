@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contact/shape/mesh_topology.h"
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "contact/shape/primitives.h"
 #include "proto/math/pose.h"
 #include "tests/support/data.h"

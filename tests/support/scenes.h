@@ -7,7 +7,7 @@
 
 #include "contact/detect/point_proxy.h"
 #include "contact/shape/mesh_topology.h"
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "contact/shape/primitives.h"
 
 namespace haptic::test {

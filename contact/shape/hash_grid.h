@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "contact/shape/obb_tree.h"
+
+namespace haptic {
+
+/// Slot of the hash table. `count` 0: free.
+struct GridSlot {
+  uint64_t key = 0;    // of the cell, whole: two cells that fall on one slot are told apart
+  uint32_t first = 0;  // into HashGrid::roots
+  uint32_t count = 0;
+};
+
+/// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). Each cell that
+/// a triangle reaches into holds the roots of the subtrees of the mesh's OBB tree that hold these
+/// triangles: the small tree of that cell, without boxes of its own. A view.
+struct HashGrid {
+  Vec3 lower_O;     // corner of the cell (0, 0, 0)
+  double cell = 0;  // edge of a cell [m]
+  std::span<const GridSlot> slots;  // a power of two of them, linear probing; empty: no grid
+  std::span<const uint32_t> roots;  // nodes of the tree
+
+  /// Subtrees of a cell; none for a cell without triangles.
+  std::span<const uint32_t> find(uint64_t key) const;
+};
+
+inline constexpr int kGridBits = 21;  // of a cell index: h = x + y n + z n² with n = 2²¹
+
+inline uint64_t cell_key(const std::array<int32_t, 3>& index) {
+  return static_cast<uint64_t>(index[0]) | static_cast<uint64_t>(index[1]) << kGridBits |
+         static_cast<uint64_t>(index[2]) << 2 * kGridBits;
+}
+
+/// First slot where a key may lie, of 2^bits.
+inline size_t first_slot(uint64_t key, size_t n_slots) {
+  // the upper half of the product depends on every bit of the key
+  return static_cast<size_t>((key * 0x9e3779b97f4a7c15) >> 32) & (n_slots - 1);
+}
+
+inline std::span<const uint32_t> HashGrid::find(uint64_t key) const {
+  for (size_t i = first_slot(key, slots.size());; i = (i + 1) & (slots.size() - 1)) {
+    const GridSlot& slot = slots[i];
+    if (slot.count == 0) return {};
+    if (slot.key == key) return roots.subspan(slot.first, slot.count);
+  }
+}
+
+/// Cells that lie around the bounds of the mesh, so that a probe just outside meets empty cells.
+inline constexpr int kGridMargin = 16;
+
+struct HashGridData {
+  Vec3 lower_O;
+  double cell = 0;
+  std::vector<GridSlot> slots;
+  std::vector<uint32_t> roots;
+  HashGrid view() const { return {lower_O, cell, slots, roots}; }
+};
+
+/// Sorts the triangles of a mesh into cells of that size; start-up only. Cells overlap by a
+/// millionth of their size, which covers every rounding of a walk through them. The same grid
+/// whatever run_both does. Empty where the mesh is, or where a cell is too small to be counted
+/// (2²¹ along a side, 2⁻³⁰ of the largest coordinate).
+HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
+                             const RunBoth& run_both = {});
+
+/// Mean over the sides of all triangles: the seed's cell size.
+double mean_edge_length(const TriangleMesh& mesh);
+
+}  // namespace haptic
