@@ -1,34 +1,32 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 
 namespace haptic {
 
-/// Four floats, and four answers (−1: yes): what one instruction computes at a time.
+/// Four floats, eight small integers: what one instruction computes at a time. A comparison answers
+/// −1 for yes in each lane.
 using Lanes [[gnu::vector_size(16)]] = float;
 using LaneMask [[gnu::vector_size(16)]] = int;
+using ShortLanes [[gnu::vector_size(16)]] = int16_t;
+using ByteLanes [[gnu::vector_size(8)]] = int8_t;
 
-inline Lanes load_lanes(const float* p) {
-  Lanes v;
+template <class V>
+V load_lanes(const void* p) {
+  V v;
   std::memcpy(&v, p, sizeof v);
   return v;
 }
 
-inline Lanes magnitude(Lanes v) {
-  LaneMask bits;
-  std::memcpy(&bits, &v, sizeof v);
-  bits &= 0x7fffffff;
-  std::memcpy(&v, &bits, sizeof v);
-  return v;
+inline ShortLanes load_widened(const void* p) {
+  return __builtin_convertvector(load_lanes<ByteLanes>(p), ShortLanes);
 }
 
-/// Bit i: answer i.
-inline unsigned bits_of(LaneMask m) {
-  m &= LaneMask{1, 2, 4, 8};
-  m |= __builtin_shufflevector(m, m, 2, 3, 0, 1);
-  m |= __builtin_shufflevector(m, m, 1, 0, 3, 2);
-  return static_cast<unsigned>(m[0]);
+inline Lanes magnitude(Lanes v) {
+  const LaneMask bits = load_lanes<LaneMask>(&v) & 0x7fffffff;
+  return load_lanes<Lanes>(&bits);
 }
 
 }  // namespace haptic

@@ -15,11 +15,6 @@ inline double largest_coordinate(const Vec3& v) {
   return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
-/// Coordinates turned cyclically so that `axis` comes last.
-inline Vec3 turned(const Vec3& v, int axis) {
-  return axis == 0 ? Vec3{v.y, v.z, v.x} : axis == 1 ? Vec3{v.z, v.x, v.y} : v;
-}
-
 /// The segment looked at along itself: its dominant axis is z, and a shear takes it onto the z axis
 /// (Woop, Benthin, Wald 2013). Each vertex is rounded once, the same for all its triangles, so what
 /// follows is exact geometry on one slightly moved mesh: no cracks.
@@ -29,7 +24,7 @@ class SegmentView {
   bool look_along(const Vec3& from_O, const Vec3& d_O) {
     const double x = std::fabs(d_O.x), y = std::fabs(d_O.y), z = std::fabs(d_O.z);
     axis_ = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-    const Vec3 e = turned(d_O, axis_);
+    const Vec3 e = turned(d_O);
     if (!(e.z != 0) || !is_finite(d_O)) return false;
     from_O_ = from_O;
     t_per_z_ = 1 / e.z;
@@ -57,8 +52,13 @@ class SegmentView {
     double t;     // along it: 0 at from, 1 at to
   };
 
+  /// Coordinates turned cyclically so that the dominant axis comes last.
+  Vec3 turned(const Vec3& v) const {
+    return axis_ == 0 ? Vec3{v.y, v.z, v.x} : axis_ == 1 ? Vec3{v.z, v.x, v.y} : v;
+  }
+
   Projected project(const Vec3& vertex_O) const {
-    const Vec3 r = turned(vertex_O - from_O_, axis_);
+    const Vec3 r = turned(vertex_O - from_O_);
     return {facing_ * (r.x - x_per_z_ * r.z), r.y - y_per_z_ * r.z, r.z * t_per_z_};
   }
 
@@ -74,25 +74,15 @@ class SegmentView {
   int axis_ = 0;  // the dominant one
   double x_per_z_ = 0, y_per_z_ = 0, t_per_z_ = 0;
   double facing_ = 1;  // mirrors x where the segment runs down its axis: front areas are negative
-
-  friend class SegmentProbe;
 };
 
-/// A segment prepared for many boxes and blocks of triangles, in floats: it keeps out only what the
-/// segment misses whatever the roundings.
+/// A segment prepared for many boxes, in floats: it keeps out only what the segment misses whatever
+/// the roundings.
 class SegmentProbe {
  public:
-  /// `reach`: largest coordinate of the segment and of all that it is tested against.
-  SegmentProbe(const SegmentView& view, const Vec3& from_O, const Vec3& d_O, double reach)
-      : slack_(static_cast<float>(kSlack * reach)),
-        axes_{(view.axis_ + 1) % 3, (view.axis_ + 2) % 3, view.axis_} {
-    const Vec3 from = turned(from_O, view.axis_);
-    facing_ = static_cast<float>(view.facing_);
-    from_ = {static_cast<float>(view.facing_ * from.x), static_cast<float>(from.y),
-             static_cast<float>(view.facing_ * from.z)};
-    x_per_z_ = static_cast<float>(view.x_per_z_);
-    y_per_z_ = static_cast<float>(view.facing_ * view.y_per_z_);
-    length_z_ = static_cast<float>(std::fabs(turned(d_O, view.axis_).z));
+  /// `reach`: largest coordinate of the segment and of the boxes.
+  SegmentProbe(const Vec3& from_O, const Vec3& d_O, double reach)
+      : slack_(static_cast<float>(kSlack * reach)) {
     cut(from_O, d_O, 1);
   }
 
@@ -104,37 +94,22 @@ class SegmentProbe {
     half_ = {static_cast<float>(half_O.x), static_cast<float>(half_O.y),
              static_cast<float>(half_O.z)};
     cross_slack_ = 3 * slack_ * (std::fabs(half_[0]) + std::fabs(half_[1]) + std::fabs(half_[2]));
-    end_z_ = static_cast<float>(t) * length_z_ + slack_;
   }
 
   /// Line–OBB test of H-Collide (Gregory, Lin, Gottschalk, Taylor 2000): three box axes, then three
   /// cross products, each three at a time.
   bool meets(const CompactObb& box) const {
     const float* c = box.columns_BO.data();
-    const Lanes x = load_lanes(c), y = load_lanes(c + 3), z = load_lanes(c + 6);
+    const Lanes x = load_lanes<Lanes>(c), y = load_lanes<Lanes>(c + 3), z = load_lanes<Lanes>(c + 6);
     const Lanes m = x * (middle_[0] - box.centre_O[0]) + y * (middle_[1] - box.centre_O[1]) +
                     z * (middle_[2] - box.centre_O[2]);
     const Lanes w = x * half_[0] + y * half_[1] + z * half_[2];
-    const Lanes h = magnitude(w), t = load_lanes(box.half.data()) + slack_;
+    const Lanes h = magnitude(w), t = load_lanes<Lanes>(box.half.data()) + slack_;
     const Lanes normals = magnitude(m * next(w) - next(m) * w);
     // the fourth lane is what lies next in the node: computed along, never looked at
-    return (bits_of((magnitude(m) > h + t) |
-                    (normals > t * next(h) + next(t) * h + cross_slack_)) &
-            7) == 0;
-  }
-
-  /// Which triangles of the block the segment may enter; a bit each.
-  unsigned may_enter(const TriangleBlock& block) const {
-    const Corner a = project(block.corners_O[0]), b = project(block.corners_O[1]),
-                 c = project(block.corners_O[2]);
-    const Lanes spread = magnitude(a.x) + magnitude(a.y) + magnitude(b.x) + magnitude(b.y) +
-                         magnitude(c.x) + magnitude(c.y);
-    const Lanes slack = slack_ * spread;
-    const LaneMask beside = (b.x * c.y - b.y * c.x > slack) | (c.x * a.y - c.y * a.x > slack) |
-                            (a.x * b.y - a.y * b.x > slack);
-    const LaneMask behind = (a.z > end_z_) & (b.z > end_z_) & (c.z > end_z_);
-    const LaneMask before = (a.z < -slack_) & (b.z < -slack_) & (c.z < -slack_);
-    return bits_of(~(beside | behind | before));
+    const LaneMask apart =
+        (magnitude(m) > h + t) | (normals > t * next(h) + next(t) * h + cross_slack_);
+    return (apart[0] | apart[1] | apart[2]) == 0;
   }
 
   /// Whether the centre of box a comes before that of b along the way.
@@ -148,24 +123,11 @@ class SegmentProbe {
   // 2⁻²⁴ for each rounding of a coordinate and of its turn or shear, at most twice as large
   static constexpr double kSlack = 36 * 0x1p-24;
 
-  struct Corner {
-    Lanes x, y, z;  // as SegmentView projects them; z in metres along the axis
-  };
-
-  Corner project(const std::array<std::array<float, 4>, 3>& corners) const {
-    const Lanes x = load_lanes(corners[static_cast<size_t>(axes_[0])].data()) * facing_ - from_[0];
-    const Lanes y = load_lanes(corners[static_cast<size_t>(axes_[1])].data()) - from_[1];
-    const Lanes z = load_lanes(corners[static_cast<size_t>(axes_[2])].data()) * facing_ - from_[2];
-    return {x - x_per_z_ * z, y - y_per_z_ * z, z};
-  }
-
   /// y z x
   static Lanes next(Lanes v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); }
 
-  std::array<float, 3> middle_{}, half_{}, from_{};
+  std::array<float, 3> middle_{}, half_{};
   float slack_, cross_slack_ = 0;
-  float x_per_z_ = 0, y_per_z_ = 0, facing_ = 1, length_z_ = 0, end_z_ = 0;
-  std::array<int, 3> axes_;
 };
 
 }  // namespace haptic

@@ -4,21 +4,24 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace haptic {
 namespace {
 
 constexpr double kOverlap = 1e-6;        // of a cell, on every side
-constexpr size_t kMostRoots = 8;         // more boxes are worth a tree above them
-constexpr size_t kPieceOfLeaves = 4096;  // below, a thread is not worth its start
+constexpr uint32_t kCrowded = 64;        // triangles in a cell that are worth a tree
+constexpr size_t kMostRoots = 8;         // more boxes are worth a box around them
+constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread is not worth its start
+constexpr int8_t kFree = 127;            // beyond every segment
 
 using Index = std::array<int32_t, 3>;
 
-/// A leaf that reaches into a cell; `cell` is first its key, then its number.
+using Corners = std::array<Vec3, 3>;
+
+/// A triangle that reaches into a cell; `cell` is first its key, then its number.
 struct Entry {
   uint64_t cell;
-  uint32_t leaf;
+  uint32_t triangle;
 };
 
 bool apart(double p, double q, double r, double radius) {
@@ -26,7 +29,7 @@ bool apart(double p, double q, double r, double radius) {
 }
 
 /// Separating axes of a triangle and a cube about the origin (Akenine-Möller 2001).
-bool meets_cube(const std::array<Vec3, 3>& v, double half) {
+bool meets_cube(const Corners& v, double half) {
   for (int i = 0; i < 3; ++i) {
     if (apart(v[0][i], v[1][i], v[2][i], half)) return false;
   }
@@ -43,74 +46,61 @@ bool meets_cube(const std::array<Vec3, 3>& v, double half) {
   return true;
 }
 
-/// A leaf in units of cells.
-struct LeafInCells {
-  std::array<std::array<Vec3, 3>, kLeafTriangles> triangles;
-  size_t count = 0;
-  Index lower{}, upper{};
-};
-
-LeafInCells scale_leaf(const TriangleMesh& mesh, const ObbTree& tree, const ObbNode& leaf,
-                       const HashGridData& grid) {
-  LeafInCells out;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Vec3 lower{kInfinity, kInfinity, kInfinity}, upper = -lower;
-  for (const uint32_t t : tree.order.subspan(leaf.first, leaf.count)) {
-    std::array<Vec3, 3>& corners = out.triangles[out.count++];
-    for (size_t i = 0; i < 3; ++i) {
-      corners[i] = (mesh.vertices[mesh.triangles[t][i]] - grid.lower_O) / grid.cell;
-      lower = component_min(lower, corners[i]);
-      upper = component_max(upper, corners[i]);
-    }
-  }
+/// In units of cells, from the corner of the grid.
+Corners in_cells(const TriangleMesh& mesh, uint32_t triangle, const HashGridData& grid) {
+  Corners corners;
   for (size_t i = 0; i < 3; ++i) {
-    const int axis = static_cast<int>(i);
-    out.lower[i] = static_cast<int32_t>(std::floor(lower[axis] - kOverlap));
-    out.upper[i] = static_cast<int32_t>(std::floor(upper[axis] + kOverlap));
+    corners[i] = (mesh.vertices[mesh.triangles[triangle][i]] - grid.lower_O) / grid.cell;
   }
-  return out;
+  return corners;
 }
 
-bool reaches_into(const LeafInCells& leaf, const Index& index) {
-  const Vec3 centre{index[0] + 0.5, index[1] + 0.5, index[2] + 0.5};
-  for (size_t k = 0; k < leaf.count; ++k) {
-    std::array<Vec3, 3> corners = leaf.triangles[k];
-    for (Vec3& v : corners) v -= centre;
-    if (meets_cube(corners, 0.5 + kOverlap)) return true;
-  }
-  return false;
+Corners from_centre(Corners corners, const Index& index) {
+  for (Vec3& v : corners) v -= Vec3{index[0] + 0.5, index[1] + 0.5, index[2] + 0.5};
+  return corners;
 }
 
-/// Which cells these leaves reach into.
-std::vector<Entry> sort_leaves(const TriangleMesh& mesh, const ObbTree& tree,
-                               std::span<const uint32_t> leaves, const HashGridData& grid,
-                               const RunBoth& run_both) {
-  std::vector<Entry> entries;
-  if (leaves.size() > kPieceOfLeaves) {
-    const size_t n = leaves.size() / 2;
-    std::vector<Entry> rest;
-    run_both([&] { entries = sort_leaves(mesh, tree, leaves.first(n), grid, run_both); },
-             [&] { rest = sort_leaves(mesh, tree, leaves.subspan(n), grid, run_both); });
-    entries.insert(entries.end(), rest.begin(), rest.end());
-    return entries;
-  }
-  entries.reserve(4 * leaves.size());
-  for (const uint32_t node : leaves) {
-    const LeafInCells leaf = scale_leaf(mesh, tree, tree.nodes[node], grid);
-    Index i;
-    for (i[2] = leaf.lower[2]; i[2] <= leaf.upper[2]; ++i[2]) {
-      for (i[1] = leaf.lower[1]; i[1] <= leaf.upper[1]; ++i[1]) {
-        for (i[0] = leaf.lower[0]; i[0] <= leaf.upper[0]; ++i[0]) {
-          if (reaches_into(leaf, i)) entries.push_back({cell_key(i), node});
+void add_entries(std::vector<Entry>& entries, uint32_t triangle, const Corners& corners) {
+  const Vec3 overlap{kOverlap, kOverlap, kOverlap};
+  const auto index_of = [](const Vec3& v) {
+    return Index{static_cast<int32_t>(v.x), static_cast<int32_t>(v.y), static_cast<int32_t>(v.z)};
+  };
+  // the margin keeps all of it positive: to truncate is to round down
+  const Index lower = index_of(component_min(corners[0], component_min(corners[1], corners[2])) -
+                               overlap);
+  const Index upper = index_of(component_max(corners[0], component_max(corners[1], corners[2])) +
+                               overlap);
+  Index i;
+  for (i[2] = lower[2]; i[2] <= upper[2]; ++i[2]) {
+    for (i[1] = lower[1]; i[1] <= upper[1]; ++i[1]) {
+      for (i[0] = lower[0]; i[0] <= upper[0]; ++i[0]) {
+        if (meets_cube(from_centre(corners, i), 0.5 + kOverlap)) {
+          entries.push_back({cell_key(i), triangle});
         }
       }
     }
   }
+}
+
+/// Which cells these triangles reach into.
+std::vector<Entry> sort_triangles(const TriangleMesh& mesh, std::span<const uint32_t> triangles,
+                                  const HashGridData& grid, const RunBoth& run_both) {
+  std::vector<Entry> entries;
+  if (triangles.size() > kPieceOfTriangles) {
+    const size_t n = triangles.size() / 2;
+    std::vector<Entry> rest;
+    run_both([&] { entries = sort_triangles(mesh, triangles.first(n), grid, run_both); },
+             [&] { rest = sort_triangles(mesh, triangles.subspan(n), grid, run_both); });
+    entries.insert(entries.end(), rest.begin(), rest.end());
+    return entries;
+  }
+  entries.reserve(4 * triangles.size());
+  for (const uint32_t t : triangles) add_entries(entries, t, in_cells(mesh, t, grid));
   return entries;
 }
 
-/// Counts the leaves of each cell and replaces the keys of the entries by numbers of cells, in the
-/// order of their first leaf.
+/// Counts the triangles of each cell and replaces the keys of the entries by numbers of cells, in the
+/// order of their first triangle.
 std::vector<GridSlot> number_cells(std::vector<Entry>& entries) {
   std::vector<GridSlot> cells;
   std::vector<uint32_t> table(std::bit_ceil(entries.size() + 1), ~0u);
@@ -119,10 +109,10 @@ std::vector<GridSlot> number_cells(std::vector<Entry>& entries) {
     while (table[i] != ~0u && cells[table[i]].key != entry.cell) i = (i + 1) & (table.size() - 1);
     if (table[i] == ~0u) {
       table[i] = static_cast<uint32_t>(cells.size());
-      cells.push_back({entry.cell, 0, 0});
+      cells.push_back({entry.cell, 0, 0, 0});
     }
     entry.cell = table[i];
-    ++cells[table[i]].count;
+    cells[table[i]].count = (cells[table[i]].count + 1) & 0x7fffffff;
   }
   return cells;
 }
@@ -134,6 +124,17 @@ std::vector<uint32_t> parents_of(const ObbTree& tree) {
     if (tree.nodes[i].count == 0) parents[(tree.nodes[i].first - 1) / 2] = i;
   }
   return parents;
+}
+
+/// Leaf of each triangle.
+std::vector<uint32_t> leaves_of(const ObbTree& tree) {
+  std::vector<uint32_t> leaves(tree.order.size());
+  for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
+    const ObbNode& node = tree.nodes[i];
+    if (node.count == 0) continue;
+    for (const uint32_t t : tree.order.subspan(node.first, node.count)) leaves[t] = i;
+  }
+  return leaves;
 }
 
 /// Replaces pairs of siblings by their parent while there are more than a few roots.
@@ -152,26 +153,103 @@ void join_siblings(std::vector<uint32_t>& roots, std::span<const uint32_t> paren
   }
 }
 
-void fill_roots(HashGridData& grid, std::vector<GridSlot>& cells, std::span<const Entry> entries,
-                const ObbTree& tree) {
-  std::vector<uint32_t> leaves(entries.size()), next(cells.size());
+/// The subtrees that hold these triangles.
+void add_roots(std::vector<uint32_t>& out, std::span<const uint32_t> triangles,
+               std::span<const uint32_t> leaf_of, std::span<const uint32_t> parents) {
+  std::vector<uint32_t> roots;
+  for (const uint32_t t : triangles) roots.push_back(leaf_of[t]);
+  std::sort(roots.begin(), roots.end());
+  roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
+  join_siblings(roots, parents);
+  out.insert(out.end(), roots.begin(), roots.end());
+}
+
+int8_t in_units(double value, double (*round)(double)) {
+  return static_cast<int8_t>(round(std::clamp(value, -0.5, 0.5) * (2 * kCellUnits)));
+}
+
+/// Place `i` of a batch: a triangle seen from the centre of the cell.
+void fill_place(TriangleBatch& batch, size_t i, uint32_t triangle, const Corners& corners) {
+  batch.triangle[i] = triangle;
+  const Vec3 lower = component_min(corners[0], component_min(corners[1], corners[2]));
+  const Vec3 upper = component_max(corners[0], component_max(corners[1], corners[2]));
+  const Vec3 n = 127.0 * normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
+  Vec3 rounded;
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto axis = static_cast<size_t>(k);
+    batch.lower[axis][i] = in_units(lower[k], std::floor);
+    batch.upper[axis][i] = in_units(upper[k], std::ceil);
+    rounded[k] = std::round(n[k]);
+    batch.normal[axis][i] = static_cast<int8_t>(rounded[k]);
+    sum += std::fabs(rounded[k]);
+  }
+  double nearest = dot(rounded, corners[0]), furthest = nearest;
+  for (const Vec3& v : {corners[1], corners[2]}) {
+    nearest = std::min(nearest, dot(rounded, v));
+    furthest = std::max(furthest, dot(rounded, v));
+  }
+  // the ends of a segment are rounded to half a unit
+  const double slack = 0.51 * sum + 1;
+  const auto bound = [](double value) {
+    return static_cast<int16_t>(std::clamp(value, -32767.0, 32767.0));
+  };
+  batch.nearest[i] = bound(std::floor(2 * kCellUnits * nearest - slack));
+  batch.furthest[i] = bound(std::ceil(2 * kCellUnits * furthest + slack));
+}
+
+void add_batches(HashGridData& grid, const TriangleMesh& mesh, uint64_t key,
+                 std::span<const uint32_t> triangles) {
+  constexpr uint64_t kMask = (uint64_t{1} << kGridBits) - 1;
+  const Index index{static_cast<int32_t>(key & kMask),
+                    static_cast<int32_t>(key >> kGridBits & kMask),
+                    static_cast<int32_t>(key >> 2 * kGridBits)};
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    if (i % kBatch == 0) {
+      grid.batches.push_back({});
+      for (auto& places : grid.batches.back().lower) places.fill(kFree);
+    }
+    const Corners corners = from_centre(in_cells(mesh, triangles[i], grid), index);
+    fill_place(grid.batches.back(), i % kBatch, triangles[i], corners);
+  }
+}
+
+/// Gives each cell what it holds.
+void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<const Entry> entries,
+                const TriangleMesh& mesh, const ObbTree& tree) {
+  std::vector<uint32_t> triangles(entries.size()), next(cells.size());
   uint32_t end = 0;
   for (size_t i = 0; i < cells.size(); ++i) {
-    next[i] = cells[i].first = end;
+    next[i] = end;
     end += cells[i].count;
   }
-  for (const Entry& entry : entries) leaves[next[entry.cell]++] = entry.leaf;
-  const std::vector<uint32_t> parents = parents_of(tree);
-  std::vector<uint32_t> roots;
-  grid.roots.reserve(entries.size());
-  for (GridSlot& cell : cells) {
-    const auto begin = leaves.begin() + static_cast<ptrdiff_t>(cell.first);
-    roots.assign(begin, begin + static_cast<ptrdiff_t>(cell.count));
-    join_siblings(roots, parents);
-    cell.first = static_cast<uint32_t>(grid.roots.size());
-    cell.count = static_cast<uint32_t>(roots.size());
-    grid.roots.insert(grid.roots.end(), roots.begin(), roots.end());
+  for (const Entry& entry : entries) triangles[next[entry.cell]++] = entry.triangle;
+  const std::vector<uint32_t> parents = parents_of(tree), leaf_of = leaves_of(tree);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    GridSlot& cell = cells[i];
+    const auto held = std::span(triangles).subspan(next[i] - cell.count, cell.count);
+    cell.is_crowded = cell.count > kCrowded;
+    const size_t first = cell.is_crowded ? grid.roots.size() : grid.batches.size();
+    if (cell.is_crowded) {
+      add_roots(grid.roots, held, leaf_of, parents);
+    } else {
+      add_batches(grid, mesh, cell.key, held);
+    }
+    cell.first = static_cast<uint32_t>(first);
+    const size_t count = (cell.is_crowded ? grid.roots.size() : grid.batches.size()) - first;
+    cell.count = static_cast<uint32_t>(count) & 0x7fffffff;
   }
+}
+
+/// The slots of the hash table; at most three in four are taken, so that a search ends soon.
+std::vector<GridSlot> hash_cells(std::span<const GridSlot> cells) {
+  std::vector<GridSlot> slots(std::bit_ceil(cells.size() + cells.size() / 3 + 1));
+  for (const GridSlot& cell : cells) {
+    size_t i = first_slot(cell.key, slots.size());
+    while (slots[i].count > 0) i = (i + 1) & (slots.size() - 1);
+    slots[i] = cell;
+  }
+  return slots;
 }
 
 }  // namespace
@@ -189,22 +267,13 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
   }
   grid.cell = cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
-  std::vector<uint32_t> leaves;
-  for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
-    if (tree.nodes[i].count > 0) leaves.push_back(i);
-  }
   const auto in_turn = [](const auto& first, const auto& second) { first(), second(); };
+  // in the order of the tree: neighbours in space come one after the other
   std::vector<Entry> entries =
-      sort_leaves(mesh, tree, leaves, grid, run_both ? run_both : RunBoth(in_turn));
+      sort_triangles(mesh, tree.order, grid, run_both ? run_both : RunBoth(in_turn));
   std::vector<GridSlot> cells = number_cells(entries);
-  fill_roots(grid, cells, entries, tree);
-  // at most three in four slots taken: a search ends after a step or two
-  grid.slots.resize(std::bit_ceil(cells.size() + cells.size() / 3 + 1));
-  for (const GridSlot& occupied : cells) {
-    size_t i = first_slot(occupied.key, grid.slots.size());
-    while (grid.slots[i].count > 0) i = (i + 1) & (grid.slots.size() - 1);
-    grid.slots[i] = occupied;
-  }
+  fill_cells(grid, cells, entries, mesh, tree);
+  grid.slots = hash_cells(cells);
   return grid;
 }
 

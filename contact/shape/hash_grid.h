@@ -13,22 +13,44 @@ namespace haptic {
 
 /// Slot of the hash table. `count` 0: free.
 struct GridSlot {
-  uint64_t key = 0;    // of the cell, whole: two cells that fall on one slot are told apart
-  uint32_t first = 0;  // into HashGrid::roots
-  uint32_t count = 0;
+  uint64_t key = 0;          // of the cell, whole: two cells on one slot are told apart
+  uint32_t first = 0;        // into HashGrid::batches, or ::roots for a crowded cell
+  uint32_t count : 31 = 0;
+  uint32_t is_crowded : 1 = 0;
 };
 
-/// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). Each cell that
-/// a triangle reaches into holds the roots of the subtrees of the mesh's OBB tree that hold these
-/// triangles: the small tree of that cell, without boxes of its own. A view.
+inline constexpr size_t kBatch = 8;
+inline constexpr int kCellUnits = 120;  // half a cell in the units of its triangles
+
+/// What eight triangles of a cell keep within, seen from its centre in units of cell/(2 kCellUnits):
+/// a box, and a slab along the normal. All of it is rounded outwards.
+struct TriangleBatch {
+  using Bytes = std::array<int8_t, kBatch>;
+  std::array<Bytes, 3> lower, upper;  // of the box, which is cut at the borders of the cell
+  std::array<Bytes, 3> normal;        // of the slab, times 127
+  std::array<int16_t, kBatch> nearest, furthest;  // normal·point
+  std::array<uint32_t, kBatch> triangle;
+};
+static_assert(sizeof(TriangleBatch) == 17 * kBatch);
+
+/// What a cell holds: batches of its triangles, or, where there are many, subtrees.
+struct GridCell {
+  std::span<const TriangleBatch> batches;
+  std::span<const uint32_t> roots;
+};
+
+/// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). The tree of a
+/// cell is flat: the thin boxes of its triangles, eight to a batch. A crowded cell holds the roots
+/// of those subtrees of the mesh's OBB tree that hold its triangles. A view.
 struct HashGrid {
   Vec3 lower_O;     // corner of the cell (0, 0, 0)
   double cell = 0;  // edge of a cell [m]
   std::span<const GridSlot> slots;  // a power of two of them, linear probing; empty: no grid
+  std::span<const TriangleBatch> batches;
   std::span<const uint32_t> roots;  // nodes of the tree
 
-  /// Subtrees of a cell; none for a cell without triangles.
-  std::span<const uint32_t> find(uint64_t key) const;
+  /// Nothing for a cell without triangles.
+  GridCell find(uint64_t key) const;
 };
 
 inline constexpr int kGridBits = 21;  // of a cell index: h = x + y n + z n² with n = 2²¹
@@ -44,11 +66,13 @@ inline size_t first_slot(uint64_t key, size_t n_slots) {
   return static_cast<size_t>((key * 0x9e3779b97f4a7c15) >> 32) & (n_slots - 1);
 }
 
-inline std::span<const uint32_t> HashGrid::find(uint64_t key) const {
+inline GridCell HashGrid::find(uint64_t key) const {
   for (size_t i = first_slot(key, slots.size());; i = (i + 1) & (slots.size() - 1)) {
     const GridSlot& slot = slots[i];
     if (slot.count == 0) return {};
-    if (slot.key == key) return roots.subspan(slot.first, slot.count);
+    if (slot.key != key) continue;
+    if (slot.is_crowded) return {{}, roots.subspan(slot.first, slot.count)};
+    return {batches.subspan(slot.first, slot.count), {}};
   }
 }
 
@@ -59,8 +83,9 @@ struct HashGridData {
   Vec3 lower_O;
   double cell = 0;
   std::vector<GridSlot> slots;
+  std::vector<TriangleBatch> batches;
   std::vector<uint32_t> roots;
-  HashGrid view() const { return {lower_O, cell, slots, roots}; }
+  HashGrid view() const { return {lower_O, cell, slots, batches, roots}; }
 };
 
 /// Sorts the triangles of a mesh into cells of that size; start-up only. Cells overlap by a
