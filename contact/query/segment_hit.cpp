@@ -10,13 +10,19 @@
 namespace haptic {
 namespace {
 
+SegmentProbe probe_of(const TriangleMesh& mesh, const Vec3& from_O, const Vec3& d_O) {
+  const double reach = std::max({largest_coordinate(from_O), largest_coordinate(from_O + d_O),
+                                 largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
+  return {from_O, d_O, reach};
+}
+
 /// One query under way.
 struct Search {
   const MeshShape& shape;
+  const SegmentView& view;
   Vec3 from_O, d_O;
-  SegmentView view;
-  SegmentProbe probe;
   SegmentHit best;
+  uint32_t known = kNoFace;  // a triangle that has been tested
 
   void test(uint32_t triangle) {
     const auto& [a, b, c] = shape.mesh.triangles[triangle];
@@ -25,20 +31,22 @@ struct Search {
     if (!view.enters(vertices[a], vertices[b], vertices[c], t)) return;
     if (best.hit && (t > best.t || (t == best.t && triangle >= best.triangle))) return;
     best = {true, t, triangle};
-    // what lies behind the best hit is of no interest any more
-    probe.cut(from_O, d_O, t);
   }
 
-  void visit_batches(std::span<const TriangleBatch> batches, const CellProbe& part) {
-    for (const TriangleBatch& batch : batches) {
-      for (uint64_t left = part.may_meet(batch); left != 0; left &= left - 1) {
-        test(batch.triangle[static_cast<size_t>(std::countr_zero(left)) / 8]);
+  void visit_cell(const GridCell& cell, const CellWalk& walk) {
+    if (!cell.roots.empty()) return descend_each(cell.roots);
+    if (cell.batches.empty()) return;
+    const CellProbe part = walk.probe();
+    for (const TriangleBatch& batch : cell.batches) {
+      for (unsigned left = part.may_meet(batch); left != 0; left &= left - 1) {
+        const uint32_t triangle = batch.triangle[static_cast<size_t>(std::countr_zero(left)) / 2];
+        if (triangle != known) test(triangle);
       }
     }
   }
 
   /// Node `root` and everything below it.
-  void descend(uint32_t root) {
+  void descend(uint32_t root, SegmentProbe& probe) {
     // one sibling waits per level
     std::array<uint32_t, kMaxTreeDepth + 1> stack;
     size_t waiting = 0;
@@ -48,6 +56,8 @@ struct Search {
       if (!probe.meets(node.box)) continue;
       if (node.count > 0) {
         for (const uint32_t t : shape.tree.order.subspan(node.first, node.count)) test(t);
+        // what lies behind the best hit is of no interest any more
+        if (best.hit) probe.cut(from_O, d_O, best.t);
         continue;
       }
       const auto children = shape.tree.nodes.subspan(node.first, 2);
@@ -56,12 +66,13 @@ struct Search {
       stack[waiting++] = node.first + near;
     }
   }
-};
 
-double reach_of(const TriangleMesh& mesh, const Vec3& from_O, const Vec3& to_O) {
-  return std::max({largest_coordinate(from_O), largest_coordinate(to_O),
-                   largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
-}
+  void descend_each(std::span<const uint32_t> roots) {
+    SegmentProbe probe = probe_of(shape.mesh, from_O, d_O);
+    if (best.hit) probe.cut(from_O, d_O, best.t);
+    for (const uint32_t root : roots) descend(root, probe);
+  }
+};
 
 }  // namespace
 
@@ -85,35 +96,32 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
 
 SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O,
                      SegmentWitness& witness) {
-  const Vec3 d_O = to_O - from_O;
   SegmentView view;
+  const Vec3 d_O = to_O - from_O;
   if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
-  Search search{shape, from_O, d_O, view,
-                SegmentProbe(from_O, d_O, reach_of(shape.mesh, from_O, to_O)),
-                {}};
-  if (witness.triangle < shape.mesh.triangles.size()) search.test(witness.triangle);
-  CellWalk walk;
-  if (shape.grid.slots.empty() || !walk.start(shape.grid, from_O, d_O)) {
-    search.descend(0);
-  } else {
-    do {
-      const GridCell cell = shape.grid.find(walk.key());
-      if (!cell.batches.empty()) search.visit_batches(cell.batches, walk.probe());
-      for (const uint32_t root : cell.roots) search.descend(root);
-    } while (!(search.best.hit && search.best.t < walk.exit()) && walk.advance());
+  Search search{shape, view, from_O, d_O, {}};
+  if (witness.triangle < shape.mesh.triangles.size()) {
+    search.test(witness.triangle);
+    search.known = witness.triangle;
   }
-  if (search.best.hit) witness.triangle = search.best.triangle;
+  CellWalk walk;
+  if (!shape.grid.slots.empty() && walk.start(shape.grid, from_O, d_O)) {
+    do {
+      search.visit_cell(shape.grid.find(walk.key()), walk);
+    } while (!(search.best.hit && search.best.t < walk.exit()) && walk.advance());
+  } else {
+    search.descend_each(std::array<uint32_t, 1>{0});
+  }
+  witness.triangle = search.best.hit ? search.best.triangle : kNoFace;
   return search.best;
 }
 
 SegmentHit first_hit_by_tree(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O) {
-  const Vec3 d_O = to_O - from_O;
   SegmentView view;
+  const Vec3 d_O = to_O - from_O;
   if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
-  Search search{shape, from_O, d_O, view,
-                SegmentProbe(from_O, d_O, reach_of(shape.mesh, from_O, to_O)),
-                {}};
-  search.descend(0);
+  Search search{shape, view, from_O, d_O, {}};
+  search.descend_each(std::array<uint32_t, 1>{0});
   return search.best;
 }
 

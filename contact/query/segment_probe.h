@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "contact/query/lanes.h"
 #include "contact/shape/obb_tree.h"
@@ -23,57 +24,56 @@ class SegmentView {
   /// False for a zero-length (or not finite) segment, which hits nothing.
   bool look_along(const Vec3& from_O, const Vec3& d_O) {
     const double x = std::fabs(d_O.x), y = std::fabs(d_O.y), z = std::fabs(d_O.z);
-    axis_ = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-    const Vec3 e = turned(d_O);
-    if (!(e.z != 0) || !is_finite(d_O)) return false;
-    from_O_ = from_O;
-    t_per_z_ = 1 / e.z;
-    x_per_z_ = e.x / e.z;
-    y_per_z_ = e.y / e.z;
-    facing_ = e.z > 0 ? 1 : -1;
+    if (!(x + y + z > 0 && x + y + z <= std::numeric_limits<double>::max())) return false;
+    z_ = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+    x_ = z_ == 2 ? 0 : z_ + 1;
+    y_ = z_ == 0 ? 2 : z_ - 1;
+    from_xy_ = Pair{at(from_O, x_), at(from_O, y_)};
+    from_z_ = at(from_O, z_);
+    t_per_z_ = 1 / at(d_O, z_);
+    xy_per_z_ = Pair{at(d_O, x_), at(d_O, y_)} / at(d_O, z_);
+    facing_ = t_per_z_ > 0 ? 1 : -1;
     return true;
   }
 
   /// Whether the segment enters the triangle through its front side, and where.
   bool enters(const Vec3& a_O, const Vec3& b_O, const Vec3& c_O, double& t) const {
     const Projected a = project(a_O), b = project(b_O), c = project(c_O);
-    const double u = edge_area(b, c), v = edge_area(c, a), w = edge_area(a, b);
-    // on an edge both neighbours are hit, never none
-    if (u > 0 || v > 0 || w > 0) return false;
+    const double u = facing_ * edge_area(b.xy, c.xy), v = facing_ * edge_area(c.xy, a.xy),
+                 w = facing_ * edge_area(a.xy, b.xy);
     const double area = u + v + w;
-    if (area == 0) return false;
-    t = (u * a.t + v * b.t + w * c.t) / area;
+    // on an edge both neighbours are hit, never none; one branch, as any of these is a surprise
+    if ((u > 0) | (v > 0) | (w > 0) | (area == 0)) return false;
+    t = (u * (a.z * t_per_z_) + v * (b.z * t_per_z_) + w * (c.z * t_per_z_)) / area;
     return t >= 0 && t <= 1;
   }
 
  private:
   struct Projected {
-    double x, y;  // across the segment
-    double t;     // along it: 0 at from, 1 at to
+    Pair xy;   // across the segment
+    double z;  // along its axis
   };
 
-  /// Coordinates turned cyclically so that the dominant axis comes last.
-  Vec3 turned(const Vec3& v) const {
-    return axis_ == 0 ? Vec3{v.y, v.z, v.x} : axis_ == 1 ? Vec3{v.z, v.x, v.y} : v;
-  }
+  static double at(const Vec3& v, int axis) { return (&v.x)[axis]; }
 
   Projected project(const Vec3& vertex_O) const {
-    const Vec3 r = turned(vertex_O - from_O_);
-    return {facing_ * (r.x - x_per_z_ * r.z), r.y - y_per_z_ * r.z, r.z * t_per_z_};
+    const double z = at(vertex_O, z_) - from_z_;
+    return {(Pair{at(vertex_O, x_), at(vertex_O, y_)} - from_xy_) - xy_per_z_ * z, z};
   }
 
   /// Twice the signed area of (segment, a, b): the edge volume over the length of the segment. The
   /// sign is exact and exactly antisymmetric: rounding is monotone, and where the two products
   /// round to the same number their remainders decide.
-  static double edge_area(const Projected& a, const Projected& b) {
-    const double p = a.x * b.y, q = a.y * b.x;
-    return p != q ? p - q : std::fma(a.x, b.y, -p) - std::fma(a.y, b.x, -q);
+  static double edge_area(Pair a, Pair b) {
+    const Pair products = a * __builtin_shufflevector(b, b, 1, 0);
+    const double p = products[0], q = products[1];
+    return p != q ? p - q : std::fma(a[0], b[1], -p) - std::fma(a[1], b[0], -q);
   }
 
-  Vec3 from_O_;
-  int axis_ = 0;  // the dominant one
-  double x_per_z_ = 0, y_per_z_ = 0, t_per_z_ = 0;
-  double facing_ = 1;  // mirrors x where the segment runs down its axis: front areas are negative
+  int x_, y_, z_;  // axes in cyclic order, the dominant one last
+  Pair from_xy_, xy_per_z_;
+  double from_z_, t_per_z_;
+  double facing_;  // −1 where the segment runs down its axis: front areas are negative for both
 };
 
 /// A segment prepared for many boxes, in floats: it keeps out only what the segment misses whatever
@@ -107,7 +107,7 @@ class SegmentProbe {
     const Lanes h = magnitude(w), t = load_lanes<Lanes>(box.half.data()) + slack_;
     const Lanes normals = magnitude(m * next(w) - next(m) * w);
     // the fourth lane is what lies next in the node: computed along, never looked at
-    const LaneMask apart =
+    const IntLanes apart =
         (magnitude(m) > h + t) | (normals > t * next(h) + next(t) * h + cross_slack_);
     return (apart[0] | apart[1] | apart[2]) == 0;
   }

@@ -179,7 +179,7 @@ void fill_place(TriangleBatch& batch, size_t i, uint32_t triangle, const Corners
   for (int k = 0; k < 3; ++k) {
     const auto axis = static_cast<size_t>(k);
     batch.lower[axis][i] = in_units(lower[k], std::floor);
-    batch.upper[axis][i] = in_units(upper[k], std::ceil);
+    batch.minus_upper[axis][i] = in_units(-upper[k], std::floor);
     rounded[k] = std::round(n[k]);
     batch.normal[axis][i] = static_cast<int8_t>(rounded[k]);
     sum += std::fabs(rounded[k]);
@@ -241,9 +241,9 @@ void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<cons
   }
 }
 
-/// The slots of the hash table; at most three in four are taken, so that a search ends soon.
+/// The slots of the hash table; at most half of them are taken, so that most searches end at once.
 std::vector<GridSlot> hash_cells(std::span<const GridSlot> cells) {
-  std::vector<GridSlot> slots(std::bit_ceil(cells.size() + cells.size() / 3 + 1));
+  std::vector<GridSlot> slots(std::bit_ceil(2 * cells.size() + 1));
   for (const GridSlot& cell : cells) {
     size_t i = first_slot(cell.key, slots.size());
     while (slots[i].count > 0) i = (i + 1) & (slots.size() - 1);

@@ -26,8 +26,8 @@ inline constexpr int kCellUnits = 120;  // half a cell in the units of its trian
 /// a box, and a slab along the normal. All of it is rounded outwards.
 struct TriangleBatch {
   using Bytes = std::array<int8_t, kBatch>;
-  std::array<Bytes, 3> lower, upper;  // of the box, which is cut at the borders of the cell
-  std::array<Bytes, 3> normal;        // of the slab, times 127
+  std::array<Bytes, 3> lower, minus_upper;  // of the box, which ends at the borders of the cell
+  std::array<Bytes, 3> normal;              // of the slab, times 127
   std::array<int16_t, kBatch> nearest, furthest;  // normal·point
   std::array<uint32_t, kBatch> triangle;
 };
@@ -45,6 +45,7 @@ struct GridCell {
 struct HashGrid {
   Vec3 lower_O;     // corner of the cell (0, 0, 0)
   double cell = 0;  // edge of a cell [m]
+  double cells_per_metre = 0;
   std::span<const GridSlot> slots;  // a power of two of them, linear probing; empty: no grid
   std::span<const TriangleBatch> batches;
   std::span<const uint32_t> roots;  // nodes of the tree
@@ -85,7 +86,7 @@ struct HashGridData {
   std::vector<GridSlot> slots;
   std::vector<TriangleBatch> batches;
   std::vector<uint32_t> roots;
-  HashGrid view() const { return {lower_O, cell, slots, batches, roots}; }
+  HashGrid view() const { return {lower_O, cell, 1 / cell, slots, batches, roots}; }
 };
 
 /// Sorts the triangles of a mesh into cells of that size; start-up only. Cells overlap by a
