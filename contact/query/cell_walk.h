@@ -102,10 +102,10 @@ class CellWalk {
   /// Where along the segment this cell ends.
   double exit() const { return std::min({exit_[0], exit_[1], exit_[2], 1.0}); }
 
-  /// The part in this cell.
-  CellProbe probe() const {
+  /// The part in this cell, up to fraction `end` of the whole.
+  CellProbe probe(double end) const {
     const Vec3 centre{index_[0] + 0.5, index_[1] + 0.5, index_[2] + 0.5};
-    return {(p_ - centre) + entry_ * d_, (p_ - centre) + exit() * d_};
+    return {(p_ - centre) + entry_ * d_, (p_ - centre) + std::min(exit(), end) * d_};
   }
 
   /// On to the next cell; false at the end.

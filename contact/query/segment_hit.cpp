@@ -36,7 +36,7 @@ struct Search {
   void visit_cell(const GridCell& cell, const CellWalk& walk) {
     if (!cell.roots.empty()) return descend_each(cell.roots);
     if (cell.batches.empty()) return;
-    const CellProbe part = walk.probe();
+    const CellProbe part = walk.probe(best.t);
     for (const TriangleBatch& batch : cell.batches) {
       for (unsigned left = part.may_meet(batch); left != 0; left &= left - 1) {
         const uint32_t triangle = batch.triangle[static_cast<size_t>(std::countr_zero(left)) / 2];

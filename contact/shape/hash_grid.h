@@ -61,10 +61,11 @@ inline uint64_t cell_key(const std::array<int32_t, 3>& index) {
          static_cast<uint64_t>(index[2]) << 2 * kGridBits;
 }
 
-/// First slot where a key may lie, of 2^bits.
+/// First slot where a key may lie, of a power of two.
 inline size_t first_slot(uint64_t key, size_t n_slots) {
-  // the upper half of the product depends on every bit of the key
-  return static_cast<size_t>((key * 0x9e3779b97f4a7c15) >> 32) & (n_slots - 1);
+  // the upper half of the product depends on all of the key, the lower half on x alone
+  const uint64_t scrambled = key * 0x9e3779b97f4a7c15;
+  return static_cast<size_t>(scrambled ^ scrambled >> 32) & (n_slots - 1);
 }
 
 inline GridCell HashGrid::find(uint64_t key) const {
