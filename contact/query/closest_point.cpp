@@ -154,7 +154,7 @@ ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_d
     }
     // the nearer child first: it tightens the bound for the other
     Waiting near{distance_squared(shape.tree.nodes[node.first].box, p_O), node.first};
-    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1};
+    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1u};
     if (far.bound < near.bound) std::swap(near, far);
     stack[waiting++] = far;
     stack[waiting++] = near;

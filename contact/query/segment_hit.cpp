@@ -45,6 +45,46 @@ struct Search {
     }
   }
 
+  /// Every triangle of a cell, without a look at its box.
+  void test_cell(const GridCell& cell) {
+    for (const TriangleBatch& batch : cell.batches) {
+      for (size_t i = 0; i < kBatch; ++i) {
+        if (batch.is_used(i)) test(batch.triangle[i]);
+      }
+    }
+    for (const uint32_t root : cell.roots) {
+      for_each_leaf(root, [](const ObbNode&) { return true; });
+    }
+  }
+
+  /// Tests the triangles of all leaves below `root` that are reached through accepted nodes.
+  template <class Accept>
+  void for_each_leaf(uint32_t root, Accept&& accept) {
+    std::array<uint32_t, kMaxTreeDepth + 1> stack;
+    size_t waiting = 0;
+    stack[waiting++] = root;
+    while (waiting > 0) {
+      const ObbNode& node = shape.tree.nodes[stack[--waiting]];
+      if (!accept(node)) continue;
+      if (node.count > 0) {
+        for (const uint32_t t : shape.tree.order.subspan(node.first, node.count)) test(t);
+        continue;
+      }
+      stack[waiting++] = node.first + 1;
+      stack[waiting++] = node.first;
+    }
+  }
+
+  /// The tree by the spheres around its boxes.
+  void descend_spheres() {
+    const Vec3 middle_O = from_O + 0.5 * d_O;
+    const double half = 0.5 * norm(d_O);
+    for_each_leaf(0, [&](const ObbNode& node) {
+      const Obb box = node.box.unpacked();
+      return norm(box.centre_O - middle_O) <= (half + norm(box.half)) * kCompactSlack;
+    });
+  }
+
   /// Node `root` and everything below it.
   void descend(uint32_t root, SegmentProbe& probe) {
     // one sibling waits per level
@@ -116,13 +156,46 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
   return search.best;
 }
 
-SegmentHit first_hit_by_tree(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O) {
+SegmentHit first_hit_by(SegmentSearch how, const MeshShape& shape, const Vec3& from_O,
+                        const Vec3& to_O) {
+  if (how == SegmentSearch::kHybrid) return first_hit(shape, from_O, to_O);
   SegmentView view;
   const Vec3 d_O = to_O - from_O;
   if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
   Search search{shape, view, from_O, d_O, {}};
-  search.descend_each(std::array<uint32_t, 1>{0});
+  CellWalk walk;
+  if (how == SegmentSearch::kNaive) {
+    search.descend_spheres();
+  } else if (how == SegmentSearch::kGrid && !shape.grid.slots.empty() &&
+             walk.start(shape.grid, from_O, d_O)) {
+    do {
+      search.test_cell(shape.grid.find(walk.key()));
+    } while (!(search.best.hit && search.best.t < walk.exit()) && walk.advance());
+  } else {
+    search.descend_each(std::array<uint32_t, 1>{0});
+  }
   return search.best;
+}
+
+uint64_t SegmentCostProbe::look_up(size_t i) const {
+  const Vec3 from_O = 1.01 * shape_.mesh.vertices[i % shape_.mesh.vertices.size()];
+  CellWalk walk;
+  if (!walk.start(shape_.grid, from_O, -0.02 * from_O)) return 0;
+  return shape_.grid.find(walk.key()).batches.size();
+}
+
+uint64_t SegmentCostProbe::test_batch(size_t i) const {
+  const double x = static_cast<double>(i % 7) * 0.05;
+  const CellProbe part({x, -x, 0.1}, {-x, x, -0.1});
+  return part.may_meet(shape_.grid.batches[i % shape_.grid.batches.size()]);
+}
+
+uint64_t SegmentCostProbe::test_triangle(size_t i) const {
+  const auto& [a, b, c] = shape_.mesh.triangles[i % shape_.mesh.triangles.size()];
+  const auto& v = shape_.mesh.vertices;
+  const Vec3 from_O = 1.01 * v[a];
+  double t = 0;
+  return segment_enters_triangle(from_O, from_O - 0.02 * v[b], v[a], v[b], v[c], t) ? 1 : 0;
 }
 
 }  // namespace haptic

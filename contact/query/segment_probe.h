@@ -100,7 +100,8 @@ class SegmentProbe {
   /// cross products, each three at a time.
   bool meets(const CompactObb& box) const {
     const float* c = box.columns_BO.data();
-    const Lanes x = load_lanes<Lanes>(c), y = load_lanes<Lanes>(c + 3), z = load_lanes<Lanes>(c + 6);
+    const Lanes x = load_lanes<Lanes>(c), y = load_lanes<Lanes>(c + 3),
+                z = load_lanes<Lanes>(c + 6);
     const Lanes m = x * (middle_[0] - box.centre_O[0]) + y * (middle_[1] - box.centre_O[1]) +
                     z * (middle_[2] - box.centre_O[2]);
     const Lanes w = x * half_[0] + y * half_[1] + z * half_[2];

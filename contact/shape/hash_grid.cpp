@@ -8,11 +8,12 @@
 namespace haptic {
 namespace {
 
-constexpr double kOverlap = 1e-6;        // of a cell, on every side
-constexpr uint32_t kCrowded = 64;        // triangles in a cell that are worth a tree
-constexpr size_t kMostRoots = 8;         // more boxes are worth a box around them
+constexpr double kOverlap = 1e-6;              // of a cell, on every side
+constexpr uint32_t kCrowded = 64;              // triangles in a cell that are worth a tree
+constexpr size_t kMostRoots = 8;               // more boxes are worth a box around them
 constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread is not worth its start
-constexpr int8_t kFree = 127;            // beyond every segment
+constexpr double kMostCellsAround = 512;
+constexpr double kMostCellsCounted = 1 << 12;  // of one triangle; beyond, the box around it will do
 
 using Index = std::array<int32_t, 3>;
 
@@ -60,26 +61,45 @@ Corners from_centre(Corners corners, const Index& index) {
   return corners;
 }
 
-void add_entries(std::vector<Entry>& entries, uint32_t triangle, const Corners& corners) {
+struct IndexBox {
+  Index lower, upper;
+};
+
+/// The cells around a triangle.
+IndexBox cells_around(const Corners& corners) {
   const Vec3 overlap{kOverlap, kOverlap, kOverlap};
   const auto index_of = [](const Vec3& v) {
     return Index{static_cast<int32_t>(v.x), static_cast<int32_t>(v.y), static_cast<int32_t>(v.z)};
   };
   // the margin keeps all of it positive: to truncate is to round down
-  const Index lower = index_of(component_min(corners[0], component_min(corners[1], corners[2])) -
-                               overlap);
-  const Index upper = index_of(component_max(corners[0], component_max(corners[1], corners[2])) +
-                               overlap);
+  return {index_of(component_min(corners[0], component_min(corners[1], corners[2])) - overlap),
+          index_of(component_max(corners[0], component_max(corners[1], corners[2])) + overlap)};
+}
+
+/// Calls f with each cell that the triangle reaches into.
+template <class F>
+void for_each_cell(const Corners& corners, F&& f) {
+  const auto [lower, upper] = cells_around(corners);
   Index i;
   for (i[2] = lower[2]; i[2] <= upper[2]; ++i[2]) {
     for (i[1] = lower[1]; i[1] <= upper[1]; ++i[1]) {
       for (i[0] = lower[0]; i[0] <= upper[0]; ++i[0]) {
-        if (meets_cube(from_centre(corners, i), 0.5 + kOverlap)) {
-          entries.push_back({cell_key(i), triangle});
-        }
+        if (meets_cube(from_centre(corners, i), 0.5 + kOverlap)) f(i);
       }
     }
   }
+}
+
+/// Whether the boxes around the triangles span so many cells that sorting them would not end.
+bool is_too_fine(const TriangleMesh& mesh, const HashGridData& grid) {
+  double cells = 0;
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [lower, upper] = cells_around(in_cells(mesh, t, grid));
+    double around = 1;
+    for (size_t i = 0; i < 3; ++i) around *= upper[i] - lower[i] + 1;
+    cells += around;
+  }
+  return cells > kMostCellsAround * static_cast<double>(mesh.triangles.size());
 }
 
 /// Which cells these triangles reach into.
@@ -95,12 +115,16 @@ std::vector<Entry> sort_triangles(const TriangleMesh& mesh, std::span<const uint
     return entries;
   }
   entries.reserve(4 * triangles.size());
-  for (const uint32_t t : triangles) add_entries(entries, t, in_cells(mesh, t, grid));
+  for (const uint32_t t : triangles) {
+    for_each_cell(in_cells(mesh, t, grid), [&](const Index& i) {
+      entries.push_back({cell_key(i), t});
+    });
+  }
   return entries;
 }
 
-/// Counts the triangles of each cell and replaces the keys of the entries by numbers of cells, in the
-/// order of their first triangle.
+/// Counts the triangles of each cell and replaces the keys of the entries by numbers of cells, in
+/// the order of their first triangle.
 std::vector<GridSlot> number_cells(std::vector<Entry>& entries) {
   std::vector<GridSlot> cells;
   std::vector<uint32_t> table(std::bit_ceil(entries.size() + 1), ~0u);
@@ -207,7 +231,7 @@ void add_batches(HashGridData& grid, const TriangleMesh& mesh, uint64_t key,
   for (size_t i = 0; i < triangles.size(); ++i) {
     if (i % kBatch == 0) {
       grid.batches.push_back({});
-      for (auto& places : grid.batches.back().lower) places.fill(kFree);
+      for (auto& places : grid.batches.back().lower) places.fill(kFreePlace);
     }
     const Corners corners = from_centre(in_cells(mesh, triangles[i], grid), index);
     fill_place(grid.batches.back(), i % kBatch, triangles[i], corners);
@@ -267,6 +291,7 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
   }
   grid.cell = cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
+  if (is_too_fine(mesh, grid)) return HashGridData{};
   const auto in_turn = [](const auto& first, const auto& second) { first(), second(); };
   // in the order of the tree: neighbours in space come one after the other
   std::vector<Entry> entries =
@@ -275,6 +300,20 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
   fill_cells(grid, cells, entries, mesh, tree);
   grid.slots = hash_cells(cells);
   return grid;
+}
+
+size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell) {
+  HashGridData grid;
+  grid.cell = cell;
+  grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
+  const Corners corners = in_cells(mesh, triangle, grid);
+  const auto [lower, upper] = cells_around(corners);
+  double around = 1;
+  for (size_t i = 0; i < 3; ++i) around *= upper[i] - lower[i] + 1;
+  if (around > kMostCellsCounted) return static_cast<size_t>(around);
+  size_t cells = 0;
+  for_each_cell(corners, [&](const Index&) { ++cells; });
+  return cells;
 }
 
 double mean_edge_length(const TriangleMesh& mesh) {

@@ -13,8 +13,8 @@ namespace haptic {
 
 /// Slot of the hash table. `count` 0: free.
 struct GridSlot {
-  uint64_t key = 0;          // of the cell, whole: two cells on one slot are told apart
-  uint32_t first = 0;        // into HashGrid::batches, or ::roots for a crowded cell
+  uint64_t key = 0;    // of the cell, whole: two cells on one slot are told apart
+  uint32_t first = 0;  // into HashGrid::batches, or ::roots for a crowded cell
   uint32_t count : 31 = 0;
   uint32_t is_crowded : 1 = 0;
 };
@@ -22,14 +22,19 @@ struct GridSlot {
 inline constexpr size_t kBatch = 8;
 inline constexpr int kCellUnits = 120;  // half a cell in the units of its triangles
 
-/// What eight triangles of a cell keep within, seen from its centre in units of cell/(2 kCellUnits):
-/// a box, and a slab along the normal. All of it is rounded outwards.
+inline constexpr int8_t kFreePlace = 127;  // beyond every box: a cell ends at kCellUnits
+
+/// What eight triangles of a cell keep within, seen from its centre in units of cell/(2
+/// kCellUnits): a box, and a slab along the normal. All of it is rounded outwards.
 struct TriangleBatch {
   using Bytes = std::array<int8_t, kBatch>;
   std::array<Bytes, 3> lower, minus_upper;  // of the box, which ends at the borders of the cell
   std::array<Bytes, 3> normal;              // of the slab, times 127
   std::array<int16_t, kBatch> nearest, furthest;  // normal·point
   std::array<uint32_t, kBatch> triangle;
+
+  /// The last batch of a cell has free places, beyond every segment.
+  bool is_used(size_t i) const { return lower[0][i] != kFreePlace; }
 };
 static_assert(sizeof(TriangleBatch) == 17 * kBatch);
 
@@ -93,9 +98,13 @@ struct HashGridData {
 /// Sorts the triangles of a mesh into cells of that size; start-up only. Cells overlap by a
 /// millionth of their size, which covers every rounding of a walk through them. The same grid
 /// whatever run_both does. Empty where the mesh is, or where a cell is too small to be counted
-/// (2²¹ along a side, 2⁻³⁰ of the largest coordinate).
+/// (2²¹ along a side, 2⁻³⁰ of the largest coordinate) or the boxes around the triangles span more
+/// than 512 cells on average.
 HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
                              const RunBoth& run_both = {});
+
+/// How many cells of that size a triangle reaches into, wherever the grid begins.
+size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell);
 
 /// Mean over the sides of all triangles: the seed's cell size.
 double mean_edge_length(const TriangleMesh& mesh);

@@ -78,7 +78,9 @@ Vec3 float_valued(const Vec3& v) {
 
 float rounded_up(double value) {
   const auto near = static_cast<float>(value);
-  return static_cast<double>(near) < value ? std::nextafter(near, std::numeric_limits<float>::infinity()) : near;
+  return static_cast<double>(near) < value
+             ? std::nextafter(near, std::numeric_limits<float>::infinity())
+             : near;
 }
 
 /// Principal axes, longest spread first.
@@ -114,7 +116,10 @@ FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pa
   const std::array<float, 3> half{rounded_up(box.half.x), rounded_up(box.half.y),
                                   rounded_up(box.half.z)};
   const float sum = half[0] + half[1] + half[2];
-  if (!std::isfinite(sum) || !is_finite(centre)) return box;
+  if (!std::isfinite(sum) || !is_finite(centre)) {
+    box.compact.half.fill(std::numeric_limits<float>::infinity());
+    return box;
+  }
   box.compact.half = half;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {

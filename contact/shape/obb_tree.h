@@ -22,7 +22,7 @@ struct Obb {
 /// An oriented box in a cache line with its node: in floats, rounded so that it holds what it was
 /// fitted to. R_BO is orthonormal to 1e-6 only: whoever measures distances in its frame allows for
 /// that (kCompactSlack); whether something is inside or meets the box needs no allowance. Where
-/// floats do not reach, R_BO is zero and the box keeps nothing out.
+/// floats do not reach, R_BO is zero, half is infinite and the box keeps nothing out.
 struct CompactObb {
   std::array<float, 9> columns_BO{};  // R_BO, column after column
   std::array<float, 3> half{};        // half extents along its axes [m]
