@@ -53,7 +53,8 @@ std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& 
     choice.triangles = std::max(1.0, choice.triangles);
     // half a batch is empty on average
     const double batches = choice.triangles / kBatch + 0.5;
-    choice.cost = (1 + 1.5 / edges) * (costs.lookup + batches * costs.batch) + costs.triangle;
+    choice.cost =
+        (1 + 1.5 * kTickLength / cell) * (costs.lookup + batches * costs.batch) + costs.triangle;
     // a slot in three is taken on average
     choice.bytes_per_triangle =
         cells_per_triangle * (3 * sizeof(GridSlot) + batches * sizeof(TriangleBatch));

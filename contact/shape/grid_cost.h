@@ -18,7 +18,7 @@ struct QueryCosts {
 struct GridChoice {
   double cell = 0;                // [m]
   double triangles = 0;           // M: in a cell that is not empty
-  double cost = 0;                // of a segment of one mean edge
+  double cost = 0;                // of a segment of kTickLength
   double bytes_per_triangle = 0;  // of the grid
 };
 
@@ -29,10 +29,13 @@ struct ValidInterval {
 };
 ValidInterval valid_interval(const QueryCosts& costs, double n_triangles);
 
+/// A segment in use: what a quick hand moves in a tick of 1 kHz [m].
+inline constexpr double kTickLength = 1e-3;
+
 /// The sizes that were considered, from the mean edge length (the paper's rule) upwards. The cost
-/// is C_h = C_l + the batches of M triangles + C_tri, with C_l and the batches once for each of the
-/// 1 + 1.5 edge/cell cells that a segment of one edge crosses. M comes from a sample of triangles
-/// and from the 1.5 A/h² cells that a surface of area A meets. Empty for a mesh without area.
+/// is the paper's C_h with M triangles in batches, C_l and the batches once for each of the 1 + 1.5
+/// kTickLength/cell cells that a segment crosses. M comes from a sample of triangles and from
+/// the 1.5 A/cell² cells that a surface of area A meets. Empty for a mesh without area.
 std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& costs);
 
 /// The cheapest of those that need no more memory than the grid may have beside the tree; the

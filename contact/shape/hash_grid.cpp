@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 constexpr double kOverlap = 1e-6;              // of a cell, on every side
-constexpr uint32_t kCrowded = 64;              // triangles in a cell that are worth a tree
+constexpr uint32_t kCrowded = 128;             // triangles in a cell that are worth a tree
 constexpr size_t kMostRoots = 8;               // more boxes are worth a box around them
 constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread is not worth its start
 constexpr double kMostCellsAround = 512;

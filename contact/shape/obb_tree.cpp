@@ -83,16 +83,23 @@ float rounded_up(double value) {
              : near;
 }
 
-/// Principal axes, longest spread first.
-Mat3 principal_axes(const Eigen::Matrix3d& covariance) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(covariance);
-  const Eigen::Vector3d x = solver.eigenvectors().col(2), y = solver.eigenvectors().col(1);
+Mat3 to_axes(const Eigen::Matrix3d& eigenvectors) {
+  const Eigen::Vector3d x = eigenvectors.col(2), y = eigenvectors.col(1);
   Mat3 R;
   R.row[0] = normalized(Vec3{x[0], x[1], x[2]});
   R.row[2] = normalized(cross(R.row[0], Vec3{y[0], y[1], y[2]}));
   R.row[1] = cross(R.row[2], R.row[0]);
   return R;
+}
+
+/// Principal axes, longest spread first.
+Mat3 principal_axes(const Eigen::Matrix3d& covariance) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(covariance);
+  const Mat3 R = to_axes(solver.eigenvectors());
+  // the closed form fails where spreads are equal or vanish; the iteration does not
+  if (std::fabs(norm(R.row[0]) + norm(R.row[1]) + norm(R.row[2]) - 3) < 1e-9) return R;
+  return to_axes(solver.compute(covariance).eigenvectors());
 }
 
 /// Tight box along the principal axes.

@@ -33,10 +33,12 @@ int check_tree(const TestShape& shape) {
     deepest = std::max(deepest, depth);
     const ObbNode& node = tree.nodes[index];
     const Obb box = node.box.unpacked();
+    // beyond the range of floats a box keeps nothing out
+    const bool is_open = std::isinf(box.half.x);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const double d = dot(box.R_BO.row[i], box.R_BO.row[j]);
-        REQUIRE(std::fabs(d - (i == j ? 1 : 0)) < tol(kFloatTolerance));
+        REQUIRE(std::fabs(d - (i == j && !is_open ? 1 : 0)) < tol(kFloatTolerance));
       }
     }
     // every triangle below must lie in the box, without slack

@@ -249,7 +249,7 @@ TEST_CASE("segment hit: the witness changes no hit") {
     Random random(13);
     SegmentWitness witness;
     Vec3 base = random.on_surface(view.mesh);
-    for (size_t i = 0; i < trials(100000); ++i) {
+    for (size_t i = 0; i < trials(20000); ++i) {
       base = i % 50 == 0 ? random.on_surface(view.mesh) : base + 0.0005 * random.direction();
       const Vec3 from = base + 0.002 * random.direction(), to = base + 0.002 * random.direction();
       if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
