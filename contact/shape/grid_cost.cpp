@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostGridBytes = 80;  // of 120 a triangle; the tree has the rest
+constexpr double kMostGridBytes = 76;  // of 120 a triangle; the tree has the rest
 constexpr size_t kSample = 4096;
 
 /// Cells that the boxes around triangles reach into, on average over a sample.
