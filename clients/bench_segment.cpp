@@ -85,12 +85,6 @@ double percentile(std::vector<double> values, double share) {
   return values[k];
 }
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
 double median_ratio(const Contestant& a, const Contestant& b) {
   std::vector<double> ratios;
   for (size_t i = 0; i < a.chunks.size(); ++i) ratios.push_back(a.chunks[i] / b.chunks[i]);

@@ -72,10 +72,6 @@ struct FittedBox {
   CompactObb compact;
 };
 
-Vec3 float_valued(const Vec3& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
 float rounded_up(double value) {
   const auto near = static_cast<float>(value);
   return static_cast<double>(near) < value
@@ -102,11 +98,20 @@ Mat3 principal_axes(const Eigen::Matrix3d& covariance) {
   return to_axes(solver.compute(covariance).eigenvectors());
 }
 
-/// Tight box along the principal axes.
+std::array<float, 3> to_floats(const Vec3& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+/// Tight box along the principal axes, about what floats can hold of axes and centre.
 FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pad) {
   FittedBox box;
-  box.R_BO = principal_axes(moments.covariance);
-  for (Vec3& row : box.R_BO.row) row = float_valued(row);
+  const Mat3 R = principal_axes(moments.covariance);
+  for (int j = 0; j < 3; ++j) {
+    const std::array<float, 3> column = to_floats(R.column(j));
+    std::copy(column.begin(), column.end(), box.compact.columns_BO.begin() + 3 * j);
+  }
+  // read back from the floats: what was rounded is what is measured with
+  box.R_BO = box.compact.unpacked().R_BO;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 lower{kInfinity, kInfinity, kInfinity}, upper = -lower;
   for (const Item& item : items) {
@@ -116,24 +121,14 @@ FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pa
       upper = {std::max(upper.x, q.x), std::max(upper.y, q.y), std::max(upper.z, q.z)};
     }
   }
-  // the extents are those about the centre that floats can hold
-  const Vec3 centre = float_valued(moments.mean + transpose(box.R_BO) * (0.5 * (lower + upper)));
-  const Vec3 c = box.R_BO * (centre - moments.mean);
+  box.compact.centre_O = to_floats(moments.mean + transpose(box.R_BO) * (0.5 * (lower + upper)));
+  const Vec3 centre = box.compact.unpacked().centre_O, c = box.R_BO * (centre - moments.mean);
   box.half = component_max(upper - c, c - lower) + Vec3{pad, pad, pad};
-  const std::array<float, 3> half{rounded_up(box.half.x), rounded_up(box.half.y),
-                                  rounded_up(box.half.z)};
-  const float sum = half[0] + half[1] + half[2];
-  if (!std::isfinite(sum) || !is_finite(centre)) {
+  box.compact.half = {rounded_up(box.half.x), rounded_up(box.half.y), rounded_up(box.half.z)};
+  const auto& half = box.compact.half;
+  if (!std::isfinite(half[0] + half[1] + half[2]) || !is_finite(centre)) {
+    box.compact = {};
     box.compact.half.fill(std::numeric_limits<float>::infinity());
-    return box;
-  }
-  box.compact.half = half;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      box.compact.columns_BO[static_cast<size_t>(3 * j + i)] =
-          static_cast<float>(box.R_BO.row[i][j]);
-    }
-    box.compact.centre_O[static_cast<size_t>(i)] = static_cast<float>(centre[i]);
   }
   return box;
 }
