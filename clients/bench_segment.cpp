@@ -255,10 +255,10 @@ std::vector<WorkloadMesh> scanned_meshes(Rows& rows) {
   object.size = 0.1;
   object.allow_open = 1;
   try {
-    const MeshShape shape = bake_object(object, uint64_t{4} << 30).shape;
-    return {
-        make_scanned("armadillo", {{shape.mesh.vertices.begin(), shape.mesh.vertices.end()},
-                                   {shape.mesh.triangles.begin(), shape.mesh.triangles.end()}})};
+    const BakedShape baked = bake_object(object, uint64_t{4} << 30);
+    const TriangleMesh& mesh = baked.shape.mesh;
+    return {make_scanned("armadillo", {{mesh.vertices.begin(), mesh.vertices.end()},
+                                       {mesh.triangles.begin(), mesh.triangles.end()}})};
   } catch (const MeshError& error) {
     rows.note("armadillo", std::string("LEFT OUT: ") + error.what());
     return {};
