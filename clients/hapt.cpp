@@ -48,6 +48,7 @@ int main(int argc, char** argv) try {
   haptic::add_record_command(app);
   haptic::add_export_command(app);
   haptic::add_eval_command(app);
+  haptic::add_bake_command(app);
   haptic::add_bench_command(app);
   haptic::add_selftest_command(app);
   haptic::add_torture_command(app);

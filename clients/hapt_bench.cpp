@@ -5,6 +5,7 @@
 
 #include "clients/bench_jitter.h"
 #include "clients/bench_ring.h"
+#include "clients/bench_segment.h"
 #include "clients/hapt_commands.h"
 #include "clients/print_rows.h"
 
@@ -34,6 +35,7 @@ void add_bench_command(CLI::App& app) {
   bench->require_subcommand(1);
   add_ring_command(*bench);
   add_bench_jitter(*bench);
+  add_bench_segment(*bench);
 }
 
 }  // namespace haptic

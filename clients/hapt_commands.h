@@ -10,6 +10,7 @@ class App;
 /// code 1), or CLI::RuntimeError where the exit code is all there is to say.
 namespace haptic {
 
+void add_bake_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_control_commands(CLI::App& app);
 void add_demo_command(CLI::App& app);

@@ -9,6 +9,7 @@
 
 #include "contact/bake_cache.h"
 #include "contact/bake_eye.h"
+#include "contact/bake_grid.h"
 #include "contact/bake_read.h"
 #include "contact/bake_repair.h"
 #include "contact/shape/baked_file.h"
@@ -19,6 +20,7 @@ namespace {
 
 constexpr size_t kEyeTriangles = 20000;
 constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
+constexpr char kGridMark = '\t';         // begins the lines of the report that explain the grid
 constexpr std::string_view kPrimitive = "primitive:";
 
 std::string millimetres(double metres) {
@@ -83,6 +85,7 @@ std::string write_report(const BakeReport& r) {
        << r.non_manifold_split << " " << r.self_intersections << " " << r.reoriented << " "
        << r.size << "\n";
   for (const std::string& line : r.lines) text << line << "\n";
+  for (const std::string& line : r.grid) text << kGridMark << line << "\n";
   return text.str();
 }
 
@@ -95,7 +98,10 @@ BakeReport read_report(std::span<const char> notes, const std::string& file) {
       r.reoriented >> r.size;
   std::string line;
   std::getline(text, line);
-  while (std::getline(text, line)) r.lines.push_back(line);
+  while (std::getline(text, line)) {
+    const bool of_grid = line.starts_with(kGridMark);
+    (of_grid ? r.grid : r.lines).push_back(line.substr(of_grid ? 1 : 0));
+  }
   return r;
 }
 
@@ -119,10 +125,12 @@ std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
   scale_to_metres(soup, object, report);
   Soup clean = repair_soup(std::move(soup), object.allow_open != 0, report);
   const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
-  const ObbTreeData tree = build_obb_tree(mesh.view());
+  const ObbTreeData tree = build_obb_tree(mesh.view(), run_on_two_threads);
+  ExplainedGrid explained = bake_grid(mesh.view(), tree.view());
+  report.grid = std::move(explained.lines);
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   const std::string notes = write_report(report);
-  return write_baked({{mesh.view(), tree.view()},
+  return write_baked({{mesh.view(), tree.view(), explained.grid.view()},
                       eye.vertices,
                       eye.vertex_normals,
                       eye.triangles,

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "proto/config.h"
 
 namespace haptic {
@@ -32,6 +32,7 @@ struct BakeReport {
   double size = 0;  // longest side of the bounding box after scaling [m]
   bool from_cache = false;
   std::vector<std::string> lines;  // one finding each, for people
+  std::vector<std::string> grid;   // how the size of the grid's cells was chosen
 };
 
 /// A shape ready for queries, kept alive by its storage (a mapped cache file or memory).

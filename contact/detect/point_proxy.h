@@ -5,7 +5,7 @@
 #include <span>
 
 #include "contact/query/closest_point.h"
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 #include "proto/wire.h"
 
 namespace haptic {

@@ -84,8 +84,9 @@ ClosestPoint finish(const TriangleMesh& mesh, uint32_t triangle, const OnTriangl
   return result;
 }
 
-/// Lower bound of the squared distance to everything in the box.
-double distance_squared(const Obb& box, const Vec3& p_O) {
+/// Lower bound, but for kBoundSlack, of the squared distance to everything in the box.
+double distance_squared(const CompactObb& compact, const Vec3& p_O) {
+  const Obb box = compact.unpacked();
   const Vec3 q = box.R_BO * (p_O - box.centre_O);
   const double x = std::max(std::fabs(q.x) - box.half.x, 0.0);
   const double y = std::max(std::fabs(q.y) - box.half.y, 0.0);
@@ -94,7 +95,7 @@ double distance_squared(const Obb& box, const Vec3& p_O) {
 }
 
 // a box this much too far may be so by rounding only
-constexpr double kBoundSlack = 1 + 1e-12;
+constexpr double kBoundSlack = kCompactSlack;
 
 struct Waiting {
   double bound;
@@ -153,7 +154,7 @@ ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_d
     }
     // the nearer child first: it tightens the bound for the other
     Waiting near{distance_squared(shape.tree.nodes[node.first].box, p_O), node.first};
-    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1};
+    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1u};
     if (far.bound < near.bound) std::swap(near, far);
     stack[waiting++] = far;
     stack[waiting++] = near;

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 
 namespace haptic {
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'h', 'a', 'p', 't', 'b', 'a', 'k', 'e'};
 constexpr size_t kAlignment = 64;
-constexpr size_t kSections = 14;
+constexpr size_t kSections = 17;
 
 struct Section {
   uint64_t offset = 0, count = 0;
@@ -27,6 +28,8 @@ struct Header {
   uint64_t checksum = 0;  // of the header with this field zero, then of the rest
   Vec3 lower, upper;
   uint64_t closed = 0;
+  Vec3 grid_lower;
+  double cell = 0;
   std::array<Section, kSections> sections;
 };
 static_assert(std::is_trivially_copyable_v<Header>);
@@ -38,6 +41,7 @@ void for_each_section(Content& content, F&& f) {
   f(mesh.vertices), f(mesh.triangles), f(mesh.face_normals), f(mesh.triangle_edges);
   f(mesh.edge_faces), f(mesh.vertex_valence), f(mesh.edge_normals), f(mesh.vertex_normals);
   f(content.shape.tree.nodes), f(content.shape.tree.order);
+  f(content.shape.grid.slots), f(content.shape.grid.batches), f(content.shape.grid.roots);
   f(content.eye_vertices), f(content.eye_normals), f(content.eye_triangles), f(content.notes);
 }
 
@@ -114,10 +118,33 @@ void check_tree(const ObbTree& tree, size_t n_faces) {
     require(
         node.first > i && uint64_t{node.first} + 1 < tree.nodes.size() && depth[i] < kMaxTreeDepth,
         "a broken tree");
-    for (const uint32_t child : {node.first, node.first + 1}) {
+    for (const size_t child : {size_t{node.first}, size_t{node.first} + 1}) {
       depth[child] = std::max(depth[child], depth[i] + 1);
     }
   }
+}
+
+void check_grid(const HashGrid& grid, size_t n_faces, size_t n_nodes) {
+  if (grid.slots.empty()) return;
+  require(std::has_single_bit(grid.slots.size()) && grid.cell > 0 && std::isfinite(grid.cell) &&
+              std::isfinite(grid.cells_per_metre) && is_finite(grid.lower_O) && n_nodes > 0,
+          "a broken grid");
+  size_t n_free = 0;
+  for (const GridSlot& slot : grid.slots) {
+    const size_t limit = slot.is_crowded ? grid.roots.size() : grid.batches.size();
+    require(slot.first <= limit && slot.count <= limit - slot.first, "a cell out of range");
+    n_free += slot.count == 0;
+  }
+  // a search ends at a free slot
+  require(n_free > 0, "a grid without a free slot");
+  require(
+      std::all_of(grid.roots.begin(), grid.roots.end(), [&](uint32_t i) { return i < n_nodes; }) &&
+          std::all_of(grid.batches.begin(), grid.batches.end(),
+                      [&](const TriangleBatch& batch) {
+                        return std::all_of(batch.triangle.begin(), batch.triangle.end(),
+                                           [&](uint32_t t) { return t < n_faces; });
+                      }),
+      "a triangle out of range in the grid");
 }
 
 }  // namespace
@@ -147,6 +174,8 @@ std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key) {
   header.lower = content.shape.mesh.lower;
   header.upper = content.shape.mesh.upper;
   header.closed = content.shape.mesh.closed;
+  header.grid_lower = content.shape.grid.lower_O;
+  header.cell = content.shape.grid.cell;
   size_t end = aligned(sizeof header), s = 0;
   for_each_section(content, [&](const auto& array) {
     header.sections[s++] = {end, array.size()};
@@ -179,6 +208,11 @@ BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key) {
   mesh.closed = header.closed != 0;
   check_mesh(mesh);
   check_tree(content.shape.tree, mesh.triangles.size());
+  HashGrid& grid = content.shape.grid;
+  grid.lower_O = header.grid_lower;
+  grid.cell = header.cell;
+  grid.cells_per_metre = 1 / header.cell;
+  check_grid(grid, mesh.triangles.size(), content.shape.tree.nodes.size());
   require(content.eye_normals.size() == content.eye_vertices.size() &&
               all_below(content.eye_triangles, content.eye_vertices.size()),
           "an index out of range in the mesh for the eye");

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "contact/shape/obb_tree.h"
+#include "contact/shape/mesh_shape.h"
 
 namespace haptic {
 
@@ -26,7 +26,7 @@ struct BakedContent {
 };
 
 /// Bumped with every change of the layout or of what baking does: old caches are not read.
-inline constexpr uint32_t kBakeVersion = 1;
+inline constexpr uint32_t kBakeVersion = 2;
 
 /// 64-bit hash for content keys and checksums: finds accidents, not forgers.
 uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
@@ -36,7 +36,8 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,
-/// offsets, that every index is in range and that the tree is one of at most kMaxTreeDepth: a query
+/// offsets, that every index is in range, that the tree is one of at most kMaxTreeDepth and that
+/// every search in the grid ends: a query
 /// on what passed cannot leave the arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
 BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key);
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,13 +19,31 @@ struct Obb {
   Vec3 half;  // half extents along its axes [m]
 };
 
+/// An oriented box in a cache line with its node: in floats, rounded so that it holds what it was
+/// fitted to. R_BO is orthonormal to 1e-6 only: whoever measures distances in its frame allows for
+/// that (kCompactSlack); whether something is inside or meets the box needs no allowance. Where
+/// floats do not reach, R_BO is zero, half is infinite and the box keeps nothing out.
+struct CompactObb {
+  std::array<float, 9> columns_BO{};  // R_BO, column after column
+  std::array<float, 3> half{};        // half extents along its axes [m]
+  std::array<float, 3> centre_O{};
+
+  Obb unpacked() const;
+};
+
+/// (1 + what a length grows by when it is turned by R_BO of a CompactObb)², rounded up.
+inline constexpr double kCompactSlack = 1 + 1e-5;
+
 /// Node of the tree: an inner node's children are `first` and `first + 1`; a leaf holds `count`
 /// entries of ObbTree::order from `first`.
 struct ObbNode {
-  Obb box;
-  uint32_t first = 0;
-  uint32_t count = 0;  // 0: inner node
+  CompactObb box;
+  uint32_t first : 28 = 0;
+  uint32_t count : 4 = 0;  // 0: inner node
 };
+static_assert(sizeof(ObbNode) == 64);
+
+inline constexpr size_t kLeafTriangles = 4;
 
 /// OBB tree over the triangles of a mesh (Gottschalk, Lin, Manocha 1996): boxes from the
 /// area-weighted covariance of the triangles, split at the mean along the longest axis. A view.
@@ -33,6 +53,7 @@ struct ObbTree {
 };
 
 inline constexpr int kMaxTreeDepth = 64;  // build_obb_tree never goes deeper: traversal stacks
+inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // nodes count in 28 bits
 
 struct ObbTreeData {
   std::vector<ObbNode> nodes;
@@ -40,13 +61,13 @@ struct ObbTreeData {
   ObbTree view() const { return {nodes, order}; }
 };
 
-/// Builds the tree; start-up only. Falls back to a median split where the mean does not separate.
-ObbTreeData build_obb_tree(const TriangleMesh& mesh);
+/// Runs both pieces of work, at the same time where it can.
+using RunBoth =
+    std::function<void(const std::function<void()>& first, const std::function<void()>& second)>;
 
-/// What a query needs of one object.
-struct MeshShape {
-  TriangleMesh mesh;
-  ObbTree tree;
-};
+/// Builds the tree; start-up only. Falls back to a median split where the mean does not separate.
+/// The same tree whatever `run_both` does; without it one piece follows the other. Throws
+/// std::length_error for more than kMaxTreeTriangles.
+ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both = {});
 
 }  // namespace haptic

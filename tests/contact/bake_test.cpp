@@ -451,6 +451,16 @@ TEST_CASE("bake: a cache folder that cannot be written is said and does no harm"
   CHECK_THAT(baked.report.lines[0], Contains(blocked) && Contains("set HAPTICD_CACHE"));
 }
 
+namespace {
+
+/// A slot of the grid that holds a cell.
+GridSlot& occupied(TestShape& shape) {
+  return *std::find_if(shape.grid.slots.begin(), shape.grid.slots.end(),
+                       [](const GridSlot& slot) { return slot.count > 0; });
+}
+
+}  // namespace
+
 TEST_CASE("baked file: every damaged index is refused even with a right checksum") {
   const TestShape shape = make_shape(make_icosphere(1, 1));
   const auto refused = [](const TestShape& bad) {
@@ -471,12 +481,20 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
       [](TestShape& s) { s.mesh.edge_faces[3][0] = kNoFace; },
       [](TestShape& s) { s.mesh.edge_faces[3][1] = 1u << 20; },
       [](TestShape& s) { s.mesh.vertex_normals.pop_back(); },
-      [](TestShape& s) { s.tree.order[2] = 80; },
-      [](TestShape& s) { s.tree.order.pop_back(); },
+      [](TestShape& s) { s.tree.order[2] = 80; }, [](TestShape& s) { s.tree.order.pop_back(); },
       [](TestShape& s) { s.tree.nodes[0].first = 0; },
-      [](TestShape& s) { s.tree.nodes[0].first = 1u << 30; },
-      [](TestShape& s) { s.tree.nodes.back().count = 1u << 30; },
-      [](TestShape& s) { s.tree.nodes.clear(); }};
+      [](TestShape& s) { s.tree.nodes[0].first = 1u << 27; },
+      [](TestShape& s) { s.tree.nodes.back().first = 1u << 27; },
+      [](TestShape& s) { s.tree.nodes.clear(); }, [](TestShape& s) { s.grid.slots.pop_back(); },
+      [](TestShape& s) { s.grid.cell = 0; }, [](TestShape& s) { s.grid.cell = std::nan(""); },
+      [](TestShape& s) { s.grid.lower_O.y = std::nan(""); },
+      [](TestShape& s) { occupied(s).first = 1u << 30; },
+      [](TestShape& s) { occupied(s).count = 1u << 30; },
+      [](TestShape& s) { occupied(s).is_crowded = 1; },
+      [](TestShape& s) { s.grid.batches.back().triangle[7] = 80; },
+      [](TestShape& s) { s.grid.roots.push_back(1u << 20); },
+      // a search for a cell that is not there would never end
+      [](TestShape& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); }};
   for (size_t i = 0; i < breaks.size(); ++i) {
     CAPTURE(i);
     TestShape bad = shape;

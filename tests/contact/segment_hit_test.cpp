@@ -13,6 +13,8 @@ namespace {
 
 // position along a segment, where the same triangle is hit through other roundings
 constexpr double kFractionTolerance = 1e-9;
+// what the box test may take for a meeting, on boxes and segments of a few metres
+constexpr double kBoxSlack = 1e-4;
 
 /// Every triangle, no tree.
 SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
@@ -208,24 +210,55 @@ TEST_CASE("segment hit: a plane is hit where the closed form says") {
   }
 }
 
-TEST_CASE("segment hit: the box test agrees with slab clipping") {
+TEST_CASE("segment hit: the box test agrees with slab clipping up to its slack") {
   Random random(12);
   size_t met = 0;
   for (size_t i = 0; i < trials(200000); ++i) {
-    Obb box;
-    box.R_BO = to_matrix(random.pose(1).q);
-    box.centre_O = random.direction();
-    box.half = random.in_box({0, 0, 0}, {1, 1, 1});
-    if (i % 7 == 0) box.half.z = 0;
+    CompactObb compact;
+    const Mat3 R = to_matrix(random.pose(1).q);
+    const Vec3 centre = random.direction(), half = random.in_box({0, 0, 0}, {1, 1, 1});
+    for (int k = 0; k < 9; ++k) compact.columns_BO[k] = static_cast<float>(R.row[k % 3][k / 3]);
+    for (int k = 0; k < 3; ++k) compact.centre_O[k] = static_cast<float>(centre[k]);
+    for (int k = 0; k < 3; ++k) compact.half[k] = static_cast<float>(half[k]);
+    if (i % 7 == 0) compact.half[2] = 0;
     const Vec3 from = 3 * random.direction(), to = random.in_box({-3, -3, -3}, {3, 3, 3});
-    const bool expected = slabs_meet(from, to, box);
+    const Obb box = compact.unpacked();
+    Obb grown = box;
+    grown.half += Vec3{kBoxSlack, kBoxSlack, kBoxSlack};
+    const bool meets = segment_meets_box(from, to, compact);
     CAPTURE(i, from, to, box.centre_O, box.half);
-    REQUIRE(segment_meets_box(from, to, box) == expected);
-    met += expected;
+    REQUIRE(meets >= slabs_meet(from, to, box));
+    REQUIRE(meets <= slabs_meet(from, to, grown));
+    met += meets;
   }
   CHECK(met > trials(200000) / 20);
   // a point is in the box or it is not
-  const Obb unit{{}, {0, 0, 0}, {1, 1, 1}};
+  CompactObb unit;
+  unit.columns_BO = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  unit.half = {1, 1, 1};
   CHECK(segment_meets_box({0.5, 0.5, 1}, {0.5, 0.5, 1}, unit));
   CHECK_FALSE(segment_meets_box({0.5, 0.5, 1.001}, {0.5, 0.5, 1.001}, unit));
+}
+
+TEST_CASE("segment hit: the witness changes no hit") {
+  // a probe dragged over the surface, now and then elsewhere; with the witness of another mesh too
+  for (const Soup& soup :
+       {make_icosphere(0.05, 4), make_grid(0.05, 20), make_degenerate_soup(5, 400)}) {
+    const TestShape shape = make_shape(soup);
+    const MeshShape view = shape.view();
+    Random random(13);
+    SegmentWitness witness;
+    Vec3 base = random.on_surface(view.mesh);
+    for (size_t i = 0; i < trials(20000); ++i) {
+      base = i % 50 == 0 ? random.on_surface(view.mesh) : base + 0.0005 * random.direction();
+      const Vec3 from = base + 0.002 * random.direction(), to = base + 0.002 * random.direction();
+      if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
+      const SegmentHit with = first_hit(view, from, to, witness),
+                       without = first_hit(view, from, to);
+      CAPTURE(i, from, to);
+      REQUIRE(with.hit == without.hit);
+      REQUIRE(with.t == without.t);
+      REQUIRE(with.triangle == without.triangle);
+    }
+  }
 }

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "contact/shape/mesh_shape.h"
 #include "contact/shape/mesh_topology.h"
-#include "contact/shape/obb_tree.h"
 #include "contact/shape/primitives.h"
 #include "proto/math/pose.h"
 #include "tests/support/data.h"
@@ -25,17 +25,20 @@ constexpr size_t trials(size_t n) {
   return n / kSlowdown > 0 ? n / kSlowdown : 1;
 }
 
-/// A mesh with its tree, owning both.
+/// A mesh with its tree and grid, owning all.
 struct TestShape {
   MeshData mesh;
   ObbTreeData tree;
-  MeshShape view() const { return {mesh.view(), tree.view()}; }
+  HashGridData grid;
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view()}; }
 };
 
 inline TestShape make_shape(Soup soup) {
   TestShape shape;
   shape.mesh = build_mesh(std::move(soup.vertices), std::move(soup.triangles));
   shape.tree = build_obb_tree(shape.mesh.view());
+  const double cell = 1.5 * mean_edge_length(shape.mesh.view());
+  shape.grid = build_hash_grid(shape.mesh.view(), shape.tree.view(), cell);
   return shape;
 }
 

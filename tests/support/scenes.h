@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "contact/detect/point_proxy.h"
+#include "contact/shape/mesh_shape.h"
 #include "contact/shape/mesh_topology.h"
-#include "contact/shape/obb_tree.h"
 #include "contact/shape/primitives.h"
 
 namespace haptic::test {
@@ -16,11 +16,13 @@ namespace haptic::test {
 struct OwnedShape {
   MeshData mesh;
   ObbTreeData tree;
+  HashGridData grid;
 
   explicit OwnedShape(Soup soup)
       : mesh(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
-        tree(build_obb_tree(mesh.view())) {}
-  MeshShape view() const { return {mesh.view(), tree.view()}; }
+        tree(build_obb_tree(mesh.view())),
+        grid(build_hash_grid(mesh.view(), tree.view(), mean_edge_length(mesh.view()))) {}
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view()}; }
 };
 
 /// Objects at their poses, for the detector alone.
