@@ -120,9 +120,10 @@ std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
   Soup clean = repair_soup(std::move(soup), object.allow_open != 0, report);
   const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
   const ObbTreeData tree = build_obb_tree(mesh.view());
+  const PatchTreeData patches = build_patch_tree(mesh.view());
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   const std::string notes = write_report(report);
-  return write_baked({{mesh.view(), tree.view()},
+  return write_baked({{mesh.view(), tree.view(), patches.view()},
                       eye.vertices,
                       eye.vertex_normals,
                       eye.triangles,

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "contact/query/patch_probe.h"
+
 namespace haptic {
 namespace {
 
@@ -56,8 +58,8 @@ OnTriangle closest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& corners
   return {a + (vb / sum) * ab + (vc / sum) * ac, FeatureKind::kFace, 0};
 }
 
-OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p) {
-  const auto& [a, b, c] = mesh.triangles[triangle];
+OnTriangle closest_on_triangle(const TriangleMesh& mesh, const Triangle& corners, const Vec3& p) {
+  const auto& [a, b, c] = corners;
   return closest_on_triangle(p, {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
 }
 
@@ -84,39 +86,186 @@ ClosestPoint finish(const TriangleMesh& mesh, uint32_t triangle, const OnTriangl
   return result;
 }
 
-/// Lower bound of the squared distance to everything in the box.
-double distance_squared(const Obb& box, const Vec3& p_O) {
-  const Vec3 q = box.R_BO * (p_O - box.centre_O);
-  const double x = std::max(std::fabs(q.x) - box.half.x, 0.0);
-  const double y = std::max(std::fabs(q.y) - box.half.y, 0.0);
-  const double z = std::max(std::fabs(q.z) - box.half.z, 0.0);
-  return x * x + y * y + z * z;
-}
-
-// a box this much too far may be so by rounding only
-constexpr double kBoundSlack = 1 + 1e-12;
-
 struct Waiting {
-  double bound;
-  uint32_t node;
-};
-using Stack = std::array<Waiting, kMaxTreeDepth + 1>;  // one sibling waits per level
-
-/// The best triangle of a leaf so far: nearest, then lowest index.
-struct Best {
-  double distance_squared;
-  uint32_t triangle = kNoFace;
-  OnTriangle on{};
+  float distance_squared;  // at least
+  uint32_t child;
+  uint32_t node;  // which holds it
 };
 
-void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const Vec3& p_O, Best& best) {
-  for (const uint32_t triangle : shape.tree.order.subspan(leaf.first, leaf.count)) {
-    const OnTriangle on = closest_on_triangle(shape.mesh, triangle, p_O);
-    const double d = norm_squared(p_O - on.point);
-    if (d < best.distance_squared || (d == best.distance_squared && triangle < best.triangle)) {
-      best = {d, triangle, on};
+/// Patches still to be looked at, the nearest of a node last.
+struct Waitlist {
+  std::array<Waiting, kMaxPatchDepth * kPatchLanes> patches;
+  size_t size = 0;
+
+  void add(const PatchProbe::Bounds& bounds, const PatchNode& node, uint32_t index) {
+    const size_t first = size;
+    for (size_t lane = 0; lane < kPatchLanes; ++lane) {
+      if (bounds.kept[lane] == 0) continue;
+      const Waiting next{bounds.distance_squared[lane], node.child[lane], index};
+      size_t at = size++;
+      for (; at > first && patches[at - 1].distance_squared < next.distance_squared; --at) {
+        patches[at] = patches[at - 1];
+      }
+      patches[at] = next;
     }
   }
+};
+
+/// The search for the nearest triangle; among equally near ones for the lowest index.
+class NearestSearch {
+ public:
+  NearestSearch(const MeshShape& shape, const Vec3& p_O, double max_distance)
+      : shape_(shape), p_O_(p_O), probe_(p_O) {
+    set_best(max_distance * max_distance);
+  }
+
+  /// Everything below a node.
+  void search(uint32_t node) {
+    open(node, kPatchLanes);
+    drain();
+  }
+
+  /// Everything below the parent of a node but what was searched: the node itself. Returns the
+  /// parent.
+  uint32_t search_around(uint32_t node) {
+    const uint32_t parent = shape_.patches.nodes[node].parent;
+    open(parent / kPatchLanes, parent % kPatchLanes);
+    drain();
+    return parent / kPatchLanes;
+  }
+
+  bool found() const { return triangle_ != kNoFace; }
+  uint32_t node() const { return node_; }
+  ClosestPoint result() const { return finish(shape_.mesh, triangle_, on_, p_O_); }
+
+ private:
+  void set_best(double distance_squared) {
+    best_ = distance_squared;
+    limit_ = PatchProbe::limit(distance_squared);
+  }
+
+  void open(uint32_t index, size_t but_lane) {
+    const PatchNode& node = shape_.patches.nodes[index];
+    PatchProbe::Bounds bounds = probe_.bounds<Facing::kEitherSide>(node, limit_);
+    if (but_lane < kPatchLanes) bounds.kept[but_lane] = 0;
+    waiting_.add(bounds, node, index);
+  }
+
+  void drain() {
+    while (waiting_.size > 0) {
+      const Waiting next = waiting_.patches[--waiting_.size];
+      if (next.distance_squared > limit_ || next.child == kNoPatch) continue;
+      if ((next.child & kPatchLeaf) == 0) {
+        open(next.child, kPatchLanes);
+      } else {
+        visit(shape_.patches.leaves[next.child & ~kPatchLeaf], next.node);
+      }
+    }
+  }
+
+  void visit(const PatchLeaf& leaf, uint32_t node) {
+    for (size_t i = 0; i < kPatchLanes && leaf.triangle[i] != kNoFace; ++i) {
+      const OnTriangle on = closest_on_triangle(shape_.mesh, leaf.corners[i], p_O_);
+      const double d = norm_squared(p_O_ - on.point);
+      if (d > best_ || (d == best_ && leaf.triangle[i] > triangle_)) continue;
+      set_best(d);
+      triangle_ = leaf.triangle[i];
+      on_ = on;
+      node_ = node;
+    }
+  }
+
+  const MeshShape& shape_;
+  Vec3 p_O_;
+  PatchProbe probe_;
+  double best_ = 0;  // squared
+  float limit_ = 0;
+  uint32_t triangle_ = kNoFace;
+  uint32_t node_ = 0;
+  OnTriangle on_{};
+  Waitlist waiting_;
+};
+
+/// The four patches of a node together: its box.
+void box_of(const PatchNode& node, Vec3& lower, Vec3& upper) {
+  for (int k = 0; k < 3; ++k) {
+    const auto row = static_cast<size_t>(k);
+    lower[k] = upper[k] = static_cast<double>(node.lower[row][0]);
+    for (size_t lane = 0; lane < kPatchLanes; ++lane) {
+      if (node.child[lane] == kNoPatch) continue;
+      lower[k] = std::min(lower[k], static_cast<double>(node.lower[row][lane]));
+      upper[k] = std::max(upper[k], static_cast<double>(node.upper[row][lane]));
+    }
+  }
+}
+
+bool holds(const PatchNode& node, const Vec3& q) {
+  Vec3 lower, upper;
+  box_of(node, lower, upper);
+  return q.x >= lower.x && q.y >= lower.y && q.z >= lower.z && q.x <= upper.x && q.y <= upper.y &&
+         q.z <= upper.z;
+}
+
+/// Where to begin: the smallest node above the witness that holds where the closest point would be
+/// if it moved as p did; the root after a jump.
+uint32_t first_node(const PatchTree& patches, const Vec3& p_O, const ClosestWitness& witness) {
+  const Vec3 moved_O = p_O - witness.p_O;
+  if (!(norm_squared(moved_O) < witness.reach * witness.reach)) return 0;
+  if (witness.node >= patches.nodes.size()) return 0;
+  const Vec3 guess_O = witness.point_O + moved_O;
+  uint32_t node = witness.node;
+  while (node != 0 && !holds(patches.nodes[node], guess_O)) {
+    node = patches.nodes[node].parent / static_cast<uint32_t>(kPatchLanes);
+  }
+  return node;
+}
+
+void remember(const PatchTree& patches, const Vec3& p_O, const ClosestPoint& closest, uint32_t node,
+              ClosestWitness& witness) {
+  constexpr double kReach = 8;  // node sizes
+  if (node != witness.node || !(witness.reach > 0)) {
+    Vec3 lower, upper;
+    box_of(patches.nodes[node], lower, upper);
+    witness.reach = kReach * norm(upper - lower);
+  }
+  witness.p_O = p_O;
+  witness.point_O = closest.point_O;
+  witness.node = node;
+}
+
+/// Appends what triangles_within and triangles_facing are about, as far as there is room.
+template <Facing facing>
+size_t collect(const MeshShape& shape, const Vec3& p_O, double radius,
+               std::span<ClosestPoint> out) {
+  if (shape.patches.nodes.empty() || !(radius > 0) || !is_finite(p_O)) return 0;
+  const double radius_squared = radius * radius;
+  const PatchProbe probe(p_O);
+  const float limit = PatchProbe::limit(radius_squared);
+  size_t found = 0;
+  std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = 0;
+  while (n_waiting > 0) {
+    const uint32_t child = waiting[--n_waiting];
+    if ((child & kPatchLeaf) == 0) {
+      const PatchNode& node = shape.patches.nodes[child];
+      const auto bounds = probe.bounds<facing>(node, limit);
+      for (size_t lane = kPatchLanes; lane-- > 0;) {
+        if (bounds.kept[lane] != 0 && node.child[lane] != kNoPatch) {
+          waiting[n_waiting++] = node.child[lane];
+        }
+      }
+      continue;
+    }
+    const PatchLeaf& leaf = shape.patches.leaves[child & ~kPatchLeaf];
+    for (size_t i = 0; i < kPatchLanes && leaf.triangle[i] != kNoFace; ++i) {
+      const OnTriangle on = closest_on_triangle(shape.mesh, leaf.corners[i], p_O);
+      if (!(norm_squared(p_O - on.point) < radius_squared)) continue;
+      if (found < out.size()) out[found] = finish(shape.mesh, leaf.triangle[i], on, p_O);
+      ++found;
+    }
+  }
+  return found;
 }
 
 }  // namespace
@@ -134,58 +283,38 @@ const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
 
 ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,
                                        const Vec3& p_O) {
-  return finish(mesh, triangle, closest_on_triangle(mesh, triangle, p_O), p_O);
+  return finish(mesh, triangle, closest_on_triangle(mesh, mesh.triangles[triangle], p_O), p_O);
 }
 
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance) {
-  if (shape.tree.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
-  Best best{max_distance * max_distance};
-  Stack stack;
-  size_t waiting = 0;
-  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box, p_O), 0};
-  while (waiting > 0) {
-    const auto [bound, index] = stack[--waiting];
-    if (bound > best.distance_squared * kBoundSlack) continue;
-    const ObbNode& node = shape.tree.nodes[index];
-    if (node.count > 0) {
-      visit_leaf(shape, node, p_O, best);
-      continue;
-    }
-    // the nearer child first: it tightens the bound for the other
-    Waiting near{distance_squared(shape.tree.nodes[node.first].box, p_O), node.first};
-    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1};
-    if (far.bound < near.bound) std::swap(near, far);
-    stack[waiting++] = far;
-    stack[waiting++] = near;
-  }
-  if (best.triangle == kNoFace) return {};
-  return finish(shape.mesh, best.triangle, best.on, p_O);
+  if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
+  NearestSearch nearest(shape, p_O, max_distance);
+  nearest.search(0);
+  return nearest.found() ? nearest.result() : ClosestPoint{};
+}
+
+ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
+                           ClosestWitness& witness) {
+  if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
+  NearestSearch nearest(shape, p_O, max_distance);
+  uint32_t node = first_node(shape.patches, p_O, witness);
+  nearest.search(node);
+  // a bound is known: what lies around it is soon done with
+  while (node != 0) node = nearest.search_around(node);
+  if (!nearest.found()) return {};
+  const ClosestPoint closest = nearest.result();
+  remember(shape.patches, p_O, closest, nearest.node(), witness);
+  return closest;
 }
 
 size_t triangles_within(const MeshShape& shape, const Vec3& p_O, double radius,
                         std::span<ClosestPoint> out) {
-  if (shape.tree.nodes.empty() || !(radius > 0) || !is_finite(p_O)) return 0;
-  const double radius_squared = radius * radius;
-  size_t found = 0;
-  std::array<uint32_t, kMaxTreeDepth + 1> stack;
-  size_t waiting = 0;
-  stack[waiting++] = 0;
-  while (waiting > 0) {
-    const ObbNode& node = shape.tree.nodes[stack[--waiting]];
-    if (distance_squared(node.box, p_O) > radius_squared * kBoundSlack) continue;
-    if (node.count == 0) {
-      stack[waiting++] = node.first + 1;
-      stack[waiting++] = node.first;
-      continue;
-    }
-    for (const uint32_t triangle : shape.tree.order.subspan(node.first, node.count)) {
-      const OnTriangle on = closest_on_triangle(shape.mesh, triangle, p_O);
-      if (!(norm_squared(p_O - on.point) < radius_squared)) continue;
-      if (found < out.size()) out[found] = finish(shape.mesh, triangle, on, p_O);
-      ++found;
-    }
-  }
-  return found;
+  return collect<Facing::kAny>(shape, p_O, radius, out);
+}
+
+size_t triangles_facing(const MeshShape& shape, const Vec3& p_O, double radius,
+                        std::span<ClosestPoint> out) {
+  return collect<Facing::kFront>(shape, p_O, radius, out);
 }
 
 }  // namespace haptic

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "contact/shape/patch_tree.h"
 #include "contact/shape/triangle_mesh.h"
 #include "proto/math/mat3.h"
 
@@ -47,6 +48,7 @@ ObbTreeData build_obb_tree(const TriangleMesh& mesh);
 struct MeshShape {
   TriangleMesh mesh;
   ObbTree tree;
+  PatchTree patches;
 };
 
 }  // namespace haptic

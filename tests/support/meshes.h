@@ -25,17 +25,19 @@ constexpr size_t trials(size_t n) {
   return n / kSlowdown > 0 ? n / kSlowdown : 1;
 }
 
-/// A mesh with its tree, owning both.
+/// A mesh with its trees, owning all of it.
 struct TestShape {
   MeshData mesh;
   ObbTreeData tree;
-  MeshShape view() const { return {mesh.view(), tree.view()}; }
+  PatchTreeData patches;
+  MeshShape view() const { return {mesh.view(), tree.view(), patches.view()}; }
 };
 
 inline TestShape make_shape(Soup soup) {
   TestShape shape;
   shape.mesh = build_mesh(std::move(soup.vertices), std::move(soup.triangles));
   shape.tree = build_obb_tree(shape.mesh.view());
+  shape.patches = build_patch_tree(shape.mesh.view());
   return shape;
 }
 

@@ -16,11 +16,13 @@ namespace haptic::test {
 struct OwnedShape {
   MeshData mesh;
   ObbTreeData tree;
+  PatchTreeData patches;
 
   explicit OwnedShape(Soup soup)
       : mesh(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
-        tree(build_obb_tree(mesh.view())) {}
-  MeshShape view() const { return {mesh.view(), tree.view()}; }
+        tree(build_obb_tree(mesh.view())),
+        patches(build_patch_tree(mesh.view())) {}
+  MeshShape view() const { return {mesh.view(), tree.view(), patches.view()}; }
 };
 
 /// Objects at their poses, for the detector alone.
