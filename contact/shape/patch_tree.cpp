@@ -15,6 +15,7 @@ constexpr double kPad = 1e-14;       // of the largest coordinate: ~45 roundings
 constexpr double kThinnest = 1e-9;   // of the largest coordinate: below, a normal is noise
 constexpr double kConeSlack = 5e-3;  // widens cones against rounding of directions [rad]
 constexpr double kAxisLength = 1 - 1e-6;  // stays at most 1 when rounded to float
+constexpr double kThinnestInFloat = 0.1;  // height of a triangle over its longest side
 constexpr size_t kExactTriangles = 64;    // larger patches are bounded through their children
 
 float round_down(double x) {
@@ -47,10 +48,13 @@ double cos_widened(double cos) {
          std::sqrt(std::max(1 - cos * cos, 0.0)) * std::sin(kConeSlack);
 }
 
-/// Too thin for its normal to mean anything.
-bool is_sliver(const std::array<Vec3, 3>& p, double thinnest) {
-  const double longest = std::max({norm(p[1] - p[0]), norm(p[2] - p[1]), norm(p[0] - p[2])});
-  return !(norm(cross(p[1] - p[0], p[2] - p[0])) > thinnest * longest);
+double longest_side(const std::array<Vec3, 3>& p) {
+  return std::max({norm(p[1] - p[0]), norm(p[2] - p[1]), norm(p[0] - p[2])});
+}
+
+/// Whether the least height of a triangle is no more than thinnest: its normal means nothing.
+bool is_thin(const std::array<Vec3, 3>& p, double thinnest) {
+  return !(norm(cross(p[1] - p[0], p[2] - p[0])) > thinnest * longest_side(p));
 }
 
 /// What bounds a patch, before it is rounded.
@@ -81,8 +85,8 @@ class Builder {
       items_[i] = {
           {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z)}, i};
     }
-    tree_.nodes.reserve(n / 10 + 1);
-    tree_.leaves.reserve(n / 3 + 1);
+    tree_.nodes.reserve(n / 40 + 1);
+    tree_.leaves.reserve(n / 6 + 1);
     build_node(0, n, 0);
     return std::move(tree_);
   }
@@ -98,7 +102,7 @@ class Builder {
     for (size_t v = 0; v < cones_.size(); ++v) cones_[v] = {mesh_.vertex_normals[v], 1};
     for (size_t f = 0; f < mesh_.triangles.size(); ++f) {
       const Triangle& tri = mesh_.triangles[f];
-      const bool sliver = is_sliver(
+      const bool sliver = is_thin(
           {mesh_.vertices[tri[0]], mesh_.vertices[tri[1]], mesh_.vertices[tri[2]]}, thinnest);
       for (size_t i = 0; i < 3; ++i) {
         Cone& cone = cones_[tri[i]];
@@ -109,9 +113,8 @@ class Builder {
     }
   }
 
-  /// Halves the items at a multiple of a leaf; returns the size of the first half.
-  size_t halve(size_t begin, size_t end) {
-    const size_t n = (((end - begin) / 2 + kPatchLanes - 1) / kPatchLanes) * kPatchLanes;
+  /// Brings those that come first along the longest axis to the front, n of them.
+  void cut(size_t begin, size_t end, size_t n) {
     std::array<float, 3> lower = items_[begin].centre, upper = lower;
     for (size_t i = begin; i < end; ++i) {
       for (size_t k = 0; k < 3; ++k) {
@@ -125,37 +128,64 @@ class Builder {
     std::nth_element(at(begin), at(begin + n), at(end), [axis](const Item& a, const Item& b) {
       return a.centre[axis] < b.centre[axis];
     });
-    return n;
   }
 
-  /// Cuts the items into at most four parts; returns where they begin and end.
-  size_t quarter(size_t begin, size_t end, std::array<size_t, kPatchLanes + 1>& cuts) {
-    size_t parts = 0;
-    cuts[0] = begin;
-    const auto add_half = [&](size_t from, size_t to) {
-      if (to - from > kPatchLanes) cuts[++parts] = from + halve(from, to);
-      cuts[++parts] = to;
-    };
-    if (end - begin <= kPatchLanes) {
-      cuts[++parts] = end;
-      return parts;
+  /// Cuts the items into n_parts of nearly the same size; ends receives where each ends.
+  void cut_into(size_t begin, size_t end, size_t n_parts, size_t* ends) {
+    if (n_parts == 1) {
+      *ends = end;
+      return;
     }
-    const size_t middle = begin + halve(begin, end);
-    add_half(begin, middle);
-    add_half(middle, end);
-    return parts;
+    const size_t n_left = (n_parts + 1) / 2;
+    const size_t middle = begin + (end - begin) * n_left / n_parts;
+    cut(begin, end, middle - begin);
+    cut_into(begin, middle, n_left, ends);
+    cut_into(middle, end, n_parts - n_left, ends + n_left);
   }
 
-  uint32_t build_leaf(size_t begin, size_t end) {
+  /// The fewest lanes that hold n triangles in subtrees of the least height.
+  static size_t count_parts(size_t n) {
+    size_t capacity = kPatchLanes;
+    while (capacity * kPatchLanes < n) capacity *= kPatchLanes;
+    return (n + capacity - 1) / capacity;
+  }
+
+  uint32_t build_leaf(size_t begin, size_t end, const Patch& patch) {
     PatchLeaf leaf;
+    double side = 0;
+    for (int k = 0; k < 3; ++k) {
+      leaf.origin[static_cast<size_t>(k)] = round_down(patch.lower[k]);
+      const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
+      side = std::max(side, patch.upper[k] - origin);
+    }
+    // never nothing: a leaf may be a point
+    leaf.step = round_up(std::max(side / kPatchSteps, 1e-30));
     leaf.triangle.fill(kNoFace);
-    leaf.corners.fill({});
+    for (auto& corner : leaf.corners) corner.fill({});
     for (size_t i = begin; i < end; ++i) {
-      leaf.triangle[i - begin] = items_[i].triangle;
-      leaf.corners[i - begin] = mesh_.triangles[items_[i].triangle];
+      store_triangle(leaf, i - begin, items_[i].triangle);
     }
     tree_.leaves.push_back(leaf);
     return kPatchLeaf | static_cast<uint32_t>(tree_.leaves.size() - 1);
+  }
+
+  void store_triangle(PatchLeaf& leaf, size_t lane, uint32_t triangle) const {
+    leaf.triangle[lane] = triangle;
+    std::array<Vec3, 3> steps;
+    for (size_t c = 0; c < 3; ++c) {
+      const Vec3& v = mesh_.vertices[mesh_.triangles[triangle][c]];
+      for (int k = 0; k < 3; ++k) {
+        const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
+        steps[c][k] = std::clamp(std::round((v[k] - origin) / static_cast<double>(leaf.step)), 0.0,
+                                 static_cast<double>(kPatchSteps));
+      }
+    }
+    if (is_thin(steps, kThinnestInFloat * longest_side(steps))) return;
+    for (size_t c = 0; c < 3; ++c) {
+      leaf.corners[c][lane] = static_cast<uint32_t>(steps[c].x) |
+                              static_cast<uint32_t>(steps[c].y) << 10 |
+                              static_cast<uint32_t>(steps[c].z) << 20;
+    }
   }
 
   /// Box and normals of the triangles themselves.
@@ -204,11 +234,11 @@ class Builder {
 
   /// The axis as it will be stored: in float.
   static void set_axis(Patch& patch) {
-    const Vec3 n = normalized(patch.normal_sum);
-    patch.cone = {{static_cast<double>(static_cast<float>(kAxisLength * n.x)),
-                   static_cast<double>(static_cast<float>(kAxisLength * n.y)),
-                   static_cast<double>(static_cast<float>(kAxisLength * n.z))},
-                  1};
+    const Vec3 n = kAxisLength * normalized(patch.normal_sum);
+    // by way of memory: g++ 12.2 -O2 forgets to round where it may pair the components
+    const volatile float x = static_cast<float>(n.x), y = static_cast<float>(n.y),
+                         z = static_cast<float>(n.z);
+    patch.cone = {{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)}, 1};
   }
 
   void store(PatchNode& node, size_t lane, const Patch& patch) const {
@@ -243,19 +273,22 @@ class Builder {
   Patch build_node(size_t begin, size_t end, uint32_t parent) {
     const auto index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.push_back(empty_node());
-    std::array<size_t, kPatchLanes + 1> cuts;
-    const size_t parts = quarter(begin, end, cuts);
+    const size_t parts = count_parts(end - begin);
+    std::array<size_t, kPatchLanes> ends;
+    cut_into(begin, end, parts, ends.data());
     std::array<Patch, kPatchLanes> patches;
-    for (size_t lane = 0; lane < parts; ++lane) {
-      const size_t from = cuts[lane], to = cuts[lane + 1];
+    for (size_t lane = 0, from = begin; lane < parts; from = ends[lane++]) {
+      const size_t to = ends[lane];
+      uint32_t child = 0;
       if (to - from <= kPatchLanes) {
-        tree_.nodes[index].child[lane] = build_leaf(from, to);
         patches[lane] = measure(from, to);
+        child = build_leaf(from, to, patches[lane]);
       } else {
-        tree_.nodes[index].child[lane] = static_cast<uint32_t>(tree_.nodes.size());
-        patches[lane] = build_node(
-            from, to, index * static_cast<uint32_t>(kPatchLanes) + static_cast<uint32_t>(lane));
+        child = static_cast<uint32_t>(tree_.nodes.size());
+        const size_t parent_lane = kPatchLanes * index + lane;
+        patches[lane] = build_node(from, to, static_cast<uint32_t>(parent_lane));
       }
+      tree_.nodes[index].child[lane] = child;
       store(tree_.nodes[index], lane, patches[lane]);
     }
     tree_.nodes[index].parent = parent;
