@@ -10,6 +10,7 @@
 namespace haptic {
 namespace {
 
+constexpr double kReach = 16;             // leaves: a move of a few patches is a little one
 constexpr float kFloatSlack = 1 + 1e-5F;  // more than the roundings of a sum of squares
 
 struct Waiting {
@@ -42,6 +43,7 @@ struct Candidate {
   float at_least;  // its distance
   uint32_t triangle;
   uint32_t node;  // above its leaf
+  float size;     // of its leaf
 };
 
 /// The search for the nearest triangle; among equally near ones for the lowest index.
@@ -73,7 +75,9 @@ class NearestSearch {
     settle();
     return triangle_ != kNoFace;
   }
-  uint32_t node() const { return node_; }
+  /// Of where it was found: the node above the leaf, and the longest side of the leaf.
+  uint32_t node() const { return best_leaf_.node; }
+  double leaf_size() const { return static_cast<double>(best_leaf_.size); }
   ClosestPoint result() const {
     return closest_point_on_triangle(shape_.mesh, triangle_, on_, p_O_);
   }
@@ -114,7 +118,8 @@ class NearestSearch {
       const size_t lane = lanes.first();
       const uint32_t triangle = leaf.triangle[lane];
       __builtin_prefetch(&shape_.mesh.triangles[triangle]);
-      candidates_[n_candidates_++] = {distance_at_least(leaf, steps_squared[lane]), triangle, node};
+      candidates_[n_candidates_++] = {distance_at_least(leaf, steps_squared[lane]), triangle, node,
+                                      leaf.step * static_cast<float>(kPatchSteps)};
     }
   }
 
@@ -131,14 +136,14 @@ class NearestSearch {
     }
     n_candidates_ = 0;
     for (size_t i = 0; i < n; ++i) {
-      const auto [at_least, triangle, node] = candidates_[i];
+      const uint32_t triangle = candidates_[i].triangle;
       const OnTriangle on = closest_on_triangle(shape_.mesh, triangle, p_O_);
       const double d = norm_squared(p_O_ - on.point);
       if (d > best_ || (d == best_ && triangle > triangle_)) continue;
       best_ = d;
       triangle_ = triangle;
       on_ = on;
-      node_ = node;
+      best_leaf_ = candidates_[i];
     }
     if (n > 0) lower_limit(std::min(limit_, round_up_distance(std::sqrt(best_))));
   }
@@ -149,31 +154,21 @@ class NearestSearch {
   double best_ = 0;  // squared
   float limit_ = 0, limit_squared_ = 0;
   uint32_t triangle_ = kNoFace;
-  uint32_t node_ = 0;
+  Candidate best_leaf_{};
   OnTriangle on_{};
   Waitlist waiting_;
   std::array<Candidate, 64> candidates_;
   size_t n_candidates_ = 0;
 };
 
-/// The patches of a node together: its box.
-void box_of(const PatchNode& node, Vec3& lower, Vec3& upper) {
-  for (int k = 0; k < 3; ++k) {
-    const auto row = static_cast<size_t>(k);
-    lower[k] = upper[k] = static_cast<double>(node.lower[row][0]);
-    for (size_t lane = 0; lane < kPatchLanes; ++lane) {
-      if (node.child[lane] == kNoPatch) continue;
-      lower[k] = std::min(lower[k], static_cast<double>(node.lower[row][lane]));
-      upper[k] = std::max(upper[k], static_cast<double>(node.upper[row][lane]));
-    }
+/// Whether the box of one lane holds q.
+bool holds(const PatchNode& node, size_t lane, const Vec3& q) {
+  for (size_t k = 0; k < 3; ++k) {
+    const double x = q[static_cast<int>(k)];
+    if (!(x >= static_cast<double>(node.lower[k][lane]))) return false;
+    if (!(x <= static_cast<double>(node.upper[k][lane]))) return false;
   }
-}
-
-bool holds(const PatchNode& node, const Vec3& q) {
-  Vec3 lower, upper;
-  box_of(node, lower, upper);
-  return q.x >= lower.x && q.y >= lower.y && q.z >= lower.z && q.x <= upper.x && q.y <= upper.y &&
-         q.z <= upper.z;
+  return true;
 }
 
 /// Where to begin: the smallest node above the witness that holds where the closest point would be
@@ -184,23 +179,12 @@ uint32_t first_node(const PatchTree& patches, const Vec3& p_O, const ClosestWitn
   if (witness.node >= patches.nodes.size()) return 0;
   const Vec3 guess_O = witness.point_O + moved_O;
   uint32_t node = witness.node;
-  while (node != 0 && !holds(patches.nodes[node], guess_O)) {
-    node = patches.nodes[node].parent / static_cast<uint32_t>(kPatchLanes);
+  while (node != 0) {
+    const uint32_t parent = patches.nodes[node].parent;
+    if (holds(patches.nodes[parent / kPatchLanes], parent % kPatchLanes, guess_O)) break;
+    node = static_cast<uint32_t>(parent / kPatchLanes);
   }
   return node;
-}
-
-void remember(const PatchTree& patches, const Vec3& p_O, const ClosestPoint& closest, uint32_t node,
-              ClosestWitness& witness) {
-  constexpr double kReach = 8;  // node sizes
-  if (node != witness.node || !(witness.reach > 0)) {
-    Vec3 lower, upper;
-    box_of(patches.nodes[node], lower, upper);
-    witness.reach = kReach * norm(upper - lower);
-  }
-  witness.p_O = p_O;
-  witness.point_O = closest.point_O;
-  witness.node = node;
 }
 
 }  // namespace
@@ -222,7 +206,7 @@ ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_d
   while (node != 0) node = nearest.search_around(node);
   if (!nearest.finish_search()) return {};
   const ClosestPoint closest = nearest.result();
-  remember(shape.patches, p_O, closest, nearest.node(), witness);
+  witness = {p_O, closest.point_O, kReach * nearest.leaf_size(), nearest.node()};
   return closest;
 }
 

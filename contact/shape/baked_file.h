@@ -26,7 +26,7 @@ struct BakedContent {
 };
 
 /// Bumped with every change of the layout or of what baking does: old caches are not read.
-inline constexpr uint32_t kBakeVersion = 1;
+inline constexpr uint32_t kBakeVersion = 2;
 
 /// 64-bit hash for content keys and checksums: finds accidents, not forgers.
 uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
@@ -36,8 +36,9 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,
-/// offsets, that every index is in range and that the tree is one of at most kMaxTreeDepth: a query
-/// on what passed cannot leave the arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
+/// offsets, that every index is in range and that the trees are trees of at most kMaxTreeDepth and
+/// kMaxPatchDepth: a query on what passed cannot leave the arrays. `bytes` must be 8-byte aligned.
+/// Throws BakedFileError.
 BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key);
 
 }  // namespace haptic
