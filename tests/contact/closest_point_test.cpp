@@ -289,6 +289,12 @@ TEST_CASE("closest point: to the last bit what brute force finds, wherever the p
   }
 }
 
+TEST_CASE("closest point: on rough sheets, from both sides") {
+  for (const double slope : {0.5, 1.0, 2.0, 4.0}) {
+    equals_brute_force(make_shape(make_rough_sheet(24, 24, slope)), 24, trials(1400));
+  }
+}
+
 TEST_CASE("closest point: slivers and tiny triangles beside large ones") {
   Random random(16);
   Soup soup = make_grid(0.05, 8);

@@ -82,6 +82,12 @@ TEST_CASE("near features: those that brute force over all triangles finds") {
   if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 4, trials(100));
 }
 
+TEST_CASE("near features: on rough sheets, where normals turn by more than 45° within a patch") {
+  for (const double slope : {0.5, 1.0, 2.0, 4.0}) {
+    compare_with_brute_force(make_shape(make_rough_sheet(7, 20, slope)), 7, trials(1000));
+  }
+}
+
 TEST_CASE("near features: on a broken mesh and on loose triangles too") {
   compare_with_brute_force(make_shape(make_degenerate_soup(5, 60)), 5, trials(2000));
   const Soup bones = load_off("bones.off", 0.1);

@@ -105,6 +105,14 @@ inline Soup load_off(const std::string& name, double size) {
   return soup;
 }
 
+/// A sheet of n × n quads over 0.1 m × 0.1 m as rough as it is fine: slopes of `slope`, all random.
+inline Soup make_rough_sheet(uint64_t seed, uint32_t n, double slope) {
+  Random random(seed);
+  Soup soup = make_grid(0.05, n);
+  for (Vec3& v : soup.vertices) v.z = slope * 0.05 / n * random.uniform(-1, 1);
+  return soup;
+}
+
 /// Unconnected random triangles, some of them without area, some of them twice.
 inline Soup make_degenerate_soup(uint64_t seed, size_t n) {
   Random random(seed);
