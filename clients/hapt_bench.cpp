@@ -3,11 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
 #include "clients/hapt_commands.h"
 #include "clients/print_rows.h"
+#include "proto/environment.h"
 
 namespace haptic {
 namespace {
@@ -27,6 +29,27 @@ void add_ring_command(CLI::App& bench) {
   command->callback([options] { print_judged(bench_ring(options->ring), options->json); });
 }
 
+void add_closest_command(CLI::App& bench) {
+  struct Options {
+    BenchClosestOptions closest;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  options->closest.meshes = environment("HAPTICD_MESHES");
+  if (options->closest.meshes.empty()) {
+    options->closest.meshes = HAPTICD_SOURCE_DIR "/build/meshes";
+  }
+  CLI::App* command = bench.add_subcommand(
+      "closest", "The closest point of a mesh beside Embree's point query and CGAL's AABB tree");
+  command->add_option("--rounds", options->closest.rounds, "passes over all points")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--meshes", options->closest.meshes, "folder with armadillo.off")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_judged(bench_closest(options->closest), options->json); });
+}
+
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
@@ -34,6 +57,7 @@ void add_bench_command(CLI::App& app) {
       app.add_subcommand("bench", "Measure this machine; exit 1 where a goal is missed");
   bench->require_subcommand(1);
   add_ring_command(*bench);
+  add_closest_command(*bench);
   add_bench_jitter(*bench);
   add_bench_segment(*bench);
 }

@@ -128,9 +128,10 @@ std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
   const ObbTreeData tree = build_obb_tree(mesh.view(), run_on_two_threads);
   ExplainedGrid explained = bake_grid(mesh.view(), tree.view());
   report.grid = std::move(explained.lines);
+  const PatchTreeData patches = build_patch_tree(mesh.view());
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   const std::string notes = write_report(report);
-  return write_baked({{mesh.view(), tree.view(), explained.grid.view()},
+  return write_baked({{mesh.view(), tree.view(), explained.grid.view(), patches.view()},
                       eye.vertices,
                       eye.vertex_normals,
                       eye.triangles,

@@ -25,7 +25,7 @@ size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
 
 NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
                          NearScratch& scratch, std::span<NearFeature> out) {
-  const size_t seen = triangles_within(shape, p_O, radius, scratch.triangles);
+  const size_t seen = triangles_facing(shape, p_O, radius, scratch.triangles);
   NearResult result{0, seen > scratch.triangles.size()};
   const auto begin = scratch.triangles.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(std::min(seen, scratch.triangles.size()));

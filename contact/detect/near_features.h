@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "contact/query/closest_point.h"
+#include "contact/query/triangles_within.h"
 
 namespace haptic {
 

@@ -5,188 +5,209 @@
 #include <array>
 #include <cmath>
 
+#include "contact/query/patch_tests.h"
+
 namespace haptic {
 namespace {
 
-/// Where on the triangle: corner or side `index`, or the face.
-struct OnTriangle {
-  Vec3 point;
-  FeatureKind kind;
-  uint32_t index = 0;
-};
-
-/// Closest point of the segment a b; side and corner numbers as in TriangleMesh.
-OnTriangle closest_on_side(const Vec3& p, const std::array<Vec3, 3>& corners, uint32_t side) {
-  const uint32_t next = (side + 1) % 3;
-  const Vec3 ab = corners[next] - corners[side];
-  const double along = dot(ab, p - corners[side]), length_squared = norm_squared(ab);
-  if (!(along > 0)) return {corners[side], FeatureKind::kVertex, side};
-  if (along >= length_squared) return {corners[next], FeatureKind::kVertex, next};
-  return {corners[side] + (along / length_squared) * ab, FeatureKind::kEdge, side};
-}
-
-/// The nearest of the three sides: for triangles without area, where the regions mean nothing.
-OnTriangle closest_on_border(const Vec3& p, const std::array<Vec3, 3>& corners) {
-  OnTriangle best = closest_on_side(p, corners, 0);
-  for (const uint32_t side : {1u, 2u}) {
-    const OnTriangle other = closest_on_side(p, corners, side);
-    if (norm_squared(p - other.point) < norm_squared(p - best.point)) best = other;
-  }
-  return best;
-}
-
-/// Voronoi regions of the corners, sides and face (Ericson 2005, §5.1.5).
-OnTriangle closest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& corners) {
-  const auto& [a, b, c] = corners;
-  const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {a, FeatureKind::kVertex, 0};
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {b, FeatureKind::kVertex, 1};
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {c, FeatureKind::kVertex, 2};
-  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  if (!(va + vb + vc > 0)) return closest_on_border(p, corners);
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + (d1 / (d1 - d3)) * ab, FeatureKind::kEdge, 0};
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return {b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), FeatureKind::kEdge, 1};
-  }
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + (d2 / (d2 - d6)) * ac, FeatureKind::kEdge, 2};
-  const double sum = va + vb + vc;
-  return {a + (vb / sum) * ab + (vc / sum) * ac, FeatureKind::kFace, 0};
-}
-
-OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p) {
-  const auto& [a, b, c] = mesh.triangles[triangle];
-  return closest_on_triangle(p, {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
-}
-
-ClosestPoint finish(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle& on,
-                    const Vec3& p_O) {
-  ClosestPoint result;
-  result.found = true;
-  result.point_O = on.point;
-  result.distance = norm(p_O - on.point);
-  result.triangle = triangle;
-  result.feature.kind = on.kind;
-  switch (on.kind) {
-    case FeatureKind::kVertex:
-      result.feature.index = mesh.triangles[triangle][on.index];
-      break;
-    case FeatureKind::kEdge:
-      result.feature.index = mesh.triangle_edges[triangle][on.index];
-      break;
-    default:
-      result.feature.index = triangle;
-  }
-  // an open surface has no inside
-  result.inside = mesh.closed && dot(p_O - on.point, pseudo_normal(mesh, result.feature)) < 0;
-  return result;
-}
-
-/// Lower bound, but for kBoundSlack, of the squared distance to everything in the box.
-double distance_squared(const CompactObb& compact, const Vec3& p_O) {
-  const Obb box = compact.unpacked();
-  const Vec3 q = box.R_BO * (p_O - box.centre_O);
-  const double x = std::max(std::fabs(q.x) - box.half.x, 0.0);
-  const double y = std::max(std::fabs(q.y) - box.half.y, 0.0);
-  const double z = std::max(std::fabs(q.z) - box.half.z, 0.0);
-  return x * x + y * y + z * z;
-}
-
-// a box this much too far may be so by rounding only
-constexpr double kBoundSlack = kCompactSlack;
+constexpr double kReach = 16;             // leaves: a move of a few patches is a little one
+constexpr float kFloatSlack = 1 + 1e-5F;  // more than the roundings of a sum of squares
 
 struct Waiting {
-  double bound;
-  uint32_t node;
-};
-using Stack = std::array<Waiting, kMaxTreeDepth + 1>;  // one sibling waits per level
-
-/// The best triangle of a leaf so far: nearest, then lowest index.
-struct Best {
-  double distance_squared;
-  uint32_t triangle = kNoFace;
-  OnTriangle on{};
+  float distance_squared;  // at least
+  uint32_t child;
+  uint32_t node;  // which holds it
 };
 
-void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const Vec3& p_O, Best& best) {
-  for (const uint32_t triangle : shape.tree.order.subspan(leaf.first, leaf.count)) {
-    const OnTriangle on = closest_on_triangle(shape.mesh, triangle, p_O);
-    const double d = norm_squared(p_O - on.point);
-    if (d < best.distance_squared || (d == best.distance_squared && triangle < best.triangle)) {
-      best = {d, triangle, on};
+/// Patches still to be looked at, the nearest of a node last.
+struct Waitlist {
+  std::array<Waiting, kMaxPatchDepth * kPatchLanes> patches;
+  size_t size = 0;
+
+  void add(LaneSet lanes, const PatchNode::Lanes& distance_squared, const PatchNode& node,
+           uint32_t index) {
+    for (const size_t first = size; lanes.any(); lanes.pop()) {
+      const size_t lane = lanes.first();
+      const Waiting next{distance_squared[lane], node.child[lane], index};
+      size_t at = size++;
+      for (; at > first && patches[at - 1].distance_squared < next.distance_squared; --at) {
+        patches[at] = patches[at - 1];
+      }
+      patches[at] = next;
     }
   }
+};
+
+/// A triangle that may be the nearest.
+struct Candidate {
+  float at_least;  // its distance
+  uint32_t triangle;
+  uint32_t node;  // above its leaf
+  float size;     // of its leaf
+};
+
+/// The search for the nearest triangle; among equally near ones for the lowest index.
+class NearestSearch {
+ public:
+  NearestSearch(const MeshShape& shape, const Vec3& p_O, double max_distance)
+      : shape_(shape), p_O_(p_O), probe_(p_O) {
+    best_ = max_distance * max_distance;
+    lower_limit(round_up_distance(max_distance));
+  }
+
+  /// Everything below a node.
+  void search(uint32_t node) {
+    open(node, kPatchLanes);
+    drain();
+  }
+
+  /// Everything below the parent of a node but what was searched: the node itself. Returns the
+  /// parent.
+  uint32_t search_around(uint32_t node) {
+    const uint32_t parent = shape_.patches.nodes[node].parent;
+    open(parent / kPatchLanes, parent % kPatchLanes);
+    drain();
+    return parent / kPatchLanes;
+  }
+
+  /// Settles it in double among the candidates; false where there is nothing.
+  bool finish_search() {
+    settle();
+    return triangle_ != kNoFace;
+  }
+  /// Of where it was found: the node above the leaf, and the longest side of the leaf.
+  uint32_t node() const { return best_leaf_.node; }
+  double leaf_size() const { return static_cast<double>(best_leaf_.size); }
+  ClosestPoint result() const {
+    return closest_point_on_triangle(shape_.mesh, triangle_, on_, p_O_);
+  }
+
+ private:
+  void lower_limit(float limit) {
+    limit_ = limit;
+    limit_squared_ = limit * limit * kFloatSlack;
+  }
+
+  void open(uint32_t index, size_t but_lane) {
+    const PatchNode& node = shape_.patches.nodes[index];
+    PatchNode::Lanes distance_squared;
+    LaneSet lanes = patches_near(node, probe_, limit_, Facing::kEitherSide, distance_squared);
+    if (but_lane < kPatchLanes) lanes.remove(but_lane);
+    waiting_.add(lanes, distance_squared, node, index);
+  }
+
+  void drain() {
+    while (waiting_.size > 0) {
+      const Waiting next = waiting_.patches[--waiting_.size];
+      if (next.distance_squared > limit_squared_ || next.child == kNoPatch) continue;
+      if ((next.child & kPatchLeaf) == 0) {
+        open(next.child, kPatchLanes);
+      } else {
+        visit(shape_.patches.leaves[next.child & ~kPatchLeaf], next.node);
+      }
+    }
+  }
+
+  void visit(const PatchLeaf& leaf, uint32_t node) {
+    if (n_candidates_ + kPatchLanes > candidates_.size()) settle();
+    float limit = limit_;
+    PatchNode::Lanes steps_squared;
+    LaneSet lanes = triangles_near(leaf, probe_, true, limit, steps_squared);
+    if (limit < limit_) lower_limit(limit);
+    for (; lanes.any(); lanes.pop()) {
+      const size_t lane = lanes.first();
+      const uint32_t triangle = leaf.triangle[lane];
+      __builtin_prefetch(&shape_.mesh.triangles[triangle]);
+      candidates_[n_candidates_++] = {distance_at_least(leaf, steps_squared[lane]), triangle, node,
+                                      leaf.step * static_cast<float>(kPatchSteps)};
+    }
+  }
+
+  /// Looks the candidates up in the mesh.
+  void settle() {
+    size_t n = 0;
+    for (size_t i = 0; i < n_candidates_; ++i) {
+      const Candidate& c = candidates_[i];
+      if (c.at_least > limit_) continue;
+      for (const uint32_t v : shape_.mesh.triangles[c.triangle]) {
+        __builtin_prefetch(&shape_.mesh.vertices[v]);
+      }
+      candidates_[n++] = c;
+    }
+    n_candidates_ = 0;
+    for (size_t i = 0; i < n; ++i) {
+      const uint32_t triangle = candidates_[i].triangle;
+      const OnTriangle on = closest_on_triangle(shape_.mesh, triangle, p_O_);
+      const double d = norm_squared(p_O_ - on.point);
+      if (d > best_ || (d == best_ && triangle > triangle_)) continue;
+      best_ = d;
+      triangle_ = triangle;
+      on_ = on;
+      best_leaf_ = candidates_[i];
+    }
+    if (n > 0) lower_limit(std::min(limit_, round_up_distance(std::sqrt(best_))));
+  }
+
+  const MeshShape& shape_;
+  Vec3 p_O_;
+  PatchProbe probe_;
+  double best_ = 0;  // squared
+  float limit_ = 0, limit_squared_ = 0;
+  uint32_t triangle_ = kNoFace;
+  Candidate best_leaf_{};
+  OnTriangle on_{};
+  Waitlist waiting_;
+  std::array<Candidate, 64> candidates_;
+  size_t n_candidates_ = 0;
+};
+
+/// Whether the box of one lane holds q.
+bool holds(const PatchNode& node, size_t lane, const Vec3& q) {
+  for (size_t k = 0; k < 3; ++k) {
+    const double x = q[static_cast<int>(k)];
+    if (!(x >= static_cast<double>(node.lower[k][lane]))) return false;
+    if (!(x <= static_cast<double>(node.upper[k][lane]))) return false;
+  }
+  return true;
+}
+
+/// Where to begin: the smallest node above the witness that holds where the closest point would be
+/// if it moved as p did; the root after a jump.
+uint32_t first_node(const PatchTree& patches, const Vec3& p_O, const ClosestWitness& witness) {
+  const Vec3 moved_O = p_O - witness.p_O;
+  if (!(norm_squared(moved_O) < witness.reach * witness.reach)) return 0;
+  if (witness.node >= patches.nodes.size()) return 0;
+  const Vec3 guess_O = witness.point_O + moved_O;
+  uint32_t node = witness.node;
+  while (node != 0) {
+    const uint32_t parent = patches.nodes[node].parent;
+    if (holds(patches.nodes[parent / kPatchLanes], parent % kPatchLanes, guess_O)) break;
+    node = static_cast<uint32_t>(parent / kPatchLanes);
+  }
+  return node;
 }
 
 }  // namespace
 
-const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature) {
-  switch (feature.kind) {
-    case FeatureKind::kVertex:
-      return mesh.vertex_normals[feature.index];
-    case FeatureKind::kEdge:
-      return mesh.edge_normals[feature.index];
-    default:
-      return mesh.face_normals[feature.index];
-  }
-}
-
-ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,
-                                       const Vec3& p_O) {
-  return finish(mesh, triangle, closest_on_triangle(mesh, triangle, p_O), p_O);
-}
-
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance) {
-  if (shape.tree.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
-  Best best{max_distance * max_distance};
-  Stack stack;
-  size_t waiting = 0;
-  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box, p_O), 0};
-  while (waiting > 0) {
-    const auto [bound, index] = stack[--waiting];
-    if (bound > best.distance_squared * kBoundSlack) continue;
-    const ObbNode& node = shape.tree.nodes[index];
-    if (node.count > 0) {
-      visit_leaf(shape, node, p_O, best);
-      continue;
-    }
-    // the nearer child first: it tightens the bound for the other
-    Waiting near{distance_squared(shape.tree.nodes[node.first].box, p_O), node.first};
-    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, p_O), node.first + 1u};
-    if (far.bound < near.bound) std::swap(near, far);
-    stack[waiting++] = far;
-    stack[waiting++] = near;
-  }
-  if (best.triangle == kNoFace) return {};
-  return finish(shape.mesh, best.triangle, best.on, p_O);
+  if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
+  NearestSearch nearest(shape, p_O, max_distance);
+  nearest.search(0);
+  return nearest.finish_search() ? nearest.result() : ClosestPoint{};
 }
 
-size_t triangles_within(const MeshShape& shape, const Vec3& p_O, double radius,
-                        std::span<ClosestPoint> out) {
-  if (shape.tree.nodes.empty() || !(radius > 0) || !is_finite(p_O)) return 0;
-  const double radius_squared = radius * radius;
-  size_t found = 0;
-  std::array<uint32_t, kMaxTreeDepth + 1> stack;
-  size_t waiting = 0;
-  stack[waiting++] = 0;
-  while (waiting > 0) {
-    const ObbNode& node = shape.tree.nodes[stack[--waiting]];
-    if (distance_squared(node.box, p_O) > radius_squared * kBoundSlack) continue;
-    if (node.count == 0) {
-      stack[waiting++] = node.first + 1;
-      stack[waiting++] = node.first;
-      continue;
-    }
-    for (const uint32_t triangle : shape.tree.order.subspan(node.first, node.count)) {
-      const OnTriangle on = closest_on_triangle(shape.mesh, triangle, p_O);
-      if (!(norm_squared(p_O - on.point) < radius_squared)) continue;
-      if (found < out.size()) out[found] = finish(shape.mesh, triangle, on, p_O);
-      ++found;
-    }
-  }
-  return found;
+ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
+                           ClosestWitness& witness) {
+  if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
+  NearestSearch nearest(shape, p_O, max_distance);
+  uint32_t node = first_node(shape.patches, p_O, witness);
+  nearest.search(node);
+  // a bound is known: what lies around it is soon done with
+  while (node != 0) node = nearest.search_around(node);
+  if (!nearest.finish_search()) return {};
+  const ClosestPoint closest = nearest.result();
+  witness = {p_O, closest.point_O, kReach * nearest.leaf_size(), nearest.node()};
+  return closest;
 }
 
 }  // namespace haptic

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'h', 'a', 'p', 't', 'b', 'a', 'k', 'e'};
 constexpr size_t kAlignment = 64;
-constexpr size_t kSections = 17;
+constexpr size_t kSections = 19;
 
 struct Section {
   uint64_t offset = 0, count = 0;
@@ -42,6 +42,7 @@ void for_each_section(Content& content, F&& f) {
   f(mesh.edge_faces), f(mesh.vertex_valence), f(mesh.edge_normals), f(mesh.vertex_normals);
   f(content.shape.tree.nodes), f(content.shape.tree.order);
   f(content.shape.grid.slots), f(content.shape.grid.batches), f(content.shape.grid.roots);
+  f(content.shape.patches.nodes), f(content.shape.patches.leaves);
   f(content.eye_vertices), f(content.eye_normals), f(content.eye_triangles), f(content.notes);
 }
 
@@ -145,6 +146,33 @@ void check_grid(const HashGrid& grid, size_t n_faces, size_t n_nodes) {
                                            [&](uint32_t t) { return t < n_faces; });
                       }),
       "a triangle out of range in the grid");
+void check_patches(const PatchTree& patches, const TriangleMesh& mesh) {
+  require(patches.nodes.empty() == mesh.triangles.empty(), "patches of another mesh");
+  std::vector<int> depth(patches.nodes.size(), 0);
+  for (size_t i = 0; i < patches.nodes.size(); ++i) {
+    const PatchNode& node = patches.nodes[i];
+    for (size_t lane = 0; lane < kPatchLanes; ++lane) {
+      const uint32_t child = node.child[lane];
+      if (child == kNoPatch) continue;
+      if ((child & kPatchLeaf) != 0) {
+        require((child & ~kPatchLeaf) < patches.leaves.size(), "a patch out of range");
+        continue;
+      }
+      // children come after their parent, and know it: no cycles, up or down
+      require(child > i && child < patches.nodes.size() &&
+                  patches.nodes[child].parent == kPatchLanes * i + lane &&
+                  depth[i] + 1 < kMaxPatchDepth,
+              "broken patches");
+      depth[child] = depth[i] + 1;
+    }
+    require(i == 0 ? node.parent == 0 : depth[i] > 0, "a patch without parent");
+  }
+  for (const PatchLeaf& leaf : patches.leaves) {
+    for (size_t k = 0; k < kPatchLanes; ++k) {
+      require(leaf.triangle[k] == kNoFace || leaf.triangle[k] < mesh.triangles.size(),
+              "a triangle out of range in a patch");
+    }
+  }
 }
 
 }  // namespace
@@ -213,6 +241,7 @@ BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key) {
   grid.cell = header.cell;
   grid.cells_per_metre = 1 / header.cell;
   check_grid(grid, mesh.triangles.size(), content.shape.tree.nodes.size());
+  check_patches(content.shape.patches, mesh);
   require(content.eye_normals.size() == content.eye_vertices.size() &&
               all_below(content.eye_triangles, content.eye_vertices.size()),
           "an index out of range in the mesh for the eye");

@@ -36,9 +36,9 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,
-/// offsets, that every index is in range, that the tree is one of at most kMaxTreeDepth and that
-/// every search in the grid ends: a query
-/// on what passed cannot leave the arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
+/// offsets, that every index is in range, that the trees are trees of at most kMaxTreeDepth and
+/// kMaxPatchDepth and that every search in the grid ends: a query on what passed cannot leave the
+/// arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
 BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key);
 
 }  // namespace haptic

@@ -494,7 +494,15 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
       [](TestShape& s) { s.grid.batches.back().triangle[7] = 80; },
       [](TestShape& s) { s.grid.roots.push_back(1u << 20); },
       // a search for a cell that is not there would never end
-      [](TestShape& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); }};
+      [](TestShape& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); },
+      [](TestShape& s) { s.patches.nodes.clear(); },
+      [](TestShape& s) { s.patches.nodes[0].child[1] = 0; },
+      [](TestShape& s) { s.patches.nodes[0].child[1] = 1u << 20; },
+      [](TestShape& s) { s.patches.nodes[0].child[1] = s.patches.nodes[0].child[0]; },
+      [](TestShape& s) { s.patches.nodes.back().parent = 0; },
+      [](TestShape& s) { s.patches.nodes.back().child[0] = kPatchLeaf | 1u << 20; },
+      [](TestShape& s) { s.patches.leaves.pop_back(); },
+      [](TestShape& s) { s.patches.leaves[2].triangle[3] = 80; }};
   for (size_t i = 0; i < breaks.size(); ++i) {
     CAPTURE(i);
     TestShape bad = shape;

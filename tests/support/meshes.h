@@ -25,12 +25,13 @@ constexpr size_t trials(size_t n) {
   return n / kSlowdown > 0 ? n / kSlowdown : 1;
 }
 
-/// A mesh with its tree and grid, owning all.
+/// A mesh with its trees and grid, owning all.
 struct TestShape {
   MeshData mesh;
   ObbTreeData tree;
   HashGridData grid;
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view()}; }
+  PatchTreeData patches;
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
 };
 
 inline TestShape make_shape(Soup soup) {
@@ -39,6 +40,7 @@ inline TestShape make_shape(Soup soup) {
   shape.tree = build_obb_tree(shape.mesh.view());
   const double cell = 1.5 * mean_edge_length(shape.mesh.view());
   shape.grid = build_hash_grid(shape.mesh.view(), shape.tree.view(), cell);
+  shape.patches = build_patch_tree(shape.mesh.view());
   return shape;
 }
 
@@ -103,6 +105,14 @@ inline Soup load_off(const std::string& name, double size) {
   const Vec3 side = upper - lower;
   const double scale = size / std::max({side.x, side.y, side.z});
   for (Vec3& v : soup.vertices) v = scale * (v - 0.5 * (lower + upper));
+  return soup;
+}
+
+/// A sheet of n × n quads over 0.1 m × 0.1 m as rough as it is fine: slopes of `slope`, all random.
+inline Soup make_rough_sheet(uint64_t seed, uint32_t n, double slope) {
+  Random random(seed);
+  Soup soup = make_grid(0.05, n);
+  for (Vec3& v : soup.vertices) v.z = slope * 0.05 / n * random.uniform(-1, 1);
   return soup;
 }
 

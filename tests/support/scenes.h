@@ -17,12 +17,14 @@ struct OwnedShape {
   MeshData mesh;
   ObbTreeData tree;
   HashGridData grid;
+  PatchTreeData patches;
 
   explicit OwnedShape(Soup soup)
       : mesh(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
         tree(build_obb_tree(mesh.view())),
-        grid(build_hash_grid(mesh.view(), tree.view(), mean_edge_length(mesh.view()))) {}
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view()}; }
+        grid(build_hash_grid(mesh.view(), tree.view(), mean_edge_length(mesh.view()))),
+        patches(build_patch_tree(mesh.view())) {}
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
 };
 
 /// Objects at their poses, for the detector alone.

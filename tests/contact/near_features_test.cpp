@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/near_features.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <numbers>
+
+#include "tests/support/meshes.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+/// Features on which all triangles around agree that they are nearest, with p in front.
+std::map<uint64_t, double> brute_features(const TriangleMesh& mesh, const Vec3& p, double radius) {
+  std::map<uint64_t, std::pair<size_t, ClosestPoint>> agreeing;
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const ClosestPoint c = closest_point_on_triangle(mesh, i, p);
+    if (norm_squared(p - c.point_O) >= radius * radius) continue;
+    auto& [count, closest] = agreeing[c.feature.id()];
+    if (count++ == 0) closest = c;
+  }
+  std::map<uint64_t, double> features;
+  for (const auto& [id, found] : agreeing) {
+    const auto& [count, closest] = found;
+    size_t around = 1;
+    if (closest.feature.kind == FeatureKind::kVertex) {
+      around = mesh.vertex_valence[closest.feature.index];
+    } else if (closest.feature.kind == FeatureKind::kEdge) {
+      around = mesh.edge_faces[closest.feature.index][1] == kNoFace ? 1 : 2;
+    }
+    const bool in_front = dot(p - closest.point_O, pseudo_normal(mesh, closest.feature)) >= 0;
+    if (count == around && in_front) features[id] = closest.distance;
+  }
+  return features;
+}
+
+void compare_with_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+  Random random(seed);
+  const MeshShape view = shape.view();
+  const double size = norm(view.mesh.upper - view.mesh.lower);
+  NearScratch scratch;
+  std::vector<NearFeature> out(kMaxNearTriangles);
+  size_t total = 0, complete = 0;
+  for (size_t i = 0; i < n; ++i) {
+    const double off = std::pow(10, random.uniform(-9, -0.5)) * size;
+    const Vec3 p = random.on_surface(view.mesh) + off * random.direction();
+    const double radius = random.uniform(0, 0.3) * size;
+    const auto expected = brute_features(view.mesh, p, radius);
+    const NearResult near = near_features(view, p, radius, scratch, out);
+    CAPTURE(i, p, radius);
+    // a broken mesh may have more near triangles than fit: then nothing is promised
+    if (near.truncated) continue;
+    ++complete;
+    std::map<uint64_t, double> found;
+    for (size_t k = 0; k < near.count; ++k) {
+      found[out[k].closest.feature.id()] = out[k].closest.distance;
+      if (k > 0) REQUIRE(out[k - 1].closest.distance <= out[k].closest.distance);
+    }
+    REQUIRE(found == expected);
+    total += found.size();
+  }
+  CHECK(total > 0);
+  CHECK(2 * complete > n);
+}
+
+/// A field of hills, n × n quads over 0.1 m × 0.1 m.
+Soup make_hills(uint32_t n) {
+  Soup soup = make_grid(0.05, n);
+  for (Vec3& v : soup.vertices) v.z = 2e-3 * std::sin(300 * v.x) * std::cos(250 * v.y);
+  return soup;
+}
+
+}  // namespace
+
+TEST_CASE("near features: those that brute force over all triangles finds") {
+  compare_with_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 1, trials(4000));
+  compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(1000));
+  compare_with_brute_force(make_shape(make_hills(24)), 3, trials(1000));
+  const Soup bunny = load_off("bunny00.off", 0.1);
+  if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 4, trials(100));
+}
+
+TEST_CASE("near features: on rough sheets, where normals turn by more than 45° within a patch") {
+  for (const double slope : {0.5, 1.0, 2.0, 4.0}) {
+    compare_with_brute_force(make_shape(make_rough_sheet(7, 20, slope)), 7, trials(1000));
+  }
+}
+
+TEST_CASE("near features: on a broken mesh and on loose triangles too") {
+  compare_with_brute_force(make_shape(make_degenerate_soup(5, 60)), 5, trials(2000));
+  const Soup bones = load_off("bones.off", 0.1);
+  if (!bones.triangles.empty()) compare_with_brute_force(make_shape(bones), 6, trials(100));
+}
+
+TEST_CASE("near features: a pit is not felt from behind, a plate is on both sides") {
+  const TestShape box = make_shape(make_box({0.1, 0.1, 0.001}));
+  NearScratch scratch;
+  std::vector<NearFeature> out(16);
+  REQUIRE(near_features(box.view(), {0.01, 0.02, 0.001}, 0.01, scratch, out).count == 1);
+  CHECK(out[0].normal_O.z == Approx(1));
+  REQUIRE(near_features(box.view(), {0.01, 0.02, -0.001}, 0.01, scratch, out).count == 1);
+  CHECK(out[0].normal_O.z == Approx(-1));
+  // inside, every face turns its back
+  CHECK(near_features(box.view(), {0.01, 0.02, 0}, 0.01, scratch, out).count == 0);
+}
+
+TEST_CASE("near features: a finer mesh of the same surface fills no list") {
+  NearScratch scratch;
+  std::vector<NearFeature> out(16);
+  std::vector<ClosestPoint> triangles(100000);
+  for (const uint32_t n : {50u, 100u, 200u}) {
+    const TestShape shape = make_shape(make_hills(n));
+    const Vec3 p{0.0123, 0.0171, 5e-3};
+    const NearResult near = near_features(shape.view(), p, 8e-3, scratch, out);
+    CAPTURE(n, triangles_within(shape.view(), p, 8e-3, triangles));
+    CHECK_FALSE(near.truncated);
+    CHECK(near.count >= 1);
+    CHECK(triangles_facing(shape.view(), p, 8e-3, triangles) <= 32);
+  }
+}
+
+TEST_CASE("near features: NaN and nothing within reach give none") {
+  const TestShape box = make_shape(make_box({0.1, 0.1, 0.1}));
+  NearScratch scratch;
+  std::vector<NearFeature> out(16);
+  const double nan = std::nan("");
+  CHECK(near_features(box.view(), {nan, 0, 0}, 1, scratch, out).count == 0);
+  CHECK(near_features(box.view(), {0.1, 0, 0}, nan, scratch, out).count == 0);
+  CHECK(near_features(box.view(), {0.1, 0, 0}, 0.01, scratch, out).count == 0);
+  CHECK(near_features(make_shape({}).view(), {0.1, 0, 0}, 1, scratch, out).count == 0);
+}
