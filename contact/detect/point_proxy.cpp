@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact/query/segment_hit.h"
+#include "contact/query/swept_sphere.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {
@@ -22,31 +22,39 @@ struct SceneHit {
   ProxyPlane plane;
 };
 
+SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const Vec3& from_O,
+                               const Vec3& to_O) {
+  const MeshShape& shape = scene.shapes[object];
+  return scene.radius > 0 ? first_sphere_hit(shape, {from_O, to_O, scene.radius})
+                          : first_hit(shape, from_O, to_O);
+}
+
 SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W) {
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
-    const SegmentHit hit = first_hit(scene.shapes[i], X_OW * from_W, X_OW * to_W);
+    const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W);
     if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
   }
   return first;
 }
 
-HalfSpace facet_plane(const PointScene& scene, const ProxyPlane& plane) {
-  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+/// Where the centre of a proxy at x_W may be, epsilon off the facet's obstacle: its tangent plane.
+HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
+  const ProxySupport support = support_of(scene, plane, x_W);
   const Pose& X_WO = scene.X_WO[plane.object];
-  const Vec3 normal_W = rotate(X_WO.q, mesh.face_normals[plane.triangle]);
-  const Vec3 corner_W = X_WO * mesh.vertices[mesh.triangles[plane.triangle][0]];
-  return {normal_W, dot(normal_W, corner_W)};
+  const Vec3 normal_W = rotate(X_WO.q, support.normal_O);
+  return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius + scene.epsilon};
 }
 
-/// A facet that p_W nearly touches, if any. A swept segment may graze an edge and end on the
-/// surface to the last bit: such a point is not free for sure, and the next sweep could start
+/// A facet that a proxy at p_W nearly touches, if any. A swept proxy may graze an edge and end on
+/// the surface to the last bit: such a place is not free for sure, and the next sweep could start
 /// inside.
 SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
+    const ClosestPoint c =
+        closest_point(scene.shapes[i], p_O, scene.radius + kClearance * scene.epsilon);
     if (c.found) return {true, 0, {i, c.triangle}};
   }
   return {};
@@ -61,14 +69,21 @@ struct Leg {
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
 };
 
-/// Where the way from → to ends: epsilon in front of the facet that was hit, never moving back.
+/// Where the way from → to ends: epsilon in front of the obstacle that was hit, never moving back.
 Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W,
                 const Vec3& to_W) {
-  const HalfSpace plane = facet_plane(scene, hit.plane);
-  const double height = dot(plane.normal, from_W) - plane.offset;
-  const double drop = dot(plane.normal, from_W - to_W);
-  const double t = drop > 0 ? std::clamp((height - scene.epsilon) / drop, 0.0, hit.t) : 0.0;
-  return from_W + t * (to_W - from_W);
+  double t = 0;
+  if (scene.radius > 0) {
+    const Pose X_OW = inverse(scene.X_WO[hit.plane.object]);
+    const SweptSphere grown{X_OW * from_W, X_OW * to_W, scene.radius + scene.epsilon};
+    const TriangleMesh& mesh = scene.shapes[hit.plane.object].mesh;
+    if (!sphere_enters_triangle(mesh, hit.plane.triangle, grown, t)) t = 0;
+  } else {
+    const HalfSpace plane = tangent_plane(scene, hit.plane, from_W);
+    const double drop = dot(plane.normal, from_W - to_W);
+    if (drop > 0) t = std::max((dot(plane.normal, from_W) - plane.offset) / drop, 0.0);
+  }
+  return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
 /// Too many facets in one leg: forget those that do not push.
@@ -82,12 +97,15 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   return kept;
 }
 
-/// Whether a point lies inside a closed object; a surface without an inside has none.
-bool is_inside(const PointScene& scene, uint32_t object, const Vec3& p_W) {
+/// The nearest surface point where a proxy at p_W has no room: inside a closed object (a surface
+/// without an inside has none), or nearer than its radius.
+ClosestPoint overlap(const PointScene& scene, uint32_t object, const Vec3& p_W) {
   const MeshShape& shape = scene.shapes[object];
-  if (!shape.mesh.closed) return false;
+  if (!shape.mesh.closed && scene.radius == 0) return {};
   const Vec3 p_O = inverse(scene.X_WO[object]) * p_W;
-  return closest_point(shape, p_O, std::numeric_limits<double>::infinity()).inside;
+  const ClosestPoint c = closest_point(
+      shape, p_O, shape.mesh.closed ? std::numeric_limits<double>::infinity() : scene.radius);
+  return c.inside || c.distance < scene.radius ? c : ClosestPoint{};
 }
 
 /// Objects that moved over the proxy take it along: in their frame it stays where it was. Two that
@@ -98,7 +116,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    return first_hit(scene.shapes[i], before_O, after_O).hit;
+    return first_hit_of_object(scene, i, before_O, after_O).hit;
   };
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
@@ -107,7 +125,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   uint32_t flags = 0;
   if (proxy.g_W != start_W) {
     for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-      if (runs_over(i) || is_inside(scene, i, proxy.g_W)) flags = kContactNoFreePose;
+      if (runs_over(i) || overlap(scene, i, proxy.g_W).found) flags = kContactNoFreePose;
     }
   }
   proxy.X_WO = scene.X_WO;
@@ -115,6 +133,19 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
 }
 
 }  // namespace
+
+ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Vec3 g_O = inverse(scene.X_WO[plane.object]) * g_W;
+  const Feature face{FeatureKind::kFace, plane.triangle};
+  const Vec3& n_O = mesh.face_normals[plane.triangle];
+  const double height = dot(n_O, g_O - mesh.vertices[mesh.triangles[plane.triangle][0]]);
+  if (scene.radius == 0) return {face, g_O - height * n_O, n_O};
+  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, g_O);
+  if (c.feature == face) return {face, c.point_O, n_O};
+  return {c.feature, c.point_O,
+          c.distance > 0 ? (g_O - c.point_O) / c.distance : pseudo_normal(mesh, c.feature)};
+}
 
 uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
   proxy.g_W = p_W;
@@ -124,14 +155,13 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
   for (int attempt = 0; attempt < kMaxSeedAttempts; ++attempt) {
     bool moved = false;
     for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-      const MeshShape& shape = scene.shapes[i];
-      if (!shape.mesh.closed) continue;
-      const Vec3 p_O = inverse(scene.X_WO[i]) * proxy.g_W;
-      const ClosestPoint c = closest_point(shape, p_O, std::numeric_limits<double>::infinity());
-      if (!c.inside) continue;
-      // out through the nearest surface point, along the facet's normal
-      const Vec3 out_O = c.point_O + scene.epsilon * shape.mesh.face_normals[c.triangle];
-      proxy.g_W = scene.X_WO[i] * out_O;
+      const ClosestPoint c = overlap(scene, i, proxy.g_W);
+      if (!c.found) continue;
+      // out through the nearest surface point: from inside along the facet's normal
+      const Vec3 away_O = inverse(scene.X_WO[i]) * proxy.g_W - c.point_O;
+      const Vec3 out_O = c.inside || c.distance == 0 ? scene.shapes[i].mesh.face_normals[c.triangle]
+                                                     : away_O / c.distance;
+      proxy.g_W = scene.X_WO[i] * (c.point_O + (scene.radius + scene.epsilon) * out_O);
       flags |= kContactReseeded;
       moved = true;
     }
@@ -175,8 +205,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
       leg = pushing_planes(leg, goal);
       move.flags |= kContactTruncated;
     }
-    leg.half_spaces[leg.size] = facet_plane(scene, blocked.plane);
-    leg.half_spaces[leg.size].offset += scene.epsilon;
+    leg.half_spaces[leg.size] = tangent_plane(scene, blocked.plane, reached_W);
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
     if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
