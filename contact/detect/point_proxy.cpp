@@ -182,6 +182,13 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   Leg leg;
   PointProjection goal;
   goal.x = p_W;
+  Vec3 leg_start_W = start_W;
+  const auto begin_leg = [&] {
+    leg.size = 0;
+    leg_start_W = proxy.g_W;
+    goal = {};
+    goal.x = p_W;
+  };
   int sweeps = 0;
   for (; sweeps < kMaxSweeps; ++sweeps) {
     SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
@@ -196,9 +203,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     if (!blocked.hit) {
       // the leg is free; where planes bent it, try again for the tool itself
       if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
-      leg.size = 0;
-      goal = {};
-      goal.x = p_W;
+      begin_leg();
       continue;
     }
     if (leg.size == kMaxPlanes) {
@@ -208,7 +213,10 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     leg.half_spaces[leg.size] = tangent_plane(scene, blocked.plane, reached_W);
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
-    if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
+    if (goal.converged && norm(goal.x - proxy.g_W) > kNoProgress * scene.epsilon) continue;
+    // held here, perhaps by planes of facets that were left behind: only what still blocks counts
+    if (norm(proxy.g_W - leg_start_W) <= kNoProgress * scene.epsilon) break;
+    begin_leg();
   }
   if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
 

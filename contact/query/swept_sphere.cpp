@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kBoundSlack = 1 + 1e-12;  // a box this much too far may be so by rounding only
 
-/// Earliest t ≥ 0 with |m + t d| = radius, coming nearer; written so that nothing cancels when the
-/// centre starts just outside. False when it never does.
+/// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
+/// discriminant from the point of nearest approach, the root for a centre that starts just outside.
+/// False when it never does.
 bool enters_ball(const Vec3& m, const Vec3& d, double radius, double& t) {
   const double approach = -dot(m, d), c = norm_squared(m) - radius * radius;
   if (!(approach > 0)) return false;
@@ -21,9 +22,11 @@ bool enters_ball(const Vec3& m, const Vec3& d, double radius, double& t) {
     t = 0;
     return true;
   }
-  const double discriminant = approach * approach - norm_squared(d) * c;
-  if (discriminant < 0) return false;
-  t = c / (approach + std::sqrt(discriminant));
+  const double length2 = norm_squared(d);
+  const Vec3 nearest = m + (approach / length2) * d;
+  const double inside = radius * radius - norm_squared(nearest);
+  if (inside < 0) return false;
+  t = c / (approach + std::sqrt(length2 * inside));
   return true;
 }
 

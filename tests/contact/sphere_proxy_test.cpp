@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for contact/detect/point_proxy.cpp with a radius: the virtual proxy's configuration space.
-#include <random>
+#include <algorithm>
 
 #include "contact/bake_inside.h"
 #include "contact/detect/point_proxy.h"
+#include "proto/math/project_point.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
@@ -198,7 +199,7 @@ TEST_CASE("sphere proxy: thin plate w = 0.1 mm, r = 0.05 mm, 1e5 random ticks", 
 
 TEST_CASE("sphere proxy: on a random walk it never comes nearer than its radius, and never jams",
           "[contact][property]") {
-  const double radius = GENERATE(0.2e-3, 1e-3, 5e-3);
+  const double radius = GENERATE(0.0, 0.2e-3, 1e-3, 5e-3);
   const int kind = GENERATE(0, 1, 2);
   TestScene s;
   Random random(31);
@@ -237,11 +238,12 @@ TEST_CASE("sphere proxy: on a random walk it never comes nearer than its radius,
       const double gain = norm(tool - proxy.g_W) - norm(tool - aside);
       if (gain < 2e-6) continue;
       PointProxy there{aside, true, proxy.X_WO};
+      if (oracle.inside(inverse(s.scene.X_WO[0]) * aside)) continue;
       REQUIRE(clearance(s, there) < radius + 1e-6);
     }
   }
   CAPTURE(kind, radius, limits, pressed);
-  CHECK(pressed > n / 4);
+  CHECK(pressed > n / 10);
   CHECK(limits <= n / 50);
 }
 
