@@ -96,9 +96,15 @@ void add_approaching(const ContactModel& model, const PointScene& scene, Contact
                      double reach, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 g_O = inverse(scene.X_WO[i]) * state.proxy.g_W;
-    const NearResult near =
+    NearResult near =
         near_features(scene.shapes[i], g_O, scene.radius + reach, state.scratch, state.features);
     if (near.truncated) set.flags |= kContactTruncated;
+    // a large sphere over small facets: what is nearest counts more than what is far
+    for (double less = reach; near.truncated && less > kMinReach / 8;) {
+      less /= 2;
+      near =
+          near_features(scene.shapes[i], g_O, scene.radius + less, state.scratch, state.features);
+    }
     for (size_t k = 0; k < near.count; ++k) {
       const auto& [closest, normal_O] = state.features[k];
       if (is_reported(set, i, closest.feature)) continue;

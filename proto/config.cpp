@@ -83,7 +83,6 @@ void read_session(Section& root, SessionConfig& config) {
   const std::string problem = session_name_problem(view(config.name));
   if (!problem.empty()) session.fail_at("name", problem);
   session.read_choice("renderer", words(kRenderers), config.renderer);
-  session.read_quantity("proxy_radius", Dimension::kLength, kProxyRadii, config.proxy_radius);
   session.read_flag("realtime", config.realtime);
   session.finish();
 }
@@ -97,6 +96,7 @@ void read_rates(Section& root, SessionConfig& config) {
   if (auto contact = root.section("contact")) {
     contact->read_quantity("poll_rate", Dimension::kFrequency, kPollRates,
                            config.contact_poll_rate);
+    contact->read_quantity("proxy_radius", Dimension::kLength, kProxyRadii, config.proxy_radius);
     double bytes = static_cast<double>(config.mesh_memory_limit);
     constexpr Range kMemory{1 << 20, 1e15};
     contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);

@@ -14,6 +14,8 @@ constexpr int kMaxSweeps = 48;        // bound of a step; a corner of three face
 constexpr size_t kMaxPlanes = 12;     // met in one leg; more are dropped by restarting the leg
 constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand starts
 constexpr double kNoProgress = 1e-3;  // of epsilon
+constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
+constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
@@ -47,14 +49,14 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
   return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius + scene.epsilon};
 }
 
-/// A facet that a proxy at p_W nearly touches, if any. A swept proxy may graze an edge and end on
+/// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
 /// the surface to the last bit: such a place is not free for sure, and the next sweep could start
-/// inside.
+/// inside. A sphere has no such last bit: what overlaps is hit at once.
 SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+  if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c =
-        closest_point(scene.shapes[i], p_O, scene.radius + kClearance * scene.epsilon);
+    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
     if (c.found) return {true, 0, {i, c.triangle}};
   }
   return {};
@@ -77,6 +79,7 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
     const Pose X_OW = inverse(scene.X_WO[hit.plane.object]);
     const SweptSphere grown{X_OW * from_W, X_OW * to_W, scene.radius + scene.epsilon};
     const TriangleMesh& mesh = scene.shapes[hit.plane.object].mesh;
+    t = hit.t;
     if (!sphere_enters_triangle(mesh, hit.plane.triangle, grown, t)) t = 0;
   } else {
     const HalfSpace plane = tangent_plane(scene, hit.plane, from_W);
@@ -84,6 +87,24 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
     if (drop > 0) t = std::max((dot(plane.normal, from_W) - plane.offset) / drop, 0.0);
   }
   return from_W + std::min(t, hit.t) * (to_W - from_W);
+}
+
+/// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
+/// the nearest point to the tool on the plane is but a small part of the way. The line from the
+/// feature through the tool meets the plane in a place from which the way to the tool ends where
+/// the sphere comes to rest. The subgoal itself where there is no such bend.
+Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
+                 const Vec3& p_W, const Vec3& subgoal_W) {
+  if (scene.radius == 0) return subgoal_W;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, inverse(X_WO) * p_W);
+  if (c.feature.kind == FeatureKind::kFace || c.distance == 0) return subgoal_W;
+  const Vec3 foot_W = X_WO * c.point_O;
+  const Vec3 outward_W = (p_W - foot_W) / c.distance;
+  const double bend = dot(tangent.normal, outward_W);
+  if (bend < kLargestBend) return subgoal_W;
+  return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
 }
 
 /// Too many facets in one leg: forget those that do not push.
@@ -183,11 +204,19 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   PointProjection goal;
   goal.x = p_W;
   Vec3 leg_start_W = start_W;
+  double nearest = to_go;
+  int stalls = 0;
+  // forgets the planes, to try again for the tool itself; false when that has led nowhere
   const auto begin_leg = [&] {
+    const double distance = norm(p_W - proxy.g_W);
+    stalls = distance < nearest ? 0 : stalls + 1;
+    nearest = std::min(nearest, distance);
+    if (stalls == kMaxStalls) return false;
     leg.size = 0;
     leg_start_W = proxy.g_W;
     goal = {};
     goal.x = p_W;
+    return true;
   };
   int sweeps = 0;
   for (; sweeps < kMaxSweeps; ++sweeps) {
@@ -202,8 +231,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     }
     if (!blocked.hit) {
       // the leg is free; where planes bent it, try again for the tool itself
-      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
-      begin_leg();
+      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon || !begin_leg()) break;
       continue;
     }
     if (leg.size == kMaxPlanes) {
@@ -213,10 +241,13 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     leg.half_spaces[leg.size] = tangent_plane(scene, blocked.plane, reached_W);
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
+    if (leg.size == 1) {
+      goal.x = beyond_bend(scene, blocked.plane, leg.half_spaces[0], p_W, goal.x);
+    }
     if (goal.converged && norm(goal.x - proxy.g_W) > kNoProgress * scene.epsilon) continue;
     // held here, perhaps by planes of facets that were left behind: only what still blocks counts
-    if (norm(proxy.g_W - leg_start_W) <= kNoProgress * scene.epsilon) break;
-    begin_leg();
+    const bool moved = norm(proxy.g_W - leg_start_W) > kNoProgress * scene.epsilon;
+    if (!moved || !begin_leg()) break;
   }
   if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
 

@@ -83,7 +83,12 @@ struct TriangleSweep {
     const Triangle& tri = mesh.triangles[triangle];
     const std::array<Vec3, 3> corners{mesh.vertices[tri[0]], mesh.vertices[tri[1]],
                                       mesh.vertices[tri[2]]};
-    offset_face(corners, mesh.face_normals[triangle]);
+    const Vec3& n = mesh.face_normals[triangle];
+    // most triangles: the sphere stays on one side of their plane
+    const double before = dot(n, sphere.from_O - corners[0]), after = before + t * dot(n, d_O);
+    const double reach = sphere.radius * kBoundSlack;
+    if (std::min(before, after) > reach || std::max(before, after) < -reach) return;
+    offset_face(corners, n);
     for (size_t i = 0; i < 3; ++i) {
       edge_cylinder(corners[i], corners[(i + 1) % 3],
                     mesh.edge_normals[mesh.triangle_edges[triangle][i]]);
@@ -118,7 +123,7 @@ struct Waiting {
 void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const SweptSphere& sphere,
                 SegmentHit& best) {
   for (const uint32_t triangle : shape.tree.order.subspan(leaf.first, leaf.count)) {
-    double t = 0;
+    double t = best.t;
     if (!sphere_enters_triangle(shape.mesh, triangle, sphere, t)) continue;
     if (!best.hit || t < best.t || (t == best.t && triangle < best.triangle)) {
       best = {true, t, triangle};
@@ -130,7 +135,7 @@ void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const SweptSphere& 
 
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t) {
-  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O};
+  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, false, t};
   sweep.run(triangle);
   t = sweep.t;
   return sweep.hit;

@@ -20,8 +20,8 @@ struct SweptSphere {
 /// to the lower triangle index.
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere);
 
-/// The sphere against one triangle; the same arithmetic as first_sphere_hit. t is meaningful where
-/// true.
+/// The sphere against one triangle, on the part of its way up to t; where true, t is the hit. The
+/// same arithmetic as first_sphere_hit.
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t);
 

@@ -22,7 +22,7 @@ constexpr double kFar = 1e9;
 SegmentHit brute_force(const haptic::MeshShape& shape, const SweptSphere& sphere) {
   SegmentHit best;
   for (uint32_t i = 0; i < shape.mesh.triangles.size(); ++i) {
-    double t = 0;
+    double t = 1;
     if (!sphere_enters_triangle(shape.mesh, i, sphere, t)) continue;
     if (!best.hit || t < best.t) best = {true, t, i};
   }
