@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 # our recordings as others read them; npm installs the public reader into the build folder
 find_program(NODE node)
 find_program(NPM npm)
