@@ -203,19 +203,31 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   Leg leg;
   PointProjection goal;
   goal.x = p_W;
-  Vec3 leg_start_W = start_W;
+  Vec3 leg_start_W = start_W, nearest_W = start_W;
   double nearest = to_go;
   int stalls = 0;
-  // forgets the planes, to try again for the tool itself; false when that has led nowhere
+  bool leaps = true;
   const auto begin_leg = [&] {
-    const double distance = norm(p_W - proxy.g_W);
-    stalls = distance < nearest ? 0 : stalls + 1;
-    nearest = std::min(nearest, distance);
-    if (stalls == kMaxStalls) return false;
     leg.size = 0;
     leg_start_W = proxy.g_W;
     goal = {};
     goal.x = p_W;
+  };
+  // whether it may rest here; a leap beyond a bend that has led further away is taken back
+  const auto rests = [&] {
+    if (norm(p_W - proxy.g_W) <= nearest || !leaps) return true;
+    leaps = false;
+    proxy.g_W = nearest_W;
+    begin_leg();
+    return false;
+  };
+  // forgets the planes, to try again for the tool itself; false when that leads nowhere any more
+  const auto tries_again = [&] {
+    const double distance = norm(p_W - proxy.g_W);
+    stalls = distance < nearest ? 0 : stalls + 1;
+    if (distance < nearest) nearest = distance, nearest_W = proxy.g_W;
+    if (stalls == kMaxStalls) return false;
+    begin_leg();
     return true;
   };
   int sweeps = 0;
@@ -231,7 +243,8 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     }
     if (!blocked.hit) {
       // the leg is free; where planes bent it, try again for the tool itself
-      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon || !begin_leg()) break;
+      const bool arrived = leg.size == 0 || gained <= kNoProgress * scene.epsilon;
+      if ((arrived || !tries_again()) && rests()) break;
       continue;
     }
     if (leg.size == kMaxPlanes) {
@@ -241,13 +254,13 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     leg.half_spaces[leg.size] = tangent_plane(scene, blocked.plane, reached_W);
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
-    if (leg.size == 1) {
+    if (leaps && leg.size == 1) {
       goal.x = beyond_bend(scene, blocked.plane, leg.half_spaces[0], p_W, goal.x);
     }
     if (goal.converged && norm(goal.x - proxy.g_W) > kNoProgress * scene.epsilon) continue;
     // held here, perhaps by planes of facets that were left behind: only what still blocks counts
     const bool moved = norm(proxy.g_W - leg_start_W) > kNoProgress * scene.epsilon;
-    if (!moved || !begin_leg()) break;
+    if ((!moved || !tries_again()) && rests()) break;
   }
   if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
 

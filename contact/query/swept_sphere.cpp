@@ -11,6 +11,7 @@ namespace haptic {
 namespace {
 
 constexpr double kBoundSlack = 1 + 1e-12;  // a box this much too far may be so by rounding only
+constexpr double kRelativeSlack = 1e-14;   // the same for a height, of the coordinates
 
 /// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
 /// discriminant from the point of nearest approach, the root for a centre that starts just outside.
@@ -84,10 +85,13 @@ struct TriangleSweep {
     const std::array<Vec3, 3> corners{mesh.vertices[tri[0]], mesh.vertices[tri[1]],
                                       mesh.vertices[tri[2]]};
     const Vec3& n = mesh.face_normals[triangle];
-    // most triangles: the sphere stays on one side of their plane
-    const double before = dot(n, sphere.from_O - corners[0]), after = before + t * dot(n, d_O);
-    const double reach = sphere.radius * kBoundSlack;
-    if (std::min(before, after) > reach || std::max(before, after) < -reach) return;
+    // most triangles: the sphere stays on one side of all corners (a sliver's normal is rounding)
+    const auto [low, high] =
+        std::minmax({dot(n, corners[0]), dot(n, corners[1]), dot(n, corners[2])});
+    const double from = dot(n, sphere.from_O), to = dot(n, centre_at(t));
+    const double reach = sphere.radius * kBoundSlack +
+                         kRelativeSlack * (std::fabs(from) + std::fabs(to) + std::fabs(low));
+    if (std::min(from, to) > high + reach || std::max(from, to) < low - reach) return;
     offset_face(corners, n);
     for (size_t i = 0; i < 3; ++i) {
       edge_cylinder(corners[i], corners[(i + 1) % 3],
