@@ -153,6 +153,99 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   return flags;
 }
 
+/// The way of the proxy towards the tool: leg by leg, each a list of planes met since it began.
+class Slide {
+ public:
+  Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
+      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W), nearest_(distance()) {
+    begin_leg();
+  }
+
+  /// One sweep to the subgoal, and the next subgoal; false when the proxy rests.
+  bool sweeps_on() {
+    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x);
+    const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
+    const SceneHit touched = touched_facet(scene_, reached_W);
+    const double gained = norm(reached_W - g_W_);
+    if (touched.hit) {
+      blocked = touched;
+    } else {
+      g_W_ = reached_W;
+    }
+    if (!blocked.hit) {
+      // the leg is free; where planes bent it, try again for the tool itself
+      const bool arrived = leg_.size == 0 || is_nothing(gained);
+      return (!arrived && tries_again()) || take_leap_back();
+    }
+    add_plane(blocked.plane, reached_W);
+    if (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) return true;
+    // held here, perhaps by planes of facets that were left behind: only what still blocks counts
+    const bool moved = !is_nothing(norm(g_W_ - leg_start_W_));
+    return (moved && tries_again()) || take_leap_back();
+  }
+
+  /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
+  /// undo.
+  bool take_leap_back() {
+    if (!leaps_ || distance() <= nearest_) return false;
+    leaps_ = false;
+    stalls_ = 0;
+    g_W_ = nearest_W_;
+    begin_leg();
+    return true;
+  }
+
+  Leg carrying() const { return pushing_planes(leg_, goal_); }
+  bool truncated() const { return truncated_; }
+
+ private:
+  double distance() const { return norm(tool_W_ - g_W_); }
+  bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
+
+  void begin_leg() {
+    leg_.size = 0;
+    leg_start_W_ = g_W_;
+    goal_ = {};
+    goal_.x = tool_W_;
+  }
+
+  /// Forgets the planes, to try again for the tool itself; false when that leads nowhere any more.
+  bool tries_again() {
+    const double now = distance();
+    stalls_ = now < nearest_ ? 0 : stalls_ + 1;
+    if (now < nearest_) nearest_ = now, nearest_W_ = g_W_;
+    if (stalls_ >= kMaxStalls) return false;
+    begin_leg();
+    return true;
+  }
+
+  void add_plane(const ProxyPlane& plane, const Vec3& at_W) {
+    if (leg_.size == kMaxPlanes) {
+      leg_ = pushing_planes(leg_, goal_);
+      truncated_ = true;
+    }
+    const HalfSpace tangent = tangent_plane(scene_, plane, at_W);
+    leg_.half_spaces[leg_.size] = tangent;
+    leg_.planes[leg_.size++] = plane;
+    goal_ = project_onto_half_spaces(tool_W_, leg_.view());
+    if (leaps_ && leg_.size == 1) {
+      goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
+    }
+  }
+
+  const PointScene& scene_;
+  const Vec3 tool_W_;
+  Vec3& g_W_;
+  Leg leg_;
+  PointProjection goal_;
+  Vec3 leg_start_W_;
+  Vec3 nearest_W_;  // to the tool, where a leg ended
+  double nearest_;
+  int stalls_ = 0;
+  bool leaps_ = true;
+  bool truncated_ = false;
+};
+
 }  // namespace
 
 ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
@@ -199,72 +292,16 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   move.flags = carry_with_objects(scene, proxy);
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
-
-  Leg leg;
-  PointProjection goal;
-  goal.x = p_W;
-  Vec3 leg_start_W = start_W, nearest_W = start_W;
-  double nearest = to_go;
-  int stalls = 0;
-  bool leaps = true;
-  const auto begin_leg = [&] {
-    leg.size = 0;
-    leg_start_W = proxy.g_W;
-    goal = {};
-    goal.x = p_W;
-  };
-  // whether it may rest here; a leap beyond a bend that has led further away is taken back
-  const auto rests = [&] {
-    if (norm(p_W - proxy.g_W) <= nearest || !leaps) return true;
-    leaps = false;
-    proxy.g_W = nearest_W;
-    begin_leg();
-    return false;
-  };
-  // forgets the planes, to try again for the tool itself; false when that leads nowhere any more
-  const auto tries_again = [&] {
-    const double distance = norm(p_W - proxy.g_W);
-    stalls = distance < nearest ? 0 : stalls + 1;
-    if (distance < nearest) nearest = distance, nearest_W = proxy.g_W;
-    if (stalls == kMaxStalls) return false;
-    begin_leg();
-    return true;
-  };
+  Slide slide(scene, p_W, proxy.g_W);
   int sweeps = 0;
-  for (; sweeps < kMaxSweeps; ++sweeps) {
-    SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
-    const Vec3 reached_W = blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
-    const SceneHit touched = touched_facet(scene, reached_W);
-    const double gained = norm(reached_W - proxy.g_W);
-    if (touched.hit) {
-      blocked = touched;
-    } else {
-      proxy.g_W = reached_W;
-    }
-    if (!blocked.hit) {
-      // the leg is free; where planes bent it, try again for the tool itself
-      const bool arrived = leg.size == 0 || gained <= kNoProgress * scene.epsilon;
-      if ((arrived || !tries_again()) && rests()) break;
-      continue;
-    }
-    if (leg.size == kMaxPlanes) {
-      leg = pushing_planes(leg, goal);
-      move.flags |= kContactTruncated;
-    }
-    leg.half_spaces[leg.size] = tangent_plane(scene, blocked.plane, reached_W);
-    leg.planes[leg.size++] = blocked.plane;
-    goal = project_onto_half_spaces(p_W, leg.view());
-    if (leaps && leg.size == 1) {
-      goal.x = beyond_bend(scene, blocked.plane, leg.half_spaces[0], p_W, goal.x);
-    }
-    if (goal.converged && norm(goal.x - proxy.g_W) > kNoProgress * scene.epsilon) continue;
-    // held here, perhaps by planes of facets that were left behind: only what still blocks counts
-    const bool moved = norm(proxy.g_W - leg_start_W) > kNoProgress * scene.epsilon;
-    if ((!moved || !tries_again()) && rests()) break;
+  while (sweeps < kMaxSweeps && slide.sweeps_on()) ++sweeps;
+  if (sweeps == kMaxSweeps) {
+    slide.take_leap_back();
+    move.flags |= kContactIterationLimit;
   }
-  if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
+  if (slide.truncated()) move.flags |= kContactTruncated;
 
-  const Leg carrying = pushing_planes(leg, goal);
+  const Leg carrying = slide.carrying();
   move.n_active = static_cast<uint32_t>(carrying.size);
   std::copy_n(carrying.planes.begin(), carrying.size, move.active.begin());
   move.free_fraction = to_go > 0 ? std::min(1.0, norm(proxy.g_W - start_W) / to_go) : 1.0;
