@@ -151,6 +151,12 @@ void answer_stateless(const PointScene& scene, const ServoFrame& servo, double r
   }
   state.proxy.seeded = false;
   state.proxy.g_W = servo.X_WT.p;
+  // no proxy is kept: the free place next to the tool stands for it
+  if (set.n_active > 0) {
+    const NearestSurface& deepest = surfaces[0];
+    state.proxy.g_W =
+        scene.X_WO[deepest.object] * (deepest.point_O + scene.epsilon * deepest.normal_O);
+  }
   set.free_fraction = 1;
 }
 
