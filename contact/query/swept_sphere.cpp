@@ -110,13 +110,19 @@ double distance_squared(const Obb& box, const Vec3& p_O) {
   return x * x + y * y + z * z;
 }
 
-/// Whether the box grown by `reach` on every side meets the way middle ± half: three box axes.
-bool meets_grown_box(const Obb& box, const Vec3& middle_O, const Vec3& half_O, double reach) {
+/// Whether the sphere on its way middle ± half may meet the box: the box grown by the radius, three
+/// axes, then the ball around the whole way.
+bool may_meet_box(const Obb& box, const Vec3& middle_O, const Vec3& half_O, double radius) {
   const Vec3 m = box.R_BO * (middle_O - box.centre_O);
   const Vec3 w = box.R_BO * half_O;
-  return std::fabs(m.x) <= (std::fabs(w.x) + box.half.x + reach) * kBoundSlack &&
-         std::fabs(m.y) <= (std::fabs(w.y) + box.half.y + reach) * kBoundSlack &&
-         std::fabs(m.z) <= (std::fabs(w.z) + box.half.z + reach) * kBoundSlack;
+  const Vec3 beyond{std::fabs(m.x) - box.half.x, std::fabs(m.y) - box.half.y,
+                    std::fabs(m.z) - box.half.z};
+  if (beyond.x > (std::fabs(w.x) + radius) * kBoundSlack) return false;
+  if (beyond.y > (std::fabs(w.y) + radius) * kBoundSlack) return false;
+  if (beyond.z > (std::fabs(w.z) + radius) * kBoundSlack) return false;
+  const double ball = (radius + norm(half_O)) * kBoundSlack;
+  const Vec3 outside{std::max(beyond.x, 0.0), std::max(beyond.y, 0.0), std::max(beyond.z, 0.0)};
+  return norm_squared(outside) <= ball * ball;
 }
 
 struct Waiting {
@@ -161,7 +167,7 @@ SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
     if (bound > reach * reach) continue;
     const ObbNode& node = shape.tree.nodes[index];
     const Vec3 half_O = (0.5 * best.t) * d_O;
-    if (!meets_grown_box(node.box, sphere.from_O + half_O, half_O, sphere.radius)) continue;
+    if (!may_meet_box(node.box, sphere.from_O + half_O, half_O, sphere.radius)) continue;
     if (node.count > 0) {
       visit_leaf(shape, node, sphere, best);
       continue;
