@@ -40,9 +40,12 @@ void add_control_commands(CLI::App& app) {
   add_word(app, "resume", "Go on after a pause");
   add_word(app, "clear-fault", "Allow force again after a fault, once the handle is still");
   const auto options = std::make_shared<ControlOptions>();
-  CLI::App* command = app.add_subcommand("set", "Change a parameter; it ramps over 200 ms");
-  command->add_option("key", options->key, "stiffness, damping or time-scale")->required();
-  command->add_option("value", options->value, "with its unit, as \"500 N/m\"")->required();
+  CLI::App* command =
+      app.add_subcommand("set", "Change a parameter, it ramps over 200 ms; or the renderer");
+  command->add_option("key", options->key, "stiffness, damping, time-scale or renderer")
+      ->required();
+  command->add_option("value", options->value, "with its unit, as \"500 N/m\"; or a name")
+      ->required();
   command->add_option("--session", options->session, "which one; default: the only one running");
   command->callback([options] { say(*options, "set " + options->key + " " + options->value); });
 }

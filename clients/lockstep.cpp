@@ -46,6 +46,8 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   question.X_WT = tool_pose(config_.map, servo_state_.clutch, device.X_BH);
   question.V_WT = tool_twist(config_.map, device.X_BH, device.V_BH);
   question.flags = kServoNoContactSet;
+  question.renderer = static_cast<uint32_t>(config_.renderer);
+  question.held_back_W = frame_.held_back_W;
   return question;
 }
 

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 
+#include "contact/detect/nearest_surface.h"
 #include "contact/query/plane_extent.h"
+#include "contact/query/shading_normal.h"
+#include "proto/renderer.h"
 #include "proto/scene_pose.h"
 
 namespace haptic {
@@ -34,30 +37,51 @@ uint32_t seed(const PointScene& scene, const ServoFrame& servo, PointProxy& prox
   return seed_proxy(scene, servo.X_WT.p, proxy);
 }
 
-Contact make_contact(const PointScene& scene, uint32_t object, uint32_t triangle,
-                     const Feature& feature, const Vec3& point_O, const Vec3& normal_O) {
+/// The same place for another renderer, whose proxy may need more room.
+uint32_t seed_again(const PointScene& scene, const ServoFrame& servo, PointProxy& proxy) {
+  const uint32_t flags = seed_proxy(scene, proxy.seeded ? proxy.g_W : servo.X_WT.p, proxy);
+  return flags | kContactReseeded;
+}
+
+/// Shading is for the virtual proxy.
+double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t object) {
+  const bool shades = set.renderer == static_cast<uint32_t>(Renderer::kVirtualProxy3);
+  return shades ? model.crease_cosine[object] : 1;
+}
+
+/// What touches or may touch: where on which facet.
+struct Touch {
+  uint32_t object;
+  uint32_t triangle;
+  Feature feature;
+  Vec3 point_O;
+  Vec3 normal_O;
+};
+
+Contact make_contact(const PointScene& scene, const Touch& touch, double crease_cosine) {
+  const TriangleMesh& mesh = scene.shapes[touch.object].mesh;
   Contact c{};
-  c.object_point_O = point_O;
-  c.normal_O = normal_O;
-  c.shading_normal_O = normal_O;
-  c.extent = plane_extent(scene.shapes[object].mesh, triangle, point_O);
-  c.object = object;
-  c.feature = feature.id();
+  c.tool_point_T = -scene.radius * touch.normal_O;
+  c.object_point_O = touch.point_O;
+  c.normal_O = touch.normal_O;
+  c.shading_normal_O = crease_cosine < 1
+                           ? shading_normal(mesh, touch.triangle, touch.point_O, crease_cosine)
+                           : touch.normal_O;
+  c.extent = plane_extent(mesh, touch.triangle, touch.point_O);
+  c.object = c.material = touch.object;
+  c.feature = touch.feature.id();
   return c;
 }
 
-void add_active(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
-                ContactSet& set) {
+void add_active(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
+                const ProxyMove& move, ContactSet& set) {
   for (uint32_t i = 0; i < move.n_active; ++i) {
-    const auto [object, triangle] = move.active[i];
-    const TriangleMesh& mesh = scene.shapes[object].mesh;
-    const Vec3 normal_O = mesh.face_normals[triangle];
-    const Vec3 g_O = inverse(scene.X_WO[object]) * proxy.g_W;
-    const Vec3 corner_O = mesh.vertices[mesh.triangles[triangle][0]];
-    // on the facet's own plane: the force is taken from the un-offset proxy
-    const Vec3 point_O = g_O - dot(normal_O, g_O - corner_O) * normal_O;
+    const ProxyPlane& plane = move.active[i];
+    // on the facet itself: the force is taken from the un-offset proxy
+    const auto [feature, point_O, normal_O] = support_of(scene, plane, proxy.g_W);
     set.contacts[set.n_contacts++] =
-        make_contact(scene, object, triangle, {FeatureKind::kFace, triangle}, point_O, normal_O);
+        make_contact(scene, {plane.object, plane.triangle, feature, point_O, normal_O},
+                     crease_cosine(model, set, plane.object));
   }
   set.n_active = set.n_contacts;
 }
@@ -68,12 +92,19 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
       [&](const Contact& c) { return c.object == object && c.feature == feature.id(); });
 }
 
-void add_approaching(const PointScene& scene, ContactState& state, double reach, ContactSet& set) {
+void add_approaching(const ContactModel& model, const PointScene& scene, ContactState& state,
+                     double reach, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 g_O = inverse(scene.X_WO[i]) * state.proxy.g_W;
-    const NearResult near =
-        near_features(scene.shapes[i], g_O, reach, state.scratch, state.features);
+    NearResult near =
+        near_features(scene.shapes[i], g_O, scene.radius + reach, state.scratch, state.features);
     if (near.truncated) set.flags |= kContactTruncated;
+    // a large sphere over small facets: what is nearest counts more than what is far
+    for (double less = reach; near.truncated && less > kMinReach / 8;) {
+      less /= 2;
+      near =
+          near_features(scene.shapes[i], g_O, scene.radius + less, state.scratch, state.features);
+    }
     for (size_t k = 0; k < near.count; ++k) {
       const auto& [closest, normal_O] = state.features[k];
       if (is_reported(set, i, closest.feature)) continue;
@@ -82,7 +113,8 @@ void add_approaching(const PointScene& scene, ContactState& state, double reach,
         return;
       }
       set.contacts[set.n_contacts++] =
-          make_contact(scene, i, closest.triangle, closest.feature, closest.point_O, normal_O);
+          make_contact(scene, {i, closest.triangle, closest.feature, closest.point_O, normal_O},
+                       crease_cosine(model, set, i));
     }
   }
 }
@@ -106,16 +138,63 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   return std::clamp(speed * (2 * state.period + model.servo_period), kMinReach, kMaxReach);
 }
 
+/// The penalty method: the nearest surfaces of where the tool is now.
+void answer_stateless(const PointScene& scene, const ServoFrame& servo, double reach,
+                      ContactState& state, ContactSet& set) {
+  std::array<NearestSurface, kMaxObjects> surfaces;
+  const size_t count = nearest_surfaces(scene, servo.X_WT.p, reach, surfaces);
+  for (size_t i = 0; i < count; ++i) {
+    const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[i];
+    set.contacts[set.n_contacts++] =
+        make_contact(scene, {object, triangle, feature, point_O, normal_O}, 1);
+    set.n_active += depth > 0;
+  }
+  state.proxy.seeded = false;
+  state.proxy.g_W = servo.X_WT.p;
+  // no proxy is kept: the free place next to the tool stands for it
+  if (set.n_active > 0) {
+    const NearestSurface& deepest = surfaces[0];
+    state.proxy.g_W =
+        scene.X_WO[deepest.object] * (deepest.point_O + scene.epsilon * deepest.normal_O);
+  }
+  set.free_fraction = 1;
+}
+
+struct ProxyAsk {
+  double reach;  // of the look-ahead [m]
+  bool reseed;   // the renderer is another one than in the last answer
+};
+
+/// The hard renderers: a proxy that is never inside.
+void answer_with_proxy(const ContactModel& model, const PointScene& scene, const ServoFrame& servo,
+                       const ProxyAsk& ask, ContactState& state, ContactSet& set) {
+  // nothing is felt: the hand may pass through objects, and begins where it then is
+  if ((servo.flags & kServoClosed) != 0) state.proxy.seeded = false;
+  if (ask.reseed) {
+    set.flags |= seed_again(scene, servo, state.proxy);
+  } else if (!state.proxy.seeded) {
+    set.flags |= seed(scene, servo, state.proxy);
+  }
+  if (!state.proxy.seeded) return;
+  const ProxyMove move = move_proxy(scene, servo.X_WT.p + servo.held_back_W, state.proxy);
+  set.flags |= move.flags;
+  set.free_fraction = move.free_fraction;
+  add_active(model, scene, state.proxy, move, set);
+  add_approaching(model, scene, state, ask.reach, set);
+}
+
 }  // namespace
 
 ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes) {
   ContactModel model;
   model.n_objects = config.n_objects;
   model.servo_period = 1 / config.servo_rate;
+  model.radius = config.proxy_radius;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.shapes[i] = shapes[i];
     model.X_WO[i] = config.objects[i].X_WO;
+    model.crease_cosine[i] = std::cos(config.objects[i].material.crease_angle);
     largest = std::max(largest, norm(shapes[i].mesh.upper - shapes[i].mesh.lower));
   }
   model.epsilon = kRelativeEpsilon * largest;
@@ -136,20 +215,24 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     set.scene_seq = scene->seq;
   }
 
-  const PointScene now = scene_now(model, scene, servo.t_ns);
+  PointScene now = scene_now(model, scene, servo.t_ns);
   set.X_WO = now.X_WO;
-  bool usable = is_finite(servo.X_WT);
+  bool usable = is_finite(servo.X_WT) && is_finite(servo.held_back_W);
   for (uint32_t i = 0; i < model.n_objects; ++i) usable &= is_finite(now.X_WO[i]);
   if (!usable) set.flags |= kContactNoFreePose;
-  // nothing is felt: the hand may pass through objects, and begins where it then is
-  if ((servo.flags & kServoClosed) != 0) state.proxy.seeded = false;
-  if (!state.proxy.seeded && usable) set.flags |= seed(now, servo, state.proxy);
-  if (state.proxy.seeded && usable) {
-    const ProxyMove move = move_proxy(now, servo.X_WT.p, state.proxy);
-    set.flags |= move.flags;
-    set.free_fraction = move.free_fraction;
-    add_active(now, state.proxy, move, set);
-    add_approaching(now, state, look_ahead(model, state, servo, scene), set);
+
+  const auto renderer =
+      is_renderer(servo.renderer) ? static_cast<Renderer>(servo.renderer) : state.renderer;
+  const bool changed = renderer != state.renderer && state.seq > 1;
+  state.renderer = renderer;
+  set.renderer = static_cast<uint32_t>(renderer);
+  now.radius = renderer == Renderer::kVirtualProxy3 ? model.radius : 0;
+  const double reach = look_ahead(model, state, servo, scene);
+  if (usable && renderer == Renderer::kPenalty3) {
+    if (changed) set.flags |= kContactReseeded;
+    answer_stateless(now, servo, reach, state, set);
+  } else if (usable) {
+    answer_with_proxy(model, now, servo, {reach, changed}, state, set);
   }
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) {

@@ -11,17 +11,15 @@
 #include <utility>
 #include <vector>
 
+#include "proto/config_material.h"
 #include "proto/config_section.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
 
-template <typename Enum, size_t N>
-using Words = std::array<std::pair<std::string_view, Enum>, N>;
-
-constexpr Words<Renderer, 1> kRenderers{{{"god-object3", Renderer::kGodObject3}}};
 constexpr Words<DeviceKind, 3> kDeviceKinds{{{"simulated-hand", DeviceKind::kSimulatedHand},
                                              {"replay", DeviceKind::kReplay},
                                              {"woodenhaptics", DeviceKind::kWoodenHaptics}}};
@@ -41,15 +39,11 @@ constexpr Words<Primitive, 2> kPrimitives{
 // the servo's grid: below it is no haptics, above it no device
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};
+constexpr Range kProxyRadii{0, 0.1};     // a larger one reaches further than a scene
 constexpr Range kSimRates{50, 1e3};      // a pose is carried for 20 ms at most: kMaxExtrapolation
 constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
 constexpr int64_t kButtons = 32;
 constexpr Range kCurrents{0, 6, true};  // above, the firmware of a WoodenHaptics takes it for zero
-
-template <typename Enum, size_t N>
-std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
-  return list;
-}
 
 /// The folders a mesh is looked for in, after that of the config file.
 std::vector<fs::path> mesh_folders() {
@@ -102,6 +96,7 @@ void read_rates(Section& root, SessionConfig& config) {
   if (auto contact = root.section("contact")) {
     contact->read_quantity("poll_rate", Dimension::kFrequency, kPollRates,
                            config.contact_poll_rate);
+    contact->read_quantity("proxy_radius", Dimension::kLength, kProxyRadii, config.proxy_radius);
     double bytes = static_cast<double>(config.mesh_memory_limit);
     constexpr Range kMemory{1 << 20, 1e15};
     contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
@@ -322,6 +317,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   }
   section.read_pose(object.X_WO);
   read_motion(section, object.motion);
+  read_material(section, config, config_folder, object.material);
   section.finish();
   ++config.n_objects;
 }

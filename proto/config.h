@@ -90,6 +90,36 @@ struct MotionConfig {
   double frequency = 0;  // [Hz]; for spin, turns per second
 };
 
+enum class TextureKind : uint32_t { kNone = 0, kGrating = 1, kImage = 2 };
+
+/// Heights of a texture, a grey image: row by row, 0 low to 255 high. It repeats in both
+/// directions.
+struct HeightImage {
+  static constexpr uint32_t kMaxSide = 64;
+  uint32_t width = 0, height = 0;
+  std::array<uint8_t, kMaxSide * kMaxSide> grey{};
+};
+inline constexpr uint32_t kMaxImages = 4;
+
+/// What the surface of an object adds to its shape, in the object's frame.
+struct TextureConfig {
+  TextureKind kind = TextureKind::kNone;
+  uint32_t image = 0;         // index in SessionConfig::images
+  double amplitude = 0;       // grating: of the sine; image: from black to white [m]
+  double period = 0;          // grating: wavelength; image: width of one tile [m]
+  Vec3 direction_O{1, 0, 0};  // grating: across its lines
+};
+
+/// How an object feels to the renderer virtual-proxy3.
+struct MaterialConfig {
+  double friction_static = 0;   // μ_s: sticks up to this ratio of tangential to normal force
+  double friction_dynamic = 0;  // μ_d ≤ μ_s: the ratio while it slides
+  double friction_viscous = 0;  // b: the sliding proxy gains speed against this [N·s/m]
+  double stiffness_share = 1;   // s_s: of the coupling's stiffness, 0 to 1
+  double crease_angle = 0;      // edges that turn by less are shaded away; 0: no shading [rad]
+  TextureConfig texture;
+};
+
 struct ObjectConfig {
   Name name{};
   Path mesh{};              // absolute; or "primitive:box", "primitive:sphere"
@@ -100,6 +130,7 @@ struct ObjectConfig {
   Vec3 extent;                // of a primitive box [m]
   Pose X_WO;
   MotionConfig motion;
+  MaterialConfig material;
 };
 
 struct CouplingConfig {
@@ -130,6 +161,7 @@ struct SessionConfig {
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // bytes a mesh may need while it is baked
   uint32_t realtime = 1;                           // 0: do not even ask for FIFO and locked memory
   Renderer renderer = Renderer::kGodObject3;
+  double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   DeviceMap map;
   DeviceConfig device;
   CouplingConfig coupling;
@@ -137,6 +169,9 @@ struct SessionConfig {
   uint32_t n_objects = 0;
   Wake servo_wake = Wake::kSleep;
   std::array<ObjectConfig, kMaxObjects> objects{};
+  uint32_t n_images = 0;
+  uint32_t reserved = 0;
+  std::array<HeightImage, kMaxImages> images{};
 };
 static_assert(std::is_trivially_copyable_v<SessionConfig>);
 

@@ -18,6 +18,15 @@
 /// Checked reading of one table of a configuration file. For config.cpp alone: it brings in toml++.
 namespace haptic {
 
+/// The words a key may have, with what they mean.
+template <typename Enum, size_t N>
+using Words = std::array<std::pair<std::string_view, Enum>, N>;
+
+template <typename Enum, size_t N>
+std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
+  return list;
+}
+
 /// Which values a number may have.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();

@@ -68,6 +68,7 @@ geometry_msgs/Twist V_WP          # its velocity, in W
 geometry_msgs/Wrench F_coupling_W # on the tool at its origin, in W, before safety
 geometry_msgs/Wrench F_device_B   # on the handle at its origin, in B: what the device holds
 geometry_msgs/Wrench[16] object_impulse_W  # [N·s, N·m·s] pushed into each object since start
+geometry_msgs/Vector3 held_back_W  # [m] how far friction holds the proxy back
 float64 depth                     # [m] distance from tool to proxy
 float64 fade                      # weight of the contacts, 0 to 1
 int64 wake_late_ns                # [ns] wake-up after the deadline
@@ -76,7 +77,7 @@ uint64 skipped                    # grid points skipped since start
 uint32 n_contacts                 # planes that push
 uint32 flags                      # ServoFlag
 uint32 fault                      # Fault; latched
-uint32 reserved
+uint32 renderer                   # Renderer wanted of contact
 )";
 };
 
@@ -103,6 +104,8 @@ float64 trust_radius             # [m] where the linearisation holds
 int64 busy_ns                    # [ns]
 uint32 n_objects
 uint32 flags                     # ContactFlag
+uint32 renderer                  # Renderer whose detector this is
+uint32 reserved
 )";
 };
 

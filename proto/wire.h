@@ -14,11 +14,11 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 3;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 4;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
-enum class Renderer : uint32_t { kGodObject3 = 0 };
+enum class Renderer : uint32_t { kGodObject3 = 0, kPenalty3 = 1, kVirtualProxy3 = 2 };
 
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {
@@ -97,15 +97,16 @@ struct ServoFrame {
   Wrench F_device_B;    // on the handle at its origin, in B: what the device holds until next tick
   std::array<Wrench, kMaxObjects>
       object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
-  double depth;          // distance from tool to proxy [m]
-  double fade;           // weight of the contacts, 0 to 1
+  Vec3 held_back_W;  // how far friction holds the proxy back; contact follows the tool plus this
+  double depth;      // distance from tool to proxy [m]
+  double fade;       // weight of the contacts, 0 to 1
   int64_t wake_late_ns;  // wake-up after the deadline
   int64_t busy_ns;       // from wake-up to force sent
   uint64_t skipped;      // grid points skipped since start
   uint32_t n_contacts;   // planes that push
   uint32_t flags;        // ServoFlag
   uint32_t fault;        // Fault; latched
-  uint32_t reserved;
+  uint32_t renderer;     // Renderer wanted of contact
 };
 
 /// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
@@ -117,9 +118,9 @@ struct Contact {
   double curvature;       // mean curvature of the object there [1/m]
   double extent;          // the plane holds within this radius of object_point_O [m]
   std::array<double, 2> texture_uv;
-  uint32_t object;  // index in the scene
-  uint32_t material;
-  uint64_t feature;  // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
+  uint32_t object;    // index in the scene
+  uint32_t material;  // index of the object in the config that says what it is made of
+  uint64_t feature;   // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
 };
 
 /// ContactSet::flags.
@@ -151,7 +152,9 @@ struct ContactSet {
   double trust_radius;       // where the linearisation holds [m]; 0: none
   int64_t busy_ns;
   uint32_t n_objects;
-  uint32_t flags;  // ContactFlag
+  uint32_t flags;     // ContactFlag
+  uint32_t renderer;  // Renderer whose detector this is
+  uint32_t reserved;
 };
 
 struct SceneFrame {
@@ -222,8 +225,8 @@ static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 144);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1368);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10928);
+static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
+static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10936);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);

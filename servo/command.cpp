@@ -5,12 +5,14 @@
 #include <cmath>
 
 #include "proto/quantity.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
 
 constexpr const char* kCommands =
-    "status, stop, clear-fault, arm, disarm, pause, resume, set stiffness|damping|time-scale VALUE";
+    "status, stop, clear-fault, arm, disarm, pause, resume, "
+    "set stiffness|damping|time-scale|renderer VALUE";
 constexpr double kMostStiffness = 1e5;  // [N/m]
 constexpr double kMostDamping = 1e3;    // [N·s/m]
 constexpr double kMostTimeScale = 10;
@@ -37,8 +39,20 @@ double plain_number(std::string_view text) {
   return value;
 }
 
+Command set_renderer(std::string_view name, ControlFrame& wanted) {
+  std::string known;
+  for (const auto& [word, renderer] : kRenderers) {
+    known += (known.empty() ? "" : ", ") + std::string(word);
+    if (word != name) continue;
+    wanted.renderer = static_cast<uint32_t>(renderer);
+    return {CommandKind::kChange, false, ""};
+  }
+  return refused("renderer: there is no '" + std::string(name) + "'; known: " + known);
+}
+
 Command set(std::string_view line, ControlFrame& wanted) {
   const std::string_view key = take_word(line);
+  if (key == "renderer") return set_renderer(line, wanted);
   double* target = nullptr;
   double most = 0, value = 0;
   try {
@@ -53,7 +67,7 @@ Command set(std::string_view line, ControlFrame& wanted) {
       value = plain_number(line);
     } else {
       return refused("cannot set '" + std::string(key) +
-                     "'; what can be set: stiffness, damping, time-scale");
+                     "'; what can be set: stiffness, damping, time-scale, renderer");
     }
   } catch (const QuantityError& error) {
     return refused(std::string(key) + ": " + error.what());

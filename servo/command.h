@@ -20,6 +20,7 @@ struct Command {
 /// Understands one line and applies it to the desired state (never partly):
 ///   status | stop | clear-fault | arm | disarm | pause | resume
 ///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
+///   set renderer god-object3 | penalty3 | virtual-proxy3
 /// `wanted` gets a new revision when it changes.
 Command apply_command(std::string_view line, ControlFrame& wanted);
 

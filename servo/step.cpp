@@ -4,8 +4,9 @@
 #include <algorithm>
 
 #include "proto/mapping.h"
+#include "proto/renderer.h"
 #include "proto/scene_pose.h"
-#include "servo/solve/point_proxy.h"
+#include "servo/solve/direct.h"
 
 namespace haptic {
 namespace {
@@ -48,27 +49,46 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   if (!state.started) {
     state.coupling = model.coupling;
     state.ramp = {model.coupling, model.coupling, 0};
+    state.renderer = model.renderer;
   }
   if (input.control == nullptr) return;
+  const uint32_t renderer = input.control->renderer;
+  if (is_renderer(renderer)) state.renderer = static_cast<Renderer>(renderer);
   const Coupling wanted{input.control->translational_stiffness,
                         input.control->translational_damping};
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
+}
+
+/// This tick's proxy, by the solver that goes with the detector of the contacts.
+PointProxySolution solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
+                               const ProxyQuestion& question, double dt) {
+  const auto renderer = static_cast<Renderer>(input.contacts->renderer);
+  if (renderer != Renderer::kVirtualProxy3) state.virtual_proxy = {};
+  if (renderer == Renderer::kPenalty3) return solve_direct(question);
+  if (renderer == Renderer::kVirtualProxy3) {
+    ProxyQuestion sphere = question;
+    sphere.radius = model.virtual_proxy.radius;
+    sphere.held_back_W = state.virtual_proxy.held_back_W;
+    return solve_virtual_proxy(model.virtual_proxy, state.virtual_proxy, sphere,
+                               {state.coupling.translational_stiffness, dt});
+  }
+  PlanesInForce planes;
+  return solve_point_proxy(question, planes);
 }
 
 /// Pushes the opposite of the tool's force into the objects that carry it.
 void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
                   const std::array<Pose, kMaxObjects>& X_WO, double dt, ServoState& state) {
   Vec3 sum_W{};
-  for (int i = 0; i < solution.n_active; ++i) sum_W += solution.push_W[static_cast<size_t>(i)];
+  for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
   const double length2 = norm_squared(sum_W);
   if (length2 == 0) return;
   // the coupling force is parallel to the sum of the pushes: each plane carries its part
   const double gain = dot(force_W, sum_W) / length2;
-  for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
-    const uint32_t object = solution.object[i];
-    const Vec3 impulse_W = -dt * gain * solution.push_W[i];
-    const Vec3 arm_W = solution.proxy_W - X_WO[object].p;
-    Wrench& total = state.object_impulse_W[object];
+  for (const ProxyPush& push : solution.active()) {
+    const Vec3 impulse_W = -dt * gain * push.push_W;
+    const Vec3 arm_W = solution.proxy_W - X_WO[push.object].p;
+    Wrench& total = state.object_impulse_W[push.object];
     total = total + Wrench{impulse_W, cross(arm_W, impulse_W)};
   }
 }
@@ -77,7 +97,7 @@ void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
 Vec3 surface_of(const ServoInput& input, const PointProxySolution& solution,
                 const std::array<Pose, kMaxObjects>& X_WO) {
   if (input.scene == nullptr || solution.n_active == 0) return {};
-  const uint32_t object = solution.object[0];
+  const uint32_t object = solution.pushes[0].object;
   return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W, input.t_ns);
 }
 
@@ -92,7 +112,7 @@ bool note_active(ServoState& state, const PointProxySolution& proxy) {
   std::array<uint64_t, 3> active{};
   for (size_t i = 0; i < static_cast<size_t>(proxy.n_active); ++i) {
     // the id of a feature is one of its object
-    active[i] = proxy.feature[i] ^ (uint64_t{proxy.object[i]} << 48);
+    active[i] = proxy.pushes[i].feature ^ (uint64_t{proxy.pushes[i].object} << 48);
     const auto end = state.active.begin() + state.n_active;
     fresh |= std::find(state.active.begin(), end, active[i]) == end;
   }
@@ -183,6 +203,12 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   model.map = config.map;
   model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping};
   model.dead_man_button = config.safety.dead_man_button;
+  model.renderer = config.renderer;
+  model.virtual_proxy.radius = config.proxy_radius;
+  model.virtual_proxy.images = config.images;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    model.virtual_proxy.materials[i] = config.objects[i].material;
+  }
   SafetyLimits& limits = model.limits;
   limits.max_force = std::min(config.safety.max_force, device.max_force);
   limits.max_torque = std::min(config.safety.max_torque, device.max_torque);
@@ -209,7 +235,8 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   PointProxySolution proxy;
   proxy.proxy_W = frame.X_WT.p;
   if (input.contacts != nullptr) {
-    proxy = solve_point_proxy(*input.contacts, X_WO, frame.X_WT.p, age.weight);
+    const ProxyQuestion question{*input.contacts, X_WO, frame.X_WT.p, age.weight, 0, {}};
+    proxy = solve_proxy(model, state, input, question, model.dt);
   }
   if (!proxy.converged) frame.flags |= kServoSolverLimit;
 
@@ -234,6 +261,13 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   frame.F_device_B = safe.F_B;
   frame.flags |= safe.flags;
   frame.fault = static_cast<uint32_t>(state.safety.fault);
+  frame.renderer = static_cast<uint32_t>(state.renderer);
+  frame.held_back_W = proxy.held_back_W;
+  // where nothing is felt nothing holds
+  if ((frame.flags & kServoClosed) != 0) {
+    state.virtual_proxy = {};
+    frame.held_back_W = {};
+  }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
   if (state.safety.jumped) {
     frame.X_WT = state.X_WT;

@@ -6,6 +6,7 @@
 #include "servo/contact_age.h"
 #include "servo/coupling.h"
 #include "servo/safety.h"
+#include "servo/solve/virtual_proxy.h"
 
 namespace haptic {
 
@@ -16,6 +17,8 @@ struct ServoModel {
   Coupling coupling;  // as configured; the ControlFrame may change it
   SafetyLimits limits;
   int32_t dead_man_button = -1;
+  Renderer renderer = Renderer::kGodObject3;  // as configured; the ControlFrame may change it
+  VirtualProxyModel virtual_proxy;
 };
 
 /// Which placing of contact's proxy the force is built on.
@@ -29,6 +32,8 @@ struct ReseedMark {
 struct ServoState {
   Coupling coupling;  // in force
   CouplingRamp ramp;
+  Renderer renderer = Renderer::kGodObject3;  // wanted
+  VirtualProxyState virtual_proxy;
   ContactAge age;
   SafetyState safety;
   Clutch clutch;
@@ -66,7 +71,8 @@ struct ActuatorLimits {
 };
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device);
 
-/// One tick: tool pose → carried planes → proxy → coupling force → device wrench → safety. Always
+/// One tick: tool pose → carried planes → proxy of the solver that goes with the detector of the
+/// contacts → coupling force → device wrench → safety. Always
 /// returns a frame with a finite wrench; what went wrong is in its flags. busy_ns is the shell's.
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact/query/segment_hit.h"
+#include "contact/query/swept_sphere.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {
@@ -14,6 +14,8 @@ constexpr int kMaxSweeps = 48;        // bound of a step; a corner of three face
 constexpr size_t kMaxPlanes = 12;     // met in one leg; more are dropped by restarting the leg
 constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand starts
 constexpr double kNoProgress = 1e-3;  // of epsilon
+constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
+constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
@@ -22,28 +24,36 @@ struct SceneHit {
   ProxyPlane plane;
 };
 
+SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const Vec3& from_O,
+                               const Vec3& to_O) {
+  const MeshShape& shape = scene.shapes[object];
+  return scene.radius > 0 ? first_sphere_hit(shape, {from_O, to_O, scene.radius})
+                          : first_hit(shape, from_O, to_O);
+}
+
 SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W) {
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
-    const SegmentHit hit = first_hit(scene.shapes[i], X_OW * from_W, X_OW * to_W);
+    const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W);
     if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
   }
   return first;
 }
 
-HalfSpace facet_plane(const PointScene& scene, const ProxyPlane& plane) {
-  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+/// Where the centre of a proxy at x_W may be, epsilon off the facet's obstacle: its tangent plane.
+HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
+  const ProxySupport support = support_of(scene, plane, x_W);
   const Pose& X_WO = scene.X_WO[plane.object];
-  const Vec3 normal_W = rotate(X_WO.q, mesh.face_normals[plane.triangle]);
-  const Vec3 corner_W = X_WO * mesh.vertices[mesh.triangles[plane.triangle][0]];
-  return {normal_W, dot(normal_W, corner_W)};
+  const Vec3 normal_W = rotate(X_WO.q, support.normal_O);
+  return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius + scene.epsilon};
 }
 
-/// A facet that p_W nearly touches, if any. A swept segment may graze an edge and end on the
-/// surface to the last bit: such a point is not free for sure, and the next sweep could start
-/// inside.
+/// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
+/// the surface to the last bit: such a place is not free for sure, and the next sweep could start
+/// inside. A sphere has no such last bit: what overlaps is hit at once.
 SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+  if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
     const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
@@ -61,14 +71,40 @@ struct Leg {
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
 };
 
-/// Where the way from → to ends: epsilon in front of the facet that was hit, never moving back.
+/// Where the way from → to ends: epsilon in front of the obstacle that was hit, never moving back.
 Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W,
                 const Vec3& to_W) {
-  const HalfSpace plane = facet_plane(scene, hit.plane);
-  const double height = dot(plane.normal, from_W) - plane.offset;
-  const double drop = dot(plane.normal, from_W - to_W);
-  const double t = drop > 0 ? std::clamp((height - scene.epsilon) / drop, 0.0, hit.t) : 0.0;
-  return from_W + t * (to_W - from_W);
+  double t = 0;
+  if (scene.radius > 0) {
+    const Pose X_OW = inverse(scene.X_WO[hit.plane.object]);
+    const SweptSphere grown{X_OW * from_W, X_OW * to_W, scene.radius + scene.epsilon};
+    const TriangleMesh& mesh = scene.shapes[hit.plane.object].mesh;
+    t = hit.t;
+    if (!sphere_enters_triangle(mesh, hit.plane.triangle, grown, t)) t = 0;
+  } else {
+    const HalfSpace plane = tangent_plane(scene, hit.plane, from_W);
+    const double drop = dot(plane.normal, from_W - to_W);
+    if (drop > 0) t = std::max((dot(plane.normal, from_W) - plane.offset) / drop, 0.0);
+  }
+  return from_W + std::min(t, hit.t) * (to_W - from_W);
+}
+
+/// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
+/// the nearest point to the tool on the plane is but a small part of the way. The line from the
+/// feature through the tool meets the plane in a place from which the way to the tool ends where
+/// the sphere comes to rest. The subgoal itself where there is no such bend.
+Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
+                 const Vec3& p_W, const Vec3& subgoal_W) {
+  if (scene.radius == 0) return subgoal_W;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, inverse(X_WO) * p_W);
+  if (c.feature.kind == FeatureKind::kFace || c.distance == 0) return subgoal_W;
+  const Vec3 foot_W = X_WO * c.point_O;
+  const Vec3 outward_W = (p_W - foot_W) / c.distance;
+  const double bend = dot(tangent.normal, outward_W);
+  if (bend < kLargestBend) return subgoal_W;
+  return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
 }
 
 /// Too many facets in one leg: forget those that do not push.
@@ -82,12 +118,15 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   return kept;
 }
 
-/// Whether a point lies inside a closed object; a surface without an inside has none.
-bool is_inside(const PointScene& scene, uint32_t object, const Vec3& p_W) {
+/// The nearest surface point where a proxy at p_W has no room: inside a closed object (a surface
+/// without an inside has none), or nearer than its radius.
+ClosestPoint overlap(const PointScene& scene, uint32_t object, const Vec3& p_W) {
   const MeshShape& shape = scene.shapes[object];
-  if (!shape.mesh.closed) return false;
+  if (!shape.mesh.closed && scene.radius == 0) return {};
   const Vec3 p_O = inverse(scene.X_WO[object]) * p_W;
-  return closest_point(shape, p_O, std::numeric_limits<double>::infinity()).inside;
+  const ClosestPoint c = closest_point(
+      shape, p_O, shape.mesh.closed ? std::numeric_limits<double>::infinity() : scene.radius);
+  return c.inside || c.distance < scene.radius ? c : ClosestPoint{};
 }
 
 /// Objects that moved over the proxy take it along: in their frame it stays where it was. Two that
@@ -98,7 +137,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    return first_hit(scene.shapes[i], before_O, after_O).hit;
+    return first_hit_of_object(scene, i, before_O, after_O).hit;
   };
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
@@ -107,14 +146,120 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   uint32_t flags = 0;
   if (proxy.g_W != start_W) {
     for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-      if (runs_over(i) || is_inside(scene, i, proxy.g_W)) flags = kContactNoFreePose;
+      if (runs_over(i) || overlap(scene, i, proxy.g_W).found) flags = kContactNoFreePose;
     }
   }
   proxy.X_WO = scene.X_WO;
   return flags;
 }
 
+/// The way of the proxy towards the tool: leg by leg, each a list of planes met since it began.
+class Slide {
+ public:
+  Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
+      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W), nearest_(distance()) {
+    begin_leg();
+  }
+
+  /// One sweep to the subgoal, and the next subgoal; false when the proxy rests.
+  bool sweeps_on() {
+    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x);
+    const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
+    const SceneHit touched = touched_facet(scene_, reached_W);
+    const double gained = norm(reached_W - g_W_);
+    if (touched.hit) {
+      blocked = touched;
+    } else {
+      g_W_ = reached_W;
+    }
+    if (!blocked.hit) {
+      // the leg is free; where planes bent it, try again for the tool itself
+      const bool arrived = leg_.size == 0 || is_nothing(gained);
+      return (!arrived && tries_again()) || take_leap_back();
+    }
+    add_plane(blocked.plane, reached_W);
+    if (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) return true;
+    // held here, perhaps by planes of facets that were left behind: only what still blocks counts
+    const bool moved = !is_nothing(norm(g_W_ - leg_start_W_));
+    return (moved && tries_again()) || take_leap_back();
+  }
+
+  /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
+  /// undo.
+  bool take_leap_back() {
+    if (!leaps_ || distance() <= nearest_) return false;
+    leaps_ = false;
+    stalls_ = 0;
+    g_W_ = nearest_W_;
+    begin_leg();
+    return true;
+  }
+
+  Leg carrying() const { return pushing_planes(leg_, goal_); }
+  bool truncated() const { return truncated_; }
+
+ private:
+  double distance() const { return norm(tool_W_ - g_W_); }
+  bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
+
+  void begin_leg() {
+    leg_.size = 0;
+    leg_start_W_ = g_W_;
+    goal_ = {};
+    goal_.x = tool_W_;
+  }
+
+  /// Forgets the planes, to try again for the tool itself; false when that leads nowhere any more.
+  bool tries_again() {
+    const double now = distance();
+    stalls_ = now < nearest_ ? 0 : stalls_ + 1;
+    if (now < nearest_) nearest_ = now, nearest_W_ = g_W_;
+    if (stalls_ >= kMaxStalls) return false;
+    begin_leg();
+    return true;
+  }
+
+  void add_plane(const ProxyPlane& plane, const Vec3& at_W) {
+    if (leg_.size == kMaxPlanes) {
+      leg_ = pushing_planes(leg_, goal_);
+      truncated_ = true;
+    }
+    const HalfSpace tangent = tangent_plane(scene_, plane, at_W);
+    leg_.half_spaces[leg_.size] = tangent;
+    leg_.planes[leg_.size++] = plane;
+    goal_ = project_onto_half_spaces(tool_W_, leg_.view());
+    if (leaps_ && leg_.size == 1) {
+      goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
+    }
+  }
+
+  const PointScene& scene_;
+  const Vec3 tool_W_;
+  Vec3& g_W_;
+  Leg leg_;
+  PointProjection goal_;
+  Vec3 leg_start_W_;
+  Vec3 nearest_W_;  // to the tool, where a leg ended
+  double nearest_;
+  int stalls_ = 0;
+  bool leaps_ = true;
+  bool truncated_ = false;
+};
+
 }  // namespace
+
+ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Vec3 g_O = inverse(scene.X_WO[plane.object]) * g_W;
+  const Feature face{FeatureKind::kFace, plane.triangle};
+  const Vec3& n_O = mesh.face_normals[plane.triangle];
+  const double height = dot(n_O, g_O - mesh.vertices[mesh.triangles[plane.triangle][0]]);
+  if (scene.radius == 0) return {face, g_O - height * n_O, n_O};
+  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, g_O);
+  if (c.feature == face) return {face, c.point_O, n_O};
+  return {c.feature, c.point_O,
+          c.distance > 0 ? (g_O - c.point_O) / c.distance : pseudo_normal(mesh, c.feature)};
+}
 
 uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
   proxy.g_W = p_W;
@@ -124,14 +269,13 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
   for (int attempt = 0; attempt < kMaxSeedAttempts; ++attempt) {
     bool moved = false;
     for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-      const MeshShape& shape = scene.shapes[i];
-      if (!shape.mesh.closed) continue;
-      const Vec3 p_O = inverse(scene.X_WO[i]) * proxy.g_W;
-      const ClosestPoint c = closest_point(shape, p_O, std::numeric_limits<double>::infinity());
-      if (!c.inside) continue;
-      // out through the nearest surface point, along the facet's normal
-      const Vec3 out_O = c.point_O + scene.epsilon * shape.mesh.face_normals[c.triangle];
-      proxy.g_W = scene.X_WO[i] * out_O;
+      const ClosestPoint c = overlap(scene, i, proxy.g_W);
+      if (!c.found) continue;
+      // out through the nearest surface point: from inside along the facet's normal
+      const Vec3 away_O = inverse(scene.X_WO[i]) * proxy.g_W - c.point_O;
+      const Vec3 out_O = c.inside || c.distance == 0 ? scene.shapes[i].mesh.face_normals[c.triangle]
+                                                     : away_O / c.distance;
+      proxy.g_W = scene.X_WO[i] * (c.point_O + (scene.radius + scene.epsilon) * out_O);
       flags |= kContactReseeded;
       moved = true;
     }
@@ -148,42 +292,16 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   move.flags = carry_with_objects(scene, proxy);
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
-
-  Leg leg;
-  PointProjection goal;
-  goal.x = p_W;
+  Slide slide(scene, p_W, proxy.g_W);
   int sweeps = 0;
-  for (; sweeps < kMaxSweeps; ++sweeps) {
-    SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
-    const Vec3 reached_W = blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
-    const SceneHit touched = touched_facet(scene, reached_W);
-    const double gained = norm(reached_W - proxy.g_W);
-    if (touched.hit) {
-      blocked = touched;
-    } else {
-      proxy.g_W = reached_W;
-    }
-    if (!blocked.hit) {
-      // the leg is free; where planes bent it, try again for the tool itself
-      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
-      leg.size = 0;
-      goal = {};
-      goal.x = p_W;
-      continue;
-    }
-    if (leg.size == kMaxPlanes) {
-      leg = pushing_planes(leg, goal);
-      move.flags |= kContactTruncated;
-    }
-    leg.half_spaces[leg.size] = facet_plane(scene, blocked.plane);
-    leg.half_spaces[leg.size].offset += scene.epsilon;
-    leg.planes[leg.size++] = blocked.plane;
-    goal = project_onto_half_spaces(p_W, leg.view());
-    if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
+  while (sweeps < kMaxSweeps && slide.sweeps_on()) ++sweeps;
+  if (sweeps == kMaxSweeps) {
+    slide.take_leap_back();
+    move.flags |= kContactIterationLimit;
   }
-  if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
+  if (slide.truncated()) move.flags |= kContactTruncated;
 
-  const Leg carrying = pushing_planes(leg, goal);
+  const Leg carrying = slide.carrying();
   move.n_active = static_cast<uint32_t>(carrying.size);
   std::copy_n(carrying.planes.begin(), carrying.size, move.active.begin());
   move.free_fraction = to_go > 0 ? std::min(1.0, norm(proxy.g_W - start_W) / to_go) : 1.0;

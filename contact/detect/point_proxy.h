@@ -15,16 +15,17 @@ struct PointScene {
   std::span<const MeshShape> shapes;
   std::array<Pose, kMaxObjects> X_WO;
   double epsilon = 1e-7;  // how far the verified proxy keeps off every surface [m]
+  double radius = 0;      // of the proxy; 0: a point [m]
 };
 
 /// What survives between two contact steps.
 struct PointProxy {
-  Vec3 g_W;  // verified position: outside every closed object
+  Vec3 g_W;  // verified position of its centre: outside every closed object, radius away
   bool seeded = false;
   std::array<Pose, kMaxObjects> X_WO;  // object poses at which g was verified
 };
 
-/// A facet that carries the proxy.
+/// A facet that carries the proxy, with its face, or, for a sphere, with an edge or a vertex.
 struct ProxyPlane {
   uint32_t object = 0;
   uint32_t triangle = 0;
@@ -37,18 +38,29 @@ struct ProxyMove {
   uint32_t flags = 0;        // ContactFlag
 };
 
-/// Places the proxy at p_W, or, where p_W is inside a closed object, at the nearest surface point
-/// found, epsilon outside. Sets kContactReseeded when it had to move, kContactNoFreePose when no
-/// free pose was found (then the proxy is not seeded).
+/// Places the proxy at p_W, or, where p_W is inside a closed object or nearer than the radius, at
+/// the nearest place found, epsilon off. Sets kContactReseeded when it had to move,
+/// kContactNoFreePose when no free pose was found (then the proxy is not seeded).
 uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy);
 
-/// One god-object update: carries the proxy with objects that ran into it, then slides it towards
-/// the tool at p_W: sweep the segment; at a hit stop epsilon in front of the facet and take its
-/// plane; the next goal is the point nearest to p_W on the planes; repeat until nothing is gained.
-/// Every leg is swept, so the proxy never passes a front face, in wedges and on thin plates too.
-/// Sources: Zilles & Salisbury 1995; the loop over subgoals is Ruspini et al. 1997 with r = 0.
-/// Deviation: planes are dropped by multiplier sign, and convergence is reached within the step
-/// (the paper needs two ticks to cross a convex edge).
+/// One update of the proxy: carries it with objects that ran into it, then slides it towards the
+/// goal p_W: sweep; at a hit stop epsilon short and take the tangent plane of the obstacle there;
+/// the next subgoal is the point nearest to p_W on the planes; repeat until nothing is gained.
+/// Every leg is swept, so the proxy never passes a front face, in wedges and on thin plates too. A
+/// point (radius 0) meets facets; a sphere meets their obstacles in configuration space: offset
+/// faces, edge cylinders, vertex spheres. Sources: Zilles & Salisbury 1995 (the point); Ruspini,
+/// Kolarov, Khatib 1997 (the loop over subgoals, the sphere). Deviation: planes are dropped by
+/// multiplier sign, and convergence is reached within the step (the first paper needs two ticks to
+/// cross a convex edge).
 ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy);
+
+/// What carries the proxy at g_W on this facet: the facet's own plane for a point; for a sphere the
+/// point of the facet nearest to the centre, with the normal from there to the centre.
+struct ProxySupport {
+  Feature feature;
+  Vec3 point_O;
+  Vec3 normal_O;  // unit, towards the proxy
+};
+ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W);
 
 }  // namespace haptic

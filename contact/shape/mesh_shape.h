@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact/shape/hash_grid.h"
-#include "contact/shape/mesh_shape.h"
+#include "contact/shape/obb_tree.h"
 #include "contact/shape/patch_tree.h"
 #include "contact/shape/triangle_mesh.h"
 

@@ -395,6 +395,65 @@ TEST_CASE(
                     Catch::Contains("has no 'column'"));
 }
 
+TEST_CASE("config: a material with a grating and one with an image") {
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
+  std::ofstream(folder / "grain.pgm") << "P2\n# two by two\n2 2\n15\n0 15\n3 0\n";
+  const std::string origin = (folder / "x.toml").string();
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto with = [&](const std::string& material) {
+    return parse_config(scene_with(box, box + "[object.material]\n" + material), origin);
+  };
+  SessionConfig config = with(
+      "friction_static = 0.5\nfriction_dynamic = 0.4\nfriction_viscous = \"2 N·s/m\"\n"
+      "stiffness_share = 0.7\ncrease_angle = \"0.5 rad\"\ntexture = {kind = \"grating\", "
+      "amplitude = \"0.1 mm\", wavelength = \"2 mm\", direction = [0, 3, 0]}\n");
+  const MaterialConfig& m = config.objects[0].material;
+  CHECK(m.friction_static == 0.5);
+  CHECK(m.friction_dynamic == 0.4);
+  CHECK(m.friction_viscous == 2);
+  CHECK(m.stiffness_share == 0.7);
+  CHECK(m.crease_angle == 0.5);
+  CHECK(m.texture.kind == TextureKind::kGrating);
+  CHECK(m.texture.amplitude == Approx(1e-4));
+  CHECK(m.texture.period == Approx(2e-3));
+  CHECK(m.texture.direction_O == Vec3{0, 1, 0});
+
+  const std::string image =
+      "texture = {kind = \"image\", path = \"grain.pgm\", amplitude = \"1 mm\", tile = \"1 cm\"}\n";
+  config = with(image);
+  CHECK(config.n_images == 1);
+  CHECK(config.images[0].width == 2);
+  CHECK(config.images[0].grey[1] == 255);
+  CHECK(config.images[0].grey[2] == 51);
+
+  // binary pixels, and files that will not do
+  std::ofstream(folder / "grain.pgm", std::ios::binary) << "P5 2 1 255\n" << '\x0a' << '\xff';
+  config = with(image);
+  CHECK(config.images[0].grey[0] == 10);
+  CHECK(config.images[0].grey[1] == 255);
+  for (const char* bad : {"P3 1 1 255 0", "P2 65 1 255", "P2 2 2 255 1 2 3", "P2 1 1 65535 7",
+                          "P2 1 1 7 9", "P2 0 1 255", ""}) {
+    std::ofstream(folder / "grain.pgm") << bad;
+    CAPTURE(bad);
+    CHECK_THROWS_WITH(with(image), Catch::Contains("'path'") && Catch::Contains("grain.pgm") &&
+                                       Catch::Contains("grey PGM"));
+  }
+  CHECK_THROWS_WITH(with("friction_dynamic = 0.5\n"),
+                    Catch::Contains("larger than friction_static"));
+  CHECK_THROWS_WITH(with("stiffness_share = 1.5\n"), Catch::Contains("'stiffness_share'"));
+  CHECK_THROWS_WITH(with("texture = {kind = \"grating\", amplitude = \"1 mm\"}\n"),
+                    Catch::Contains("has no 'wavelength'"));
+  CHECK_THROWS_WITH(with("sticky = 1\n"), Catch::Contains("'sticky'"));
+}
+
+TEST_CASE("config: the renderer and its radius") {
+  CHECK(parse_config(kScene, "x.toml").renderer == Renderer::kGodObject3);
+  const SessionConfig config = parse_config(
+      scene_with("[coupling]", "[contact]\nproxy_radius = \"2 mm\"\n[coupling]"), "x.toml");
+  CHECK(config.proxy_radius == Approx(2e-3));
+}
+
 TEST_CASE("config: the servo sleeps unless the file asks it to spin") {
   CHECK(parse_config(kScene, "x.toml").servo_wake == Wake::kSleep);
   const std::string hybrid = scene_with("[coupling]", "[servo]\nwake = \"hybrid\"\n[coupling]");

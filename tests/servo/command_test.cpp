@@ -30,7 +30,9 @@ TEST_CASE("command: each word changes what it says, and the revision", "[servo]"
   CHECK(wanted.translational_damping == 2);
   apply_command("set time-scale 0.5", wanted);
   CHECK(wanted.scene_time_scale == 0.5);
-  CHECK(wanted.revision == 15);
+  apply_command("set renderer virtual-proxy3", wanted);
+  CHECK(wanted.renderer == static_cast<uint32_t>(haptic::Renderer::kVirtualProxy3));
+  CHECK(wanted.revision == 16);
 }
 
 TEST_CASE("command: asking and stopping change nothing", "[servo]") {
@@ -41,11 +43,11 @@ TEST_CASE("command: asking and stopping change nothing", "[servo]") {
 }
 
 TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
-  const std::string line =
-      GENERATE(as<std::string>(), "", "bogus", "arm now", "set", "set stiffness",
-               "set stiffness 500", "set stiffness 500 N", "set stiffness -1 N/m",
-               "set stiffness 1e9 N/m", "set stiffness nan N/m", "set colour red",
-               "set time-scale fast", "set time-scale -1", "set time-scale 1e400");
+  const std::string line = GENERATE(
+      as<std::string>(), "", "bogus", "arm now", "set", "set stiffness", "set stiffness 500",
+      "set stiffness 500 N", "set stiffness -1 N/m", "set stiffness 1e9 N/m",
+      "set stiffness nan N/m", "set colour red", "set renderer", "set renderer penalty4",
+      "set time-scale fast", "set time-scale -1", "set time-scale 1e400");
   ControlFrame wanted{}, before{};
   const Command command = apply_command(line, wanted);
   CAPTURE(line, command.problem);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// The names of the (detector, solver) pairs, as they stand in a config.
+inline constexpr std::array<std::pair<std::string_view, Renderer>, 3> kRenderers{
+    {{"god-object3", Renderer::kGodObject3},
+     {"penalty3", Renderer::kPenalty3},
+     {"virtual-proxy3", Renderer::kVirtualProxy3}}};
+
+/// Whether a number on the wire names a renderer.
+constexpr bool is_renderer(uint32_t number) {
+  return number < kRenderers.size();
+}
+
+}  // namespace haptic
