@@ -202,11 +202,13 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
   std::vector<const Facet*> stops;  // facets that stopped it where it stands
   Long3 goal = tool;
   OracleAnswer answer;
-  // the exact minimum over the planes of `stops`, that far in front of them
+  // the exact minimum over the planes of `stops`: no nearer than that, but never lifted off
   const auto minimum = [&](long double stand_off) {
     std::vector<Wall> walls;
-    for (const Facet* f : stops)
-      walls.push_back({f->normal, stand_off - dot(f->normal, g_ - f->a)});
+    for (const Facet* f : stops) {
+      const long double height = dot(f->normal, g_ - f->a);
+      walls.push_back({f->normal, std::min(stand_off, height) - height});
+    }
     return nearest_in(walls, tool - g_);
   };
   for (;; ++answer.sweeps) {

@@ -171,12 +171,16 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
       goal.x = p_W;
       continue;
     }
+    // planes hold where they were met: elsewhere the surface is another
+    if (!touched.hit && gained > kNoProgress * scene.epsilon) leg.size = 0;
     if (leg.size == kMaxPlanes) {
       leg = pushing_planes(leg, goal);
       move.flags |= kContactTruncated;
     }
-    leg.half_spaces[leg.size] = facet_plane(scene, blocked.plane);
-    leg.half_spaces[leg.size].offset += scene.epsilon;
+    HalfSpace plane = facet_plane(scene, blocked.plane);
+    // nearer already: through the proxy, never lifting it, or two facets hand it to and fro
+    plane.offset = std::min(plane.offset + scene.epsilon, dot(plane.normal, proxy.g_W));
+    leg.half_spaces[leg.size] = plane;
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());
     if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
