@@ -83,7 +83,8 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
   count("jammed ticks", jammed_, goals.follows_oracle);
   rows.add("longest jam, ticks", static_cast<double>(longest_jam_), "");
   count("ticks fallen through", lost_, goals.follows_oracle);
-  rows.add("verified proxy behind the surface, max", deepest_behind_, "m", 0, deepest_behind_ == 0);
+  rows.add_if(goals.follows_oracle, "verified proxy behind the surface, max", deepest_behind_, "m",
+              0, deepest_behind_ == 0);
   rows.add("tool behind the surface, max", deepest_tool_, "m");
   rows.add("force, max", largest_force_, "N");
   bounded("force held by the device, max", largest_held_, "N", goals.force_limit);

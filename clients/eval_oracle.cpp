@@ -226,14 +226,13 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
     }
     const bool moved = norm(reached - g_) > kStill;
     g_ = reached;
-    if (stop.facet == nullptr) {
-      if (stops.empty() || !moved) break;
+    if (stop.facet == nullptr && (stops.empty() || !moved)) break;
+    // planes hold where they were met: elsewhere the surface is another
+    if (moved) {
       stops.clear();
       goal = tool;
       continue;
     }
-    // planes hold where they were met: elsewhere the surface is another
-    if (moved) stops.clear();
     stops.push_back(stop.facet);
     const std::optional<Nearest> next = minimum(kStandOff);
     if (!next) {

@@ -46,6 +46,18 @@ Contact make_contact(const PointScene& scene, uint32_t object, uint32_t triangle
   return c;
 }
 
+/// Across the way from where the slide was cut short to the tool: the proxy stays where it is for
+/// this tick, which is sticky, but never a hole.
+void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
+              const Vec3& p_W, ContactSet& set) {
+  const auto [object, triangle] = move.active[0];
+  const Pose X_OW = inverse(scene.X_WO[object]);
+  const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
+  set.contacts[set.n_contacts++] = make_contact(
+      scene, object, triangle, {FeatureKind::kFace, triangle}, X_OW * proxy.g_W, across_O);
+  set.n_active = set.n_contacts;
+}
+
 void add_active(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
                 ContactSet& set) {
   for (uint32_t i = 0; i < move.n_active; ++i) {
@@ -68,9 +80,10 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
       [&](const Contact& c) { return c.object == object && c.feature == feature.id(); });
 }
 
-void add_approaching(const PointScene& scene, ContactState& state, double reach, ContactSet& set) {
+void add_approaching(const PointScene& scene, const PointProxy& proxy, double reach,
+                     ContactState& state, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-    const Vec3 g_O = inverse(scene.X_WO[i]) * state.proxy.g_W;
+    const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     const NearResult near =
         near_features(scene.shapes[i], g_O, reach, state.scratch, state.features);
     if (near.truncated) set.flags |= kContactTruncated;
@@ -106,12 +119,29 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   return std::clamp(speed * (2 * state.period + model.servo_period), kMinReach, kMaxReach);
 }
 
+/// What will carry the proxy when the answer is used, and what it may reach.
+void add_contacts(const ContactModel& model, ContactState& state, const ServoFrame& servo,
+                  const SceneFrame* scene, ContactSet& set) {
+  const auto ahead_ns = static_cast<int64_t>(model.prediction * 1e9);
+  const PointScene then = scene_now(model, scene, servo.t_ns + ahead_ns);
+  const Vec3 p_W = servo.X_WT.p + model.prediction * servo.V_WT.v;
+  PointProxy proxy = state.proxy;
+  const ProxyMove move = move_proxy(then, p_W, proxy);
+  set.flags |= move.flags & (kContactIterationLimit | kContactTruncated);
+  if ((move.flags & kContactIterationLimit) != 0 && move.n_active > 0) {
+    add_hold(then, proxy, move, p_W, set);
+  } else {
+    add_active(then, proxy, move, set);
+  }
+  add_approaching(then, proxy, look_ahead(model, state, servo, scene), state, set);
+}
+
 }  // namespace
 
 ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes) {
   ContactModel model;
   model.n_objects = config.n_objects;
-  model.servo_period = 1 / config.servo_rate;
+  model.servo_period = model.prediction = 1 / config.servo_rate;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.shapes[i] = shapes[i];
@@ -148,8 +178,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     const ProxyMove move = move_proxy(now, servo.X_WT.p, state.proxy);
     set.flags |= move.flags;
     set.free_fraction = move.free_fraction;
-    add_active(now, state.proxy, move, set);
-    add_approaching(now, state, look_ahead(model, state, servo, scene), set);
+    add_contacts(model, state, servo, scene, set);
   }
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) {

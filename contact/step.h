@@ -18,6 +18,7 @@ struct ContactModel {
   std::array<Pose, kMaxObjects> X_WO;  // configured poses, until a SceneFrame arrives
   double epsilon = 1e-7;               // stand-off of the verified proxy [m]
   double servo_period = 1e-3;          // [s]
+  double prediction = 1e-3;            // from the question to the tick that uses the answer [s]
 };
 
 /// All that survives a step.
@@ -34,10 +35,12 @@ struct ContactState {
 /// Shapes in the order of the config's objects; they must outlive the model.
 ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes);
 
-/// Answers one ServoFrame: moves the verified proxy towards its tool and reports the facets that
-/// carry it, then the features it may reach before the next two answers, within
-/// v·(2·T_contact + T). A restarted contact takes the proxy up where the servo last saw it.
-/// `scene` may be null. Allocates nothing.
+/// Answers one ServoFrame: moves the verified proxy towards its tool. The answer is used one tick
+/// later, so the facets reported are those that carry a proxy sent on to where the tool will then
+/// be (tool and objects on their way as they move now), then the features it may reach before the
+/// next two answers, within v·(2·T_contact + T). A slide that was cut short is held where it ended,
+/// by one plane across the way to the tool. A restarted contact takes the proxy up where the servo
+/// last saw it. `scene` may be null. Allocates nothing.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 

@@ -153,7 +153,8 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   PointProjection goal;
   goal.x = p_W;
   int sweeps = 0;
-  for (; sweeps < kMaxSweeps; ++sweeps) {
+  // never ends between two legs, without a plane
+  for (; sweeps < kMaxSweeps || leg.size == 0; ++sweeps) {
     SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
     const Vec3 reached_W = blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
     const SceneHit touched = touched_facet(scene, reached_W);
@@ -163,16 +164,16 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     } else {
       proxy.g_W = reached_W;
     }
-    if (!blocked.hit) {
-      // the leg is free; where planes bent it, try again for the tool itself
-      if (leg.size == 0 || gained <= kNoProgress * scene.epsilon) break;
+    const bool moved = !touched.hit && gained > kNoProgress * scene.epsilon;
+    if (!blocked.hit && (leg.size == 0 || !moved)) break;
+    // planes hold where they were met, in the order met: elsewhere try for the tool itself again,
+    // so that a proxy at rest does not depend on how it came there
+    if (moved && (sweeps < kMaxSweeps || !blocked.hit)) {
       leg.size = 0;
       goal = {};
       goal.x = p_W;
       continue;
     }
-    // planes hold where they were met: elsewhere the surface is another
-    if (!touched.hit && gained > kNoProgress * scene.epsilon) leg.size = 0;
     if (leg.size == kMaxPlanes) {
       leg = pushing_planes(leg, goal);
       move.flags |= kContactTruncated;
@@ -185,7 +186,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     goal = project_onto_half_spaces(p_W, leg.view());
     if (!goal.converged || norm(goal.x - proxy.g_W) <= kNoProgress * scene.epsilon) break;
   }
-  if (sweeps == kMaxSweeps) move.flags |= kContactIterationLimit;
+  if (sweeps >= kMaxSweeps) move.flags |= kContactIterationLimit;
 
   const Leg carrying = pushing_planes(leg, goal);
   move.n_active = static_cast<uint32_t>(carrying.size);
