@@ -257,7 +257,7 @@ BehindSurface GodObjectOracle::behind(const Vec3& p_O, double max_distance) {
   nearest.distance = max_distance;
   for (const uint32_t t : near_) {
     const ClosestPoint c = closest_point_on_triangle(mesh_, t, p_O);
-    if (!nearest.found || c.distance < nearest.distance) nearest = c;
+    if (c.distance < nearest.distance) nearest = c;
   }
   if (!nearest.found || is_on_border(mesh_, nearest.feature, nearest.triangle)) return result;
   result.is_known = true;

@@ -34,7 +34,7 @@ struct BehindSurface {
 ///
 /// Facets are looked up in bins, without loss: each sweep ends nearer to the tool than it began, so
 /// the whole way lies in the ball around the tool through the old proxy, and every facet that meets
-/// this ball is tested. The mesh must outlive the oracle, and lies at rest.
+/// this ball is tested. The arrays of the mesh must outlive the oracle; it lies at rest.
 class GodObjectOracle {
  public:
   explicit GodObjectOracle(const TriangleMesh& mesh);
@@ -63,7 +63,7 @@ class GodObjectOracle {
   size_t bin_along(int axis, double coordinate) const;
   Stop first_stop(const Long3& from, const Long3& to) const;
 
-  const TriangleMesh& mesh_;
+  TriangleMesh mesh_;
   std::vector<Facet> facets_;
   double reach_ = 0;  // of the largest facet
   Vec3 lower_;

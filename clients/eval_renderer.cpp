@@ -81,19 +81,21 @@ ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
   const double far = norm(shape.mesh.upper - shape.mesh.lower);
   const auto way = std::make_shared<std::vector<Vec3>>();
   double radius = 0.5 * far;
+  double t = 0;
   for (uint64_t k = 0; k < ticks + 2; ++k) {
-    const double t = kTick * static_cast<double>(k);
     const Vec3 u = sphere_direction(t);
     const SegmentHit hit = first_hit(shape, middle + far * u, middle);
     if (hit.hit) radius = (1 - hit.t) * far;
-    const Vec3 wanted = middle + (radius - workload_depth(t)) * u;
+    const Vec3 wanted = middle + (radius - workload_depth(kTick * static_cast<double>(k))) * u;
     const Vec3 step = way->empty() ? Vec3{} : wanted - way->back();
     const double length = norm(step);
     const double share = length > kWayPerTick ? kWayPerTick / length : 1;
     way->push_back(way->empty() ? wanted : way->back() + share * step);
+    // where the surface leaps, the way waits until the tool has followed
+    if (length < 10 * kWayPerTick) t += kTick;
   }
-  return [way](double t) {
-    const double at = std::clamp(t / kTick, 0.0, static_cast<double>(way->size() - 2));
+  return [way](double time) {
+    const double at = std::clamp(time / kTick, 0.0, static_cast<double>(way->size() - 2));
     const auto k = std::min(static_cast<size_t>(at), way->size() - 2);
     const double part = at - static_cast<double>(k);
     return (*way)[k] + part * ((*way)[k + 1] - (*way)[k]);

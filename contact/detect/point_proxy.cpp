@@ -71,6 +71,13 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + t * (to_W - from_W);
 }
 
+/// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
+/// two facets would hand it to and fro; only where it begins on the surface it is taken off.
+double stand_off(const PointScene& scene, double height) {
+  if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
+  return std::min(height, scene.epsilon);
+}
+
 /// Too many facets in one leg: forget those that do not push.
 Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   Leg kept;
@@ -179,8 +186,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
       move.flags |= kContactTruncated;
     }
     HalfSpace plane = facet_plane(scene, blocked.plane);
-    // nearer already: through the proxy, never lifting it, or two facets hand it to and fro
-    plane.offset = std::min(plane.offset + scene.epsilon, dot(plane.normal, proxy.g_W));
+    plane.offset += stand_off(scene, dot(plane.normal, proxy.g_W) - plane.offset);
     leg.half_spaces[leg.size] = plane;
     leg.planes[leg.size++] = blocked.plane;
     goal = project_onto_half_spaces(p_W, leg.view());

@@ -50,7 +50,8 @@ TEST_CASE("eval workload: the tool starts 5 mm above and is dragged 0.6 to 1.4 m
 
 TEST_CASE("eval workload: unknown names are refused", "[lab]") {
   CHECK(haptic::is_eval_work("hf:742"));
-  for (const char* name : {"hf", "hf:", "hf:0", "hf:-1", "hf:1501", "hf:7x", "cube:3", "bunny.off"}) {
+  for (const char* name :
+       {"hf", "hf:", "hf:0", "hf:-1", "hf:1501", "hf:7x", "cube:3", "bunny.off"}) {
     CHECK_FALSE(haptic::is_eval_work(name));
     CHECK_THROWS(haptic::make_eval_work(name, 0));
   }
