@@ -7,7 +7,6 @@
 
 #include "clients/plot_svg.h"
 #include "clients/scripted_hand.h"
-#include "contact/bake.h"
 #include "contact/query/segment_hit.h"
 
 namespace haptic {
@@ -39,11 +38,7 @@ Subject open_subject(const RendererEval& eval) {
     subject.closed_work = true;
     return subject;
   }
-  ObjectConfig object;
-  assign(object.mesh, eval.mesh);
-  object.size = eval.size;
-  object.allow_open = 1;
-  subject.baked = bake_object(object, SessionConfig{}.mesh_memory_limit);
+  subject.baked = bake_scan(eval.mesh, eval.size);
   subject.shape = subject.baked.shape;
   if (eval.trace.empty()) subject.path = way_around(subject.shape, eval.ticks);
   return subject;
@@ -76,10 +71,29 @@ OwnedMesh::OwnedMesh(Soup soup)
       tree_(build_obb_tree(mesh_.view())),
       shape_{mesh_.view(), tree_.view()} {}
 
+BakedShape bake_scan(const std::string& file, double size) {
+  ObjectConfig object;
+  assign(object.mesh, file);
+  object.size = size;
+  object.allow_open = 1;
+  return bake_object(object, SessionConfig{}.mesh_memory_limit);
+}
+
+ToolPath path_through(std::vector<Vec3> positions) {
+  const auto way = std::make_shared<const std::vector<Vec3>>(std::move(positions));
+  return [way](double t) {
+    const size_t last = way->size() - 1;
+    const double at = std::clamp(t / kTick, 0.0, static_cast<double>(last));
+    const auto k = std::min(static_cast<size_t>(at), last);
+    const double part = at - static_cast<double>(k);
+    return (*way)[k] + part * ((*way)[std::min(k + 1, last)] - (*way)[k]);
+  };
+}
+
 ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
   const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
   const double far = norm(shape.mesh.upper - shape.mesh.lower);
-  const auto way = std::make_shared<std::vector<Vec3>>();
+  std::vector<Vec3> way;
   double radius = 0.5 * far;
   double t = 0;
   for (uint64_t k = 0; k < ticks + 2; ++k) {
@@ -87,19 +101,14 @@ ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
     const SegmentHit hit = first_hit(shape, middle + far * u, middle);
     if (hit.hit) radius = (1 - hit.t) * far;
     const Vec3 wanted = middle + (radius - workload_depth(kTick * static_cast<double>(k))) * u;
-    const Vec3 step = way->empty() ? Vec3{} : wanted - way->back();
+    const Vec3 step = way.empty() ? Vec3{} : wanted - way.back();
     const double length = norm(step);
     const double share = length > kWayPerTick ? kWayPerTick / length : 1;
-    way->push_back(way->empty() ? wanted : way->back() + share * step);
+    way.push_back(way.empty() ? wanted : way.back() + share * step);
     // where the surface leaps, the way waits until the tool has followed
     if (length < 10 * kWayPerTick) t += kTick;
   }
-  return [way](double time) {
-    const double at = std::clamp(time / kTick, 0.0, static_cast<double>(way->size() - 2));
-    const auto k = std::min(static_cast<size_t>(at), way->size() - 2);
-    const double part = at - static_cast<double>(k);
-    return (*way)[k] + part * ((*way)[k + 1] - (*way)[k]);
-  };
+  return path_through(std::move(way));
 }
 
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,

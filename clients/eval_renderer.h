@@ -7,6 +7,7 @@
 #include "clients/eval_judge.h"
 #include "clients/eval_workload.h"
 #include "clients/lockstep.h"
+#include "contact/bake.h"
 #include "contact/shape/mesh_topology.h"
 
 namespace haptic {
@@ -37,6 +38,13 @@ class OwnedMesh {
   ObbTreeData tree_;
   MeshShape shape_;
 };
+
+/// A scan from a file, sized so that its longest side is `size` [m]; open ones are one-sided
+/// surfaces. Throws MeshError.
+BakedShape bake_scan(const std::string& file, double size);
+
+/// Positions at 1 kHz as a path, straight in between; holds copies.
+ToolPath path_through(std::vector<Vec3> positions);
 
 /// The way around any mesh: along sphere_direction, at workload_depth under the outermost surface
 /// seen from the middle of its box, never faster than the slides. The shape must outlive it.

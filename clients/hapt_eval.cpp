@@ -8,6 +8,7 @@
 
 #include "clients/check_outputs.h"
 #include "clients/eval_renderer.h"
+#include "clients/eval_ruffaldi.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/lockstep.h"
@@ -26,6 +27,8 @@ struct EvalOptions {
   LockstepOptions lockstep;
   bool json = false, overwrite = false;
   RendererEval renderer;
+  std::string protocol;
+  RuffaldiEval ruffaldi;
 };
 
 struct EvalRun {
@@ -123,6 +126,14 @@ void run_renderer(EvalOptions options, const CLI::App& command) {
   print_judged(eval_renderer(eval), options.json);
 }
 
+void run_ruffaldi(const EvalOptions& options) {
+  RuffaldiEval eval = options.ruffaldi;
+  eval.mesh = options.renderer.mesh;
+  eval.size = options.renderer.size;
+  eval.lockstep = options.lockstep;
+  print_judged(eval_ruffaldi(eval), options.json);
+}
+
 }  // namespace
 
 void add_eval_command(CLI::App& app) {
@@ -172,7 +183,28 @@ void add_eval_command(CLI::App& app) {
       ->needs(mesh)
       ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
+  RuffaldiEval& ruffaldi = options->ruffaldi;
+  CLI::Option* const protocol =
+      command
+          ->add_option("--protocol", options->protocol,
+                       "ruffaldi: forces along a probe's trajectory, against the truth")
+          ->check(CLI::IsMember({"ruffaldi"}))
+          ->excludes(config);
+  command->add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
+      ->needs(protocol)
+      ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
+      ->capture_default_str();
+  command->add_option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
+      ->needs(protocol)
+      ->check(CLI::Range(0.0, 1e-3))
+      ->capture_default_str();
+  command->add_option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+      ->needs(protocol, mesh);
   command->callback([options, command] {
+    if (!options->protocol.empty()) {
+      run_ruffaldi(*options);
+      return;
+    }
     options->renderer.mesh.empty() ? run_eval(*options) : run_renderer(*options, *command);
   });
 }
