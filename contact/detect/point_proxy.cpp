@@ -164,14 +164,12 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   for (; sweeps < kMaxSweeps || leg.size == 0; ++sweeps) {
     SceneHit blocked = first_hit_in_scene(scene, proxy.g_W, goal.x);
     const Vec3 reached_W = blocked.hit ? stop_short(scene, blocked, proxy.g_W, goal.x) : goal.x;
-    const SceneHit touched = touched_facet(scene, reached_W);
-    const double gained = norm(reached_W - proxy.g_W);
-    if (touched.hit) {
-      blocked = touched;
-    } else {
-      proxy.g_W = reached_W;
-    }
-    const bool moved = !touched.hit && gained > kNoProgress * scene.epsilon;
+    const bool gains = norm(reached_W - proxy.g_W) > kNoProgress * scene.epsilon;
+    // where it stands it is clear already
+    const SceneHit touched = gains ? touched_facet(scene, reached_W) : SceneHit{};
+    const bool moved = gains && !touched.hit;
+    if (touched.hit) blocked = touched;
+    if (moved) proxy.g_W = reached_W;
     if (!blocked.hit && (leg.size == 0 || !moved)) break;
     // planes hold where they were met, in the order met: elsewhere try for the tool itself again,
     // so that a proxy at rest does not depend on how it came there

@@ -83,6 +83,26 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   CHECK(judge.touching() > 0);
 }
 
+TEST_CASE("eval: a slide that is cut short is held where it ended, never let go", "[lab][trap]") {
+  // deep in a broken mesh there are more facets on the way than one step may try
+  haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
+  if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
+  const OwnedMesh mesh(std::move(soup));
+  ScriptedHand hand(way_around(mesh.shape(), haptic::kEvalTicks));
+  const haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  haptic::Lockstep lockstep(config, std::span(&mesh.shape(), 1), hand, {1, 0});
+  int cut_short = 0;
+  for (int k = 0; k < haptic::kEvalTicks; ++k) {
+    REQUIRE(lockstep.step());
+    if ((lockstep.contacts()->flags & haptic::kContactIterationLimit) == 0) continue;
+    ++cut_short;
+    const haptic::ServoFrame& f = lockstep.frame();
+    // the answer is one slide ahead of the verified proxy, a little nearer to the tool
+    REQUIRE(norm(f.F_coupling_W.f) >= 0.9 * kStiffness * norm(f.X_WG.p - f.X_WT.p));
+  }
+  CHECK(cut_short > 0);
+}
+
 TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface",
           "[lab][property]") {
   haptic::OracleAnswer truth;
