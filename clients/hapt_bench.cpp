@@ -5,6 +5,7 @@
 
 #include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
+#include "clients/bench_point_proxy.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
 #include "clients/hapt_commands.h"
@@ -50,6 +51,26 @@ void add_closest_command(CLI::App& bench) {
   command->callback([options] { print_judged(bench_closest(options->closest), options->json); });
 }
 
+void add_point_proxy_command(CLI::App& bench) {
+  struct Options {
+    BenchPointProxyOptions proxy;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand(
+      "point-proxy", "A whole contact step, dragged over meshes of 5 k to 1.1 M triangles");
+  command->add_option("--mesh", options->proxy.meshes, "hf:N or sphere:N, as often as wanted")
+      ->check([](const std::string& name) {
+        return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
+      });
+  command
+      ->add_option("--repetitions", options->proxy.repetitions, "the fastest of each tick counts")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_judged(bench_point_proxy(options->proxy), options->json); });
+}
+
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
@@ -58,6 +79,7 @@ void add_bench_command(CLI::App& app) {
   bench->require_subcommand(1);
   add_ring_command(*bench);
   add_closest_command(*bench);
+  add_point_proxy_command(*bench);
   add_bench_jitter(*bench);
   add_bench_segment(*bench);
 }

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit.
+// hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit; or one
+// renderer on one mesh, tick by tick beside the exact god-object.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 
 #include "clients/check_outputs.h"
+#include "clients/eval_renderer.h"
+#include "clients/eval_ruffaldi.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/lockstep.h"
+#include "clients/print_rows.h"
 #include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/summary.h"
@@ -22,6 +26,9 @@ struct EvalOptions {
   double duration = 20;
   LockstepOptions lockstep;
   bool json = false, overwrite = false;
+  RendererEval renderer;
+  std::string protocol;
+  RuffaldiEval ruffaldi;
 };
 
 struct EvalRun {
@@ -105,6 +112,28 @@ void run_eval(const EvalOptions& options) {
   if (!all_hold(rows.rows())) throw CLI::RuntimeError(1);
 }
 
+void run_renderer(EvalOptions options, const CLI::App& command) {
+  RendererEval& eval = options.renderer;
+  check_outputs({options.plot}, {options.trace, is_eval_work(eval.mesh) ? "" : eval.mesh},
+                options.overwrite);
+  eval.trace = options.trace;
+  eval.plot = options.plot;
+  eval.lockstep.contact_period = options.lockstep.contact_period;
+  // unless asked for, the judge leaves no delay between the tool and the answer
+  if (command.count("--contact-latency") > 0) {
+    eval.lockstep.contact_latency = options.lockstep.contact_latency;
+  }
+  print_judged(eval_renderer(eval), options.json);
+}
+
+void run_ruffaldi(const EvalOptions& options) {
+  RuffaldiEval eval = options.ruffaldi;
+  eval.mesh = options.renderer.mesh;
+  eval.size = options.renderer.size;
+  eval.lockstep = options.lockstep;
+  print_judged(eval_ruffaldi(eval), options.json);
+}
+
 }  // namespace
 
 void add_eval_command(CLI::App& app) {
@@ -128,7 +157,56 @@ void add_eval_command(CLI::App& app) {
   command->add_option("--plot", options->plot, "draw force, depth and lateness to this .svg");
   command->add_flag("--overwrite", options->overwrite, "replace the plot where it exists");
   command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { run_eval(*options); });
+  CLI::Option* const config = command->get_option("--config");
+  RendererEval& judged = options->renderer;
+  CLI::Option* const mesh =
+      command
+          ->add_option("--mesh", judged.mesh,
+                       "judge a renderer on hf:N, sphere:N, flat:N or a mesh file")
+          ->excludes(config);
+  command->add_option("--renderer", judged.renderer, "which renderer is judged")
+      ->needs(mesh)
+      ->capture_default_str();
+  command->add_option("--size", judged.size, "longest side of a mesh file [m]")
+      ->needs(mesh)
+      ->check(CLI::Range(1e-3, 10.0))
+      ->capture_default_str();
+  command->add_option("--stiffness", judged.stiffness, "of the coupling [N/m]")
+      ->needs(mesh)
+      ->check(CLI::Range(1.0, 1e5))
+      ->capture_default_str();
+  command->add_option("--max-force", judged.max_force, "limit of the device [N]")
+      ->needs(mesh)
+      ->check(CLI::Range(0.1, 1e3))
+      ->capture_default_str();
+  command->add_option("--ticks", judged.ticks, "length of the tool's path")
+      ->needs(mesh)
+      ->check(CLI::Range(1, 10'000'000))
+      ->capture_default_str();
+  RuffaldiEval& ruffaldi = options->ruffaldi;
+  CLI::Option* const protocol =
+      command
+          ->add_option("--protocol", options->protocol,
+                       "ruffaldi: forces along a probe's trajectory, against the truth")
+          ->check(CLI::IsMember({"ruffaldi"}))
+          ->excludes(config);
+  command->add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
+      ->needs(protocol)
+      ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
+      ->capture_default_str();
+  command->add_option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
+      ->needs(protocol)
+      ->check(CLI::Range(0.0, 1e-3))
+      ->capture_default_str();
+  command->add_option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+      ->needs(protocol, mesh);
+  command->callback([options, command] {
+    if (!options->protocol.empty()) {
+      run_ruffaldi(*options);
+      return;
+    }
+    options->renderer.mesh.empty() ? run_eval(*options) : run_renderer(*options, *command);
+  });
 }
 
 }  // namespace haptic

@@ -35,6 +35,7 @@ Lockstep::Lockstep(const SessionConfig& config, std::span<const MeshShape> shape
       contact_state_(std::make_unique<ContactState>()),
       sim_model_(build_sim(config)),
       control_(initial_control(config)) {
+  contact_model_.prediction = options.contact_latency / config.servo_rate;
   scene_ = sim_step(sim_model_, sim_state_, kStartNs);
   sim_ticks_ = 1;
 }

@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRelativeEpsilon = 1e-6;  // of the largest object
+constexpr double kRelativeEpsilon = 1e-9;  // of the largest object: 10⁶ times its rounding
 constexpr double kMinReach = 0.2e-3;       // look-ahead of a resting hand [m]
 constexpr double kMaxReach = 20e-3;        // bound of the look-ahead's cost [m]
 constexpr double kPeriodSmoothing = 0.1;   // weight of the newest interval
@@ -73,6 +73,21 @@ Contact make_contact(const PointScene& scene, const Touch& touch, double crease_
   return c;
 }
 
+/// Across the way from where the slide was cut short to the tool: the proxy stays where it is for
+/// this tick, which is sticky, but never a hole.
+void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
+              const Vec3& p_W, ContactSet& set) {
+  const auto [object, triangle] = move.active[0];
+  const Pose X_OW = inverse(scene.X_WO[object]);
+  const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
+  // the proxy's own place, less the stand-off of a sphere that the servo adds
+  const Vec3 point_O = X_OW * proxy.g_W - scene.radius * across_O;
+  const Feature face{FeatureKind::kFace, triangle};
+  set.contacts[set.n_contacts++] =
+      make_contact(scene, {object, triangle, face, point_O, across_O}, 1);
+  set.n_active = set.n_contacts;
+}
+
 void add_active(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
                 const ProxyMove& move, ContactSet& set) {
   for (uint32_t i = 0; i < move.n_active; ++i) {
@@ -92,10 +107,10 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
       [&](const Contact& c) { return c.object == object && c.feature == feature.id(); });
 }
 
-void add_approaching(const ContactModel& model, const PointScene& scene, ContactState& state,
-                     double reach, ContactSet& set) {
+void add_approaching(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
+                     double reach, ContactState& state, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
-    const Vec3 g_O = inverse(scene.X_WO[i]) * state.proxy.g_W;
+    const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     NearResult near =
         near_features(scene.shapes[i], g_O, scene.radius + reach, state.scratch, state.features);
     if (near.truncated) set.flags |= kContactTruncated;
@@ -160,9 +175,25 @@ void answer_stateless(const PointScene& scene, const ServoFrame& servo, double r
   set.free_fraction = 1;
 }
 
+/// What will carry a proxy that goes on to p_W, where the tool will be when the answer is used, and
+/// what it may reach.
+void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
+                  ContactState& state, ContactSet& set) {
+  PointProxy proxy = state.proxy;
+  const ProxyMove move = move_proxy(then, p_W, proxy);
+  set.flags |= move.flags & (kContactIterationLimit | kContactTruncated);
+  if ((move.flags & kContactIterationLimit) != 0 && move.n_active > 0) {
+    add_hold(then, proxy, move, p_W, set);
+  } else {
+    add_active(model, then, proxy, move, set);
+  }
+  add_approaching(model, then, proxy, reach, state, set);
+}
+
 struct ProxyAsk {
-  double reach;  // of the look-ahead [m]
-  bool reseed;   // the renderer is another one than in the last answer
+  PointScene then;  // when the answer is used
+  double reach;     // of the look-ahead [m]
+  bool reseed;      // the renderer is another one than in the last answer
 };
 
 /// The hard renderers: a proxy that is never inside.
@@ -176,11 +207,11 @@ void answer_with_proxy(const ContactModel& model, const PointScene& scene, const
     set.flags |= seed(scene, servo, state.proxy);
   }
   if (!state.proxy.seeded) return;
-  const ProxyMove move = move_proxy(scene, servo.X_WT.p + servo.held_back_W, state.proxy);
+  const Vec3 goal_W = servo.X_WT.p + servo.held_back_W;
+  const ProxyMove move = move_proxy(scene, goal_W, state.proxy);
   set.flags |= move.flags;
   set.free_fraction = move.free_fraction;
-  add_active(model, scene, state.proxy, move, set);
-  add_approaching(model, scene, state, ask.reach, set);
+  add_contacts(model, ask.then, goal_W + model.prediction * servo.V_WT.v, ask.reach, state, set);
 }
 
 }  // namespace
@@ -188,7 +219,7 @@ void answer_with_proxy(const ContactModel& model, const PointScene& scene, const
 ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes) {
   ContactModel model;
   model.n_objects = config.n_objects;
-  model.servo_period = 1 / config.servo_rate;
+  model.servo_period = model.prediction = 1 / config.servo_rate;
   model.radius = config.proxy_radius;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
@@ -232,7 +263,10 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     if (changed) set.flags |= kContactReseeded;
     answer_stateless(now, servo, reach, state, set);
   } else if (usable) {
-    answer_with_proxy(model, now, servo, {reach, changed}, state, set);
+    const auto ahead_ns = static_cast<int64_t>(model.prediction * 1e9);
+    PointScene then = scene_now(model, scene, servo.t_ns + ahead_ns);
+    then.radius = now.radius;
+    answer_with_proxy(model, now, servo, {then, reach, changed}, state, set);
   }
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) {

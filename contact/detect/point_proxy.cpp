@@ -41,12 +41,12 @@ SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const V
   return first;
 }
 
-/// Where the centre of a proxy at x_W may be, epsilon off the facet's obstacle: its tangent plane.
+/// Where the centre of a proxy at x_W may be: the tangent plane of the facet's obstacle.
 HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
   const ProxySupport support = support_of(scene, plane, x_W);
   const Pose& X_WO = scene.X_WO[plane.object];
   const Vec3 normal_W = rotate(X_WO.q, support.normal_O);
-  return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius + scene.epsilon};
+  return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius};
 }
 
 /// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
@@ -83,8 +83,9 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
     if (!sphere_enters_triangle(mesh, hit.plane.triangle, grown, t)) t = 0;
   } else {
     const HalfSpace plane = tangent_plane(scene, hit.plane, from_W);
+    const double height = dot(plane.normal, from_W) - plane.offset;
     const double drop = dot(plane.normal, from_W - to_W);
-    if (drop > 0) t = std::max((dot(plane.normal, from_W) - plane.offset) / drop, 0.0);
+    if (drop > 0) t = std::max((height - scene.epsilon) / drop, 0.0);
   }
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
@@ -105,6 +106,13 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const double bend = dot(tangent.normal, outward_W);
   if (bend < kLargestBend) return subgoal_W;
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
+}
+
+/// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
+/// two facets would hand it to and fro; only where it begins on the surface it is taken off.
+double stand_off(const PointScene& scene, double height) {
+  if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
+  return std::min(height, scene.epsilon);
 }
 
 /// Too many facets in one leg: forget those that do not push.
@@ -161,27 +169,23 @@ class Slide {
     begin_leg();
   }
 
-  /// One sweep to the subgoal, and the next subgoal; false when the proxy rests.
-  bool sweeps_on() {
+  /// One sweep to the subgoal, or one more plane; false when the proxy rests. Out of time it takes
+  /// a plane wherever it is blocked.
+  bool sweeps_on(bool in_time) {
     SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x);
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
-    const SceneHit touched = touched_facet(scene_, reached_W);
-    const double gained = norm(reached_W - g_W_);
-    if (touched.hit) {
-      blocked = touched;
-    } else {
-      g_W_ = reached_W;
-    }
-    if (!blocked.hit) {
-      // the leg is free; where planes bent it, try again for the tool itself
-      const bool arrived = leg_.size == 0 || is_nothing(gained);
-      return (!arrived && tries_again()) || take_leap_back();
-    }
-    add_plane(blocked.plane, reached_W);
-    if (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) return true;
-    // held here, perhaps by planes of facets that were left behind: only what still blocks counts
-    const bool moved = !is_nothing(norm(g_W_ - leg_start_W_));
-    return (moved && tries_again()) || take_leap_back();
+    const bool gains = !is_nothing(norm(reached_W - g_W_));
+    // where it stands it is clear already
+    const SceneHit touched = gains ? touched_facet(scene_, reached_W) : SceneHit{};
+    const bool moved = gains && !touched.hit;
+    if (touched.hit) blocked = touched;
+    if (moved) g_W_ = reached_W;
+    if (!blocked.hit && (leg_.size == 0 || !moved)) return take_leap_back();
+    // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
+    // again, so that a proxy at rest does not depend on how it came there
+    if (moved && (in_time || !blocked.hit)) return tries_again() || take_leap_back();
+    add_plane(blocked.plane);
+    return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
   }
 
   /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
@@ -196,6 +200,7 @@ class Slide {
   }
 
   Leg carrying() const { return pushing_planes(leg_, goal_); }
+  bool has_no_plane() const { return leg_.size == 0; }
   bool truncated() const { return truncated_; }
 
  private:
@@ -204,7 +209,6 @@ class Slide {
 
   void begin_leg() {
     leg_.size = 0;
-    leg_start_W_ = g_W_;
     goal_ = {};
     goal_.x = tool_W_;
   }
@@ -219,12 +223,13 @@ class Slide {
     return true;
   }
 
-  void add_plane(const ProxyPlane& plane, const Vec3& at_W) {
+  void add_plane(const ProxyPlane& plane) {
     if (leg_.size == kMaxPlanes) {
       leg_ = pushing_planes(leg_, goal_);
       truncated_ = true;
     }
-    const HalfSpace tangent = tangent_plane(scene_, plane, at_W);
+    HalfSpace tangent = tangent_plane(scene_, plane, g_W_);
+    tangent.offset += stand_off(scene_, dot(tangent.normal, g_W_) - tangent.offset);
     leg_.half_spaces[leg_.size] = tangent;
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
@@ -238,7 +243,6 @@ class Slide {
   Vec3& g_W_;
   Leg leg_;
   PointProjection goal_;
-  Vec3 leg_start_W_;
   Vec3 nearest_W_;  // to the tool, where a leg ended
   double nearest_;
   int stalls_ = 0;
@@ -294,10 +298,16 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   const double to_go = norm(p_W - start_W);
   Slide slide(scene, p_W, proxy.g_W);
   int sweeps = 0;
-  while (sweeps < kMaxSweeps && slide.sweeps_on()) ++sweeps;
-  if (sweeps == kMaxSweeps) {
-    slide.take_leap_back();
+  // never ends between two legs, without a plane
+  bool moves = true;
+  for (; moves && (sweeps < kMaxSweeps || slide.has_no_plane()); ++sweeps) {
+    moves = slide.sweeps_on(sweeps < kMaxSweeps);
+  }
+  if (moves) {
     move.flags |= kContactIterationLimit;
+    if (slide.take_leap_back()) {
+      while (slide.has_no_plane() && slide.sweeps_on(false)) continue;
+    }
   }
   if (slide.truncated()) move.flags |= kContactTruncated;
 

@@ -10,7 +10,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kBoundSlack = 1 + 1e-12;  // a box this much too far may be so by rounding only
+// a box this much too far may be so by rounding only
+constexpr double kBoundSlack = kCompactSlack;
 constexpr double kRelativeSlack = 1e-14;   // the same for a height, of the coordinates
 
 /// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
@@ -159,7 +160,7 @@ SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
   // one sibling waits per level
   std::array<Waiting, kMaxTreeDepth + 1> stack;
   size_t waiting = 0;
-  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box, sphere.from_O), 0};
+  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box.unpacked(), sphere.from_O), 0};
   while (waiting > 0) {
     const auto [bound, index] = stack[--waiting];
     // what the sphere cannot reach before the best hit is of no interest
@@ -167,14 +168,15 @@ SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
     if (bound > reach * reach) continue;
     const ObbNode& node = shape.tree.nodes[index];
     const Vec3 half_O = (0.5 * best.t) * d_O;
-    if (!may_meet_box(node.box, sphere.from_O + half_O, half_O, sphere.radius)) continue;
+    if (!may_meet_box(node.box.unpacked(), sphere.from_O + half_O, half_O, sphere.radius)) continue;
     if (node.count > 0) {
       visit_leaf(shape, node, sphere, best);
       continue;
     }
-    Waiting near{distance_squared(shape.tree.nodes[node.first].box, sphere.from_O), node.first};
-    Waiting far{distance_squared(shape.tree.nodes[node.first + 1].box, sphere.from_O),
-                node.first + 1};
+    const auto wait_for = [&](uint32_t child) {
+      return Waiting{distance_squared(shape.tree.nodes[child].box.unpacked(), sphere.from_O), child};
+    };
+    Waiting near = wait_for(node.first), far = wait_for(node.first + 1u);
     if (far.bound < near.bound) std::swap(near, far);
     stack[waiting++] = far;
     stack[waiting++] = near;

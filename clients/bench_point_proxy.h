@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/eval_workload.h"
+#include "clients/report.h"
+
+namespace haptic {
+
+struct BenchPointProxyOptions {
+  std::vector<std::string> meshes{"hf:50",     "hf:187",    "hf:374",     "hf:742",
+                                  "sphere:16", "sphere:59", "sphere:118", "sphere:235"};
+  int repetitions = 5;  // of the same path; a tick counts with its fastest
+  int ticks = kEvalTicks;
+};
+
+/// What a whole contact step costs on the published work: processor time of the thread
+/// (CLOCK_THREAD_CPUTIME_ID; reading it adds 0.2 to 0.3 µs) of each tick, the least of the
+/// repetitions, so that what the machine did meanwhile is left out; and what rt_guard caught in one
+/// more repetition.
+std::vector<Row> bench_point_proxy(const BenchPointProxyOptions& options);
+
+}  // namespace haptic

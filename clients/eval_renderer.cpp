@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval_renderer.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "clients/plot_svg.h"
+#include "clients/scripted_hand.h"
+#include "contact/query/segment_hit.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTick = 1e-3;           // [s]
+constexpr double kWayPerTick = 0.13e-3;  // of the fastest slide [m]
+constexpr double kLockstepError = 1e-6;  // with contact in every tick, answered within it [N]
+constexpr double kLateError = 0.02;      // rms, one tick late [N]
+constexpr double kFlatRipple = 1e-5;     // on the plane [N]
+constexpr double kNearby = 2e-3;         // a verified proxy is never farther from the surface [m]
+
+/// The mesh, ready for queries, and who keeps it.
+struct Subject {
+  std::unique_ptr<OwnedMesh> made;
+  BakedShape baked;
+  MeshShape shape;
+  ToolPath path;
+  bool closed_work = false;  // one of the published meshes: all goals apply
+};
+
+Subject open_subject(const RendererEval& eval) {
+  Subject subject;
+  if (is_eval_work(eval.mesh)) {
+    EvalWork work = make_eval_work(eval.mesh, 0);
+    subject.made = std::make_unique<OwnedMesh>(std::move(work.soup));
+    subject.shape = subject.made->shape();
+    subject.path = std::move(work.path);
+    subject.closed_work = true;
+    return subject;
+  }
+  subject.baked = bake_scan(eval.mesh, eval.size);
+  subject.shape = subject.baked.shape;
+  if (eval.trace.empty()) subject.path = way_around(subject.shape, eval.ticks);
+  return subject;
+}
+
+EvalGoals goals_of(const RendererEval& eval, const Subject& subject) {
+  EvalGoals goals;
+  goals.force_limit = eval.max_force;
+  // a broken mesh has no god-object that two programs must agree on
+  goals.follows_oracle = subject.closed_work || subject.shape.mesh.closed;
+  if (!goals.follows_oracle || eval.lockstep.contact_period != 1) return goals;
+  if (eval.lockstep.contact_latency == 0) goals.max_force_error = kLockstepError;
+  if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
+  if (eval.mesh.rfind("flat:", 0) == 0) goals.max_ripple = kFlatRipple;
+  return goals;
+}
+
+void plot_judged(const std::string& path, const std::string& title, const EvalJudge& judge) {
+  const EvalJudge::Trace& trace = judge.trace();
+  write_svg(path, title,
+            {{"force", "N", {{"rendered", trace.t, trace.force}, {"oracle", trace.t, trace.exact}}},
+             {"force error", "N", {{"|F − F*|", trace.t, trace.error}}},
+             {"ripple", "N", {{"|ΔF − ΔF*|", trace.t, trace.ripple}}}});
+}
+
+}  // namespace
+
+OwnedMesh::OwnedMesh(Soup soup)
+    : mesh_(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
+      tree_(build_obb_tree(mesh_.view())),
+      grid_(build_hash_grid(mesh_.view(), tree_.view(), kCellEdges * mean_edge_length(mesh_.view()))),
+      patches_(build_patch_tree(mesh_.view())),
+      shape_{mesh_.view(), tree_.view(), grid_.view(), patches_.view()} {}
+
+BakedShape bake_scan(const std::string& file, double size) {
+  ObjectConfig object;
+  assign(object.mesh, file);
+  object.size = size;
+  object.allow_open = 1;
+  return bake_object(object, SessionConfig{}.mesh_memory_limit);
+}
+
+ToolPath path_through(std::vector<Vec3> positions) {
+  const auto way = std::make_shared<const std::vector<Vec3>>(std::move(positions));
+  return [way](double t) {
+    const size_t last = way->size() - 1;
+    const double at = std::clamp(t / kTick, 0.0, static_cast<double>(last));
+    const auto k = std::min(static_cast<size_t>(at), last);
+    const double part = at - static_cast<double>(k);
+    return (*way)[k] + part * ((*way)[std::min(k + 1, last)] - (*way)[k]);
+  };
+}
+
+ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
+  const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
+  const double far = norm(shape.mesh.upper - shape.mesh.lower);
+  std::vector<Vec3> way;
+  double radius = 0.5 * far;
+  double t = 0;
+  for (uint64_t k = 0; k < ticks + 2; ++k) {
+    const Vec3 u = sphere_direction(t);
+    const SegmentHit hit = first_hit(shape, middle + far * u, middle);
+    if (hit.hit) radius = (1 - hit.t) * far;
+    const Vec3 wanted = middle + (radius - workload_depth(kTick * static_cast<double>(k))) * u;
+    const Vec3 step = way.empty() ? Vec3{} : wanted - way.back();
+    const double length = norm(step);
+    const double share = length > kWayPerTick ? kWayPerTick / length : 1;
+    way.push_back(way.empty() ? wanted : way.back() + share * step);
+    // where the surface leaps, the way waits until the tool has followed
+    if (length < 10 * kWayPerTick) t += kTick;
+  }
+  return path_through(std::move(way));
+}
+
+EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
+                    const LockstepOptions& options, uint64_t ticks) {
+  const std::span<const MeshShape> shapes(&shape, 1);
+  Lockstep lockstep(config, shapes, hand, options);
+  GodObjectOracle oracle(shape.mesh);
+  EvalJudge judge(config.coupling.translational_stiffness);
+  for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
+    const ServoFrame& frame = lockstep.frame();
+    const ContactSet* const set = lockstep.contacts();
+    if (k == 0) oracle.seed(frame.X_WT.p);
+    const OracleAnswer truth = oracle.follow(frame.X_WT.p);
+    const bool near = norm(frame.X_WG.p - truth.proxy_O) < kNearby;
+    judge.add(frame, set != nullptr ? set->flags : 0, truth,
+              set != nullptr && near ? oracle.behind(frame.X_WG.p, kNearby) : BehindSurface{});
+  }
+  return judge;
+}
+
+std::vector<Row> eval_renderer(const RendererEval& eval) {
+  if (eval.renderer != "god-object3") {
+    throw std::runtime_error("--renderer " + eval.renderer +
+                             ": cannot be judged; give god-object3");
+  }
+  const Subject subject = open_subject(eval);
+  SessionConfig config = plain_session(eval.stiffness);
+  config.safety.max_force = eval.max_force;
+  std::unique_ptr<Device> hand;
+  uint64_t ticks = eval.ticks;
+  if (eval.trace.empty()) {
+    hand = std::make_unique<ScriptedHand>(subject.path);
+  } else {
+    use_trace(config, eval.trace);
+    hand = open_device(config.device);
+    ticks = ~uint64_t{0};
+  }
+  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks);
+  const std::string name = eval.renderer + " on " + eval.mesh;
+  Rows rows(name);
+  rows.note("machine", machine_line());
+  rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
+                            " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
+  for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
+  rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
+  rows.append(judge.rows(name, goals_of(eval, subject)));
+  if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
+  return rows.rows();
+}
+
+}  // namespace haptic

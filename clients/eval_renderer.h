@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/eval_judge.h"
+#include "clients/eval_workload.h"
+#include "clients/lockstep.h"
+#include "contact/bake.h"
+#include "contact/shape/mesh_topology.h"
+
+namespace haptic {
+
+/// A renderer under judgement: which, on what, led by whom.
+struct RendererEval {
+  std::string renderer = "god-object3";
+  std::string mesh;                // "hf:742", "sphere:235", "flat:50", or a mesh file
+  std::string trace;               // a recorded hand instead of the path that belongs to the mesh
+  std::string plot;                // .svg
+  double size = 0.15;              // of the longest side of a mesh file [m]
+  double stiffness = 1000;         // [N/m]
+  double max_force = 1e3;          // the device's limit [N]
+  uint64_t ticks = kEvalTicks;     // of a path; a recording is played to its end
+  LockstepOptions lockstep{1, 0};  // contact in every tick, answered within it
+};
+
+/// A mesh with its tree that owns its arrays; shape() views them and holds while this lives.
+class OwnedMesh {
+ public:
+  explicit OwnedMesh(Soup soup);
+  OwnedMesh(const OwnedMesh&) = delete;
+  OwnedMesh& operator=(const OwnedMesh&) = delete;
+  const MeshShape& shape() const { return shape_; }
+
+ private:
+  MeshData mesh_;
+  ObbTreeData tree_;
+  HashGridData grid_;
+  PatchTreeData patches_;
+  MeshShape shape_;
+};
+
+/// A scan from a file, sized so that its longest side is `size` [m]; open ones are one-sided
+/// surfaces. Throws MeshError.
+BakedShape bake_scan(const std::string& file, double size);
+
+/// Positions at 1 kHz as a path, straight in between; holds copies.
+ToolPath path_through(std::vector<Vec3> positions);
+
+/// The way around any mesh: along sphere_direction, at workload_depth under the outermost surface
+/// seen from the middle of its box, never faster than the slides. The shape must outlive it.
+ToolPath way_around(const MeshShape& shape, uint64_t ticks);
+
+/// Runs hand, contact and servo in lockstep for so many ticks, or to the end of a recording, and
+/// compares each tick with the oracle. The object lies at the origin.
+EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
+                    const LockstepOptions& lockstep, uint64_t ticks);
+
+/// The whole of `hapt eval --renderer`: figures, goals, plot. Throws std::runtime_error with one
+/// line for what is not there.
+std::vector<Row> eval_renderer(const RendererEval& eval);
+
+}  // namespace haptic

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval_workload.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <stdexcept>
+
+namespace haptic {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kFieldHalf = 0.1;     // [m]
+constexpr double kSphereRadius = 0.1;  // [m]
+constexpr uint32_t kFinest = 1500;     // 4.5 or 45 million triangles
+
+struct FieldWave {
+  double amplitude, kx, ky, phase;  // [m], [rad/m], [rad]
+};
+constexpr std::array<FieldWave, 6> kField{{{3.0e-3, 40, 25, 0.3},
+                                           {1.5e-3, -70, 90, 1.1},
+                                           {0.8e-3, 180, 150, 2.2},
+                                           {0.5e-3, -310, 260, 0.7},
+                                           {0.25e-3, 620, 540, 1.9},
+                                           {0.15e-3, 900, -1100, 2.7}}};
+
+struct SphereWave {
+  double share;  // of the radius
+  Vec3 k;
+  double phase;
+};
+constexpr std::array<SphereWave, 5> kSphere{{{0.04, {4, 3, -2}, 0.4},
+                                             {0.02, {-9, 7, 5}, 1.3},
+                                             {0.008, {17, -14, 21}, 2.1},
+                                             {0.004, {41, 37, -29}, 0.2},
+                                             {0.0015, {97, -83, 71}, 1.7}}};
+
+/// Vertices of a geodesic sphere, shared between the faces of the icosahedron: each is known by
+/// the corners it is mixed from and their weights.
+class SphereVertices {
+ public:
+  SphereVertices(uint32_t f, Soup& soup)
+      : f_(f), soup_(soup), corners_(make_icosphere(1, 0).vertices) {}
+
+  uint32_t at(const Triangle& face, uint32_t i, uint32_t j) {
+    using Part = std::array<uint32_t, 2>;  // corner, weight
+    Key key{Part{face[0], f_ - i - j}, Part{face[1], i}, Part{face[2], j}};
+    // a corner without weight is none
+    for (Part& part : key) part = part[1] == 0 ? Part{} : part;
+    std::sort(key.begin(), key.end());
+    const auto [known, fresh] =
+        known_.try_emplace(key, static_cast<uint32_t>(soup_.vertices.size()));
+    if (fresh) {
+      Vec3 mixed;
+      for (const auto& [corner, weight] : key) {
+        mixed += static_cast<double>(weight) * corners_[corner];
+      }
+      const Vec3 u = normalized(mixed);
+      soup_.vertices.push_back(bumpy_radius(u) * u);
+    }
+    return known->second;
+  }
+
+ private:
+  using Key = std::array<std::array<uint32_t, 2>, 3>;
+  uint32_t f_;
+  Soup& soup_;
+  std::vector<Vec3> corners_;
+  std::map<Key, uint32_t> known_;
+};
+
+/// The number after the colon of "hf:742", 0 where there is none or it is out of range.
+uint32_t fineness(const std::string& name, const std::string& family) {
+  if (name.rfind(family + ":", 0) != 0) return 0;
+  uint32_t n = 0;
+  const char* const end = name.data() + name.size();
+  const auto [rest, error] = std::from_chars(name.data() + family.size() + 1, end, n);
+  return error == std::errc{} && rest == end && n <= kFinest ? n : 0;
+}
+
+}  // namespace
+
+double field_height(double x, double y) {
+  double z = 0;
+  for (const FieldWave& w : kField) z += w.amplitude * std::sin(w.kx * x + w.ky * y + w.phase);
+  return z;
+}
+
+double bumpy_radius(const Vec3& u) {
+  double sum = 1;
+  for (const SphereWave& w : kSphere) sum += w.share * std::sin(dot(w.k, u) + w.phase);
+  return kSphereRadius * sum;
+}
+
+Soup make_height_field(uint32_t n) {
+  Soup soup = make_grid(kFieldHalf, n);
+  for (Vec3& v : soup.vertices) v.z = field_height(v.x, v.y);
+  return soup;
+}
+
+Soup make_bumpy_sphere(uint32_t f) {
+  Soup soup;
+  SphereVertices vertices(f, soup);
+  for (const Triangle& face : make_icosphere(1, 0).triangles) {
+    for (uint32_t i = 0; i < f; ++i) {
+      for (uint32_t j = 0; i + j < f; ++j) {
+        const uint32_t b = vertices.at(face, i + 1, j), c = vertices.at(face, i, j + 1);
+        soup.triangles.push_back({vertices.at(face, i, j), b, c});
+        if (i + j + 1 < f) soup.triangles.push_back({b, vertices.at(face, i + 1, j + 1), c});
+      }
+    }
+  }
+  return soup;
+}
+
+Vec3 field_slide(double t, double tool_radius) {
+  const Vec3 flat = flat_slide(t);
+  return {flat.x, flat.y, field_height(flat.x, flat.y) + tool_radius + flat.z};
+}
+
+Vec3 sphere_direction(double t) {
+  const double polar = 0.5 * kPi + 1.1 * std::sin(2 * kPi * 0.11 * t);
+  const double azimuth = 2 * kPi * 0.19 * t;
+  return {std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
+          std::cos(polar)};
+}
+
+Vec3 sphere_slide(double t, double tool_radius) {
+  const Vec3 u = sphere_direction(t);
+  return (bumpy_radius(u) + tool_radius - workload_depth(t)) * u;
+}
+
+bool is_eval_work(const std::string& name) {
+  return fineness(name, "hf") > 0 || fineness(name, "sphere") > 0 || fineness(name, "flat") > 0;
+}
+
+EvalWork make_eval_work(const std::string& name, double tool_radius) {
+  if (const uint32_t n = fineness(name, "hf"); n > 0) {
+    return {name, make_height_field(n), [=](double t) { return field_slide(t, tool_radius); }};
+  }
+  if (const uint32_t f = fineness(name, "sphere"); f > 0) {
+    return {name, make_bumpy_sphere(f), [=](double t) { return sphere_slide(t, tool_radius); }};
+  }
+  if (const uint32_t n = fineness(name, "flat"); n > 0) {
+    return {name, make_grid(kFieldHalf, n), [=](double t) {
+              return flat_slide(t) + Vec3{0, 0, tool_radius};
+            }};
+  }
+  throw std::runtime_error(name +
+                           ": no such mesh; give hf:N, sphere:N or flat:N with N from 1 to " +
+                           std::to_string(kFinest) + ", or a file");
+}
+
+}  // namespace haptic

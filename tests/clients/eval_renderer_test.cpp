@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The goals of the point renderer on the published work, on short stretches of the way; the whole
+// way is a command (docs/benchmarks).
+#include "clients/eval_renderer.h"
+
+#include <catch2/catch.hpp>
+
+#include "clients/scripted_hand.h"
+#include "tests/support/data.h"
+#include "tests/support/meshes.h"
+#include "tests/support/tolerance.h"
+
+using haptic::EvalJudge;
+using haptic::EvalWork;
+using haptic::LockstepOptions;
+using haptic::OwnedMesh;
+using haptic::ScriptedHand;
+using haptic::test::tol;
+using haptic::test::trials;
+
+namespace {
+
+constexpr double kStiffness = 1000;
+
+EvalJudge judge_work(const std::string& name, const LockstepOptions& lockstep, uint64_t ticks) {
+  EvalWork work = haptic::make_eval_work(name, 0);
+  const OwnedMesh mesh(std::move(work.soup));
+  ScriptedHand hand(work.path);
+  return judge_run(haptic::plain_session(kStiffness), mesh.shape(), hand, lockstep, ticks);
+}
+
+void check_whole(const EvalJudge& judge, uint64_t ticks) {
+  CHECK(judge.ticks() == ticks);
+  CHECK(judge.jammed() == 0);
+  CHECK(judge.lost() == 0);
+  CHECK(judge.not_finite() == 0);
+  CHECK(judge.deepest_behind() == 0);
+}
+
+}  // namespace
+
+TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][trap]") {
+  const std::string name = GENERATE("hf:50", "hf:187", "sphere:16", "sphere:59");
+  const uint64_t ticks = trials(3000) + 600;
+  const EvalJudge judge = judge_work(name, {1, 0}, ticks);
+  CAPTURE(name, judge.worst_tick());
+  check_whole(judge, ticks);
+  CHECK(judge.touching() > ticks - 600);
+  CHECK(judge.worst_error() <= tol(1e-6));
+}
+
+TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
+  const std::string name = GENERATE("hf:50", "sphere:16");
+  const uint64_t ticks = trials(3000) + 600;
+  const EvalJudge judge = judge_work(name, {1, 1}, ticks);
+  CAPTURE(name, judge.worst_tick());
+  check_whole(judge, ticks);
+  CHECK(judge.rms_error() <= tol(0.02));
+}
+
+TEST_CASE("eval: no ripple on the flat slide", "[lab][trap]") {
+  const uint32_t latency = GENERATE(0u, 1u);
+  const EvalJudge judge = judge_work("flat:50", {1, latency}, 2000);
+  CHECK(judge.worst_ripple() <= tol(1e-5));
+  CHECK(judge.worst_error() <= tol(1e-6));
+}
+
+TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the limit", "[lab]") {
+  const std::string name = GENERATE("bunny00.off", "elephant.off", "femur.off", "bones.off",
+                                    "pig.off", "mannequin-devil.off");
+  haptic::Soup soup = haptic::test::load_off(name, 0.15);
+  if (soup.triangles.empty()) return;
+  CAPTURE(name);
+  const OwnedMesh mesh(std::move(soup));
+  const uint64_t ticks = trials(3000) + 600;
+  ScriptedHand hand(way_around(mesh.shape(), ticks));
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  config.safety.max_force = 6;
+  const EvalJudge judge = judge_run(config, mesh.shape(), hand, {1, 0}, ticks);
+  CHECK(judge.not_finite() == 0);
+  CHECK(judge.jammed() == 0);
+  CHECK(judge.largest_held() <= 6 * (1 + 1e-12));
+  CHECK(judge.touching() > 0);
+}
+
+TEST_CASE("eval: a slide that is cut short is held where it ended, never let go", "[lab][trap]") {
+  // deep in a broken mesh there are more facets on the way than one step may try
+  haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
+  if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
+  const OwnedMesh mesh(std::move(soup));
+  ScriptedHand hand(way_around(mesh.shape(), haptic::kEvalTicks));
+  const haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  haptic::Lockstep lockstep(config, std::span(&mesh.shape(), 1), hand, {1, 0});
+  int cut_short = 0;
+  for (int k = 0; k < haptic::kEvalTicks; ++k) {
+    REQUIRE(lockstep.step());
+    if ((lockstep.contacts()->flags & haptic::kContactIterationLimit) == 0) continue;
+    ++cut_short;
+    const haptic::ServoFrame& f = lockstep.frame();
+    // the answer is one slide ahead of the verified proxy, a little nearer to the tool
+    REQUIRE(norm(f.F_coupling_W.f) >= 0.9 * kStiffness * norm(f.X_WG.p - f.X_WT.p));
+  }
+  CHECK(cut_short > 0);
+}
+
+TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface",
+          "[lab][property]") {
+  haptic::OracleAnswer truth;
+  haptic::ServoFrame frame{};
+  EvalJudge judge(kStiffness);
+  for (int k = 0; k < 10; ++k) {
+    // the tool slides under the plane z = 0, 1 mm deep
+    frame.tick = static_cast<uint64_t>(k);
+    frame.X_WT.p = {1e-4 * k, 0, -1e-3};
+    truth.proxy_O = {1e-4 * k, 0, 0};
+    frame.X_WP.p = truth.proxy_O;
+    // from tick 4 on the proxy stays; its force is 0.1 N beyond from 0.46 mm on
+    if (k >= 4) frame.X_WP.p = {4e-4, 0, 0};
+    frame.F_coupling_W.f = kStiffness * (frame.X_WP.p - frame.X_WT.p);
+    judge.add(frame, 0, truth, {});
+  }
+  CHECK(judge.jammed() == 1);
+  CHECK(judge.lost() == 0);
+  CHECK(judge.worst_error() == Approx(0.5));
+  frame.F_coupling_W.f = {};
+  judge.add(frame, 0, truth, {2e-3, true});
+  CHECK(judge.lost() == 1);
+  CHECK(judge.deepest_behind() == 2e-3);
+  frame.F_coupling_W.f.x = std::nan("");
+  judge.add(frame, 0, truth, {});
+  CHECK(judge.not_finite() == 1);
+}
