@@ -39,13 +39,13 @@ struct ContactState {
 ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes);
 
 /// Answers one ServoFrame with the detector of its renderer. The hard ones move the verified proxy
-/// towards the tool, less what friction holds back. The answer is used one tick later, so the facets
-/// reported are those that carry a proxy sent on to where the tool will then be (tool and objects on
-/// their way as they move now), then the features it may reach before the next two answers, within
-/// v·(2·T_contact + T). A slide that was cut short is held where it ended, by one plane across the
-/// way to the tool. penalty3 reports the nearest surface of each object, and keeps nothing. A
-/// restarted contact takes the proxy up where the servo last saw it. `scene` may be null. Allocates
-/// nothing.
+/// towards the tool, less what friction holds back. The answer is used one tick later, so the
+/// facets reported are those that carry a proxy sent on to where the tool will then be (tool and
+/// objects on their way as they move now), then the features it may reach before the next two
+/// answers, within v·(2·T_contact + T). A slide that was cut short is held where it ended, by one
+/// plane across the way to the tool. penalty3 reports the nearest surface of each object, and keeps
+/// nothing. A restarted contact takes the proxy up where the servo last saw it. `scene` may be
+/// null. Allocates nothing.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 
