@@ -146,6 +146,8 @@ void check_grid(const HashGrid& grid, size_t n_faces, size_t n_nodes) {
                                            [&](uint32_t t) { return t < n_faces; });
                       }),
       "a triangle out of range in the grid");
+}
+
 void check_patches(const PatchTree& patches, const TriangleMesh& mesh) {
   require(patches.nodes.empty() == mesh.triangles.empty(), "patches of another mesh");
   std::vector<int> depth(patches.nodes.size(), 0);
