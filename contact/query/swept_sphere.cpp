@@ -12,7 +12,7 @@ namespace {
 
 // a box this much too far may be so by rounding only
 constexpr double kBoundSlack = kCompactSlack;
-constexpr double kRelativeSlack = 1e-14;   // the same for a height, of the coordinates
+constexpr double kRelativeSlack = 1e-14;  // the same for a height, of the coordinates
 
 /// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
 /// discriminant from the point of nearest approach, the root for a centre that starts just outside.
@@ -174,7 +174,8 @@ SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
       continue;
     }
     const auto wait_for = [&](uint32_t child) {
-      return Waiting{distance_squared(shape.tree.nodes[child].box.unpacked(), sphere.from_O), child};
+      return Waiting{distance_squared(shape.tree.nodes[child].box.unpacked(), sphere.from_O),
+                     child};
     };
     Waiting near = wait_for(node.first), far = wait_for(node.first + 1u);
     if (far.bound < near.bound) std::swap(near, far);
