@@ -100,7 +100,7 @@ std::vector<Row> run_mesh(const WorkloadMesh& mesh, int rounds) {
   const MeshData data = build_mesh(mesh.soup.vertices, mesh.soup.triangles);
   const ObbTreeData tree = build_obb_tree(data.view());
   const PatchTreeData patches = build_patch_tree(data.view());
-  const MeshShape shape{data.view(), tree.view(), patches.view()};
+  const MeshShape shape{data.view(), tree.view(), {}, patches.view()};
   Rows rows(mesh.name);
   const size_t bytes =
       patches.nodes.size() * sizeof(PatchNode) + patches.leaves.size() * sizeof(PatchLeaf);

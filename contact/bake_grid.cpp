@@ -37,7 +37,7 @@ QueryCosts measure_costs() {
   const TriangleMesh mesh = data.view();
   const ObbTreeData tree = build_obb_tree(mesh);
   const HashGridData grid = build_hash_grid(mesh, tree.view(), 1.5 * mean_edge_length(mesh));
-  const SegmentCostProbe probe({mesh, tree.view(), grid.view()});
+  const SegmentCostProbe probe({mesh, tree.view(), grid.view(), {}});
   volatile uint64_t sink = 0;
   QueryCosts costs;
   costs.lookup = time_of([&](size_t i) { sink = sink + probe.look_up(i); });
