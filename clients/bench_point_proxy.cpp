@@ -55,8 +55,9 @@ void add_time(Rows& rows, const Histogram& times, bool judged) {
 std::vector<Row> bench_one(const std::string& name, const BenchPointProxyOptions& options) {
   EvalWork work = make_eval_work(name, 0);
   const std::vector<ServoFrame> frames = questions(work.path, options.ticks);
-  const OwnedMesh mesh(std::move(work.soup));
-  const std::span<const MeshShape> shapes(&mesh.shape(), 1);
+  const MeshShapeData mesh = build_shape(std::move(work.soup));
+  const MeshShape shape = mesh.view();
+  const std::span<const MeshShape> shapes(&shape, 1);
   const ContactModel model = build_contact_model(plain_session(1000), shapes);
   std::vector<int64_t> least(frames.size(), std::numeric_limits<int64_t>::max());
   for (int r = 0; r < options.repetitions; ++r) {
@@ -79,7 +80,7 @@ std::vector<Row> bench_one(const std::string& name, const BenchPointProxyOptions
       guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
 
   Rows rows("god-object3 on " + name);
-  const size_t triangles = mesh.shape().mesh.triangles.size();
+  const size_t triangles = shape.mesh.triangles.size();
   rows.add("triangles", static_cast<double>(triangles), "");
   add_time(rows, times, triangles >= kJudgedFrom);
   rows.add("allocations", static_cast<double>(allocated), "", 0, allocated == 0);

@@ -43,7 +43,7 @@ struct BenchMesh {
   MeshData mesh;
   ObbTreeData tree;
   HashGridData grid;
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view()}; }
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), {}}; }
 };
 
 /// Seconds that an empty measurement takes: subtracted from each.

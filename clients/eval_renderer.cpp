@@ -18,11 +18,10 @@ constexpr double kLockstepError = 1e-6;  // with contact in every tick, answered
 constexpr double kLateError = 0.02;      // rms, one tick late [N]
 constexpr double kFlatRipple = 1e-5;     // on the plane [N]
 constexpr double kNearby = 2e-3;         // a verified proxy is never farther from the surface [m]
-constexpr double kCellEdges = 1.75;  // of the grid, in mean edges: what baking chooses as a rule
 
 /// The mesh, ready for queries, and who keeps it.
 struct Subject {
-  std::unique_ptr<OwnedMesh> made;
+  MeshShapeData made;
   BakedShape baked;
   MeshShape shape;
   ToolPath path;
@@ -33,8 +32,8 @@ Subject open_subject(const RendererEval& eval) {
   Subject subject;
   if (is_eval_work(eval.mesh)) {
     EvalWork work = make_eval_work(eval.mesh, 0);
-    subject.made = std::make_unique<OwnedMesh>(std::move(work.soup));
-    subject.shape = subject.made->shape();
+    subject.made = build_shape(std::move(work.soup));
+    subject.shape = subject.made.view();
     subject.path = std::move(work.path);
     subject.closed_work = true;
     return subject;
@@ -66,14 +65,6 @@ void plot_judged(const std::string& path, const std::string& title, const EvalJu
 }
 
 }  // namespace
-
-OwnedMesh::OwnedMesh(Soup soup)
-    : mesh_(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
-      tree_(build_obb_tree(mesh_.view())),
-      grid_(
-          build_hash_grid(mesh_.view(), tree_.view(), kCellEdges * mean_edge_length(mesh_.view()))),
-      patches_(build_patch_tree(mesh_.view())),
-      shape_{mesh_.view(), tree_.view(), grid_.view(), patches_.view()} {}
 
 BakedShape bake_scan(const std::string& file, double size) {
   ObjectConfig object;

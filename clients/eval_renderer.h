@@ -8,7 +8,6 @@
 #include "clients/eval_workload.h"
 #include "clients/lockstep.h"
 #include "contact/bake.h"
-#include "contact/shape/mesh_topology.h"
 
 namespace haptic {
 
@@ -23,22 +22,6 @@ struct RendererEval {
   double max_force = 1e3;          // the device's limit [N]
   uint64_t ticks = kEvalTicks;     // of a path; a recording is played to its end
   LockstepOptions lockstep{1, 0};  // contact in every tick, answered within it
-};
-
-/// A mesh with its tree that owns its arrays; shape() views them and holds while this lives.
-class OwnedMesh {
- public:
-  explicit OwnedMesh(Soup soup);
-  OwnedMesh(const OwnedMesh&) = delete;
-  OwnedMesh& operator=(const OwnedMesh&) = delete;
-  const MeshShape& shape() const { return shape_; }
-
- private:
-  MeshData mesh_;
-  ObbTreeData tree_;
-  HashGridData grid_;
-  PatchTreeData patches_;
-  MeshShape shape_;
 };
 
 /// A scan from a file, sized so that its longest side is `size` [m]; open ones are one-sided

@@ -201,7 +201,7 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   const bool scanned = !eval.traj.empty();
   RuffaldiWork work;
   BakedShape baked;
-  std::unique_ptr<OwnedMesh> made;
+  MeshShapeData made;
   MeshShape shape;
   if (scanned) {
     work.probe = at_one_kilohertz(read_traj(eval.traj));
@@ -210,8 +210,8 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
     work.in_trajectory = in_trajectory_of(work.probe, shape);
   } else {
     work = make_ruffaldi_work(eval.surface, eval.ticks);
-    made = std::make_unique<OwnedMesh>(std::move(work.soup));
-    shape = made->shape();
+    made = build_shape(std::move(work.soup));
+    shape = made.view();
     add_noise(work.in_trajectory, eval.noise);
   }
   const std::vector<Vec3> forces = render_trajectory(shape, work.in_trajectory, eval.lockstep);

@@ -2,9 +2,10 @@
 #pragma once
 
 #include "contact/shape/hash_grid.h"
+#include "contact/shape/mesh_topology.h"
 #include "contact/shape/obb_tree.h"
 #include "contact/shape/patch_tree.h"
-#include "contact/shape/triangle_mesh.h"
+#include "contact/shape/primitives.h"
 
 namespace haptic {
 
@@ -15,5 +16,19 @@ struct MeshShape {
   HashGrid grid;
   PatchTree patches;
 };
+
+/// The same, owning its arrays: views hold while it lives, moved or not.
+struct MeshShapeData {
+  MeshData mesh;
+  ObbTreeData tree;
+  HashGridData grid;
+  PatchTreeData patches;
+
+  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
+};
+
+/// A shape of a mesh that is right as it is; start-up only. The grid's cells are 1.75 mean edges:
+/// what baking, which measures, chooses as a rule.
+MeshShapeData build_shape(Soup soup);
 
 }  // namespace haptic

@@ -7,10 +7,10 @@
 #include "tests/support/scenes.h"
 
 using haptic::GodObjectOracle;
+using haptic::MeshShapeData;
 using haptic::OracleAnswer;
 using haptic::Vec3;
 using haptic::test::IsNear;
-using haptic::test::OwnedShape;
 
 namespace {
 
@@ -29,7 +29,7 @@ haptic::Soup make_corner() {
 }  // namespace
 
 TEST_CASE("eval oracle: on the plane it is the foot of the tool, to the last digits", "[lab]") {
-  const OwnedShape plane(haptic::make_grid(0.1, 50));
+  const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 50));
   GodObjectOracle oracle(plane.view().mesh);
   oracle.seed(haptic::flat_slide(0));
   int touching = 0;
@@ -45,7 +45,7 @@ TEST_CASE("eval oracle: on the plane it is the foot of the tool, to the last dig
 }
 
 TEST_CASE("eval oracle: a corner of one, two and three planes", "[lab]") {
-  const OwnedShape corner(make_corner());
+  const MeshShapeData corner = haptic::build_shape(make_corner());
   GodObjectOracle oracle(corner.view().mesh);
   struct Case {
     Vec3 tool, proxy;
@@ -69,7 +69,7 @@ TEST_CASE("eval oracle: a corner of one, two and three planes", "[lab]") {
 
 TEST_CASE("eval oracle: on a sphere it is the foot within the facets' sagitta", "[lab]") {
   constexpr double kRadius = 0.05;
-  const OwnedShape sphere(haptic::make_icosphere(kRadius, 5));
+  const MeshShapeData sphere = haptic::build_shape(haptic::make_icosphere(kRadius, 5));
   double sagitta = 0, longest = 0;
   for (const auto& [a, b, c] : sphere.mesh.triangles) {
     const auto& v = sphere.mesh.vertices;
@@ -89,7 +89,7 @@ TEST_CASE("eval oracle: on a sphere it is the foot within the facets' sagitta", 
 }
 
 TEST_CASE("eval oracle: a thin plate holds it on its own side", "[lab][trap]") {
-  const OwnedShape plate(haptic::make_box({0.1, 0.1, 1e-4}));
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.1, 0.1, 1e-4}));
   GodObjectOracle oracle(plate.view().mesh);
   oracle.seed({0, 0, 1e-3});
   const OracleAnswer answer = oracle.follow({0.01, 0.02, -0.04});
@@ -97,13 +97,13 @@ TEST_CASE("eval oracle: a thin plate holds it on its own side", "[lab][trap]") {
 }
 
 TEST_CASE("eval oracle: behind a surface, by the nearest facet", "[lab]") {
-  const OwnedShape box(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
   GodObjectOracle oracle(box.view().mesh);
   CHECK(oracle.behind({0.01, 0.02, 0.049}, 0.01).depth == Approx(0.001));
   CHECK(oracle.behind({0.01, 0.02, 0.051}, 0.01).depth == 0);
   CHECK(oracle.behind({0.01, 0.02, 0.051}, 0.01).is_known);
   CHECK_FALSE(oracle.behind({0, 0, 0}, 0.01).is_known);
-  const OwnedShape plane(haptic::make_grid(0.1, 5));
+  const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 5));
   GodObjectOracle open(plane.view().mesh);
   CHECK(open.behind({0.01, 0.02, -0.001}, 0.01).depth == Approx(0.001));
   CHECK_FALSE(open.behind({0.101, 0.02, -0.001}, 0.01).is_known);

@@ -13,7 +13,7 @@
 using haptic::EvalJudge;
 using haptic::EvalWork;
 using haptic::LockstepOptions;
-using haptic::OwnedMesh;
+using haptic::MeshShapeData;
 using haptic::ScriptedHand;
 using haptic::test::tol;
 using haptic::test::trials;
@@ -24,9 +24,9 @@ constexpr double kStiffness = 1000;
 
 EvalJudge judge_work(const std::string& name, const LockstepOptions& lockstep, uint64_t ticks) {
   EvalWork work = haptic::make_eval_work(name, 0);
-  const OwnedMesh mesh(std::move(work.soup));
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
   ScriptedHand hand(work.path);
-  return judge_run(haptic::plain_session(kStiffness), mesh.shape(), hand, lockstep, ticks);
+  return judge_run(haptic::plain_session(kStiffness), mesh.view(), hand, lockstep, ticks);
 }
 
 void check_whole(const EvalJudge& judge, uint64_t ticks) {
@@ -71,12 +71,12 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   haptic::Soup soup = haptic::test::load_off(name, 0.15);
   if (soup.triangles.empty()) return;
   CAPTURE(name);
-  const OwnedMesh mesh(std::move(soup));
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
   const uint64_t ticks = trials(3000) + 600;
-  ScriptedHand hand(way_around(mesh.shape(), ticks));
+  ScriptedHand hand(way_around(mesh.view(), ticks));
   haptic::SessionConfig config = haptic::plain_session(kStiffness);
   config.safety.max_force = 6;
-  const EvalJudge judge = judge_run(config, mesh.shape(), hand, {1, 0}, ticks);
+  const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, ticks);
   CHECK(judge.not_finite() == 0);
   CHECK(judge.jammed() == 0);
   CHECK(judge.largest_held() <= 6 * (1 + 1e-12));
@@ -87,10 +87,11 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
   // deep in a broken mesh there are more facets on the way than one step may try
   haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
   if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
-  const OwnedMesh mesh(std::move(soup));
-  ScriptedHand hand(way_around(mesh.shape(), haptic::kEvalTicks));
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
+  ScriptedHand hand(way_around(mesh.view(), haptic::kEvalTicks));
   const haptic::SessionConfig config = haptic::plain_session(kStiffness);
-  haptic::Lockstep lockstep(config, std::span(&mesh.shape(), 1), hand, {1, 0});
+  const haptic::MeshShape shape = mesh.view();
+  haptic::Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
   int cut_short = 0;
   for (int k = 0; k < haptic::kEvalTicks; ++k) {
     REQUIRE(lockstep.step());

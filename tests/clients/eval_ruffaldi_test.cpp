@@ -88,9 +88,9 @@ TEST_CASE("ruffaldi: half a percent of the mean force on plane and sphere", "[la
   // a third of a million triangles: not under sanitizers
   if (haptic::test::kSlowdown > 1 && surface != "plane") return;
   haptic::RuffaldiWork work = haptic::make_ruffaldi_work(surface, 2000);
-  const haptic::OwnedMesh mesh(std::move(work.soup));
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
   add_noise(work.in_trajectory, 1e-5);
-  const auto forces = render_trajectory(mesh.shape(), work.in_trajectory, {});
+  const auto forces = render_trajectory(mesh.view(), work.in_trajectory, {});
   const ForceComparison c = compare_forces(work.probe, forces);
   CHECK(c.samples > 1500);
   CHECK(c.rms <= tol(0.005) * c.mean_force);
@@ -101,16 +101,16 @@ TEST_CASE("ruffaldi: without noise the error is that of the mesh", "[lab]") {
   const std::string surface = GENERATE("plane", "bumpy");
   if (haptic::test::kSlowdown > 1 && surface != "plane") return;
   haptic::RuffaldiWork work = haptic::make_ruffaldi_work(surface, 1500);
-  const haptic::OwnedMesh mesh(std::move(work.soup));
-  const auto forces = render_trajectory(mesh.shape(), work.in_trajectory, {1, 0});
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
+  const auto forces = render_trajectory(mesh.view(), work.in_trajectory, {1, 0});
   const ForceComparison c = compare_forces(work.probe, forces);
   CHECK(c.rms_normal <= 2 * work.facet_error + tol(1e-9));
 }
 
 TEST_CASE("ruffaldi: a scan of a surface gives its in-trajectory back", "[lab]") {
   const haptic::RuffaldiWork work = haptic::make_ruffaldi_work("plane", 1500);
-  const haptic::OwnedMesh mesh(work.soup);
-  const auto inside = in_trajectory_of(work.probe, mesh.shape());
+  const haptic::MeshShapeData mesh = haptic::build_shape(work.soup);
+  const auto inside = in_trajectory_of(work.probe, mesh.view());
   for (size_t k = 0; k < inside.size(); ++k) {
     if (work.probe[k].force_O == Vec3{}) continue;
     REQUIRE_THAT(inside[k], IsNear(work.in_trajectory[k], 1e-12));

@@ -13,12 +13,12 @@ using haptic::ContactSet;
 using haptic::Lockstep;
 using haptic::LockstepOptions;
 using haptic::MeshShape;
+using haptic::MeshShapeData;
 using haptic::ServoFrame;
 using haptic::SessionConfig;
 using haptic::Vec3;
 using haptic::test::IsNear;
 using haptic::test::kPi;
-using haptic::test::OwnedShape;
 using haptic::test::plain_session;
 using haptic::test::ScriptedHand;
 using haptic::test::tol;
@@ -46,7 +46,7 @@ void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1})
 void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> path, double seconds,
          const LockstepOptions& options,
          const std::function<void(const ServoFrame&, const ContactSet*)>& see) {
-  const OwnedShape owned(std::move(soup));
+  const MeshShapeData owned = haptic::build_shape(std::move(soup));
   const std::array<MeshShape, 1> shapes{owned.view()};
   ScriptedHand hand(std::move(path));
   Lockstep lockstep(config, shapes, hand, options);
@@ -99,7 +99,7 @@ TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab
 TEST_CASE("god-object: sphere force is k times depth along the facet's normal", "[lab]") {
   // pressed in through the middle of each facet: the exact answer is the facet's plane
   const double radius = 0.05;
-  const OwnedShape owned(haptic::make_icosphere(radius, 2));
+  const MeshShapeData owned = haptic::build_shape(haptic::make_icosphere(radius, 2));
   const auto mesh = owned.view().mesh;
   const std::array<MeshShape, 1> shapes{owned.view()};
   const double sagitta = radius - norm(centroid(mesh, 0));
@@ -153,7 +153,7 @@ TEST_CASE("god-object: sliding over a convex edge never drops through and never 
     const double x = 0.03 + 0.04 * t;  // off the top face at x = 0.05, 2 mm deep
     return Vec3{x, 0.001, 0.05 - 0.002 * std::min(1.0, t / 0.2)};
   };
-  const OwnedShape block(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData block = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
   const haptic::InsideOracle oracle(block.view().mesh);
   int carried = 0, free = 0;
   run(config, haptic::make_box({0.1, 0.1, 0.1}), over_the_edge, 1, {},
@@ -232,7 +232,7 @@ TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "
 
 TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", "[lab][property]") {
   const uint32_t latency = GENERATE(0u, 1u, 10u);
-  const OwnedShape sphere(haptic::make_icosphere(0.03, 4));
+  const MeshShapeData sphere = haptic::build_shape(haptic::make_icosphere(0.03, 4));
   const haptic::InsideOracle oracle(sphere.view().mesh);
   int pressed = 0;
   uint32_t inside_for = 0;  // ticks
@@ -269,7 +269,7 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
   config.objects[0].motion.amplitude = 0.05;
   config.objects[0].motion.frequency = 1 / (2 * kPi * 0.05);  // peak speed 1 m/s
   config.objects[0].X_WO.p.z = -0.03;
-  const OwnedShape plate(haptic::make_box({0.2, 0.2, 0.01}));
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.01}));
   const std::array<MeshShape, 1> shapes{plate.view()};
   ScriptedHand hand([](double) { return Vec3{}; });
   const LockstepOptions options;
@@ -322,7 +322,7 @@ TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
 TEST_CASE("god-object: a restarted contact takes the proxy up where the servo last saw it",
           "[lab]") {
   // a thin plate: seeding at the tool would put the proxy on the wrong side
-  const OwnedShape plate(haptic::make_box({0.2, 0.2, 0.001}));
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.001}));
   const std::array<MeshShape, 1> shapes{plate.view()};
   SessionConfig config = plain_session(kStiffness);
   const haptic::ContactModel model = build_contact_model(config, shapes);

@@ -10,12 +10,12 @@
 using haptic::ContactSet;
 using haptic::Lockstep;
 using haptic::MeshShape;
+using haptic::MeshShapeData;
 using haptic::Renderer;
 using haptic::ServoFrame;
 using haptic::SessionConfig;
 using haptic::Vec3;
 using haptic::test::IsNear;
-using haptic::test::OwnedShape;
 using haptic::test::plain_session;
 using haptic::test::ScriptedHand;
 using haptic::test::tol;
@@ -31,7 +31,7 @@ SessionConfig session(Renderer renderer, double stiffness) {
 /// Every frame of a hand on `path`, answered within the tick, from the first answer on.
 std::vector<ServoFrame> run(const SessionConfig& config, haptic::Soup soup,
                             std::function<Vec3(double)> path, int ticks) {
-  const OwnedShape owned(std::move(soup));
+  const MeshShapeData owned = haptic::build_shape(std::move(soup));
   const std::array<MeshShape, 1> shapes{owned.view()};
   ScriptedHand hand(std::move(path));
   Lockstep lockstep(config, shapes, hand, {1, 0});
@@ -120,7 +120,7 @@ TEST_CASE("penalty: another renderer takes over while the session runs, softly",
   SessionConfig config = session(Renderer::kPenalty3, 800);
   config.safety.soft_start = 0.2;
   config.proxy_radius = 2e-3;
-  const OwnedShape owned(haptic::make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData owned = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
   const std::array<MeshShape, 1> shapes{owned.view()};
   const haptic::ServoModel servo_model = build_servo_model(config, {1e3, 0});
   const haptic::ContactModel contact_model = build_contact_model(config, shapes);

@@ -12,12 +12,12 @@ using haptic::Lockstep;
 using haptic::LockstepOptions;
 using haptic::MaterialConfig;
 using haptic::MeshShape;
+using haptic::MeshShapeData;
 using haptic::ServoFrame;
 using haptic::SessionConfig;
 using haptic::Vec3;
 using haptic::test::IsNear;
 using haptic::test::kPi;
-using haptic::test::OwnedShape;
 using haptic::test::plain_session;
 using haptic::test::ScriptedHand;
 using haptic::test::tol;
@@ -45,7 +45,7 @@ using See = std::function<void(const ServoFrame&, const ContactSet*)>;
 
 void run(const SessionConfig& config, haptic::Soup soup, std::function<Vec3(double)> path,
          double seconds, const LockstepOptions& options, const See& see) {
-  const OwnedShape owned(std::move(soup));
+  const MeshShapeData owned = haptic::build_shape(std::move(soup));
   const std::array<MeshShape, 1> shapes{owned.view()};
   ScriptedHand hand(std::move(path));
   Lockstep lockstep(config, shapes, hand, options);
@@ -92,7 +92,7 @@ Circle circle_on_sphere(double crease_angle, double radius) {
   material.crease_angle = crease_angle;
   const double size = 0.05, depth = 2e-3;
   Circle out;
-  const OwnedShape ball(haptic::make_icosphere(size, 4));
+  const MeshShapeData ball = haptic::build_shape(haptic::make_icosphere(size, 4));
   for (size_t t = 0; t < ball.mesh.triangles.size(); ++t) {
     const Vec3& corner = ball.mesh.vertices[ball.mesh.triangles[t][0]];
     out.sagitta = std::max(out.sagitta, size - dot(ball.mesh.face_normals[t], corner));
@@ -268,7 +268,7 @@ TEST_CASE("virtual proxy: what sticks is carried by its object", "[lab][trap]") 
   config.objects[0].motion.amplitude = 2e-3;
   config.objects[0].motion.frequency = 1 / (2 * kPi * 2e-3);
   config.sim_rate = 1000;
-  const OwnedShape owned(block());
+  const MeshShapeData owned = haptic::build_shape(block());
   const std::array<MeshShape, 1> shapes{owned.view()};
   ScriptedHand hand(press(
       2e-3, [](double) { return Vec3{}; }, 1e-3));
@@ -458,7 +458,7 @@ TEST_CASE(
   config.objects[0].motion.frequency = 1 / (2 * kPi * 0.05);
   config.objects[0].X_WO.p.z = -0.03;
   config.sim_rate = 1000;
-  const OwnedShape plate(haptic::make_box({0.2, 0.2, 0.01}));
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.01}));
   const std::array<MeshShape, 1> shapes{plate.view()};
   ScriptedHand hand([](double) { return Vec3{}; });
   Lockstep lockstep(config, shapes, hand, {period, period});
@@ -499,7 +499,7 @@ TEST_CASE("virtual proxy: with contact throttled to 50 Hz the surface is sticky,
   config.device.hand.intent.press_radius = 0.02;
   config.device.hand.intent.direction_B = {0.3, 0.2, 0.9};
   config.device.hand.intent.stroke_time = 2;
-  const OwnedShape ball(haptic::make_icosphere(0.03, 4));
+  const MeshShapeData ball = haptic::build_shape(haptic::make_icosphere(0.03, 4));
   const std::array<MeshShape, 1> shapes{ball.view()};
   const haptic::InsideOracle oracle(ball.view().mesh);
   const auto device = haptic::open_device(config.device);

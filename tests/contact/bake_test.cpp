@@ -454,7 +454,7 @@ TEST_CASE("bake: a cache folder that cannot be written is said and does no harm"
 namespace {
 
 /// A slot of the grid that holds a cell.
-GridSlot& occupied(TestShape& shape) {
+GridSlot& occupied(MeshShapeData& shape) {
   return *std::find_if(shape.grid.slots.begin(), shape.grid.slots.end(),
                        [](const GridSlot& slot) { return slot.count > 0; });
 }
@@ -462,8 +462,8 @@ GridSlot& occupied(TestShape& shape) {
 }  // namespace
 
 TEST_CASE("baked file: every damaged index is refused even with a right checksum") {
-  const TestShape shape = make_shape(make_icosphere(1, 1));
-  const auto refused = [](const TestShape& bad) {
+  const MeshShapeData shape = build_shape(make_icosphere(1, 1));
+  const auto refused = [](const MeshShapeData& bad) {
     const MeshData& eye = bad.mesh;
     const auto bytes =
         write_baked({bad.view(), eye.vertices, eye.vertex_normals, eye.triangles, {}}, 7);
@@ -475,37 +475,39 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
     }
   };
   CHECK_FALSE(refused(shape));
-  const std::vector<std::function<void(TestShape&)>> breaks{
-      [](TestShape& s) { s.mesh.triangles[3][1] = 1u << 20; },
-      [](TestShape& s) { s.mesh.triangle_edges[3][1] = 1u << 20; },
-      [](TestShape& s) { s.mesh.edge_faces[3][0] = kNoFace; },
-      [](TestShape& s) { s.mesh.edge_faces[3][1] = 1u << 20; },
-      [](TestShape& s) { s.mesh.vertex_normals.pop_back(); },
-      [](TestShape& s) { s.tree.order[2] = 80; }, [](TestShape& s) { s.tree.order.pop_back(); },
-      [](TestShape& s) { s.tree.nodes[0].first = 0; },
-      [](TestShape& s) { s.tree.nodes[0].first = 1u << 27; },
-      [](TestShape& s) { s.tree.nodes.back().first = 1u << 27; },
-      [](TestShape& s) { s.tree.nodes.clear(); }, [](TestShape& s) { s.grid.slots.pop_back(); },
-      [](TestShape& s) { s.grid.cell = 0; }, [](TestShape& s) { s.grid.cell = std::nan(""); },
-      [](TestShape& s) { s.grid.lower_O.y = std::nan(""); },
-      [](TestShape& s) { occupied(s).first = 1u << 30; },
-      [](TestShape& s) { occupied(s).count = 1u << 30; },
-      [](TestShape& s) { occupied(s).is_crowded = 1; },
-      [](TestShape& s) { s.grid.batches.back().triangle[7] = 80; },
-      [](TestShape& s) { s.grid.roots.push_back(1u << 20); },
+  const std::vector<std::function<void(MeshShapeData&)>> breaks{
+      [](MeshShapeData& s) { s.mesh.triangles[3][1] = 1u << 20; },
+      [](MeshShapeData& s) { s.mesh.triangle_edges[3][1] = 1u << 20; },
+      [](MeshShapeData& s) { s.mesh.edge_faces[3][0] = kNoFace; },
+      [](MeshShapeData& s) { s.mesh.edge_faces[3][1] = 1u << 20; },
+      [](MeshShapeData& s) { s.mesh.vertex_normals.pop_back(); },
+      [](MeshShapeData& s) { s.tree.order[2] = 80; },
+      [](MeshShapeData& s) { s.tree.order.pop_back(); },
+      [](MeshShapeData& s) { s.tree.nodes[0].first = 0; },
+      [](MeshShapeData& s) { s.tree.nodes[0].first = 1u << 27; },
+      [](MeshShapeData& s) { s.tree.nodes.back().first = 1u << 27; },
+      [](MeshShapeData& s) { s.tree.nodes.clear(); },
+      [](MeshShapeData& s) { s.grid.slots.pop_back(); }, [](MeshShapeData& s) { s.grid.cell = 0; },
+      [](MeshShapeData& s) { s.grid.cell = std::nan(""); },
+      [](MeshShapeData& s) { s.grid.lower_O.y = std::nan(""); },
+      [](MeshShapeData& s) { occupied(s).first = 1u << 30; },
+      [](MeshShapeData& s) { occupied(s).count = 1u << 30; },
+      [](MeshShapeData& s) { occupied(s).is_crowded = 1; },
+      [](MeshShapeData& s) { s.grid.batches.back().triangle[7] = 80; },
+      [](MeshShapeData& s) { s.grid.roots.push_back(1u << 20); },
       // a search for a cell that is not there would never end
-      [](TestShape& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); },
-      [](TestShape& s) { s.patches.nodes.clear(); },
-      [](TestShape& s) { s.patches.nodes[0].child[1] = 0; },
-      [](TestShape& s) { s.patches.nodes[0].child[1] = 1u << 20; },
-      [](TestShape& s) { s.patches.nodes[0].child[1] = s.patches.nodes[0].child[0]; },
-      [](TestShape& s) { s.patches.nodes.back().parent = 0; },
-      [](TestShape& s) { s.patches.nodes.back().child[0] = kPatchLeaf | 1u << 20; },
-      [](TestShape& s) { s.patches.leaves.pop_back(); },
-      [](TestShape& s) { s.patches.leaves[2].triangle[3] = 80; }};
+      [](MeshShapeData& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); },
+      [](MeshShapeData& s) { s.patches.nodes.clear(); },
+      [](MeshShapeData& s) { s.patches.nodes[0].child[1] = 0; },
+      [](MeshShapeData& s) { s.patches.nodes[0].child[1] = 1u << 20; },
+      [](MeshShapeData& s) { s.patches.nodes[0].child[1] = s.patches.nodes[0].child[0]; },
+      [](MeshShapeData& s) { s.patches.nodes.back().parent = 0; },
+      [](MeshShapeData& s) { s.patches.nodes.back().child[0] = kPatchLeaf | 1u << 20; },
+      [](MeshShapeData& s) { s.patches.leaves.pop_back(); },
+      [](MeshShapeData& s) { s.patches.leaves[2].triangle[3] = 80; }};
   for (size_t i = 0; i < breaks.size(); ++i) {
     CAPTURE(i);
-    TestShape bad = shape;
+    MeshShapeData bad = shape;
     breaks[i](bad);
     CHECK(refused(bad));
   }

@@ -59,7 +59,7 @@ Vec3 awkward_point(const TriangleMesh& mesh, Random& random, size_t kind) {
   }
 }
 
-void equals_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+void equals_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   ClosestWitness witness;
@@ -82,7 +82,7 @@ Vec3 next_point(const TriangleMesh& mesh, Random& random, const Vec3& p) {
   return p + std::pow(10, random.uniform(-6, -1.5)) * size * random.direction();
 }
 
-void compare_with_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   const double size = norm(view.mesh.upper - view.mesh.lower);
@@ -130,7 +130,7 @@ Vec3 reference_point(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
   return best;
 }
 
-void sign_agrees_with_judge(const TestShape& shape, uint64_t seed, size_t n) {
+void sign_agrees_with_judge(const MeshShapeData& shape, uint64_t seed, size_t n) {
   REQUIRE(shape.mesh.closed);
   const InsideOracle judge(shape.mesh.view());
   Random random(seed);
@@ -152,12 +152,12 @@ void sign_agrees_with_judge(const TestShape& shape, uint64_t seed, size_t n) {
 }  // namespace
 
 TEST_CASE("closest point: the tree finds what brute force finds") {
-  compare_with_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 1, trials(10000));
-  compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(2000));
-  compare_with_brute_force(make_shape(make_grid(0.05, 12)), 3, trials(4000));
-  compare_with_brute_force(make_shape(make_degenerate_soup(4, 400)), 4, trials(3000));
+  compare_with_brute_force(build_shape(make_box({0.1, 0.2, 0.05})), 1, trials(10000));
+  compare_with_brute_force(build_shape(make_icosphere(0.05, 3)), 2, trials(2000));
+  compare_with_brute_force(build_shape(make_grid(0.05, 12)), 3, trials(4000));
+  compare_with_brute_force(build_shape(make_degenerate_soup(4, 400)), 4, trials(3000));
   const Soup bunny = load_off("bunny00.off", 0.1);
-  if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 5, trials(100));
+  if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 5, trials(100));
 }
 
 TEST_CASE("closest point: on a triangle it agrees with projection and clamping") {
@@ -175,7 +175,7 @@ TEST_CASE("closest point: on a triangle it agrees with projection and clamping")
 }
 
 TEST_CASE("closest point: features are the face, the edge and the vertex of the mesh") {
-  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  const MeshShapeData shape = build_shape(make_box({2, 2, 2}));
   const TriangleMesh mesh = shape.mesh.view();
   const ClosestPoint face = closest_point(shape.view(), {3, 0.2, 0.5}, kAnyDistance);
   CHECK(face.feature.kind == FeatureKind::kFace);
@@ -199,18 +199,18 @@ TEST_CASE("closest point: features are the face, the edge and the vertex of the 
 }
 
 TEST_CASE("closest point: triangles without area are points and segments") {
-  const TestShape line = make_shape({{{0, 0, 0}, {2, 0, 0}, {1, 0, 0}}, {{0, 1, 2}}});
+  const MeshShapeData line = build_shape({{{0, 0, 0}, {2, 0, 0}, {1, 0, 0}}, {{0, 1, 2}}});
   CHECK(closest_point(line.view(), {1.5, 1, 0}, kAnyDistance).distance == Approx(1));
   CHECK(closest_point(line.view(), {3, 0, 0}, kAnyDistance).distance == Approx(1));
-  const TestShape point = make_shape({{{1, 1, 1}}, {{0, 0, 0}}});
+  const MeshShapeData point = build_shape({{{1, 1, 1}}, {{0, 0, 0}}});
   CHECK(closest_point(point.view(), {1, 1, 3}, kAnyDistance).distance == Approx(2));
-  const TestShape folded = make_shape({{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 1}}});
+  const MeshShapeData folded = build_shape({{{0, 0, 0}, {1, 0, 0}}, {{0, 0, 1}}});
   CHECK(closest_point(folded.view(), {0.5, 2, 0}, kAnyDistance).distance == Approx(2));
 }
 
 TEST_CASE("closest point: nothing is found in an empty mesh, too far off or for NaN") {
-  const TestShape shape = make_shape(make_box({2, 2, 2}));
-  CHECK_FALSE(closest_point(make_shape({}).view(), {}, kAnyDistance).found);
+  const MeshShapeData shape = build_shape(make_box({2, 2, 2}));
+  CHECK_FALSE(closest_point(build_shape({}).view(), {}, kAnyDistance).found);
   CHECK_FALSE(closest_point(shape.view(), {3, 0, 0}, 1.9).found);
   CHECK_FALSE(closest_point(shape.view(), {3, std::nan(""), 0}, kAnyDistance).found);
   CHECK_FALSE(closest_point(shape.view(), {3, 0, 0}, std::nan("")).found);
@@ -220,7 +220,7 @@ TEST_CASE("closest point: nothing is found in an empty mesh, too far off or for 
 }
 
 TEST_CASE("closest point: a list that is too short is filled and the count tells") {
-  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  const MeshShapeData shape = build_shape(make_box({2, 2, 2}));
   std::vector<ClosestPoint> out(5);
   CHECK(triangles_within(shape.view(), {0, 0, 0}, 10, out) == 12);
   for (const ClosestPoint& c : out) CHECK(c.found);
@@ -230,7 +230,7 @@ TEST_CASE("closest point: a list that is too short is filled and the count tells
 TEST_CASE("closest point: distance to an icosphere is the closed form within facet error") {
   constexpr double kRadius = 0.05;
   for (const uint32_t n : {2u, 4u}) {
-    const TestShape shape = make_shape(make_icosphere(kRadius, n));
+    const MeshShapeData shape = build_shape(make_icosphere(kRadius, n));
     double longest = 0;
     for (const Triangle& t : shape.mesh.triangles) {
       longest = std::max(longest, norm(shape.mesh.vertices[t[0]] - shape.mesh.vertices[t[1]]));
@@ -251,13 +251,13 @@ TEST_CASE("closest point: distance to an icosphere is the closed form within fac
 
 TEST_CASE("closest point: a rigid motion of everything changes nothing") {
   const Soup sphere = make_icosphere(0.05, 3);
-  const TestShape still = make_shape(sphere);
+  const MeshShapeData still = build_shape(sphere);
   Random random(7);
   for (int motion = 0; motion < 5; ++motion) {
     const Pose X = random.pose(0.5);
     Soup turned = sphere;
     for (Vec3& v : turned.vertices) v = X * v;
-    const TestShape moved = make_shape(turned);
+    const MeshShapeData moved = build_shape(turned);
     for (size_t i = 0; i < trials(2000); ++i) {
       const Vec3 p = random.near_mesh(still.mesh.view());
       const ClosestPoint a = closest_point(still.view(), p, kAnyDistance);
@@ -269,29 +269,29 @@ TEST_CASE("closest point: a rigid motion of everything changes nothing") {
 }
 
 TEST_CASE("closest point: the sign agrees with the exact judge") {
-  sign_agrees_with_judge(make_shape(make_box({0.1, 0.2, 0.05})), 8, trials(4000));
-  sign_agrees_with_judge(make_shape(make_icosphere(0.05, 3)), 9, trials(4000));
+  sign_agrees_with_judge(build_shape(make_box({0.1, 0.2, 0.05})), 8, trials(4000));
+  sign_agrees_with_judge(build_shape(make_icosphere(0.05, 3)), 9, trials(4000));
   const Soup bunny = load_off("bunny00.off", 0.1);
   if (kSlowdown == 1 && !bunny.triangles.empty()) {
-    sign_agrees_with_judge(make_shape(bunny), 10, trials(4000));
+    sign_agrees_with_judge(build_shape(bunny), 10, trials(4000));
   }
 }
 
 TEST_CASE("closest point: to the last bit what brute force finds, wherever the point lies") {
-  equals_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 11, trials(7000));
-  equals_brute_force(make_shape(make_icosphere(0.05, 3)), 12, trials(2100));
-  equals_brute_force(make_shape(make_grid(0.05, 12)), 13, trials(4200));
-  equals_brute_force(make_shape(make_degenerate_soup(14, 400)), 14, trials(3500));
+  equals_brute_force(build_shape(make_box({0.1, 0.2, 0.05})), 11, trials(7000));
+  equals_brute_force(build_shape(make_icosphere(0.05, 3)), 12, trials(2100));
+  equals_brute_force(build_shape(make_grid(0.05, 12)), 13, trials(4200));
+  equals_brute_force(build_shape(make_degenerate_soup(14, 400)), 14, trials(3500));
   // the last is broken: holes, doubled and folded faces
   for (const char* name : {"bunny00.off", "bones.off"}) {
     const Soup soup = load_off(name, 0.1);
-    if (!soup.triangles.empty()) equals_brute_force(make_shape(soup), 15, trials(210));
+    if (!soup.triangles.empty()) equals_brute_force(build_shape(soup), 15, trials(210));
   }
 }
 
 TEST_CASE("closest point: on rough sheets, from both sides") {
   for (const double slope : {0.5, 1.0, 2.0, 4.0}) {
-    equals_brute_force(make_shape(make_rough_sheet(24, 24, slope)), 24, trials(1400));
+    equals_brute_force(build_shape(make_rough_sheet(24, 24, slope)), 24, trials(1400));
   }
 }
 
@@ -307,21 +307,21 @@ TEST_CASE("closest point: slivers and tiny triangles beside large ones") {
                          {at, at + along, at + 0.4 * along + thin * random.direction()});
     soup.triangles.push_back({first, first + 1, first + 2});
   }
-  equals_brute_force(make_shape(soup), 17, trials(3500));
+  equals_brute_force(build_shape(soup), 17, trials(3500));
 }
 
 TEST_CASE("closest point: coordinates far from the origin, and of every size") {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     Soup soup = make_icosphere(0.05, 2);
     for (Vec3& v : soup.vertices) v = scale * (v + Vec3{3, -2, 1});
-    equals_brute_force(make_shape(soup), 18, trials(1400));
+    equals_brute_force(build_shape(soup), 18, trials(1400));
   }
 }
 
 TEST_CASE("closest point: a witness never changes a result") {
   for (const Soup& soup :
        {make_icosphere(0.05, 4), make_grid(0.05, 40), make_degenerate_soup(19, 2000)}) {
-    const TestShape shape = make_shape(soup);
+    const MeshShapeData shape = build_shape(soup);
     const MeshShape view = shape.view();
     Random random(20);
     ClosestWitness witness;
@@ -337,12 +337,12 @@ TEST_CASE("closest point: a witness never changes a result") {
 }
 
 TEST_CASE("closest point: a wrong witness does no harm") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 4));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
   const MeshShape view = shape.view();
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   Random random(21);
   ClosestWitness elsewhere;
-  closest_point(make_shape(make_grid(0.5, 30)).view(), {0.1, 0.1, 0.1}, kAnyDistance, elsewhere);
+  closest_point(build_shape(make_grid(0.5, 30)).view(), {0.1, 0.1, 0.1}, kAnyDistance, elsewhere);
   for (size_t i = 0; i < trials(2000); ++i) {
     const Vec3 p = random.near_mesh(view.mesh);
     const ClosestPoint without = closest_point(view, p, kAnyDistance);
@@ -359,13 +359,13 @@ TEST_CASE("closest point: a wrong witness does no harm") {
 }
 
 TEST_CASE("closest point: on an open sheet it may lie on the border, from every side") {
-  equals_brute_force(make_shape(make_grid(0.05, 1)), 22, trials(2100));
-  equals_brute_force(make_shape({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}), 23,
+  equals_brute_force(build_shape(make_grid(0.05, 1)), 22, trials(2100));
+  equals_brute_force(build_shape({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}), 23,
                      trials(2100));
 }
 
 TEST_CASE("closest point: points at the ends of the number range") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 2));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 2));
   for (const double far : {1e-320, 1e-30, 1e12, 1e25, 1e60}) {
     const ClosestPoint fast = closest_point(shape.view(), {far, 2 * far, far}, kAnyDistance);
     const ClosestPoint slow = brute_closest(shape.mesh.view(), {far, 2 * far, far});

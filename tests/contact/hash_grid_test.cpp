@@ -15,7 +15,7 @@ using namespace haptic::test;
 
 namespace {
 
-TestShape with_cells(TestShape shape, double cell) {
+MeshShapeData with_cells(MeshShapeData shape, double cell) {
   shape.grid = build_hash_grid(shape.mesh.view(), shape.tree.view(), cell);
   return shape;
 }
@@ -45,7 +45,7 @@ uint64_t key_at(const HashGrid& grid, const Vec3& p_O) {
 }
 
 /// Every point of every triangle lies in a cell that holds the triangle.
-void check_cover(const TestShape& shape, uint64_t seed, size_t n) {
+void check_cover(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   REQUIRE_FALSE(view.grid.slots.empty());
@@ -81,22 +81,22 @@ TEST_CASE("hash grid: each cell that a triangle reaches into holds it") {
     CAPTURE(edges);
     for (const Soup& soup : {make_icosphere(0.05, 3), make_grid(0.05, 12),
                              make_box({0.1, 0.2, 0.3}), make_degenerate_soup(1, 300)}) {
-      const TestShape shape = make_shape(soup);
+      const MeshShapeData shape = build_shape(soup);
       check_cover(with_cells(shape, edges * mean_edge_length(shape.mesh.view())), 2, trials(2000));
     }
   }
 }
 
 TEST_CASE("hash grid: crowded cells hold subtrees, and nothing is lost") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 4));
-  const TestShape coarse = with_cells(shape, 0.05);
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
+  const MeshShapeData coarse = with_cells(shape, 0.05);
   CHECK_FALSE(coarse.grid.roots.empty());
   CHECK(coarse.grid.roots.size() < shape.mesh.triangles.size() / 4);
   check_cover(coarse, 3, trials(2000));
 }
 
 TEST_CASE("hash grid: two cells with the same slot are told apart") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 4));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
   const HashGrid grid = shape.grid.view();
   size_t displaced = 0;
   for (size_t i = 0; i < grid.slots.size(); ++i) {
@@ -115,24 +115,24 @@ TEST_CASE("hash grid: two cells with the same slot are told apart") {
 
 TEST_CASE("hash grid: the size of the cells changes no hit") {
   Random random(4);
-  const TestShape shape = make_shape(make_icosphere(0.05, 4));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
   const double edge = mean_edge_length(shape.mesh.view());
-  std::vector<TestShape> shapes;
+  std::vector<MeshShapeData> shapes;
   for (const double edges : {0.3, 0.7, 1.0, 1.5, 2.0, 5.0, 20.0}) {
     shapes.push_back(with_cells(shape, edges * edge));
   }
   for (size_t i = 0; i < trials(600); ++i) {
     const Vec3 from = random.on_surface(shape.mesh.view()) + 0.003 * random.direction();
     const Vec3 to = from + random.uniform(0, 0.02) * random.direction();
-    for (const TestShape& other : shapes) same_by_all_searches(other.view(), from, to);
+    for (const MeshShapeData& other : shapes) same_by_all_searches(other.view(), from, to);
   }
 }
 
 TEST_CASE("hash grid: a walk along axes, along faces of cells and through their corners") {
   // cells of 1/4 aligned with the lattice of the mesh, also on the negative side
-  TestShape shape = make_shape(make_grid(2, 16));
+  MeshShapeData shape = build_shape(make_grid(2, 16));
   for (Vec3& v : shape.mesh.vertices) v.z = 0.125 * std::round(8 * std::sin(3 * v.x + 2 * v.y));
-  shape = make_shape({shape.mesh.vertices, shape.mesh.triangles});
+  shape = build_shape({shape.mesh.vertices, shape.mesh.triangles});
   shape = with_cells(shape, 0.25);
   const MeshShape view = shape.view();
   const Vec3 corner = view.grid.lower_O;
@@ -152,7 +152,7 @@ TEST_CASE("hash grid: a walk along axes, along faces of cells and through their 
 }
 
 TEST_CASE("hash grid: segments outside the grid, into it from far, of no length") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 3));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 3));
   const MeshShape view = shape.view();
   CHECK_FALSE(first_hit(view, {1, 1, 1}, {1.001, 1, 1}).hit);
   CHECK_FALSE(first_hit(view, {-1, -1, -1}, {-1.001, -1, -1}).hit);
@@ -164,7 +164,7 @@ TEST_CASE("hash grid: segments outside the grid, into it from far, of no length"
 }
 
 TEST_CASE("hash grid: where cells cannot be counted there is no grid, and queries take the tree") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 2));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 2));
   for (const double cell : {0.0, -1.0, 1e-9, std::nan("")}) {
     CHECK(with_cells(shape, cell).grid.slots.empty());
   }
@@ -209,11 +209,11 @@ TEST_CASE("grid cost: the valid interval of the paper") {
 }
 
 TEST_CASE("grid cost: what is expected of a size of cells is what they hold") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 5));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
   const auto n = static_cast<double>(shape.mesh.triangles.size());
   for (const GridChoice& choice : weigh_cells(shape.mesh.view(), {})) {
     if (choice.cell > 0.01) break;  // crowded cells are another matter
-    const TestShape other = with_cells(shape, choice.cell);
+    const MeshShapeData other = with_cells(shape, choice.cell);
     const auto bytes = static_cast<double>(other.grid.slots.size() * sizeof(GridSlot) +
                                            other.grid.batches.size() * sizeof(TriangleBatch));
     CAPTURE(choice.cell, choice.triangles, bytes / n);

@@ -36,7 +36,7 @@ std::map<uint64_t, double> brute_features(const TriangleMesh& mesh, const Vec3& 
   return features;
 }
 
-void compare_with_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   const double size = norm(view.mesh.upper - view.mesh.lower);
@@ -75,27 +75,27 @@ Soup make_hills(uint32_t n) {
 }  // namespace
 
 TEST_CASE("near features: those that brute force over all triangles finds") {
-  compare_with_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 1, trials(4000));
-  compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(1000));
-  compare_with_brute_force(make_shape(make_hills(24)), 3, trials(1000));
+  compare_with_brute_force(build_shape(make_box({0.1, 0.2, 0.05})), 1, trials(4000));
+  compare_with_brute_force(build_shape(make_icosphere(0.05, 3)), 2, trials(1000));
+  compare_with_brute_force(build_shape(make_hills(24)), 3, trials(1000));
   const Soup bunny = load_off("bunny00.off", 0.1);
-  if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 4, trials(100));
+  if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 4, trials(100));
 }
 
 TEST_CASE("near features: on rough sheets, where normals turn by more than 45° within a patch") {
   for (const double slope : {0.5, 1.0, 2.0, 4.0}) {
-    compare_with_brute_force(make_shape(make_rough_sheet(7, 20, slope)), 7, trials(1000));
+    compare_with_brute_force(build_shape(make_rough_sheet(7, 20, slope)), 7, trials(1000));
   }
 }
 
 TEST_CASE("near features: on a broken mesh and on loose triangles too") {
-  compare_with_brute_force(make_shape(make_degenerate_soup(5, 60)), 5, trials(2000));
+  compare_with_brute_force(build_shape(make_degenerate_soup(5, 60)), 5, trials(2000));
   const Soup bones = load_off("bones.off", 0.1);
-  if (!bones.triangles.empty()) compare_with_brute_force(make_shape(bones), 6, trials(100));
+  if (!bones.triangles.empty()) compare_with_brute_force(build_shape(bones), 6, trials(100));
 }
 
 TEST_CASE("near features: a pit is not felt from behind, a plate is on both sides") {
-  const TestShape box = make_shape(make_box({0.1, 0.1, 0.001}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.001}));
   NearScratch scratch;
   std::vector<NearFeature> out(16);
   REQUIRE(near_features(box.view(), {0.01, 0.02, 0.001}, 0.01, scratch, out).count == 1);
@@ -111,7 +111,7 @@ TEST_CASE("near features: a finer mesh of the same surface fills no list") {
   std::vector<NearFeature> out(16);
   std::vector<ClosestPoint> triangles(100000);
   for (const uint32_t n : {50u, 100u, 200u}) {
-    const TestShape shape = make_shape(make_hills(n));
+    const MeshShapeData shape = build_shape(make_hills(n));
     const Vec3 p{0.0123, 0.0171, 5e-3};
     const NearResult near = near_features(shape.view(), p, 8e-3, scratch, out);
     CAPTURE(n, triangles_within(shape.view(), p, 8e-3, triangles));
@@ -122,12 +122,12 @@ TEST_CASE("near features: a finer mesh of the same surface fills no list") {
 }
 
 TEST_CASE("near features: NaN and nothing within reach give none") {
-  const TestShape box = make_shape(make_box({0.1, 0.1, 0.1}));
+  const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   NearScratch scratch;
   std::vector<NearFeature> out(16);
   const double nan = std::nan("");
   CHECK(near_features(box.view(), {nan, 0, 0}, 1, scratch, out).count == 0);
   CHECK(near_features(box.view(), {0.1, 0, 0}, nan, scratch, out).count == 0);
   CHECK(near_features(box.view(), {0.1, 0, 0}, 0.01, scratch, out).count == 0);
-  CHECK(near_features(make_shape({}).view(), {0.1, 0, 0}, 1, scratch, out).count == 0);
+  CHECK(near_features(build_shape({}).view(), {0.1, 0, 0}, 1, scratch, out).count == 0);
 }

@@ -19,7 +19,7 @@ constexpr double kAlgebraTolerance = 1e-12;
 constexpr double kFloatTolerance = 1e-6;
 
 /// Checks every promise of the header; returns the depth of the deepest leaf.
-int check_tree(const TestShape& shape) {
+int check_tree(const MeshShapeData& shape) {
   const ObbTree tree = shape.tree.view();
   const TriangleMesh mesh = shape.mesh.view();
   std::vector<int> seen(mesh.triangles.size(), 0);
@@ -79,22 +79,22 @@ int check_tree(const TestShape& shape) {
 }  // namespace
 
 TEST_CASE("obb tree: boxes hold their triangles and each triangle is in one leaf") {
-  check_tree(make_shape(make_box({1, 2, 3})));
-  check_tree(make_shape(make_grid(0.05, 20)));
-  CHECK(check_tree(make_shape(make_icosphere(0.05, 4))) < 20);
-  check_tree(make_shape(make_degenerate_soup(3, 2000)));
+  check_tree(build_shape(make_box({1, 2, 3})));
+  check_tree(build_shape(make_grid(0.05, 20)));
+  CHECK(check_tree(build_shape(make_icosphere(0.05, 4))) < 20);
+  check_tree(build_shape(make_degenerate_soup(3, 2000)));
   Soup bunny = load_off("bunny00.off", 0.1);
-  if (kSlowdown == 1 && !bunny.triangles.empty()) CHECK(check_tree(make_shape(bunny)) < 32);
+  if (kSlowdown == 1 && !bunny.triangles.empty()) CHECK(check_tree(build_shape(bunny)) < 32);
 }
 
 TEST_CASE("obb tree: identical and degenerate triangles stay within the depth limit") {
   Soup same{{{1, 2, 3}, {2, 2, 3}, {1, 3, 3}}, {}};
   same.triangles.assign(5000, {0, 1, 2});
-  check_tree(make_shape(same));
+  check_tree(build_shape(same));
 
   Soup points{{{1, 2, 3}}, {}};
   points.triangles.assign(5000, {0, 0, 0});
-  check_tree(make_shape(points));
+  check_tree(build_shape(points));
 
   // each mean split peels off one triangle: the worst case for depth
   Soup peel;
@@ -103,12 +103,12 @@ TEST_CASE("obb tree: identical and degenerate triangles stay within the depth li
     peel.vertices.insert(peel.vertices.end(), {{x, 0, 0}, {x * 1.1, 0, 0}, {x, x * 0.1, 0}});
     peel.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
-  CHECK(check_tree(make_shape(peel)) > 20);
+  CHECK(check_tree(build_shape(peel)) > 20);
 }
 
 TEST_CASE("obb tree: an empty mesh has an empty tree and one triangle is a leaf") {
-  CHECK(make_shape({}).tree.nodes.empty());
-  const TestShape one = make_shape({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  CHECK(build_shape({}).tree.nodes.empty());
+  const MeshShapeData one = build_shape({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
   REQUIRE(one.tree.nodes.size() == 1);
   CHECK(one.tree.nodes[0].count == 1);
 }
@@ -119,7 +119,7 @@ TEST_CASE("obb tree: the root of a turned box-shaped grid is aligned with it") {
   const Pose X = random.pose(0.3);
   Soup grid = make_grid(0.05, 8);
   for (Vec3& v : grid.vertices) v = X * Vec3{2 * v.x, v.y, 0};
-  const Obb box = make_shape(grid).tree.nodes[0].box.unpacked();
+  const Obb box = build_shape(grid).tree.nodes[0].box.unpacked();
   CHECK(std::fabs(dot(box.R_BO.row[0], rotate(X.q, {1, 0, 0}))) > 1 - tol(kFloatTolerance));
   CHECK(std::fabs(dot(box.R_BO.row[2], rotate(X.q, {0, 0, 1}))) > 1 - tol(kFloatTolerance));
   CHECK_THAT(box.centre_O, IsNear(X.p, kFloatTolerance));

@@ -59,7 +59,7 @@ void check_lane(const TriangleMesh& mesh, const PatchNode& node, size_t lane,
   REQUIRE(holds);
 }
 
-void check_tree(const TestShape& shape) {
+void check_tree(const MeshShapeData& shape) {
   const TriangleMesh mesh = shape.mesh.view();
   const PatchTree tree = shape.patches.view();
   std::vector<int> seen(mesh.triangles.size(), 0);
@@ -80,7 +80,7 @@ void check_tree(const TestShape& shape) {
   CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
 }
 
-double bytes_per_triangle(const TestShape& shape) {
+double bytes_per_triangle(const MeshShapeData& shape) {
   const size_t bytes = shape.patches.nodes.size() * sizeof(PatchNode) +
                        shape.patches.leaves.size() * sizeof(PatchLeaf);
   return static_cast<double>(bytes) / static_cast<double>(shape.mesh.triangles.size());
@@ -89,14 +89,14 @@ double bytes_per_triangle(const TestShape& shape) {
 }  // namespace
 
 TEST_CASE("patch tree: patches hold their triangles, and the normals around them") {
-  check_tree(make_shape(make_box({1, 2, 3})));
-  check_tree(make_shape(make_grid(0.05, 12)));
-  check_tree(make_shape(make_icosphere(0.05, 2)));
-  check_tree(make_shape(make_degenerate_soup(3, 300)));
+  check_tree(build_shape(make_box({1, 2, 3})));
+  check_tree(build_shape(make_grid(0.05, 12)));
+  check_tree(build_shape(make_icosphere(0.05, 2)));
+  check_tree(build_shape(make_degenerate_soup(3, 300)));
 }
 
 TEST_CASE("patch tree: a stored corner is at most a step from where it is") {
-  const TestShape shape = make_shape(make_icosphere(0.05, 3));
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 3));
   size_t compared = 0;
   for (const PatchLeaf& leaf : shape.patches.leaves) {
     for (size_t lane = 0; lane < kPatchLanes; ++lane) {
@@ -117,8 +117,8 @@ TEST_CASE("patch tree: a stored corner is at most a step from where it is") {
 }
 
 TEST_CASE("patch tree: at most 40 bytes a triangle on large meshes, nothing for none") {
-  CHECK(bytes_per_triangle(make_shape(make_icosphere(0.05, 5))) < 40);
-  CHECK(bytes_per_triangle(make_shape(make_grid(0.05, 101))) < 40);
-  CHECK(make_shape({}).patches.nodes.empty());
-  CHECK(make_shape({}).patches.leaves.empty());
+  CHECK(bytes_per_triangle(build_shape(make_icosphere(0.05, 5))) < 40);
+  CHECK(bytes_per_triangle(build_shape(make_grid(0.05, 101))) < 40);
+  CHECK(build_shape({}).patches.nodes.empty());
+  CHECK(build_shape({}).patches.leaves.empty());
 }

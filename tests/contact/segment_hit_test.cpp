@@ -31,7 +31,7 @@ SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to)
   return best;
 }
 
-void compare_with_brute_force(const TestShape& shape, uint64_t seed, size_t n) {
+void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   const double size = norm(view.mesh.upper - view.mesh.lower);
@@ -68,7 +68,7 @@ bool slabs_meet(const Vec3& from, const Vec3& to, const Obb& box) {
 
 /// Segments through exact points of edges and exact vertices, from outside to inside: the worst
 /// places for cracks. `depth` must keep both ends clear of the rest of the surface.
-void never_slips(const TestShape& shape, double depth, uint64_t seed, size_t n) {
+void never_slips(const MeshShapeData& shape, double depth, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
   const TriangleMesh& mesh = view.mesh;
@@ -92,10 +92,10 @@ void never_slips(const TestShape& shape, double depth, uint64_t seed, size_t n) 
 }  // namespace
 
 TEST_CASE("segment hit: the tree finds what brute force finds") {
-  compare_with_brute_force(make_shape(make_box({0.1, 0.2, 0.05})), 1, trials(20000));
-  compare_with_brute_force(make_shape(make_icosphere(0.05, 3)), 2, trials(4000));
-  compare_with_brute_force(make_shape(make_grid(0.05, 12)), 3, trials(8000));
-  compare_with_brute_force(make_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
+  compare_with_brute_force(build_shape(make_box({0.1, 0.2, 0.05})), 1, trials(20000));
+  compare_with_brute_force(build_shape(make_icosphere(0.05, 3)), 2, trials(4000));
+  compare_with_brute_force(build_shape(make_grid(0.05, 12)), 3, trials(8000));
+  compare_with_brute_force(build_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
   // sheets close behind one another: the first hit shadows many
   Soup sheets;
   for (int k = 0; k < 30; ++k) {
@@ -106,19 +106,19 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
       sheets.triangles.push_back({first + a, first + b, first + c});
     }
   }
-  compare_with_brute_force(make_shape(sheets), 6, trials(8000));
+  compare_with_brute_force(build_shape(sheets), 6, trials(8000));
   const Soup bunny = load_off("bunny00.off", 0.1);
-  if (!bunny.triangles.empty()) compare_with_brute_force(make_shape(bunny), 5, trials(300));
+  if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 5, trials(300));
 }
 
 TEST_CASE("segment hit: no segment slips between triangles that share an edge or a vertex") {
-  never_slips(make_shape(make_icosphere(0.05, 4)), 0.02, 6, trials(1500000));
-  never_slips(make_shape(make_icosphere(1, 1)), 0.3, 7, trials(500000));
-  never_slips(make_shape(make_box({1, 1, 1})), 0.3, 8, trials(500000));
+  never_slips(build_shape(make_icosphere(0.05, 4)), 0.02, 6, trials(1500000));
+  never_slips(build_shape(make_icosphere(1, 1)), 0.3, 7, trials(500000));
+  never_slips(build_shape(make_box({1, 1, 1})), 0.3, 8, trials(500000));
   // far from the origin the vertices are coarse, yet shared
   Soup away = make_icosphere(0.05, 3);
   for (Vec3& v : away.vertices) v += Vec3{1e3, -2e3, 5e2};
-  const TestShape shape = make_shape(away);
+  const MeshShapeData shape = build_shape(away);
   Random random(9);
   for (size_t i = 0; i < trials(200000); ++i) {
     const Vec3& aim = shape.mesh.vertices[random.index(shape.mesh.vertices.size())];
@@ -129,7 +129,7 @@ TEST_CASE("segment hit: no segment slips between triangles that share an edge or
 
 TEST_CASE("segment hit: axis-parallel segments through lattice vertices never slip") {
   // many projected coordinates are exactly zero here: every edge test is a tie
-  const TestShape shape = make_shape(make_grid(1, 16));
+  const MeshShapeData shape = build_shape(make_grid(1, 16));
   for (const auto& v : shape.mesh.vertices) {
     if (std::fabs(v.x) == 1 || std::fabs(v.y) == 1) continue;
     const SegmentHit hit = first_hit(shape.view(), v + Vec3{0, 0, 1}, v - Vec3{0, 0, 1});
@@ -150,7 +150,7 @@ TEST_CASE("segment hit: beside an edge by less than a rounding only one side is 
 }
 
 TEST_CASE("segment hit: only front faces count") {
-  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  const MeshShapeData shape = build_shape(make_box({2, 2, 2}));
   CHECK(first_hit(shape.view(), {3, 0.1, 0.2}, {0, 0.1, 0.2}).t == Approx(2.0 / 3));
   CHECK_FALSE(first_hit(shape.view(), {0, 0.1, 0.2}, {3, 0.1, 0.2}).hit);
   // straight through: the near face
@@ -158,10 +158,10 @@ TEST_CASE("segment hit: only front faces count") {
 }
 
 TEST_CASE("segment hit: a zero-length, an empty and a non-finite query hit nothing") {
-  const TestShape shape = make_shape(make_box({2, 2, 2}));
+  const MeshShapeData shape = build_shape(make_box({2, 2, 2}));
   CHECK_FALSE(first_hit(shape.view(), {1, 0, 0}, {1, 0, 0}).hit);
   CHECK_FALSE(first_hit(shape.view(), {0, 0, 0}, {0, 0, 0}).hit);
-  CHECK_FALSE(first_hit(make_shape({}).view(), {3, 0, 0}, {0, 0, 0}).hit);
+  CHECK_FALSE(first_hit(build_shape({}).view(), {3, 0, 0}, {0, 0, 0}).hit);
   const double nan = std::nan("");
   CHECK_FALSE(first_hit(shape.view(), {3, nan, 0}, {0, 0, 0}).hit);
   CHECK_FALSE(first_hit(shape.view(), {3, 0, 0}, {0, 0, nan}).hit);
@@ -172,7 +172,7 @@ TEST_CASE("segment hit: a zero-length, an empty and a non-finite query hit nothi
 TEST_CASE("segment hit: equal hits go to the lower triangle") {
   Soup twice = make_grid(1, 1);
   twice.triangles.insert(twice.triangles.begin(), twice.triangles.begin(), twice.triangles.end());
-  const TestShape shape = make_shape(twice);
+  const MeshShapeData shape = build_shape(twice);
   CHECK(first_hit(shape.view(), {0.5, -0.25, 1}, {0.5, -0.25, -1}).triangle == 0);
   // on the diagonal all four triangles tie
   CHECK(first_hit(shape.view(), {0.25, 0.25, 1}, {0.25, 0.25, -1}).triangle == 0);
@@ -180,13 +180,13 @@ TEST_CASE("segment hit: equal hits go to the lower triangle") {
 
 TEST_CASE("segment hit: a rigid motion of everything changes nothing") {
   const Soup sphere = make_icosphere(0.05, 3);
-  const TestShape still = make_shape(sphere);
+  const MeshShapeData still = build_shape(sphere);
   Random random(10);
   for (int motion = 0; motion < 5; ++motion) {
     const Pose X = random.pose(0.5);
     Soup turned = sphere;
     for (Vec3& v : turned.vertices) v = X * v;
-    const TestShape moved = make_shape(turned);
+    const MeshShapeData moved = build_shape(turned);
     for (size_t i = 0; i < trials(2000); ++i) {
       const Vec3 from = random.near_mesh(still.mesh.view()),
                  to = random.near_mesh(still.mesh.view());
@@ -199,7 +199,7 @@ TEST_CASE("segment hit: a rigid motion of everything changes nothing") {
 }
 
 TEST_CASE("segment hit: a plane is hit where the closed form says") {
-  const TestShape grid = make_shape(make_grid(1, 9));
+  const MeshShapeData grid = build_shape(make_grid(1, 9));
   Random random(11);
   for (size_t i = 0; i < trials(20000); ++i) {
     const Vec3 from = random.in_box({-0.9, -0.9, 0.01}, {0.9, 0.9, 1});
@@ -244,7 +244,7 @@ TEST_CASE("segment hit: the witness changes no hit") {
   // a probe dragged over the surface, now and then elsewhere; with the witness of another mesh too
   for (const Soup& soup :
        {make_icosphere(0.05, 4), make_grid(0.05, 20), make_degenerate_soup(5, 400)}) {
-    const TestShape shape = make_shape(soup);
+    const MeshShapeData shape = build_shape(soup);
     const MeshShape view = shape.view();
     Random random(13);
     SegmentWitness witness;

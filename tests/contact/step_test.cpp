@@ -15,7 +15,7 @@ namespace {
 
 /// A block of 10 cm about the origin, and the detector over it.
 struct Bench {
-  haptic::test::OwnedShape block{haptic::make_box({0.1, 0.1, 0.1})};
+  haptic::MeshShapeData block = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
   haptic::ContactModel model;
   std::unique_ptr<haptic::ContactState> state = std::make_unique<haptic::ContactState>();
   uint64_t tick = 0;

@@ -6,11 +6,11 @@
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
+using haptic::MeshShapeData;
 using haptic::SegmentHit;
 using haptic::SweptSphere;
 using haptic::Vec3;
 using haptic::test::Random;
-using haptic::test::TestShape;
 using haptic::test::tol;
 using haptic::test::trials;
 
@@ -36,7 +36,7 @@ double distance_at(const haptic::MeshShape& shape, const SweptSphere& s, double 
 }  // namespace
 
 TEST_CASE("swept sphere: face, edge and vertex of a box by closed form", "[contact]") {
-  const TestShape box = haptic::test::make_shape(haptic::make_box({2, 2, 2}));
+  const MeshShapeData box = haptic::build_shape(haptic::make_box({2, 2, 2}));
   const double r = 0.25;
   SegmentHit hit = first_sphere_hit(box.view(), {{0.3, 0.2, 3}, {0.3, 0.2, 0}, r});
   REQUIRE(hit.hit);
@@ -57,7 +57,7 @@ TEST_CASE("swept sphere: face, edge and vertex of a box by closed form", "[conta
 }
 
 TEST_CASE("swept sphere: what overlaps already is hit at once, but may leave", "[contact]") {
-  const TestShape box = haptic::test::make_shape(haptic::make_box({2, 2, 2}));
+  const MeshShapeData box = haptic::build_shape(haptic::make_box({2, 2, 2}));
   const SegmentHit hit = first_sphere_hit(box.view(), {{0, 0, 1.1}, {0, 0, 0.5}, 0.25});
   CHECK(hit.hit);
   CHECK(hit.t == 0);
@@ -65,19 +65,19 @@ TEST_CASE("swept sphere: what overlaps already is hit at once, but may leave", "
 }
 
 TEST_CASE("swept sphere: a surface is open from behind", "[contact]") {
-  const TestShape grid = haptic::test::make_shape(haptic::make_grid(1, 4));
+  const MeshShapeData grid = haptic::build_shape(haptic::make_grid(1, 4));
   CHECK(first_sphere_hit(grid.view(), {{0.13, 0.17, 1}, {0.13, 0.17, -1}, 0.1}).hit);
   CHECK_FALSE(first_sphere_hit(grid.view(), {{0.13, 0.17, -1}, {0.13, 0.17, 1}, 0.1}).hit);
 }
 
 TEST_CASE("swept sphere: the tree finds what every triangle in turn finds", "[contact]") {
   const double radius = GENERATE(0.001, 0.02, 0.3);
-  const TestShape sphere = haptic::test::make_shape(haptic::make_icosphere(1, 3));
-  const TestShape soup = haptic::test::make_shape(haptic::test::make_degenerate_soup(4, 300));
+  const MeshShapeData sphere = haptic::build_shape(haptic::make_icosphere(1, 3));
+  const MeshShapeData soup = haptic::build_shape(haptic::test::make_degenerate_soup(4, 300));
   Random random(7);
   size_t hits = 0;
   for (size_t k = 0; k < trials(2000); ++k) {
-    for (const TestShape* shape : {&sphere, &soup}) {
+    for (const MeshShapeData* shape : {&sphere, &soup}) {
       const Vec3 from = random.near_mesh(shape->view().mesh);
       const double length = k % 2 == 0 ? 2 : 0.05;
       const SweptSphere s{from, from + length * random.direction(), radius};
@@ -98,7 +98,7 @@ TEST_CASE("swept sphere: the first hit is where the distance comes down to the r
           "[contact][property]") {
   // against the closest point, which knows nothing of sweeps
   const double radius = GENERATE(0.005, 0.05, 0.4);
-  const TestShape shape = haptic::test::make_shape(haptic::make_icosphere(1, 2));
+  const MeshShapeData shape = haptic::build_shape(haptic::make_icosphere(1, 2));
   Random random(11);
   size_t hits = 0;
   for (size_t k = 0; k < trials(1500); ++k) {
@@ -121,7 +121,7 @@ TEST_CASE("swept sphere: the first hit is where the distance comes down to the r
 
 TEST_CASE("swept sphere: nothing slips between features that meet", "[contact][trap]") {
   // straight at vertices and at points of edges
-  const TestShape shape = haptic::test::make_shape(haptic::make_icosphere(1, 2));
+  const MeshShapeData shape = haptic::build_shape(haptic::make_icosphere(1, 2));
   const auto mesh = shape.view().mesh;
   Random random(13);
   for (size_t k = 0; k < trials(4000); ++k) {

@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "contact/shape/mesh_shape.h"
-#include "contact/shape/mesh_topology.h"
-#include "contact/shape/primitives.h"
 #include "proto/math/pose.h"
 #include "tests/support/data.h"
 
@@ -24,25 +22,6 @@ inline constexpr size_t kSlowdown = 1;
 /// Number of random trials, fewer where a sanitizer slows each one down.
 constexpr size_t trials(size_t n) {
   return n / kSlowdown > 0 ? n / kSlowdown : 1;
-}
-
-/// A mesh with its trees and grid, owning all.
-struct TestShape {
-  MeshData mesh;
-  ObbTreeData tree;
-  HashGridData grid;
-  PatchTreeData patches;
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
-};
-
-inline TestShape make_shape(Soup soup) {
-  TestShape shape;
-  shape.mesh = build_mesh(std::move(soup.vertices), std::move(soup.triangles));
-  shape.tree = build_obb_tree(shape.mesh.view());
-  const double cell = 1.5 * mean_edge_length(shape.mesh.view());
-  shape.grid = build_hash_grid(shape.mesh.view(), shape.tree.view(), cell);
-  shape.patches = build_patch_tree(shape.mesh.view());
-  return shape;
 }
 
 /// Uniform random numbers and what is made of them, from a fixed seed.

@@ -1,42 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "contact/detect/point_proxy.h"
 #include "contact/shape/mesh_shape.h"
-#include "contact/shape/mesh_topology.h"
-#include "contact/shape/primitives.h"
 
 namespace haptic::test {
 
-/// A shape that owns its arrays. Not movable once viewed: keep it behind a pointer.
-struct OwnedShape {
-  MeshData mesh;
-  ObbTreeData tree;
-  HashGridData grid;
-  PatchTreeData patches;
-
-  explicit OwnedShape(Soup soup)
-      : mesh(build_mesh(std::move(soup.vertices), std::move(soup.triangles))),
-        tree(build_obb_tree(mesh.view())),
-        grid(build_hash_grid(mesh.view(), tree.view(), mean_edge_length(mesh.view()))),
-        patches(build_patch_tree(mesh.view())) {}
-  MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
-};
-
 /// Objects at their poses, for the detector alone.
 struct TestScene {
-  std::vector<std::unique_ptr<OwnedShape>> owned;
+  std::vector<MeshShapeData> owned;
   std::vector<MeshShape> shapes;
   PointScene scene;
 
   void add(Soup soup, const Pose& X_WO = {}) {
-    owned.push_back(std::make_unique<OwnedShape>(std::move(soup)));
+    owned.push_back(build_shape(std::move(soup)));
     scene.X_WO[shapes.size()] = X_WO;
-    shapes.push_back(owned.back()->view());
+    shapes.push_back(owned.back().view());
     scene.shapes = shapes;
   }
 };
