@@ -23,16 +23,16 @@ struct Script {
   std::function<Vec3(double)> path;
 };
 
+/// A sphere feels with its centre a radius higher.
 Script script_of(ArtefactScene scene, double radius) {
   if (scene == ArtefactScene::kEdge) {
     // the block's top is z = 50 mm, its side x = 50 mm; both are kEdgeDepth away half way along
     return {make_box({0.1, 0.1, 0.1}), kEdgeStiffness, 0.6, [=](double t) {
-              const double above = std::max(0.0, kSettled - t) * 0.1 + (t < 1e-3 ? radius : 0);
+              const double above = radius + 0.1 * std::max(0.0, kSettled - t);
               const double x = 0.0475 + 2e-3 * std::max(0.0, t - kSettled);
               return Vec3{x, 3e-3, 0.05 - kEdgeDepth + above};
             }};
   }
-  // a height of its own for the sphere, whose centre stops a radius earlier
   const double top = 0.5 * kPlateWidth + radius;
   return {make_box({0.2, 0.2, kPlateWidth}), kPlateStiffness, kSettled + 0.2, [=](double t) {
             const double down = 0.04 * std::max(0.0, t - kSettled);
