@@ -19,7 +19,7 @@ class CellProbe {
     // an end is rounded to half a unit
     const IntLanes highest = (from > to ? from : to) + 1, lowest = (from < to ? from : to) - 1;
     const IntLanes beyond[] = {highest & 0xff, -lowest & 0xff};
-    const IntLanes spread_high = beyond[0] * 0x01010101, spread_low = beyond[1] * 0x01010101;
+    const IntLanes spread_high = four_times(beyond[0]), spread_low = four_times(beyond[1]);
     bounds_[0] = bytes_of(__builtin_shufflevector(spread_high, spread_high, 0, 0, 1, 1));
     bounds_[1] = bytes_of(__builtin_shufflevector(spread_high, spread_low, 2, 2, 4, 4));
     bounds_[2] = bytes_of(__builtin_shufflevector(spread_low, spread_low, 1, 1, 2, 2));
@@ -54,6 +54,11 @@ class CellProbe {
     return __builtin_convertvector(cells * (2 * kCellUnits) + (kUp + 0.5f), IntLanes) - kUp;
   }
   static ByteLanes bytes_of(IntLanes v) { return load_lanes<ByteLanes>(&v); }
+  /// Each byte in all four places.
+  static IntLanes four_times(IntLanes v) {
+    const IntLanes pair = v | (v << 8);
+    return pair | (pair << 16);
+  }
   /// Each as a pair of small integers.
   static IntLanes twice(IntLanes v) { return (v & 0xffff) | (v << 16); }
   template <int kLane>
