@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "clients/check_outputs.h"
@@ -17,6 +18,7 @@
 #include "clients/session_plot.h"
 #include "clients/summary.h"
 #include "proto/realtime.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
@@ -164,8 +166,19 @@ void add_eval_command(CLI::App& app) {
           ->add_option("--mesh", judged.mesh,
                        "judge a renderer on hf:N, sphere:N, flat:N or a mesh file")
           ->excludes(config);
+  // strings: CLI11 looks names up in a map of these
+  const std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
   command->add_option("--renderer", judged.renderer, "which renderer is judged")
       ->needs(mesh)
+      ->transform(CLI::CheckedTransformer(renderers))
+      ->default_str("god-object3");
+  command->add_option("--radius", judged.radius, "of the proxy of virtual-proxy3 [m]; 0: a point")
+      ->needs(mesh)
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str();
+  command->add_option("--friction", judged.friction, "μ of virtual-proxy3, measured on flat:N")
+      ->needs(mesh)
+      ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--size", judged.size, "longest side of a mesh file [m]")
       ->needs(mesh)

@@ -22,11 +22,20 @@ namespace {
 
 constexpr double kStiffness = 1000;
 
-EvalJudge judge_work(const std::string& name, const LockstepOptions& lockstep, uint64_t ticks) {
-  EvalWork work = haptic::make_eval_work(name, 0);
+struct Run {
+  LockstepOptions lockstep;
+  uint64_t ticks;
+  double radius = 0;  // 0: the god-object [m]
+};
+
+EvalJudge judge_work(const std::string& name, const Run& run) {
+  EvalWork work = haptic::make_eval_work(name, run.radius);
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
   ScriptedHand hand(work.path);
-  return judge_run(haptic::plain_session(kStiffness), mesh.view(), hand, lockstep, ticks);
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  if (run.radius > 0) config.renderer = haptic::Renderer::kVirtualProxy3;
+  config.proxy_radius = run.radius;
+  return judge_run(config, mesh.view(), hand, run.lockstep, run.ticks);
 }
 
 void check_whole(const EvalJudge& judge, uint64_t ticks) {
@@ -42,7 +51,7 @@ void check_whole(const EvalJudge& judge, uint64_t ticks) {
 TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][trap]") {
   const std::string name = GENERATE("hf:50", "hf:187", "sphere:16", "sphere:59");
   const uint64_t ticks = trials(3000) + 600;
-  const EvalJudge judge = judge_work(name, {1, 0}, ticks);
+  const EvalJudge judge = judge_work(name, {{1, 0}, ticks});
   CAPTURE(name, judge.worst_tick());
   check_whole(judge, ticks);
   CHECK(judge.touching() > ticks - 600);
@@ -52,7 +61,7 @@ TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][t
 TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
   const std::string name = GENERATE("hf:50", "sphere:16");
   const uint64_t ticks = trials(3000) + 600;
-  const EvalJudge judge = judge_work(name, {1, 1}, ticks);
+  const EvalJudge judge = judge_work(name, {{1, 1}, ticks});
   CAPTURE(name, judge.worst_tick());
   check_whole(judge, ticks);
   CHECK(judge.rms_error() <= tol(0.02));
@@ -60,7 +69,7 @@ TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
 
 TEST_CASE("eval: no ripple on the flat slide", "[lab][trap]") {
   const uint32_t latency = GENERATE(0u, 1u);
-  const EvalJudge judge = judge_work("flat:50", {1, latency}, 2000);
+  const EvalJudge judge = judge_work("flat:50", {{1, latency}, 2000});
   CHECK(judge.worst_ripple() <= tol(1e-5));
   CHECK(judge.worst_error() <= tol(1e-6));
 }
@@ -73,7 +82,7 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   CAPTURE(name);
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
   const uint64_t ticks = trials(3000) + 600;
-  ScriptedHand hand(way_around(mesh.view(), ticks));
+  ScriptedHand hand(way_around(mesh.view(), 0, ticks));
   haptic::SessionConfig config = haptic::plain_session(kStiffness);
   config.safety.max_force = 6;
   const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, ticks);
@@ -88,7 +97,7 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
   haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
   if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
-  ScriptedHand hand(way_around(mesh.view(), haptic::kEvalTicks));
+  ScriptedHand hand(way_around(mesh.view(), 0, haptic::kEvalTicks));
   const haptic::SessionConfig config = haptic::plain_session(kStiffness);
   const haptic::MeshShape shape = mesh.view();
   haptic::Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
@@ -104,8 +113,9 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
   CHECK(cut_short > 0);
 }
 
-TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface",
-          "[lab][property]") {
+TEST_CASE(
+    "eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface or not at rest",
+    "[lab][property]") {
   haptic::OracleAnswer truth;
   haptic::ServoFrame frame{};
   EvalJudge judge(kStiffness);
@@ -124,9 +134,10 @@ TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind th
   CHECK(judge.lost() == 0);
   CHECK(judge.worst_error() == Approx(0.5));
   frame.F_coupling_W.f = {};
-  judge.add(frame, 0, truth, {2e-3, true});
+  judge.add(frame, 0, truth, {{2e-3, true}, 3e-9});
   CHECK(judge.lost() == 1);
   CHECK(judge.deepest_behind() == 2e-3);
+  CHECK(judge.not_minimal() == 1);
   frame.F_coupling_W.f.x = std::nan("");
   judge.add(frame, 0, truth, {});
   CHECK(judge.not_finite() == 1);
