@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # the judge of renderers: workloads, oracles, what they say of a run
 target_sources(haptic_lab PRIVATE
+  eval_artefacts.cpp
   eval_facets.cpp
   eval_judge.cpp
   eval_oracle.cpp

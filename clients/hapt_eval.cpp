@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "clients/check_outputs.h"
+#include "clients/eval_artefacts.h"
 #include "clients/eval_renderer.h"
 #include "clients/eval_ruffaldi.h"
 #include "clients/find_config.h"
@@ -128,6 +129,11 @@ void run_renderer(EvalOptions options, const CLI::App& command) {
   print_judged(eval_renderer(eval), options.json);
 }
 
+void run_artefacts(const EvalOptions& options) {
+  check_outputs({options.plot}, {}, options.overwrite);
+  print_judged(eval_artefacts(options.plot), options.json);
+}
+
 void run_ruffaldi(const EvalOptions& options) {
   RuffaldiEval eval = options.ruffaldi;
   eval.mesh = options.renderer.mesh;
@@ -200,8 +206,9 @@ void add_eval_command(CLI::App& app) {
   CLI::Option* const protocol =
       command
           ->add_option("--protocol", options->protocol,
-                       "ruffaldi: forces along a probe's trajectory, against the truth")
-          ->check(CLI::IsMember({"ruffaldi"}))
+                       "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: "
+                       "what penalty3 does at an edge and through a thin plate, beside the proxies")
+          ->check(CLI::IsMember({"ruffaldi", "artefacts"}))
           ->excludes(config);
   command->add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
       ->needs(protocol)
@@ -215,7 +222,7 @@ void add_eval_command(CLI::App& app) {
       ->needs(protocol, mesh);
   command->callback([options, command] {
     if (!options->protocol.empty()) {
-      run_ruffaldi(*options);
+      options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);
       return;
     }
     options->renderer.mesh.empty() ? run_eval(*options) : run_renderer(*options, *command);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The renderer penalty3 in lockstep: its force, and its two artefacts, measured beside the
 // god-object that has neither.
+#include "clients/eval_artefacts.h"
 #include "clients/lockstep.h"
 #include "proto/control.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workload.h"
 
+using haptic::ArtefactScene;
 using haptic::ContactSet;
 using haptic::Lockstep;
 using haptic::MeshShape;
@@ -43,14 +45,6 @@ std::vector<ServoFrame> run(const SessionConfig& config, haptic::Soup soup,
   return frames;
 }
 
-double largest_step(const std::vector<ServoFrame>& frames) {
-  double largest = 0;
-  for (size_t i = 1; i < frames.size(); ++i) {
-    largest = std::max(largest, norm(frames[i].F_device_B.f - frames[i - 1].F_device_B.f));
-  }
-  return largest;
-}
-
 }  // namespace
 
 TEST_CASE("penalty: the force is k times depth along the normal of the nearest face", "[lab]") {
@@ -69,50 +63,38 @@ TEST_CASE("penalty: the force is k times depth along the normal of the nearest f
 
 TEST_CASE("penalty: artefact 1, the force turns by 90 degrees at the bisector", "[lab][trap]") {
   // algorithms.md 1.1: k = 1 N/mm, 2 mm deep in both faces: |ΔF| = √2·k·d = 2.83 N
-  const auto across = [](double t) {
-    const double turn = 0.002 * t;  // 2 um a tick along x, 2 mm below the side face at the middle
-    return Vec3{0.0475 + turn, 0.003, 0.048};
-  };
-  const auto penalty =
-      run(session(Renderer::kPenalty3, 1000), haptic::make_box({0.1, 0.1, 0.1}), across, 500);
-  CHECK(largest_step(penalty) == Approx(std::sqrt(2.0) * 1000 * 2e-3).epsilon(2e-3));
-  CHECK(penalty.front().F_device_B.f.z > 1.9);
-  CHECK(penalty.back().F_device_B.f.x > 1.4);
-  CHECK(penalty.back().F_device_B.f.z == 0);
+  const auto penalty = run_artefact(ArtefactScene::kEdge, Renderer::kPenalty3);
+  CHECK(penalty.largest_step() == Approx(std::sqrt(2.0) * 1000 * 2e-3).epsilon(2e-3));
+  CHECK(penalty.force_W.front().z > 1.9);
+  CHECK(penalty.force_W.back().x > 1.4);
+  CHECK(penalty.force_W.back().z == 0);
 
-  // the god-object came in through the top and stays there: |ΔF| ≤ k·|Δtool|
-  const auto from_the_top = [&](double t) {
-    const Vec3 p = across(std::max(0.0, t - 0.1));
-    return Vec3{p.x, p.y, p.z + std::max(0.0, 0.1 - t) * 0.1};
-  };
-  const auto god = run(session(Renderer::kGodObject3, 1000), haptic::make_box({0.1, 0.1, 0.1}),
-                       from_the_top, 600);
-  for (size_t i = 120; i < god.size(); ++i) {
-    const double moved = norm(god[i].X_WT.p - god[i - 1].X_WT.p);
-    REQUIRE(norm(god[i].F_device_B.f - god[i - 1].F_device_B.f) <= 1000 * moved + tol(1e-9));
-  }
-  CHECK(god.back().F_device_B.f.z > 1.9);
+  // a proxy that came in through the top stays there: |ΔF| ≤ k·|Δtool|
+  const Renderer renderer = GENERATE(Renderer::kGodObject3, Renderer::kVirtualProxy3);
+  const auto proxy = run_artefact(ArtefactScene::kEdge, renderer);
+  CHECK(proxy.largest_step_beyond(1000) <= tol(1e-9));
+  CHECK(proxy.force_W.back().z > 1.9);
 }
 
 TEST_CASE("penalty: artefact 2, a thin plate lets the tool pop through", "[lab][trap]") {
   // algorithms.md 1.1: plate of 4 mm, k = 400 N/m: at most k·w/2 = 0.80 N resist; past the middle
   // the force helps; 2 mm beyond the far face nothing or god-object force -2.4 N
-  const auto down = [](double t) { return Vec3{0.001, 0.002, 0.004 - 0.04 * t}; };
-  const auto penalty =
-      run(session(Renderer::kPenalty3, 400), haptic::make_box({0.2, 0.2, 0.004}), down, 205);
-  const auto god =
-      run(session(Renderer::kGodObject3, 400), haptic::make_box({0.2, 0.2, 0.004}), down, 205);
-  double most = 0, least = 0;
-  for (const ServoFrame& f : penalty) {
-    most = std::max(most, f.F_device_B.f.z);
-    least = std::min(least, f.F_device_B.f.z);
+  const auto penalty = run_artefact(ArtefactScene::kPlate, Renderer::kPenalty3);
+  CHECK(penalty.most_resisting() == Approx(0.80).epsilon(0.03));
+  CHECK(penalty.most_helping() == Approx(0.80).epsilon(0.03));
+  CHECK(penalty.force_W.back().z == 0);
+
+  const Renderer renderer = GENERATE(Renderer::kGodObject3, Renderer::kVirtualProxy3);
+  const auto proxy = run_artefact(ArtefactScene::kPlate, renderer);
+  CHECK(proxy.force_W.back().z == Approx(400 * 0.006).epsilon(1e-9));
+  CHECK(proxy.most_helping() == 0);
+}
+
+TEST_CASE("penalty: the measured artefacts are those of theory", "[lab]") {
+  for (const haptic::Row& row : haptic::eval_artefacts("")) {
+    CAPTURE(row.case_name, row.metric, row.value);
+    CHECK(row.holds.value_or(true));
   }
-  CHECK(most == Approx(0.80).epsilon(0.03));
-  CHECK(least == Approx(-0.80).epsilon(0.03));
-  const ServoFrame& beyond = god[200];
-  CHECK(beyond.X_WT.p.z == Approx(-0.004).margin(1e-9));
-  CHECK(beyond.F_device_B.f.z == Approx(400 * 0.006).epsilon(1e-9));
-  CHECK(penalty[200].F_device_B.f.z == 0);
 }
 
 TEST_CASE("penalty: another renderer takes over while the session runs, softly", "[lab]") {
