@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/detect/sphere_rest.h"
 #include "contact/query/swept_sphere.h"
 #include "proto/math/project_point.h"
 
@@ -16,6 +17,7 @@ constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand
 constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
+constexpr double kLongestLeap = 2;    // ratio: the same for a crease
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
@@ -106,6 +108,45 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const double bend = dot(tangent.normal, outward_W);
   if (bend < kLargestBend) return subgoal_W;
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
+}
+
+RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  const ProxySupport support = support_of(scene, plane, g_W);
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  Vec3 direction_O = support.normal_O;
+  for (size_t i = 0; support.feature.kind == FeatureKind::kEdge && i < 3; ++i) {
+    if (mesh.triangle_edges[plane.triangle][i] != support.feature.index) continue;
+    const Triangle& corners = mesh.triangles[plane.triangle];
+    direction_O = normalized(mesh.vertices[corners[(i + 1) % 3]] - mesh.vertices[corners[i]]);
+  }
+  return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
+}
+
+/// The same for two or three obstacles of which one at least is round: the line from the tool
+/// through the place where the sphere comes to rest between them, as far out as all their tangent
+/// planes ask.
+Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Vec3& g_W, const Vec3& tool_W,
+                   const Vec3& subgoal_W) {
+  if (scene.radius == 0 || pushing.size < 2) return subgoal_W;
+  std::array<RoundObstacle, 3> obstacles;
+  bool round = false;
+  for (size_t i = 0; i < pushing.size; ++i) {
+    obstacles[i] = obstacle_of(scene, pushing.planes[i], g_W);
+    round |= obstacles[i].kind != FeatureKind::kFace;
+  }
+  if (!round) return subgoal_W;
+  const SphereRest rest =
+      rest_in_crease({obstacles.data(), pushing.size}, scene.radius + scene.epsilon, g_W, tool_W);
+  const Vec3 out_W = rest.centre_W - tool_W;
+  if (!rest.found || norm(out_W) >= norm(g_W - tool_W)) return subgoal_W;
+  double leap = 1;
+  for (const HalfSpace& plane : pushing.view()) {
+    const double rise = dot(plane.normal, out_W);
+    if (!(rise > 0)) return subgoal_W;
+    leap = std::max(leap, (plane.offset - dot(plane.normal, tool_W)) / rise);
+  }
+  return leap <= kLongestLeap ? tool_W + leap * out_W : subgoal_W;
 }
 
 /// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
@@ -235,6 +276,8 @@ class Slide {
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
     if (leaps_ && leg_.size == 1) {
       goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
+    } else if (leaps_) {
+      goal_.x = beyond_crease(scene_, pushing_planes(leg_, goal_), g_W_, tool_W_, goal_.x);
     }
   }
 
