@@ -17,6 +17,7 @@ constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand
 constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
+constexpr double kLeastRoll = 0.1;    // of the radius: shorter legs around an edge are endless
 constexpr double kLongestLeap = 2;    // ratio: the same for a crease
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
@@ -95,9 +96,10 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
 /// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
 /// the nearest point to the tool on the plane is but a small part of the way. The line from the
 /// feature through the tool meets the plane in a place from which the way to the tool ends where
-/// the sphere comes to rest. The subgoal itself where there is no such bend.
+/// the sphere comes to rest. Where the tool is beside or behind the feature the sphere rolls on,
+/// and not in steps as small as the tool is near. The subgoal itself where there is no such bend.
 Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
-                 const Vec3& p_W, const Vec3& subgoal_W) {
+                 const Vec3& g_W, const Vec3& p_W, const Vec3& subgoal_W) {
   if (scene.radius == 0) return subgoal_W;
   const Pose& X_WO = scene.X_WO[plane.object];
   const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
@@ -106,7 +108,11 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const Vec3 foot_W = X_WO * c.point_O;
   const Vec3 outward_W = (p_W - foot_W) / c.distance;
   const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) return subgoal_W;
+  if (bend < kLargestBend) {
+    const Vec3 way_W = subgoal_W - g_W;
+    const double way = norm(way_W), roll = kLeastRoll * scene.radius;
+    return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
+  }
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
 }
 
@@ -123,23 +129,42 @@ RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, cons
   return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
 }
 
-/// The same for two or three obstacles of which one at least is round: the line from the tool
-/// through the place where the sphere comes to rest between them, as far out as all their tangent
-/// planes ask.
-Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Vec3& g_W, const Vec3& tool_W,
-                   const Vec3& subgoal_W) {
-  if (scene.radius == 0 || pushing.size < 2) return subgoal_W;
+/// The place where a sphere comes to rest between the obstacles of some facets; none where all are
+/// flat, which the subgoals solve exactly.
+SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
+                        const Vec3& g_W, const Vec3& tool_W) {
   std::array<RoundObstacle, 3> obstacles;
   bool round = false;
-  for (size_t i = 0; i < pushing.size; ++i) {
-    obstacles[i] = obstacle_of(scene, pushing.planes[i], g_W);
+  for (size_t i = 0; i < planes.size(); ++i) {
+    obstacles[i] = obstacle_of(scene, planes[i], g_W);
     round |= obstacles[i].kind != FeatureKind::kFace;
   }
-  if (!round) return subgoal_W;
+  if (!round) return {};
   const SphereRest rest =
-      rest_in_crease({obstacles.data(), pushing.size}, scene.radius + scene.epsilon, g_W, tool_W);
+      rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W, tool_W);
+  return {rest.found && norm(rest.centre_W - tool_W) < norm(g_W - tool_W), rest.centre_W};
+}
+
+/// The same for a crease of two obstacles or a corner of three, of which one at least is round: the
+/// line from the tool through the place of rest, as far out as the tangent planes ask. In a corner
+/// the sphere touches but two at a time: the third may be one of the leg before.
+Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
+                   const Vec3& tool_W, const Vec3& subgoal_W) {
+  if (scene.radius == 0 || pushing.size < 2) return subgoal_W;
+  std::array<ProxyPlane, 3> corner = {pushing.planes[0], pushing.planes[1], pushing.planes[2]};
+  size_t size = pushing.size;
+  for (size_t i = 0; i < before.size && size < corner.size(); ++i) {
+    const auto known = std::span(corner).first(size);
+    if (std::find(known.begin(), known.end(), before.planes[i]) == known.end()) {
+      corner[size++] = before.planes[i];
+    }
+  }
+  SphereRest rest;
+  for (; size >= pushing.size && !rest.found; --size) {
+    rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
+  }
+  if (!rest.found) return subgoal_W;
   const Vec3 out_W = rest.centre_W - tool_W;
-  if (!rest.found || norm(out_W) >= norm(g_W - tool_W)) return subgoal_W;
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);
@@ -260,6 +285,7 @@ class Slide {
     stalls_ = now < nearest_ ? 0 : stalls_ + 1;
     if (now < nearest_) nearest_ = now, nearest_W_ = g_W_;
     if (stalls_ >= kMaxStalls) return false;
+    if (leg_.size > 1) before_ = pushing_planes(leg_, goal_);
     begin_leg();
     return true;
   }
@@ -275,9 +301,9 @@ class Slide {
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
     if (leaps_ && leg_.size == 1) {
-      goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
+      goal_.x = beyond_bend(scene_, plane, tangent, g_W_, tool_W_, goal_.x);
     } else if (leaps_) {
-      goal_.x = beyond_crease(scene_, pushing_planes(leg_, goal_), g_W_, tool_W_, goal_.x);
+      goal_.x = beyond_crease(scene_, pushing_planes(leg_, goal_), before_, g_W_, tool_W_, goal_.x);
     }
   }
 
@@ -285,6 +311,7 @@ class Slide {
   const Vec3 tool_W_;
   Vec3& g_W_;
   Leg leg_;
+  Leg before_;  // what pushed in the last one with more than one plane
   PointProjection goal_;
   Vec3 nearest_W_;  // to the tool, where a leg ended
   double nearest_;
