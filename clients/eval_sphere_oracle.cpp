@@ -5,7 +5,6 @@
 #include <array>
 
 #include "clients/eval_walls.h"
-#include "contact/query/closest_on_triangle.h"
 
 namespace haptic {
 namespace {
@@ -18,8 +17,9 @@ constexpr int kNewtonSteps = 20;
 constexpr long double kStandOff = 1e-12L;   // [m]
 constexpr long double kStill = 1e-15L;      // less is no progress [m]
 constexpr long double kNearRest = 1e-6L;    // a shorter leg may be the last [m]
+constexpr long double kLastRoll = 0.1L;     // of the radius: how far the rest of the way may be
 constexpr long double kSolved = 1e-17L;     // [m]
-constexpr double kRoomSlack = 1e-14;        // rounding of distances in double [m]
+constexpr long double kRoomSlack = 1e-18L;  // rounding of distances [m]
 constexpr long double kEdgeSlack = 1e-16L;  // a face is so much larger [m]
 constexpr double kBallSlack = 1e-9;         // [m]
 
@@ -61,7 +61,19 @@ bool lies_over(const Facet& f, const Long3& x) {
   const auto outside = [&](const Long3& p, const Long3& q) {
     return dot(f.normal, cross(q - p, x - p)) < -kEdgeSlack * norm(q - p);
   };
-  return !outside(f.a, f.b) && !outside(f.b, f.c) && !outside(f.c, f.a);
+  const bool has_area = dot(f.normal, f.normal) > 0;
+  return has_area && !outside(f.a, f.b) && !outside(f.b, f.c) && !outside(f.c, f.a);
+}
+
+long double distance_from(const Facet& f, const Long3& x) {
+  if (lies_over(f, x)) return std::fabs(dot(f.normal, x - f.a));
+  const auto from_side = [&](const Long3& p, const Long3& q) {
+    const Long3 side = q - p;
+    const long double length2 = dot(side, side);
+    const long double share = length2 > 0 ? dot(x - p, side) / length2 : 0;
+    return norm(x - (p + std::clamp(share, 0.0L, 1.0L) * side));
+  };
+  return std::min({from_side(f.a, f.b), from_side(f.b, f.c), from_side(f.c, f.a)});
 }
 
 /// Unknowns of the minimum: where, and how hard each obstacle pushes.
@@ -244,27 +256,23 @@ SphereOracle::Stop SphereOracle::first_stop(const Long3& from, const Long3& to) 
 
 bool SphereOracle::has_room(const Long3& x) const {
   const Vec3 x_O = rounded(x);
-  const auto room = static_cast<double>(radius_);
   return std::all_of(near_.begin(), near_.end(), [&](uint32_t triangle) {
     const Facet& f = facets_[triangle];
-    const double far = room + f.reach;
-    if (norm_squared(f.middle_O - x_O) > far * far) return true;
-    const OnTriangle nearest = closest_on_triangle(facets_.mesh(), triangle, x_O);
-    return norm(nearest.point - x_O) >= room - kRoomSlack;
+    const double far = static_cast<double>(radius_) + f.reach + kBallSlack;
+    return norm_squared(f.middle_O - x_O) > far * far ||
+           distance_from(f, x) >= radius_ - kRoomSlack;
   });
 }
 
 std::optional<Long3> SphereOracle::rest_on(std::span<const Obstacle> pushing, const Long3& from,
                                            const Long3& tool) const {
   const std::optional<Rest> rest = newton(pushing, from, tool, radius_);
-  if (!rest || norm(rest->x - from) > kNearRest || !is_minimum(pushing, *rest)) {
+  if (!rest || norm(rest->x - from) > kLastRoll * radius_ || !is_minimum(pushing, *rest)) {
     return std::nullopt;
   }
   // a plane or line goes on beyond the facet that it belongs to
-  const Vec3 x_O = rounded(rest->x);
   for (const Obstacle& o : pushing) {
-    const OnTriangle nearest = closest_on_triangle(facets_.mesh(), o.triangle, x_O);
-    if (norm(nearest.point - x_O) > static_cast<double>(radius_) + kRoomSlack) return std::nullopt;
+    if (distance_from(facets_[o.triangle], rest->x) > radius_ + kRoomSlack) return std::nullopt;
   }
   return has_room(rest->x) ? std::optional(rest->x) : std::nullopt;
 }

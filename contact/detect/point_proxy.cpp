@@ -11,15 +11,16 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSweeps = 48;        // bound of a step; a corner of three facets needs about seven
-constexpr size_t kMaxPlanes = 12;     // met in one leg; more are dropped by restarting the leg
-constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand starts
-constexpr double kNoProgress = 1e-3;  // of epsilon
-constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
-constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
-constexpr double kLeastRoll = 0.1;    // of the radius: shorter legs around an edge are endless
-constexpr double kLongestLeap = 2;    // ratio: the same for a crease
-constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
+constexpr int kMaxSweeps = 48;  // bound of a step; a corner of three facets needs about seven
+constexpr int kMaxSphereSweeps = 128;  // the same where edges and vertices are round
+constexpr size_t kMaxPlanes = 12;      // met in one leg; more are dropped by restarting the leg
+constexpr int kMaxSeedAttempts = 8;    // objects that may overlap where the hand starts
+constexpr double kNoProgress = 1e-3;   // of epsilon
+constexpr int kMaxStalls = 3;          // legs that bring it no nearer before it rests
+constexpr double kLargestBend = 0.5;   // cosine: around more of an edge it rolls in several legs
+constexpr double kLeastRoll = 0.1;     // of the radius: shorter legs around an edge are endless
+constexpr double kLongestLeap = 2;     // ratio: the same for a crease
+constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
   bool hit = false;
@@ -93,6 +94,14 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
+/// The subgoal, or further that way: where the tool is beside or behind an edge, the nearest point
+/// to it is as near as the tool is to the edge, and the way around would be endless.
+Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W) {
+  const Vec3 way_W = subgoal_W - g_W;
+  const double way = norm(way_W), roll = kLeastRoll * scene.radius;
+  return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
+}
+
 /// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
 /// the nearest point to the tool on the plane is but a small part of the way. The line from the
 /// feature through the tool meets the plane in a place from which the way to the tool ends where
@@ -108,11 +117,7 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const Vec3 foot_W = X_WO * c.point_O;
   const Vec3 outward_W = (p_W - foot_W) / c.distance;
   const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) {
-    const Vec3 way_W = subgoal_W - g_W;
-    const double way = norm(way_W), roll = kLeastRoll * scene.radius;
-    return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
-  }
+  if (bend < kLargestBend) return rolled_on(scene, g_W, subgoal_W);
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
 }
 
@@ -129,20 +134,13 @@ RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, cons
   return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
 }
 
-/// The place where a sphere comes to rest between the obstacles of some facets; none where all are
-/// flat, which the subgoals solve exactly.
+/// The place where a sphere comes to rest between the obstacles of some facets.
 SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
                         const Vec3& g_W, const Vec3& tool_W) {
   std::array<RoundObstacle, 3> obstacles;
-  bool round = false;
-  for (size_t i = 0; i < planes.size(); ++i) {
-    obstacles[i] = obstacle_of(scene, planes[i], g_W);
-    round |= obstacles[i].kind != FeatureKind::kFace;
-  }
-  if (!round) return {};
-  const SphereRest rest =
-      rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W, tool_W);
-  return {rest.found && norm(rest.centre_W - tool_W) < norm(g_W - tool_W), rest.centre_W};
+  for (size_t i = 0; i < planes.size(); ++i) obstacles[i] = obstacle_of(scene, planes[i], g_W);
+  return rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W,
+                        tool_W);
 }
 
 /// The same for a crease of two obstacles or a corner of three, of which one at least is round: the
@@ -150,7 +148,15 @@ SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> pla
 /// the sphere touches but two at a time: the third may be one of the leg before.
 Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
                    const Vec3& tool_W, const Vec3& subgoal_W) {
-  if (scene.radius == 0 || pushing.size < 2) return subgoal_W;
+  const auto is_round = [&](const ProxyPlane& plane) {
+    return support_of(scene, plane, g_W).feature.kind != FeatureKind::kFace;
+  };
+  const auto end = pushing.planes.begin() + static_cast<std::ptrdiff_t>(pushing.size);
+  // between faces the subgoals are exact
+  if (scene.radius == 0 || pushing.size < 2 ||
+      std::none_of(pushing.planes.begin(), end, is_round)) {
+    return subgoal_W;
+  }
   std::array<ProxyPlane, 3> corner = {pushing.planes[0], pushing.planes[1], pushing.planes[2]};
   size_t size = pushing.size;
   for (size_t i = 0; i < before.size && size < corner.size(); ++i) {
@@ -163,8 +169,10 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   for (; size >= pushing.size && !rest.found; --size) {
     rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
   }
-  if (!rest.found) return subgoal_W;
+  if (!rest.found) return rolled_on(scene, g_W, subgoal_W);
+  // it may stand nearer to one of them than it will rest
   const Vec3 out_W = rest.centre_W - tool_W;
+  if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);
@@ -231,7 +239,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
 class Slide {
  public:
   Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
-      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W), nearest_(distance()) {
+      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W) {
     begin_leg();
   }
 
@@ -257,7 +265,8 @@ class Slide {
   /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
   /// undo.
   bool take_leap_back() {
-    if (!leaps_ || distance() <= nearest_) return false;
+    const double further = norm(g_W_ - tool_W_) - norm(nearest_W_ - tool_W_);
+    if (!leaps_ || further <= scene_.epsilon) return false;
     leaps_ = false;
     stalls_ = 0;
     g_W_ = nearest_W_;
@@ -270,7 +279,11 @@ class Slide {
   bool truncated() const { return truncated_; }
 
  private:
-  double distance() const { return norm(tool_W_ - g_W_); }
+  /// Whether a is nearer to the tool: |a − tool|² − |b − tool|², of which near a minimum only the
+  /// difference of two places has digits.
+  bool is_nearer(const Vec3& a_W, const Vec3& b_W) const {
+    return dot(a_W - b_W, (a_W - tool_W_) + (b_W - tool_W_)) < 0;
+  }
   bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
 
   void begin_leg() {
@@ -281,9 +294,9 @@ class Slide {
 
   /// Forgets the planes, to try again for the tool itself; false when that leads nowhere any more.
   bool tries_again() {
-    const double now = distance();
-    stalls_ = now < nearest_ ? 0 : stalls_ + 1;
-    if (now < nearest_) nearest_ = now, nearest_W_ = g_W_;
+    const bool nearer = is_nearer(g_W_, nearest_W_);
+    stalls_ = nearer ? 0 : stalls_ + 1;
+    if (nearer) nearest_W_ = g_W_;
     if (stalls_ >= kMaxStalls) return false;
     if (leg_.size > 1) before_ = pushing_planes(leg_, goal_);
     begin_leg();
@@ -314,7 +327,6 @@ class Slide {
   Leg before_;  // what pushed in the last one with more than one plane
   PointProjection goal_;
   Vec3 nearest_W_;  // to the tool, where a leg ended
-  double nearest_;
   int stalls_ = 0;
   bool leaps_ = true;
   bool truncated_ = false;
@@ -367,11 +379,12 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
   Slide slide(scene, p_W, proxy.g_W);
+  const int max_sweeps = scene.radius > 0 ? kMaxSphereSweeps : kMaxSweeps;
   int sweeps = 0;
   // never ends between two legs, without a plane
   bool moves = true;
-  for (; moves && (sweeps < kMaxSweeps || slide.has_no_plane()); ++sweeps) {
-    moves = slide.sweeps_on(sweeps < kMaxSweeps);
+  for (; moves && (sweeps < max_sweeps || slide.has_no_plane()); ++sweeps) {
+    moves = slide.sweeps_on(sweeps < max_sweeps);
   }
   if (moves) {
     move.flags |= kContactIterationLimit;

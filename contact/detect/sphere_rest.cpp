@@ -8,7 +8,7 @@ namespace haptic {
 namespace {
 
 constexpr int kMaxSteps = 12;      // Newton's method needs four to six
-constexpr double kSolved = 1e-14;  // of the distance: a shorter step is rounding
+constexpr double kSolved = 1e-10;  // of the distance: the error is the square of the last step
 constexpr double kFarStep = 1.0;   // of the distance: a longer one has lost its way
 constexpr size_t kMaxObstacles = 3;
 
