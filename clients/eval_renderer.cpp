@@ -5,6 +5,7 @@
 #include <memory>
 #include <variant>
 
+#include "clients/eval_friction.h"
 #include "clients/eval_sphere_oracle.h"
 #include "clients/plot_svg.h"
 #include "clients/scripted_hand.h"
@@ -46,7 +47,11 @@ std::string case_name(const RendererEval& eval) {
   const auto named = [&](const auto& pair) { return pair.second == eval.renderer; };
   const auto& [name, renderer] = *std::find_if(kRenderers.begin(), kRenderers.end(), named);
   std::string text = std::string(name) + " on " + eval.mesh;
-  if (radius_of(eval) > 0) text += ", radius " + readable(radius_of(eval), "m");
+  if (eval.renderer == Renderer::kVirtualProxy3)
+    text += ", radius " + readable(radius_of(eval), "m");
+  if (eval.lockstep.contact_latency > 0) {
+    text += ", " + std::to_string(eval.lockstep.contact_latency) + " late";
+  }
   return text;
 }
 
@@ -132,7 +137,8 @@ ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks) 
 }
 
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
-                    const LockstepOptions& options, uint64_t ticks) {
+                    const LockstepOptions& options, uint64_t ticks,
+                    const std::function<void(const ServoFrame&)>& watch) {
   const std::span<const MeshShape> shapes(&shape, 1);
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
@@ -150,6 +156,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
       place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);
     }
     place.descent = free_descent(facets, frame.X_WP.p, tool, radius);
+    if (watch) watch(frame);
     judge.add(frame, set != nullptr ? set->flags : 0, truth, place);
   }
   return judge;
@@ -172,7 +179,11 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
     hand = open_device(config.device);
     ticks = ~uint64_t{0};
   }
-  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks);
+  // a plane's normal is known, so that its force can be taken apart
+  const bool is_flat = eval.mesh.rfind("flat:", 0) == 0;
+  FrictionJudge friction(eval.friction, {0, 0, 1});
+  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
+                                    [&](const ServoFrame& frame) { friction.add(frame); });
   const std::string name = case_name(eval);
   Rows rows(name);
   rows.note("machine", machine_line());
@@ -181,6 +192,7 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
   rows.append(judge.rows(name, goals_of(eval, subject)));
+  if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
   if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
   return rows.rows();
 }

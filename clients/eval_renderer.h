@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -41,8 +42,10 @@ ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks);
 /// Runs hand, contact and servo in lockstep for so many ticks, or to the end of a recording, and
 /// compares each tick with the oracle of the renderer's proxy: the sphere for virtual-proxy3 with a
 /// radius, else the god-object (penalty3 has none of its own). The object lies at the origin.
+/// `watch` sees every frame too.
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
-                    const LockstepOptions& lockstep, uint64_t ticks);
+                    const LockstepOptions& lockstep, uint64_t ticks,
+                    const std::function<void(const ServoFrame&)>& watch = {});
 
 /// The whole of `hapt eval --renderer`: figures, goals, plot. Throws std::runtime_error with one
 /// line for what is not there.

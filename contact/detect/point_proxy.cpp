@@ -12,13 +12,14 @@ namespace haptic {
 namespace {
 
 constexpr int kMaxSweeps = 48;  // bound of a step; a corner of three facets needs about seven
-constexpr int kMaxSphereSweeps = 128;  // the same where edges and vertices are round
+constexpr int kMaxSphereSweeps = 192;  // the same where edges and vertices are round
 constexpr size_t kMaxPlanes = 12;      // met in one leg; more are dropped by restarting the leg
 constexpr int kMaxSeedAttempts = 8;    // objects that may overlap where the hand starts
 constexpr double kNoProgress = 1e-3;   // of epsilon
 constexpr int kMaxStalls = 3;          // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;   // cosine: around more of an edge it rolls in several legs
-constexpr double kLeastRoll = 0.1;     // of the radius: shorter legs around an edge are endless
+constexpr double kLeastRoll = 0.02;    // of the radius: shorter legs around an edge are endless
+constexpr double kFarRest = 0.01;      // of the radius: further on it may pass another rest
 constexpr double kLongestLeap = 2;     // ratio: the same for a crease
 constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
 
@@ -173,6 +174,7 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   // it may stand nearer to one of them than it will rest
   const Vec3 out_W = rest.centre_W - tool_W;
   if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
+  if (norm(rest.centre_W - g_W) > kFarRest * scene.radius) return subgoal_W;
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);
