@@ -7,10 +7,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kJamForce = 0.1;    // beyond the exact force [N]
-constexpr double kJamShare = 0.1;    // of the tool's motion
-constexpr double kLeastWay = 1e-6;   // a resting tool jams nothing [m]
-constexpr double kLostDepth = 1e-5;  // [m]
+constexpr double kJamForce = 0.1;       // beyond the exact force [N]
+constexpr double kJamShare = 0.1;       // of the tool's motion
+constexpr double kLeastWay = 1e-6;      // a resting tool jams nothing [m]
+constexpr double kLostDepth = 1e-5;     // [m]
+constexpr double kLeastDescent = 1e-6;  // [N]
 
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
@@ -22,7 +23,7 @@ double percentile(std::vector<double> values, double share) {
 }  // namespace
 
 void EvalJudge::add(const ServoFrame& frame, uint32_t contact_flags, const OracleAnswer& truth,
-                    const BehindSurface& behind) {
+                    const JudgedPlace& place) {
   const Vec3 tool = frame.X_WT.p, proxy = frame.X_WP.p;
   const Vec3 force = frame.F_coupling_W.f, exact = stiffness_ * (truth.proxy_O - tool);
   const double error = norm(force - exact);
@@ -46,7 +47,9 @@ void EvalJudge::add(const ServoFrame& frame, uint32_t contact_flags, const Oracl
   squared_ripple_ += ripple * ripple;
   if (!(error <= worst_error_)) worst_error_ = error, worst_tick_ = frame.tick;
   worst_ripple_ = std::max(worst_ripple_, ripple);
-  deepest_behind_ = std::max(deepest_behind_, behind.depth);
+  deepest_behind_ = std::max(deepest_behind_, place.behind.depth);
+  not_minimal_ += stiffness_ * place.descent > kLeastDescent;
+  largest_descent_ = std::max(largest_descent_, place.descent);
   deepest_tool_ = std::max(deepest_tool_, depth);
   largest_force_ = std::max(largest_force_, norm(force));
   largest_held_ = std::max(largest_held_, norm(frame.F_device_B.f));
@@ -85,6 +88,8 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
   count("ticks fallen through", lost_, goals.follows_oracle);
   rows.add_if(goals.follows_oracle, "verified proxy behind the surface, max", deepest_behind_, "m",
               0, deepest_behind_ == 0);
+  count("ticks not in a local minimum", not_minimal_, goals.rests);
+  rows.add("force a step on towards the tool would change, max", largest_descent(), "N");
   rows.add("tool behind the surface, max", deepest_tool_, "m");
   rows.add("force, max", largest_force_, "N");
   bounded("force held by the device, max", largest_held_, "N", goals.force_limit);

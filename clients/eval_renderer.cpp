@@ -3,14 +3,24 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
+#include <variant>
 
+#include "clients/eval_friction.h"
+#include "clients/eval_sphere_oracle.h"
 #include "clients/plot_svg.h"
 #include "clients/scripted_hand.h"
 #include "contact/query/segment_hit.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
+
+using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
+
+ProxyOracle make_oracle(const FacetBins& facets, double radius) {
+  if (radius > 0) return SphereOracle(facets, radius);
+  return GodObjectOracle(facets);
+}
 
 constexpr double kTick = 1e-3;           // [s]
 constexpr double kWayPerTick = 0.13e-3;  // of the fastest slide [m]
@@ -28,10 +38,27 @@ struct Subject {
   bool closed_work = false;  // one of the published meshes: all goals apply
 };
 
+/// A point for all renderers but one.
+double radius_of(const RendererEval& eval) {
+  return eval.renderer == Renderer::kVirtualProxy3 ? eval.radius : 0;
+}
+
+std::string case_name(const RendererEval& eval) {
+  const auto named = [&](const auto& pair) { return pair.second == eval.renderer; };
+  const auto& [name, renderer] = *std::find_if(kRenderers.begin(), kRenderers.end(), named);
+  std::string text = std::string(name) + " on " + eval.mesh;
+  if (eval.renderer == Renderer::kVirtualProxy3)
+    text += ", radius " + readable(radius_of(eval), "m");
+  if (eval.lockstep.contact_latency > 0) {
+    text += ", " + std::to_string(eval.lockstep.contact_latency) + " late";
+  }
+  return text;
+}
+
 Subject open_subject(const RendererEval& eval) {
   Subject subject;
   if (is_eval_work(eval.mesh)) {
-    EvalWork work = make_eval_work(eval.mesh, 0);
+    EvalWork work = make_eval_work(eval.mesh, radius_of(eval));
     subject.made = build_shape(std::move(work.soup));
     subject.shape = subject.made.view();
     subject.path = std::move(work.path);
@@ -40,7 +67,7 @@ Subject open_subject(const RendererEval& eval) {
   }
   subject.baked = bake_scan(eval.mesh, eval.size);
   subject.shape = subject.baked.shape;
-  if (eval.trace.empty()) subject.path = way_around(subject.shape, eval.ticks);
+  if (eval.trace.empty()) subject.path = way_around(subject.shape, radius_of(eval), eval.ticks);
   return subject;
 }
 
@@ -48,8 +75,10 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject) {
   EvalGoals goals;
   goals.force_limit = eval.max_force;
   // a broken mesh has no god-object that two programs must agree on
-  goals.follows_oracle = subject.closed_work || subject.shape.mesh.closed;
+  goals.follows_oracle = (subject.closed_work || subject.shape.mesh.closed) &&
+                         eval.renderer != Renderer::kPenalty3 && eval.friction == 0;
   if (!goals.follows_oracle || eval.lockstep.contact_period != 1) return goals;
+  goals.rests = eval.lockstep.contact_latency == 0;
   if (eval.lockstep.contact_latency == 0) goals.max_force_error = kLockstepError;
   if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
   if (eval.mesh.rfind("flat:", 0) == 0) goals.max_ripple = kFlatRipple;
@@ -85,7 +114,7 @@ ToolPath path_through(std::vector<Vec3> positions) {
   };
 }
 
-ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
+ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks) {
   const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
   const double far = norm(shape.mesh.upper - shape.mesh.lower);
   std::vector<Vec3> way;
@@ -95,7 +124,8 @@ ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
     const Vec3 u = sphere_direction(t);
     const SegmentHit hit = first_hit(shape, middle + far * u, middle);
     if (hit.hit) radius = (1 - hit.t) * far;
-    const Vec3 wanted = middle + (radius - workload_depth(kTick * static_cast<double>(k))) * u;
+    const Vec3 wanted =
+        middle + (radius + tool_radius - workload_depth(kTick * static_cast<double>(k))) * u;
     const Vec3 step = way.empty() ? Vec3{} : wanted - way.back();
     const double length = norm(step);
     const double share = length > kWayPerTick ? kWayPerTick / length : 1;
@@ -107,30 +137,38 @@ ToolPath way_around(const MeshShape& shape, uint64_t ticks) {
 }
 
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
-                    const LockstepOptions& options, uint64_t ticks) {
+                    const LockstepOptions& options, uint64_t ticks,
+                    const std::function<void(const ServoFrame&)>& watch) {
   const std::span<const MeshShape> shapes(&shape, 1);
   Lockstep lockstep(config, shapes, hand, options);
-  GodObjectOracle oracle(shape.mesh);
+  const FacetBins facets(shape.mesh);
+  const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
+  ProxyOracle oracle = make_oracle(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
     const ServoFrame& frame = lockstep.frame();
     const ContactSet* const set = lockstep.contacts();
-    if (k == 0) oracle.seed(frame.X_WT.p);
-    const OracleAnswer truth = oracle.follow(frame.X_WT.p);
-    const bool near = norm(frame.X_WG.p - truth.proxy_O) < kNearby;
-    judge.add(frame, set != nullptr ? set->flags : 0, truth,
-              set != nullptr && near ? oracle.behind(frame.X_WG.p, kNearby) : BehindSurface{});
+    const Vec3& tool = frame.X_WT.p;
+    if (k == 0) std::visit([&](auto& o) { o.seed(tool); }, oracle);
+    const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
+    JudgedPlace place;
+    if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
+      place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);
+    }
+    place.descent = free_descent(facets, frame.X_WP.p, tool, radius);
+    if (watch) watch(frame);
+    judge.add(frame, set != nullptr ? set->flags : 0, truth, place);
   }
   return judge;
 }
 
 std::vector<Row> eval_renderer(const RendererEval& eval) {
-  if (eval.renderer != "god-object3") {
-    throw std::runtime_error("--renderer " + eval.renderer +
-                             ": cannot be judged; give god-object3");
-  }
   const Subject subject = open_subject(eval);
   SessionConfig config = plain_session(eval.stiffness);
+  config.renderer = eval.renderer;
+  config.proxy_radius = eval.radius;
+  config.objects[0].material.friction_static = eval.friction;
+  config.objects[0].material.friction_dynamic = eval.friction;
   config.safety.max_force = eval.max_force;
   std::unique_ptr<Device> hand;
   uint64_t ticks = eval.ticks;
@@ -141,8 +179,12 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
     hand = open_device(config.device);
     ticks = ~uint64_t{0};
   }
-  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks);
-  const std::string name = eval.renderer + " on " + eval.mesh;
+  // a plane's normal is known, so that its force can be taken apart
+  const bool is_flat = eval.mesh.rfind("flat:", 0) == 0;
+  FrictionJudge friction(eval.friction, {0, 0, 1});
+  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
+                                    [&](const ServoFrame& frame) { friction.add(frame); });
+  const std::string name = case_name(eval);
   Rows rows(name);
   rows.note("machine", machine_line());
   rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
@@ -150,6 +192,7 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
   rows.append(judge.rows(name, goals_of(eval, subject)));
+  if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
   if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
   return rows.rows();
 }

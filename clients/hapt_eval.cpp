@@ -4,12 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "clients/check_outputs.h"
 #include "clients/eval_artefacts.h"
 #include "clients/eval_renderer.h"
 #include "clients/eval_ruffaldi.h"
+#include "clients/eval_table.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/lockstep.h"
@@ -18,6 +20,7 @@
 #include "clients/session_plot.h"
 #include "clients/summary.h"
 #include "proto/realtime.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
@@ -28,6 +31,8 @@ struct EvalOptions {
   LockstepOptions lockstep;
   bool json = false, overwrite = false;
   RendererEval renderer;
+  std::vector<std::string> meshes;
+  std::vector<double> radii{1e-3};  // of the proxy [m]
   std::string protocol;
   RuffaldiEval ruffaldi;
 };
@@ -113,18 +118,35 @@ void run_eval(const EvalOptions& options) {
   if (!all_hold(rows.rows())) throw CLI::RuntimeError(1);
 }
 
-void run_renderer(EvalOptions options, const CLI::App& command) {
-  RendererEval& eval = options.renderer;
-  check_outputs({options.plot}, {options.trace, is_eval_work(eval.mesh) ? "" : eval.mesh},
-                options.overwrite);
-  eval.trace = options.trace;
-  eval.plot = options.plot;
-  eval.lockstep.contact_period = options.lockstep.contact_period;
+void run_renderer(const EvalOptions& options, const CLI::App& command) {
+  EvalTable table{options.renderer, options.meshes, options.radii, {0}};
+  table.each.trace = options.trace;
+  table.each.plot = options.plot;
+  table.each.lockstep.contact_period = options.lockstep.contact_period;
   // unless asked for, the judge leaves no delay between the tool and the answer
   if (command.count("--contact-latency") > 0) {
-    eval.lockstep.contact_latency = options.lockstep.contact_latency;
+    table.latencies = {options.lockstep.contact_latency};
+  } else if (options.meshes == std::vector<std::string>{"all"}) {
+    table.latencies = {0, 1};
   }
-  print_judged(eval_renderer(eval), options.json);
+  const std::vector<RendererEval> cases = cases_of(table);
+  std::vector<std::string> inputs{options.trace};
+  for (const RendererEval& one : cases) {
+    if (!is_eval_work(one.mesh)) inputs.push_back(one.mesh);
+  }
+  check_outputs({options.plot}, inputs, options.overwrite);
+  if (cases.size() == 1) {
+    print_judged(eval_renderer(cases[0]), options.json);
+    return;
+  }
+  if (!options.plot.empty()) throw std::runtime_error("--plot: draws one case; give one --mesh");
+  std::vector<std::vector<Row>> judged;
+  for (const RendererEval& one : cases) judged.push_back(eval_renderer(one));
+  std::vector<Row> rows;
+  for (const auto& one : judged) rows.insert(rows.end(), one.begin(), one.end());
+  options.json ? print_json(std::cout, rows) : print_cases(std::cout, judged);
+  std::cout.flush();
+  if (!all_hold(rows)) throw CLI::RuntimeError(1);
 }
 
 void run_artefacts(const EvalOptions& options) {
@@ -134,7 +156,7 @@ void run_artefacts(const EvalOptions& options) {
 
 void run_ruffaldi(const EvalOptions& options) {
   RuffaldiEval eval = options.ruffaldi;
-  eval.mesh = options.renderer.mesh;
+  eval.mesh = options.meshes.empty() ? "" : options.meshes[0];
   eval.size = options.renderer.size;
   eval.lockstep = options.lockstep;
   print_judged(eval_ruffaldi(eval), options.json);
@@ -167,11 +189,25 @@ void add_eval_command(CLI::App& app) {
   RendererEval& judged = options->renderer;
   CLI::Option* const mesh =
       command
-          ->add_option("--mesh", judged.mesh,
-                       "judge a renderer on hf:N, sphere:N, flat:N or a mesh file")
+          ->add_option("--mesh", options->meshes,
+                       "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the "
+                       "published work; several make a table of one line each")
           ->excludes(config);
+  // strings: CLI11 looks names up in a map of these
+  const std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
   command->add_option("--renderer", judged.renderer, "which renderer is judged")
       ->needs(mesh)
+      ->transform(CLI::CheckedTransformer(renderers))
+      ->default_str("god-object3");
+  command
+      ->add_option("--radius", options->radii,
+                   "of the proxy of virtual-proxy3 [m], one or several; 0: a point")
+      ->needs(mesh)
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str();
+  command->add_option("--friction", judged.friction, "μ of virtual-proxy3, measured on flat:N")
+      ->needs(mesh)
+      ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--size", judged.size, "longest side of a mesh file [m]")
       ->needs(mesh)
@@ -212,7 +248,7 @@ void add_eval_command(CLI::App& app) {
       options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);
       return;
     }
-    options->renderer.mesh.empty() ? run_eval(*options) : run_renderer(*options, *command);
+    options->meshes.empty() ? run_eval(*options) : run_renderer(*options, *command);
   });
 }
 

@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRelativeEpsilon = 1e-9;  // of the largest object: 10⁶ times its rounding
+constexpr double kRelativeEpsilon = 1e-10;  // of the largest object: 10⁵ times its rounding
 constexpr double kMinReach = 0.2e-3;       // look-ahead of a resting hand [m]
 constexpr double kMaxReach = 20e-3;        // bound of the look-ahead's cost [m]
 constexpr double kPeriodSmoothing = 0.1;   // weight of the newest interval

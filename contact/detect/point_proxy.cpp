@@ -4,19 +4,24 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/detect/sphere_rest.h"
 #include "contact/query/swept_sphere.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kMaxSweeps = 48;        // bound of a step; a corner of three facets needs about seven
-constexpr size_t kMaxPlanes = 12;     // met in one leg; more are dropped by restarting the leg
-constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand starts
-constexpr double kNoProgress = 1e-3;  // of epsilon
-constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
-constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
-constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
+constexpr int kMaxSweeps = 48;  // bound of a step; a corner of three facets needs about seven
+constexpr int kMaxSphereSweeps = 192;  // the same where edges and vertices are round
+constexpr size_t kMaxPlanes = 12;      // met in one leg; more are dropped by restarting the leg
+constexpr int kMaxSeedAttempts = 8;    // objects that may overlap where the hand starts
+constexpr double kNoProgress = 1e-3;   // of epsilon
+constexpr int kMaxStalls = 3;          // legs that bring it no nearer before it rests
+constexpr double kLargestBend = 0.5;   // cosine: around more of an edge it rolls in several legs
+constexpr double kLeastRoll = 0.02;    // of the radius: shorter legs around an edge are endless
+constexpr double kFarRest = 0.01;      // of the radius: further on it may pass another rest
+constexpr double kLongestLeap = 2;     // ratio: the same for a crease
+constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
 
 struct SceneHit {
   bool hit = false;
@@ -90,12 +95,21 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
+/// The subgoal, or further that way: where the tool is beside or behind an edge, the nearest point
+/// to it is as near as the tool is to the edge, and the way around would be endless.
+Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W) {
+  const Vec3 way_W = subgoal_W - g_W;
+  const double way = norm(way_W), roll = kLeastRoll * scene.radius;
+  return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
+}
+
 /// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
 /// the nearest point to the tool on the plane is but a small part of the way. The line from the
 /// feature through the tool meets the plane in a place from which the way to the tool ends where
-/// the sphere comes to rest. The subgoal itself where there is no such bend.
+/// the sphere comes to rest. Where the tool is beside or behind the feature the sphere rolls on,
+/// and not in steps as small as the tool is near. The subgoal itself where there is no such bend.
 Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
-                 const Vec3& p_W, const Vec3& subgoal_W) {
+                 const Vec3& g_W, const Vec3& p_W, const Vec3& subgoal_W) {
   if (scene.radius == 0) return subgoal_W;
   const Pose& X_WO = scene.X_WO[plane.object];
   const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
@@ -104,8 +118,70 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const Vec3 foot_W = X_WO * c.point_O;
   const Vec3 outward_W = (p_W - foot_W) / c.distance;
   const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) return subgoal_W;
+  if (bend < kLargestBend) return rolled_on(scene, g_W, subgoal_W);
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
+}
+
+RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  const ProxySupport support = support_of(scene, plane, g_W);
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  Vec3 direction_O = support.normal_O;
+  for (size_t i = 0; support.feature.kind == FeatureKind::kEdge && i < 3; ++i) {
+    if (mesh.triangle_edges[plane.triangle][i] != support.feature.index) continue;
+    const Triangle& corners = mesh.triangles[plane.triangle];
+    direction_O = normalized(mesh.vertices[corners[(i + 1) % 3]] - mesh.vertices[corners[i]]);
+  }
+  return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
+}
+
+/// The place where a sphere comes to rest between the obstacles of some facets.
+SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
+                        const Vec3& g_W, const Vec3& tool_W) {
+  std::array<RoundObstacle, 3> obstacles;
+  for (size_t i = 0; i < planes.size(); ++i) obstacles[i] = obstacle_of(scene, planes[i], g_W);
+  return rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W,
+                        tool_W);
+}
+
+/// The same for a crease of two obstacles or a corner of three, of which one at least is round: the
+/// line from the tool through the place of rest, as far out as the tangent planes ask. In a corner
+/// the sphere touches but two at a time: the third may be one of the leg before.
+Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
+                   const Vec3& tool_W, const Vec3& subgoal_W) {
+  const auto is_round = [&](const ProxyPlane& plane) {
+    return support_of(scene, plane, g_W).feature.kind != FeatureKind::kFace;
+  };
+  const auto end = pushing.planes.begin() + static_cast<std::ptrdiff_t>(pushing.size);
+  // between faces the subgoals are exact
+  if (scene.radius == 0 || pushing.size < 2 ||
+      std::none_of(pushing.planes.begin(), end, is_round)) {
+    return subgoal_W;
+  }
+  std::array<ProxyPlane, 3> corner = {pushing.planes[0], pushing.planes[1], pushing.planes[2]};
+  size_t size = pushing.size;
+  for (size_t i = 0; i < before.size && size < corner.size(); ++i) {
+    const auto known = std::span(corner).first(size);
+    if (std::find(known.begin(), known.end(), before.planes[i]) == known.end()) {
+      corner[size++] = before.planes[i];
+    }
+  }
+  SphereRest rest;
+  for (; size >= pushing.size && !rest.found; --size) {
+    rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
+  }
+  if (!rest.found) return rolled_on(scene, g_W, subgoal_W);
+  // it may stand nearer to one of them than it will rest
+  const Vec3 out_W = rest.centre_W - tool_W;
+  if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
+  if (norm(rest.centre_W - g_W) > kFarRest * scene.radius) return subgoal_W;
+  double leap = 1;
+  for (const HalfSpace& plane : pushing.view()) {
+    const double rise = dot(plane.normal, out_W);
+    if (!(rise > 0)) return subgoal_W;
+    leap = std::max(leap, (plane.offset - dot(plane.normal, tool_W)) / rise);
+  }
+  return leap <= kLongestLeap ? tool_W + leap * out_W : subgoal_W;
 }
 
 /// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
@@ -165,7 +241,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
 class Slide {
  public:
   Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
-      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W), nearest_(distance()) {
+      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W) {
     begin_leg();
   }
 
@@ -191,7 +267,8 @@ class Slide {
   /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
   /// undo.
   bool take_leap_back() {
-    if (!leaps_ || distance() <= nearest_) return false;
+    const double further = norm(g_W_ - tool_W_) - norm(nearest_W_ - tool_W_);
+    if (!leaps_ || further <= scene_.epsilon) return false;
     leaps_ = false;
     stalls_ = 0;
     g_W_ = nearest_W_;
@@ -204,7 +281,11 @@ class Slide {
   bool truncated() const { return truncated_; }
 
  private:
-  double distance() const { return norm(tool_W_ - g_W_); }
+  /// Whether a is nearer to the tool: |a − tool|² − |b − tool|², of which near a minimum only the
+  /// difference of two places has digits.
+  bool is_nearer(const Vec3& a_W, const Vec3& b_W) const {
+    return dot(a_W - b_W, (a_W - tool_W_) + (b_W - tool_W_)) < 0;
+  }
   bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
 
   void begin_leg() {
@@ -215,10 +296,11 @@ class Slide {
 
   /// Forgets the planes, to try again for the tool itself; false when that leads nowhere any more.
   bool tries_again() {
-    const double now = distance();
-    stalls_ = now < nearest_ ? 0 : stalls_ + 1;
-    if (now < nearest_) nearest_ = now, nearest_W_ = g_W_;
+    const bool nearer = is_nearer(g_W_, nearest_W_);
+    stalls_ = nearer ? 0 : stalls_ + 1;
+    if (nearer) nearest_W_ = g_W_;
     if (stalls_ >= kMaxStalls) return false;
+    if (leg_.size > 1) before_ = pushing_planes(leg_, goal_);
     begin_leg();
     return true;
   }
@@ -234,7 +316,9 @@ class Slide {
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
     if (leaps_ && leg_.size == 1) {
-      goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
+      goal_.x = beyond_bend(scene_, plane, tangent, g_W_, tool_W_, goal_.x);
+    } else if (leaps_) {
+      goal_.x = beyond_crease(scene_, pushing_planes(leg_, goal_), before_, g_W_, tool_W_, goal_.x);
     }
   }
 
@@ -242,9 +326,9 @@ class Slide {
   const Vec3 tool_W_;
   Vec3& g_W_;
   Leg leg_;
+  Leg before_;  // what pushed in the last one with more than one plane
   PointProjection goal_;
   Vec3 nearest_W_;  // to the tool, where a leg ended
-  double nearest_;
   int stalls_ = 0;
   bool leaps_ = true;
   bool truncated_ = false;
@@ -297,11 +381,12 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
   Slide slide(scene, p_W, proxy.g_W);
+  const int max_sweeps = scene.radius > 0 ? kMaxSphereSweeps : kMaxSweeps;
   int sweeps = 0;
   // never ends between two legs, without a plane
   bool moves = true;
-  for (; moves && (sweeps < kMaxSweeps || slide.has_no_plane()); ++sweeps) {
-    moves = slide.sweeps_on(sweeps < kMaxSweeps);
+  for (; moves && (sweeps < max_sweeps || slide.has_no_plane()); ++sweeps) {
+    moves = slide.sweeps_on(sweeps < max_sweeps);
   }
   if (moves) {
     move.flags |= kContactIterationLimit;

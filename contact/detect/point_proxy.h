@@ -29,6 +29,7 @@ struct PointProxy {
 struct ProxyPlane {
   uint32_t object = 0;
   uint32_t triangle = 0;
+  bool operator==(const ProxyPlane&) const = default;
 };
 
 struct ProxyMove {

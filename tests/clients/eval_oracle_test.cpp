@@ -6,6 +6,7 @@
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
+using haptic::FacetBins;
 using haptic::GodObjectOracle;
 using haptic::MeshShapeData;
 using haptic::OracleAnswer;
@@ -30,7 +31,8 @@ haptic::Soup make_corner() {
 
 TEST_CASE("eval oracle: on the plane it is the foot of the tool, to the last digits", "[lab]") {
   const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 50));
-  GodObjectOracle oracle(plane.view().mesh);
+  const FacetBins facets(plane.view().mesh);
+  GodObjectOracle oracle(facets);
   oracle.seed(haptic::flat_slide(0));
   int touching = 0;
   for (int k = 0; k < 2000; ++k) {
@@ -46,7 +48,8 @@ TEST_CASE("eval oracle: on the plane it is the foot of the tool, to the last dig
 
 TEST_CASE("eval oracle: a corner of one, two and three planes", "[lab]") {
   const MeshShapeData corner = haptic::build_shape(make_corner());
-  GodObjectOracle oracle(corner.view().mesh);
+  const FacetBins facets(corner.view().mesh);
+  GodObjectOracle oracle(facets);
   struct Case {
     Vec3 tool, proxy;
     int n_active;
@@ -76,7 +79,8 @@ TEST_CASE("eval oracle: on a sphere it is the foot within the facets' sagitta", 
     sagitta = std::max(sagitta, kRadius - norm((v[a] + v[b] + v[c]) / 3.0));
     longest = std::max({longest, norm(v[a] - v[b]), norm(v[b] - v[c]), norm(v[c] - v[a])});
   }
-  GodObjectOracle oracle(sphere.view().mesh);
+  const FacetBins facets(sphere.view().mesh);
+  GodObjectOracle oracle(facets);
   oracle.seed((kRadius + 1e-3) * haptic::sphere_direction(0));
   for (int k = 0; k < 500; ++k) {
     const Vec3 u = haptic::sphere_direction(1e-3 * k);
@@ -90,21 +94,9 @@ TEST_CASE("eval oracle: on a sphere it is the foot within the facets' sagitta", 
 
 TEST_CASE("eval oracle: a thin plate holds it on its own side", "[lab][trap]") {
   const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.1, 0.1, 1e-4}));
-  GodObjectOracle oracle(plate.view().mesh);
+  const FacetBins facets(plate.view().mesh);
+  GodObjectOracle oracle(facets);
   oracle.seed({0, 0, 1e-3});
   const OracleAnswer answer = oracle.follow({0.01, 0.02, -0.04});
   CHECK(norm(answer.proxy_O - Vec3{0.01, 0.02, 0.5e-4}) <= kExact);
-}
-
-TEST_CASE("eval oracle: behind a surface, by the nearest facet", "[lab]") {
-  const MeshShapeData box = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
-  GodObjectOracle oracle(box.view().mesh);
-  CHECK(oracle.behind({0.01, 0.02, 0.049}, 0.01).depth == Approx(0.001));
-  CHECK(oracle.behind({0.01, 0.02, 0.051}, 0.01).depth == 0);
-  CHECK(oracle.behind({0.01, 0.02, 0.051}, 0.01).is_known);
-  CHECK_FALSE(oracle.behind({0, 0, 0}, 0.01).is_known);
-  const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 5));
-  GodObjectOracle open(plane.view().mesh);
-  CHECK(open.behind({0.01, 0.02, -0.001}, 0.01).depth == Approx(0.001));
-  CHECK_FALSE(open.behind({0.101, 0.02, -0.001}, 0.01).is_known);
 }

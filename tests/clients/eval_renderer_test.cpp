@@ -5,6 +5,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "clients/eval_friction.h"
+#include "clients/eval_table.h"
 #include "clients/scripted_hand.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -22,11 +24,20 @@ namespace {
 
 constexpr double kStiffness = 1000;
 
-EvalJudge judge_work(const std::string& name, const LockstepOptions& lockstep, uint64_t ticks) {
-  EvalWork work = haptic::make_eval_work(name, 0);
+struct Run {
+  LockstepOptions lockstep;
+  uint64_t ticks;
+  double radius = 0;  // 0: the god-object [m]
+};
+
+EvalJudge judge_work(const std::string& name, const Run& run) {
+  EvalWork work = haptic::make_eval_work(name, run.radius);
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
   ScriptedHand hand(work.path);
-  return judge_run(haptic::plain_session(kStiffness), mesh.view(), hand, lockstep, ticks);
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  if (run.radius > 0) config.renderer = haptic::Renderer::kVirtualProxy3;
+  config.proxy_radius = run.radius;
+  return judge_run(config, mesh.view(), hand, run.lockstep, run.ticks);
 }
 
 void check_whole(const EvalJudge& judge, uint64_t ticks) {
@@ -42,7 +53,7 @@ void check_whole(const EvalJudge& judge, uint64_t ticks) {
 TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][trap]") {
   const std::string name = GENERATE("hf:50", "hf:187", "sphere:16", "sphere:59");
   const uint64_t ticks = trials(3000) + 600;
-  const EvalJudge judge = judge_work(name, {1, 0}, ticks);
+  const EvalJudge judge = judge_work(name, {{1, 0}, ticks});
   CAPTURE(name, judge.worst_tick());
   check_whole(judge, ticks);
   CHECK(judge.touching() > ticks - 600);
@@ -52,7 +63,7 @@ TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][t
 TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
   const std::string name = GENERATE("hf:50", "sphere:16");
   const uint64_t ticks = trials(3000) + 600;
-  const EvalJudge judge = judge_work(name, {1, 1}, ticks);
+  const EvalJudge judge = judge_work(name, {{1, 1}, ticks});
   CAPTURE(name, judge.worst_tick());
   check_whole(judge, ticks);
   CHECK(judge.rms_error() <= tol(0.02));
@@ -60,7 +71,7 @@ TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
 
 TEST_CASE("eval: no ripple on the flat slide", "[lab][trap]") {
   const uint32_t latency = GENERATE(0u, 1u);
-  const EvalJudge judge = judge_work("flat:50", {1, latency}, 2000);
+  const EvalJudge judge = judge_work("flat:50", {{1, latency}, 2000});
   CHECK(judge.worst_ripple() <= tol(1e-5));
   CHECK(judge.worst_error() <= tol(1e-6));
 }
@@ -73,7 +84,7 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   CAPTURE(name);
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
   const uint64_t ticks = trials(3000) + 600;
-  ScriptedHand hand(way_around(mesh.view(), ticks));
+  ScriptedHand hand(way_around(mesh.view(), 0, ticks));
   haptic::SessionConfig config = haptic::plain_session(kStiffness);
   config.safety.max_force = 6;
   const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, ticks);
@@ -83,12 +94,36 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   CHECK(judge.touching() > 0);
 }
 
+TEST_CASE("eval: a sphere on scanned and broken meshes: no NaN, no more than the limit", "[lab]") {
+  const double radius = GENERATE(1e-3, 5e-3);
+  const std::string name = GENERATE("bunny00.off", "elephant.off", "femur.off", "bones.off",
+                                    "pig.off", "mannequin-devil.off");
+  haptic::Soup soup = haptic::test::load_off(name, 0.15);
+  if (soup.triangles.empty()) return;
+  CAPTURE(name, radius);
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
+  const uint64_t ticks = trials(500) + 600;
+  ScriptedHand hand(way_around(mesh.view(), radius, ticks));
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  config.safety.max_force = 6;
+  config.renderer = haptic::Renderer::kVirtualProxy3;
+  config.proxy_radius = radius;
+  const haptic::MeshShape shape = mesh.view();
+  haptic::Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
+  for (uint64_t k = 0; k < ticks; ++k) {
+    REQUIRE(lockstep.step());
+    const haptic::ServoFrame& f = lockstep.frame();
+    REQUIRE((is_finite(f.F_coupling_W.f) && is_finite(f.F_device_B) && is_finite(f.X_WG)));
+    REQUIRE(norm(f.F_device_B.f) <= 6 * (1 + 1e-12));
+  }
+}
+
 TEST_CASE("eval: a slide that is cut short is held where it ended, never let go", "[lab][trap]") {
   // deep in a broken mesh there are more facets on the way than one step may try
   haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
   if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
-  ScriptedHand hand(way_around(mesh.view(), haptic::kEvalTicks));
+  ScriptedHand hand(way_around(mesh.view(), 0, haptic::kEvalTicks));
   const haptic::SessionConfig config = haptic::plain_session(kStiffness);
   const haptic::MeshShape shape = mesh.view();
   haptic::Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
@@ -104,8 +139,9 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
   CHECK(cut_short > 0);
 }
 
-TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface",
-          "[lab][property]") {
+TEST_CASE(
+    "eval: the judge sees a jam, a fall-through, NaN and a proxy behind the surface or not at rest",
+    "[lab][property]") {
   haptic::OracleAnswer truth;
   haptic::ServoFrame frame{};
   EvalJudge judge(kStiffness);
@@ -124,10 +160,64 @@ TEST_CASE("eval: the judge sees a jam, a fall-through, NaN and a proxy behind th
   CHECK(judge.lost() == 0);
   CHECK(judge.worst_error() == Approx(0.5));
   frame.F_coupling_W.f = {};
-  judge.add(frame, 0, truth, {2e-3, true});
+  judge.add(frame, 0, truth, {{2e-3, true}, 3e-9});
   CHECK(judge.lost() == 1);
   CHECK(judge.deepest_behind() == 2e-3);
+  CHECK(judge.not_minimal() == 1);
   frame.F_coupling_W.f.x = std::nan("");
   judge.add(frame, 0, truth, {});
   CHECK(judge.not_finite() == 1);
+}
+
+TEST_CASE("eval: a sphere never jams or falls through, and its force is exact in lockstep",
+          "[lab][trap]") {
+  const std::string name = GENERATE("hf:50", "hf:187", "sphere:16", "sphere:59");
+  const double radius = GENERATE(1e-3, 5e-3);
+  const uint64_t ticks = trials(1500) + 600;
+  const EvalJudge judge = judge_work(name, {{1, 0}, ticks, radius});
+  CAPTURE(name, radius, judge.worst_tick());
+  check_whole(judge, ticks);
+  CHECK(judge.worst_error() <= tol(1e-6));
+  CHECK(judge.not_minimal() == 0);
+}
+
+TEST_CASE("eval: a sphere one tick late costs at most 0.02 N rms", "[lab]") {
+  const std::string name = GENERATE("hf:50", "sphere:16");
+  const double radius = GENERATE(1e-3, 5e-3);
+  const uint64_t ticks = trials(3000) + 600;
+  const EvalJudge judge = judge_work(name, {{1, 1}, ticks, radius});
+  CAPTURE(name, radius, judge.worst_tick());
+  check_whole(judge, ticks);
+  CHECK(judge.rms_error() <= tol(0.02));
+}
+
+TEST_CASE("eval: friction on the plane is within 1 % of its ratio while it slides", "[lab]") {
+  const double ratio = GENERATE(0.1, 0.5, 1.0);
+  const double radius = GENERATE(0.0, 1e-3);
+  EvalWork work = haptic::make_eval_work("flat:50", radius);
+  const MeshShapeData mesh = haptic::build_shape(std::move(work.soup));
+  ScriptedHand hand(work.path);
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  config.renderer = haptic::Renderer::kVirtualProxy3;
+  config.proxy_radius = radius;
+  config.objects[0].material.friction_static = ratio;
+  config.objects[0].material.friction_dynamic = ratio;
+  haptic::FrictionJudge friction(ratio, {0, 0, 1});
+  judge_run(config, mesh.view(), hand, {1, 0}, 2000,
+            [&](const haptic::ServoFrame& frame) { friction.add(frame); });
+  CHECK(friction.sliding() > 1000);
+  CHECK(friction.worst() <= tol(0.01));
+}
+
+TEST_CASE("eval: many cases in one go, mesh by mesh", "[lab]") {
+  haptic::EvalTable table;
+  table.meshes = {"hf:7", "all"};
+  table.radii = {0, 1e-3};
+  table.latencies = {0, 1};
+  const std::vector<haptic::RendererEval> cases = cases_of(table);
+  REQUIRE(cases.size() == 4 * (1 + haptic::published_work().size()));
+  CHECK(cases[0].mesh == "hf:7");
+  CHECK(cases[1].lockstep.contact_latency == 1);
+  CHECK(cases[2].radius == 1e-3);
+  CHECK(cases[4].mesh == haptic::published_work()[0]);
 }

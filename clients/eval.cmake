@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# the judge of renderers: workloads, oracles, what they say of a run
+target_sources(haptic_lab PRIVATE
+  eval_artefacts.cpp
+  eval_facets.cpp
+  eval_friction.cpp
+  eval_judge.cpp
+  eval_oracle.cpp
+  eval_place.cpp
+  eval_renderer.cpp
+  eval_ruffaldi.cpp
+  eval_sphere_oracle.cpp
+  eval_table.cpp
+  eval_walls.cpp
+  eval_workload.cpp)
