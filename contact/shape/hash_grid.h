@@ -20,7 +20,8 @@ struct GridSlot {
 };
 
 inline constexpr size_t kBatch = 8;
-inline constexpr int kCellUnits = 120;  // half a cell in the units of its triangles
+inline constexpr uint32_t kCrowded = 128;  // triangles in a cell; more are worth a tree
+inline constexpr int kCellUnits = 120;     // half a cell in the units of its triangles
 
 inline constexpr int8_t kFreePlace = 127;  // beyond every box: a cell ends at kCellUnits
 
@@ -101,7 +102,7 @@ struct HashGridData {
 /// (2²¹ along a side, 2⁻³⁰ of the largest coordinate) or the boxes around the triangles span more
 /// than 512 cells on average.
 HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
-                             const RunBoth& run_both = {});
+                             const RunBoth& run_both = run_in_turn);
 
 /// How many cells of that size a triangle reaches into, wherever the grid begins.
 size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell);
