@@ -20,6 +20,7 @@ struct CellAhead {
   uint64_t key;
   double exit;
   CellProbe part;
+  size_t slot;
   GridCell held;
   size_t end;  // of its candidates
 };
@@ -37,6 +38,7 @@ struct Search {
   Vec3 from_O, d_O;
   SegmentHit best;
   uint32_t known = kNoFace;  // a triangle that has been tested
+  size_t slot = 0;           // of a cell that may come next
 
   void test(uint32_t triangle) {
     const auto& [a, b, c] = shape.mesh.triangles[triangle];
@@ -53,7 +55,7 @@ struct Search {
     for (bool more = true; more;) {
       size_t n = 0;
       do {
-        ahead[n++] = {walk.key(), walk.exit(), walk.probe(best.t), {}, 0};
+        ahead[n++] = {walk.key(), walk.exit(), walk.probe(best.t), 0, {}, 0};
         prefetch(&shape.grid.slots[first_slot(walk.key(), shape.grid.slots.size())]);
         more = !(best.hit && best.t < walk.exit()) && walk.advance();
       } while (more && n < kAhead);
@@ -67,7 +69,8 @@ struct Search {
 
   void find_batches(std::span<CellAhead> cells) const {
     for (CellAhead& cell : cells) {
-      cell.held = shape.grid.find(cell.key);
+      cell.slot = shape.grid.slot_of(cell.key, slot);
+      cell.held = shape.grid.at(cell.slot);
       for (const TriangleBatch& batch : cell.held.batches) {
         const char* bytes = reinterpret_cast<const char*>(&batch);
         for (const size_t at : {size_t{0}, size_t{64}, sizeof batch - 1}) prefetch(bytes + at);
@@ -102,6 +105,7 @@ struct Search {
       for (; i < cell.end; ++i) {
         if (candidates[i] != known) test(candidates[i]);
       }
+      slot = cell.slot;
       if (best.hit && best.t < cell.exit) return true;
     }
     return false;
@@ -202,6 +206,7 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
   const Vec3 d_O = to_O - from_O;
   if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
   Search search{shape, view, from_O, d_O, {}};
+  search.slot = witness.slot;
   if (witness.triangle < shape.mesh.triangles.size()) {
     search.test(witness.triangle);
     search.known = witness.triangle;
@@ -212,7 +217,7 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
   } else {
     search.descend_each(std::array<uint32_t, 1>{0});
   }
-  witness.triangle = search.best.hit ? search.best.triangle : kNoFace;
+  witness = {search.best.hit ? search.best.triangle : kNoFace, search.slot};
   return search.best;
 }
 

@@ -15,6 +15,7 @@ struct SegmentHit {
 /// it is wrong, stale or of another mesh.
 struct SegmentWitness {
   uint32_t triangle = kNoFace;
+  size_t slot = 0;  // of the grid: the cell where the search ended, in place of a node of a tree
 };
 
 /// First triangle that the segment from → to (both in O) enters through its front side
