@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "clients/bench_bake.h"
 #include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
 #include "clients/bench_point_proxy.h"
@@ -82,6 +83,7 @@ void add_bench_command(CLI::App& app) {
   add_point_proxy_command(*bench);
   add_bench_jitter(*bench);
   add_bench_segment(*bench);
+  add_bench_bake(*bench);
 }
 
 }  // namespace haptic

@@ -107,7 +107,7 @@ BakeReport read_report(std::span<const char> notes, const std::string& file) {
 
 BakedShape make_shape(std::span<const std::byte> bytes, std::shared_ptr<const void> storage,
                       uint64_t key, const std::string& file) {
-  const BakedContent content = view_baked(bytes, key);
+  const BakedContent content = view_baked(bytes, key, run_on_two_threads);
   return {content.shape,
           content.eye_vertices,
           content.eye_normals,
@@ -125,18 +125,17 @@ std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
   scale_to_metres(soup, object, report);
   Soup clean = repair_soup(std::move(soup), object.allow_open != 0, report);
   const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
-  const ObbTreeData tree = build_obb_tree(mesh.view(), run_on_two_threads);
-  ExplainedGrid explained = bake_grid(mesh.view(), tree.view());
-  report.grid = std::move(explained.lines);
-  const PatchTreeData patches = build_patch_tree(mesh.view());
+  const SearchStructures built = build_search_structures(mesh.view());
+  report.grid = built.grid.lines;
   const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
   const std::string notes = write_report(report);
-  return write_baked({{mesh.view(), tree.view(), explained.grid.view(), patches.view()},
-                      eye.vertices,
-                      eye.vertex_normals,
-                      eye.triangles,
-                      {notes.data(), notes.size()}},
-                     key);
+  return write_baked(
+      {{mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()},
+       eye.vertices,
+       eye.vertex_normals,
+       eye.triangles,
+       {notes.data(), notes.size()}},
+      key);
 }
 
 BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std::string& file) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <future>
 #include <sstream>
 
@@ -46,6 +47,18 @@ QueryCosts measure_costs() {
   return costs;
 }
 
+/// How long one waits for a vertex here and there [s]: little on a small mesh, which stays near the
+/// processor, and on a large one what memory takes.
+double measure_wait(const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) return 0;
+  volatile size_t at = 0;
+  // each place depends on what was found at the one before, and no round returns to it
+  return time_of([&](size_t) {
+    const auto found = std::bit_cast<uint64_t>(mesh.vertices[at].x);
+    at = (at + kStride + (found & 1)) % mesh.vertices.size();
+  });
+}
+
 std::string describe(const GridChoice& choice) {
   std::ostringstream text;
   text.precision(3);
@@ -55,13 +68,15 @@ std::string describe(const GridChoice& choice) {
   return text.str();
 }
 
-std::vector<std::string> explain(const TriangleMesh& mesh, const QueryCosts& costs,
+std::vector<std::string> explain(const TriangleMesh& mesh, const QueryCosts& costs, double wait,
                                  const std::vector<GridChoice>& choices, const GridChoice& chosen) {
   std::ostringstream measured, interval;
   measured.precision(3);
   measured << "measured here: cell to cell with lookup C_l " << 1e9 * costs.lookup
            << " ns, thin box C_obb " << 1e9 * costs.batch / kBatch
-           << " ns (eight at a time), triangle C_tri " << 1e9 * costs.triangle << " ns";
+           << " ns (eight at a time), triangle C_tri " << 1e9 * costs.triangle
+           << " ns; wait for memory " << 1e9 * wait << " ns, once a triangle and once " << kAhead
+           << " cells";
   const auto valid = valid_interval(costs, static_cast<double>(mesh.triangles.size()));
   interval.precision(3);
   interval << "a grid with trees is best for " << valid.lower << " < M < " << valid.upper
@@ -90,11 +105,23 @@ const QueryCosts& measured_costs() {
 
 ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree) {
   const QueryCosts& costs = measured_costs();
-  const std::vector<GridChoice> choices = weigh_cells(mesh, costs);
+  const double wait = measure_wait(mesh);
+  const std::vector<GridChoice> choices =
+      weigh_cells(mesh, {costs.lookup + wait / kAhead, costs.batch, costs.triangle + wait});
   const GridChoice chosen = choose_cell(choices);
   if (chosen.cell == 0) return {{}, {"no grid: the mesh has no area"}};
   return {build_hash_grid(mesh, tree, chosen.cell, run_on_two_threads),
-          explain(mesh, costs, choices, chosen)};
+          explain(mesh, costs, wait, choices, chosen)};
+}
+
+SearchStructures build_search_structures(const TriangleMesh& mesh) {
+  SearchStructures built;
+  run_on_two_threads([&] { built.patches = build_patch_tree(mesh); },
+                     [&] {
+                       built.tree = build_obb_tree(mesh, run_on_two_threads);
+                       built.grid = bake_grid(mesh, built.tree.view());
+                     });
+  return built;
 }
 
 }  // namespace haptic

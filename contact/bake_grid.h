@@ -6,6 +6,7 @@
 
 #include "contact/shape/grid_cost.h"
 #include "contact/shape/hash_grid.h"
+#include "contact/shape/patch_tree.h"
 
 namespace haptic {
 
@@ -21,5 +22,13 @@ struct ExplainedGrid {
   std::vector<std::string> lines;
 };
 ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree);
+
+/// All that queries search a mesh by, built on two threads.
+struct SearchStructures {
+  ObbTreeData tree;
+  ExplainedGrid grid;
+  PatchTreeData patches;
+};
+SearchStructures build_search_structures(const TriangleMesh& mesh);
 
 }  // namespace haptic

@@ -6,6 +6,7 @@ haptic_tests(process LIBRARIES haptic_torture SOURCES
   process/fault_contact_test.cpp
   process/fault_device_test.cpp
   process/fault_session_test.cpp
+  process/hapt_bench_test.cpp
   process/hapt_test.cpp
   process/ring_torture_test.cpp
   process/rate_test.cpp

@@ -13,6 +13,7 @@ namespace haptic {
 /// The part of a segment within a cell, for the batches of that cell.
 class CellProbe {
  public:
+  CellProbe() = default;
   /// Ends in cells from the centre of the cell; beyond its borders by rounding only.
   CellProbe(const Vec3& a, const Vec3& b) {
     const IntLanes from = in_units(a), to = in_units(b);

@@ -16,6 +16,21 @@ SegmentProbe probe_of(const TriangleMesh& mesh, const Vec3& from_O, const Vec3& 
   return {from_O, d_O, reach};
 }
 
+struct CellAhead {
+  uint64_t key;
+  double exit;
+  CellProbe part;
+  size_t slot;
+  GridCell held;
+  size_t end;  // of its candidates
+};
+
+using Candidates = std::array<uint32_t, kAhead * kCrowded>;
+
+void prefetch(const void* p) {
+  __builtin_prefetch(p);
+}
+
 /// One query under way.
 struct Search {
   const MeshShape& shape;
@@ -23,6 +38,7 @@ struct Search {
   Vec3 from_O, d_O;
   SegmentHit best;
   uint32_t known = kNoFace;  // a triangle that has been tested
+  size_t slot = 0;           // of a cell that may come next
 
   void test(uint32_t triangle) {
     const auto& [a, b, c] = shape.mesh.triangles[triangle];
@@ -33,16 +49,66 @@ struct Search {
     best = {true, t, triangle};
   }
 
-  void visit_cell(const GridCell& cell, const CellWalk& walk) {
-    if (!cell.roots.empty()) return descend_each(cell.roots);
-    if (cell.batches.empty()) return;
-    const CellProbe part = walk.probe(best.t);
-    for (const TriangleBatch& batch : cell.batches) {
-      for (unsigned left = part.may_meet(batch); left != 0; left &= left - 1) {
-        const uint32_t triangle = batch.triangle[static_cast<size_t>(std::countr_zero(left)) / 2];
-        if (triangle != known) test(triangle);
+  /// The triangles of the cells along the way, up to the first hit.
+  void walk_cells(CellWalk& walk) {
+    std::array<CellAhead, kAhead> ahead;
+    for (bool more = true; more;) {
+      size_t n = 0;
+      do {
+        ahead[n++] = {walk.key(), walk.exit(), walk.probe(best.t), 0, {}, 0};
+        prefetch(&shape.grid.slots[first_slot(walk.key(), shape.grid.slots.size())]);
+        more = !(best.hit && best.t < walk.exit()) && walk.advance();
+      } while (more && n < kAhead);
+      const std::span cells = std::span(ahead).first(n);
+      find_batches(cells);
+      Candidates candidates;
+      find_candidates(cells, candidates);
+      if (test_cells(cells, candidates)) return;
+    }
+  }
+
+  void find_batches(std::span<CellAhead> cells) const {
+    for (CellAhead& cell : cells) {
+      cell.slot = shape.grid.slot_of(cell.key, slot);
+      cell.held = shape.grid.at(cell.slot);
+      for (const TriangleBatch& batch : cell.held.batches) {
+        const char* bytes = reinterpret_cast<const char*>(&batch);
+        for (const size_t at : {size_t{0}, size_t{64}, sizeof batch - 1}) prefetch(bytes + at);
       }
     }
+  }
+
+  /// What the boxes do not keep out.
+  void find_candidates(std::span<CellAhead> cells, Candidates& candidates) const {
+    size_t n = 0;
+    for (CellAhead& cell : cells) {
+      for (const TriangleBatch& batch : cell.held.batches) {
+        for (unsigned left = cell.part.may_meet(batch); left != 0; left &= left - 1) {
+          candidates[n] = batch.triangle[static_cast<size_t>(std::countr_zero(left)) / 2];
+          prefetch(&shape.mesh.triangles[candidates[n++]]);
+        }
+      }
+      cell.end = n;
+    }
+    // corners that are needed at once come as fast
+    if (cells.size() == 1) return;
+    for (const uint32_t t : std::span(candidates).first(n)) {
+      for (const uint32_t v : shape.mesh.triangles[t]) prefetch(&shape.mesh.vertices[v]);
+    }
+  }
+
+  /// In the order of the walk; true where it ends in one of these cells.
+  bool test_cells(std::span<const CellAhead> cells, const Candidates& candidates) {
+    size_t i = 0;
+    for (const CellAhead& cell : cells) {
+      if (!cell.held.roots.empty()) descend_each(cell.held.roots);
+      for (; i < cell.end; ++i) {
+        if (candidates[i] != known) test(candidates[i]);
+      }
+      slot = cell.slot;
+      if (best.hit && best.t < cell.exit) return true;
+    }
+    return false;
   }
 
   /// Every triangle of a cell, without a look at its box.
@@ -140,19 +206,18 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
   const Vec3 d_O = to_O - from_O;
   if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
   Search search{shape, view, from_O, d_O, {}};
+  search.slot = witness.slot;
   if (witness.triangle < shape.mesh.triangles.size()) {
     search.test(witness.triangle);
     search.known = witness.triangle;
   }
   CellWalk walk;
   if (!shape.grid.slots.empty() && walk.start(shape.grid, from_O, d_O)) {
-    do {
-      search.visit_cell(shape.grid.find(walk.key()), walk);
-    } while (!(search.best.hit && search.best.t < walk.exit()) && walk.advance());
+    search.walk_cells(walk);
   } else {
     search.descend_each(std::array<uint32_t, 1>{0});
   }
-  witness.triangle = search.best.hit ? search.best.triangle : kNoFace;
+  witness = {search.best.hit ? search.best.triangle : kNoFace, search.slot};
   return search.best;
 }
 

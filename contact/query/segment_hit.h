@@ -15,6 +15,7 @@ struct SegmentHit {
 /// it is wrong, stale or of another mesh.
 struct SegmentWitness {
   uint32_t triangle = kNoFace;
+  size_t slot = 0;  // of the grid: the cell where the search ended, in place of a node of a tree
 };
 
 /// First triangle that the segment from → to (both in O) enters through its front side
@@ -42,6 +43,9 @@ enum class SegmentSearch {
 };
 SegmentHit first_hit_by(SegmentSearch search, const MeshShape& shape, const Vec3& from_O,
                         const Vec3& to_O);
+
+/// Cells along a segment whose memory is asked for before the first is waited for.
+inline constexpr size_t kAhead = 4;
 
 /// Segment against one triangle; the same arithmetic as first_hit. t is meaningful where true.
 bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a, const Vec3& b,

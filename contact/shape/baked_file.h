@@ -26,12 +26,12 @@ struct BakedContent {
 };
 
 /// Bumped with every change of the layout or of what baking does: old caches are not read.
-inline constexpr uint32_t kBakeVersion = 2;
+inline constexpr uint32_t kBakeVersion = 3;
 
-/// 64-bit hash for content keys and checksums: finds accidents, not forgers.
+/// 64-bit hash (XXH3) for content keys and checksums: finds accidents, not forgers.
 uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 
-/// One block: header (magic, version, sizes, key, checksum of the rest) and the arrays as they lie
+/// One block: header (magic, version, sizes, key, checksums) and the arrays as they lie
 /// in memory, 64-byte aligned. Native byte order: a cache, not an exchange format.
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
@@ -39,6 +39,7 @@ std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 /// offsets, that every index is in range, that the trees are trees of at most kMaxTreeDepth and
 /// kMaxPatchDepth and that every search in the grid ends: a query on what passed cannot leave the
 /// arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
-BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key);
+BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key,
+                        const RunBoth& run_both = run_in_turn);
 
 }  // namespace haptic

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostGridBytes = 76;  // of 120 a triangle; the tree has the rest
+constexpr double kMostGridBytes = 54;  // of 120 a triangle; the trees have the rest
 constexpr size_t kSample = 4096;
 
 /// Cells that the boxes around triangles reach into, on average over a sample.
@@ -46,7 +46,8 @@ std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& 
   const double edge = mean_edge_length(mesh);
   const double area = mesh.triangles.empty() ? 0 : mean_area(mesh);
   if (!(area > 0)) return choices;
-  for (const double edges : {1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0}) {
+  for (const double edges :
+       {1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0}) {
     const double cell = edges * edge;
     const double cells_per_triangle = 1.5 * area / (cell * cell);
     GridChoice choice{cell, mean_reach(mesh, cell) / cells_per_triangle, 0, 0};

@@ -38,7 +38,7 @@ inline constexpr double kTickLength = 1e-3;
 /// the 1.5 A/cell² cells that a surface of area A meets. Empty for a mesh without area.
 std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& costs);
 
-/// The cheapest of those that need no more memory than the grid may have beside the tree; the
+/// The cheapest of those that need no more memory than the grid may have beside the trees; the
 /// coarsest where none does. Cell 0: no grid.
 GridChoice choose_cell(const std::vector<GridChoice>& choices);
 

@@ -9,7 +9,6 @@ namespace haptic {
 namespace {
 
 constexpr double kOverlap = 1e-6;              // of a cell, on every side
-constexpr uint32_t kCrowded = 128;             // triangles in a cell that are worth a tree
 constexpr size_t kMostRoots = 8;               // more boxes are worth a box around them
 constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread is not worth its start
 constexpr double kMostCellsAround = 512;
@@ -292,10 +291,8 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
   grid.cell = cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
   if (is_too_fine(mesh, grid)) return HashGridData{};
-  const auto in_turn = [](const auto& first, const auto& second) { first(), second(); };
   // in the order of the tree: neighbours in space come one after the other
-  std::vector<Entry> entries =
-      sort_triangles(mesh, tree.order, grid, run_both ? run_both : RunBoth(in_turn));
+  std::vector<Entry> entries = sort_triangles(mesh, tree.order, grid, run_both);
   std::vector<GridSlot> cells = number_cells(entries);
   fill_cells(grid, cells, entries, mesh, tree);
   grid.slots = hash_cells(cells);

@@ -20,7 +20,8 @@ struct GridSlot {
 };
 
 inline constexpr size_t kBatch = 8;
-inline constexpr int kCellUnits = 120;  // half a cell in the units of its triangles
+inline constexpr uint32_t kCrowded = 128;  // triangles in a cell; more are worth a tree
+inline constexpr int kCellUnits = 120;     // half a cell in the units of its triangles
 
 inline constexpr int8_t kFreePlace = 127;  // beyond every box: a cell ends at kCellUnits
 
@@ -56,7 +57,11 @@ struct HashGrid {
   std::span<const uint32_t> roots;  // nodes of the tree
 
   /// Nothing for a cell without triangles.
-  GridCell find(uint64_t key) const;
+  GridCell find(uint64_t key) const { return at(slot_of(key)); }
+  /// Where the cell lies in the table; a free slot for one without triangles. `likely` is looked at
+  /// first: only a hint.
+  size_t slot_of(uint64_t key, size_t likely = 0) const;
+  GridCell at(size_t slot) const;
 };
 
 inline constexpr int kGridBits = 21;  // of a cell index: h = x + y n + z n² with n = 2²¹
@@ -73,14 +78,19 @@ inline size_t first_slot(uint64_t key, size_t n_slots) {
   return static_cast<size_t>(scrambled ^ scrambled >> 32) & (n_slots - 1);
 }
 
-inline GridCell HashGrid::find(uint64_t key) const {
-  for (size_t i = first_slot(key, slots.size());; i = (i + 1) & (slots.size() - 1)) {
-    const GridSlot& slot = slots[i];
-    if (slot.count == 0) return {};
-    if (slot.key != key) continue;
-    if (slot.is_crowded) return {{}, roots.subspan(slot.first, slot.count)};
-    return {batches.subspan(slot.first, slot.count), {}};
-  }
+inline size_t HashGrid::slot_of(uint64_t key, size_t likely) const {
+  const auto is_of = [&](size_t i) { return slots[i].key == key && slots[i].count > 0; };
+  if (likely < slots.size() && is_of(likely)) return likely;
+  size_t i = first_slot(key, slots.size());
+  while (slots[i].count > 0 && slots[i].key != key) i = (i + 1) & (slots.size() - 1);
+  return i;
+}
+
+inline GridCell HashGrid::at(size_t slot) const {
+  const auto& [key, first, count, is_crowded] = slots[slot];
+  if (count == 0) return {};
+  if (is_crowded) return {{}, roots.subspan(first, count)};
+  return {batches.subspan(first, count), {}};
 }
 
 /// Cells that lie around the bounds of the mesh, so that a probe just outside meets empty cells.
@@ -101,7 +111,7 @@ struct HashGridData {
 /// (2²¹ along a side, 2⁻³⁰ of the largest coordinate) or the boxes around the triangles span more
 /// than 512 cells on average.
 HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
-                             const RunBoth& run_both = {});
+                             const RunBoth& run_both = run_in_turn);
 
 /// How many cells of that size a triangle reaches into, wherever the grid begins.
 size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell);

@@ -251,8 +251,7 @@ ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both) {
   const Vec3 reach = component_max(mesh.upper, -mesh.lower);
   const double pad = kBoxPad * std::max({std::fabs(reach.x), std::fabs(reach.y), std::fabs(reach.z),
                                          norm(mesh.upper - mesh.lower)});
-  const auto in_turn = [](const auto& first, const auto& second) { first(), second(); };
-  tree.nodes = build_branching(items, 0, 0, pad, run_both ? run_both : RunBoth(in_turn));
+  tree.nodes = build_branching(items, 0, 0, pad, run_both);
   tree.order.resize(items.size());
   std::transform(items.begin(), items.end(), tree.order.begin(),
                  [](const Item& item) { return item.index; });

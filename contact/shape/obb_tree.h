@@ -65,9 +65,15 @@ struct ObbTreeData {
 using RunBoth =
     std::function<void(const std::function<void()>& first, const std::function<void()>& second)>;
 
+/// One piece after the other.
+inline void run_in_turn(const std::function<void()>& first, const std::function<void()>& second) {
+  first();
+  second();
+}
+
 /// Builds the tree; start-up only. Falls back to a median split where the mean does not separate.
-/// The same tree whatever `run_both` does; without it one piece follows the other. Throws
-/// std::length_error for more than kMaxTreeTriangles.
-ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both = {});
+/// The same tree whatever `run_both` does. Throws std::length_error for more than
+/// kMaxTreeTriangles.
+ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both = run_in_turn);
 
 }  // namespace haptic

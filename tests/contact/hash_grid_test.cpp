@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/shape/hash_grid.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <set>
@@ -206,6 +207,33 @@ TEST_CASE("grid cost: the valid interval of the paper") {
   CHECK(interval(4, 0.9).lower == Approx(50.2).epsilon(0.02));
   CHECK(1000 / interval(1, 0.9).upper == Approx(1.37).epsilon(0.01));
   CHECK(1000 / interval(1, 5.5).upper == Approx(6.7).epsilon(0.01));
+}
+
+TEST_CASE("grid cost: a sweep of the size of the cells shows the minimum of C_h") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
+  const QueryCosts costs{20e-9, 16e-9, 20e-9};
+  const std::vector<GridChoice> choices = weigh_cells(shape.mesh.view(), costs);
+  REQUIRE(choices.size() > 8);
+  const auto cheaper = [](const GridChoice& a, const GridChoice& b) { return a.cost < b.cost; };
+  const auto least = std::min_element(choices.begin(), choices.end(), cheaper);
+  // finer cells are more of them on the way, coarser ones are fuller
+  CHECK(least != choices.begin());
+  CHECK(least != choices.end() - 1);
+  CHECK(std::is_sorted(least, choices.end(), cheaper));
+  CHECK(
+      std::is_sorted(choices.begin(), least + 1, [&](auto& a, auto& b) { return cheaper(b, a); }));
+  const auto n = static_cast<double>(shape.mesh.triangles.size());
+  const ValidInterval valid = valid_interval(costs, n);
+  CHECK(least->triangles > valid.lower);
+  CHECK(least->triangles < valid.upper);
+  // where memory allows it that is the choice
+  const GridChoice chosen = choose_cell(choices);
+  for (const GridChoice& choice : choices) {
+    if (choice.bytes_per_triangle <= chosen.bytes_per_triangle) CHECK(choice.cost >= chosen.cost);
+  }
+  // waiting for memory at each lookup favours coarser cells
+  const auto slow = weigh_cells(shape.mesh.view(), {200e-9, 16e-9, 20e-9});
+  CHECK(std::min_element(slow.begin(), slow.end(), cheaper)->cell > least->cell);
 }
 
 TEST_CASE("grid cost: what is expected of a size of cells is what they hold") {

@@ -5,6 +5,7 @@
 
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
+#include "tests/support/torture_scale.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -31,6 +32,10 @@ SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to)
   return best;
 }
 
+bool same(const SegmentHit& a, const SegmentHit& b) {
+  return a.hit == b.hit && (!a.hit || (a.t == b.t && a.triangle == b.triangle));
+}
+
 void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   Random random(seed);
   const MeshShape view = shape.view();
@@ -43,10 +48,7 @@ void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t 
     if (i % 11 == 0) to = {from.x, from.y, to.z};
     const SegmentHit fast = first_hit(view, from, to), slow = brute_hit(view.mesh, from, to);
     CAPTURE(i, from, to, slow.t, slow.triangle);
-    REQUIRE(fast.hit == slow.hit);
-    if (!fast.hit) continue;
-    REQUIRE(fast.t == slow.t);
-    REQUIRE(fast.triangle == slow.triangle);
+    REQUIRE(same(fast, slow));
   }
 }
 
@@ -109,6 +111,34 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
   compare_with_brute_force(build_shape(sheets), 6, trials(8000));
   const Soup bunny = load_off("bunny00.off", 0.1);
   if (!bunny.triangles.empty()) compare_with_brute_force(build_shape(bunny), 5, trials(300));
+}
+
+TEST_CASE("segment hit: on three meshes every search finds what brute force finds") {
+  // HAPTIC_TORTURE_SCALE=500 makes it 10^6 segments a mesh
+  const size_t n = trials(static_cast<size_t>(2000 * torture_scale()));
+  Soup waves = make_grid(0.05, 12);
+  for (Vec3& v : waves.vertices) v.z = 0.01 * std::sin(90 * v.x) * std::cos(70 * v.y);
+  for (const Soup& soup : {make_icosphere(0.05, 2), waves, make_degenerate_soup(6, 300)}) {
+    const MeshShapeData shape = build_shape(soup);
+    Random random(14);
+    SegmentWitness witness;
+    Vec3 before = random.on_surface(shape.mesh.view());
+    for (size_t i = 0; i < n; ++i) {
+      // dragged, as in use; every tenth from anywhere to anywhere
+      const Vec3 aim =
+          i % 40 == 0 ? random.on_surface(shape.mesh.view()) : before + 0.002 * random.direction();
+      const Vec3 from = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : before;
+      const Vec3 to = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : aim;
+      before = aim;
+      const SegmentHit slow = brute_hit(shape.mesh.view(), from, to);
+      CAPTURE(i, from, to, slow.t, slow.triangle);
+      REQUIRE(same(first_hit(shape.view(), from, to, witness), slow));
+      for (const SegmentSearch search : {SegmentSearch::kHybrid, SegmentSearch::kGrid,
+                                         SegmentSearch::kTree, SegmentSearch::kNaive}) {
+        REQUIRE(same(first_hit_by(search, shape.view(), from, to), slow));
+      }
+    }
+  }
 }
 
 TEST_CASE("segment hit: no segment slips between triangles that share an edge or a vertex") {
@@ -253,6 +283,7 @@ TEST_CASE("segment hit: the witness changes no hit") {
       base = i % 50 == 0 ? random.on_surface(view.mesh) : base + 0.0005 * random.direction();
       const Vec3 from = base + 0.002 * random.direction(), to = base + 0.002 * random.direction();
       if (i % 97 == 0) witness.triangle = static_cast<uint32_t>(random.index(1u << 31));
+      if (i % 89 == 0) witness.slot = random.index(2 * view.grid.slots.size());
       const SegmentHit with = first_hit(view, from, to, witness),
                        without = first_hit(view, from, to);
       CAPTURE(i, from, to);

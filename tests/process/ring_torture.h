@@ -40,9 +40,6 @@ struct ReaderTally {
   }
 };
 
-/// How much longer than in CI: the environment's HAPTIC_TORTURE_SCALE, 1 where it is not set.
-double torture_scale();
-
 /// 1, or less where a sanitizer makes every access slow.
 double sanitizer_scale();
 

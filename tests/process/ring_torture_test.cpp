@@ -5,20 +5,15 @@
 
 #include <catch2/catch.hpp>
 #include <cstdio>
-#include <cstdlib>
 
 #include "tests/process/flat_out_torture.h"
 #include "tests/process/kill_torture.h"
 #include "tests/support/broken_ring.h"
 #include "tests/support/self_describing.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace test {
-
-double torture_scale() {
-  const char* text = std::getenv("HAPTIC_TORTURE_SCALE");
-  return text != nullptr ? std::strtod(text, nullptr) : 1;
-}
 
 double sanitizer_scale() {
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt bake and the benchmarks of collision queries in a tiny form, on the real binary.
+#include <filesystem>
+#include <fstream>
+
+#include "tests/process/hapt_command.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::figure;
+using test::hapt;
+using test::has;
+using test::lines;
+using test::programs_are_built;
+using test::Ran;
+using test::TemporaryRuntimeFolder;
+
+/// A tetrahedron whose cells hold all of it.
+void write_mesh(const std::string& path) {
+  std::ofstream(path) << "OFF\n4 4 0\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n"
+                         "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+}
+
+/// Whether a goal is missed is a matter of what else runs here, but it must be told.
+void check_told(const Ran& ran) {
+  CHECK((ran.code == 0 || ran.code == 1));
+  CHECK((ran.code == 1) == has(ran.output, "\"holds\": false"));
+}
+
+}  // namespace
+
+TEST_CASE("hapt bake --explain: the measured costs, the valid interval, the choice of a cell") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  write_mesh(folder.path() + "/t.off");
+  const std::string words = "bake t.off --unit 1 --explain";
+  ::setenv("HAPTICD_CACHE", (folder.path() + "/cache").c_str(), 1);
+  const Ran fresh = hapt(words, folder.path()), cached = hapt(words, folder.path());
+  const Ran brief = hapt("bake t.off --unit 1", folder.path());
+  ::unsetenv("HAPTICD_CACHE");
+  INFO(fresh.output);
+  CHECK(fresh.code == 0);
+  for (const char* part :
+       {"4 triangles, 4 vertices, 100 mm, closed; baked into the cache", "C_l", "C_obb", "C_tri",
+        "wait for memory", "a grid with trees is best for", "  * cell ", "bytes a triangle"}) {
+    CAPTURE(part);
+    CHECK(has(fresh.output, part));
+  }
+  // of a cached mesh it is what was measured then
+  CHECK(has(cached.output, "; from the cache"));
+  CHECK(fresh.output.substr(fresh.output.find('\n')) ==
+        cached.output.substr(cached.output.find('\n')));
+  CHECK(lines(brief.output) == 1);
+  CHECK(hapt("bake missing.off --explain", folder.path()).code != 0);
+}
+
+TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  ::setenv("HAPTICD_MESHES", folder.path().c_str(), 1);
+  const Ran ran =
+      hapt("bench segment --mesh bump:4 --mesh bunny --segments 300 --rounds 1 --checked 50 --json",
+           folder.path());
+  ::unsetenv("HAPTICD_MESHES");
+  INFO(ran.output);
+  check_told(ran);
+  CHECK(figure(ran.output, "triangles") == 320);
+  for (const char* wrong :
+       {"missed, against brute force", "extra, against brute force", "another hit than brute force",
+        "different between the five searches"}) {
+    CAPTURE(wrong);
+    CHECK(figure(ran.output, wrong) == 0);
+  }
+  for (const char* column : {"grid", "tree", "naive"}) {
+    for (const char* which : {"hits", "misses", "all"}) {
+      CAPTURE(column, which);
+      const std::string ratio = std::string(column) + " : hybrid, " + which;
+      CHECK(figure(ran.output, ratio + ", mean") > 0);
+      CHECK(figure(ran.output, ratio + ", worst") > 0);
+    }
+  }
+  CHECK(figure(ran.output, "sweep, cheapest cell") > 0);
+  CHECK(figure(ran.output, "with witness p50") > 0);
+  // a peer is measured or named as left out; so is a mesh that is not there
+  for (const char* peer : {"Embree 3 robust", "CGAL AABB tree", "Bullet"})
+    CHECK(has(ran.output, peer));
+  CHECK(has(ran.output, "LEFT OUT: "));
+  CHECK(hapt("bench segment --mesh nonsense", folder.path()).code != 0);
+}
+
+TEST_CASE("hapt bench bake: build, size and mapping of a tiny mesh") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  ::setenv("HAPTICD_CACHE", folder.path().c_str(), 1);
+  const Ran ran = hapt("bench bake --n 8 --rounds 1 --json", folder.path());
+  ::unsetenv("HAPTICD_CACHE");
+  INFO(ran.output);
+  check_told(ran);
+  CHECK(figure(ran.output, "triangles") == 128);
+  for (const char* row : {"trees and grid built", "trees and grid built, CPU of both threads",
+                          "trees and grid, bytes a triangle", "size in the cache",
+                          "mapped from the cache and checked"}) {
+    CAPTURE(row);
+    CHECK(figure(ran.output, row) > 0);
+  }
+  CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothing") {
+  if (!programs_are_built()) return;
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  WARN("SKIPPED: rt_guard and a sanitizer interpose the same functions");
+  return;
+#endif
+  const TemporaryRuntimeFolder folder;
+  const Ran ran = hapt("bench point-proxy --mesh hf:8 --repetitions 1 --json", folder.path());
+  INFO(ran.output);
+  check_told(ran);
+  CHECK(figure(ran.output, "triangles") == 128);
+  CHECK(figure(ran.output, "allocations") == 0);
+  CHECK(figure(ran.output, "contact step, CPU p50") > 0);
+}
+
+}  // namespace haptic
