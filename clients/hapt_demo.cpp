@@ -13,6 +13,8 @@
 #include "clients/check_outputs.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
+#include "clients/penalty_artefacts.h"
+#include "clients/print_rows.h"
 #include "clients/realtime_line.h"
 #include "clients/recorder.h"
 #include "clients/seconds_option.h"
@@ -35,7 +37,7 @@ constexpr int kExitInterrupted = 130;
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
   double duration = 20;
-  bool json = false, overwrite = false;
+  bool json = false, overwrite = false, artefacts = false;
 };
 
 /// What the recorder saw go by while the session ran.
@@ -263,7 +265,12 @@ void add_demo_command(CLI::App& app) {
   command->add_option("--for", options->duration, "how long the hand explores [s]")
       ->check(seconds_option())
       ->capture_default_str();
-  command->callback([options] { play(*options); });
+  command->add_flag("--artefacts", options->artefacts,
+                    "no session: measure the two artefacts of penalty3 beside the god-object");
+  command->callback([options] {
+    if (options->artefacts) return print_judged(measure_penalty_artefacts(), options->json);
+    play(*options);
+  });
 }
 
 void add_replay_command(CLI::App& app) {

@@ -2,6 +2,7 @@
 // The renderer penalty3 in lockstep: its force, and its two artefacts, measured beside the
 // god-object that has neither.
 #include "clients/lockstep.h"
+#include "clients/penalty_artefacts.h"
 #include "proto/control.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
@@ -151,4 +152,20 @@ TEST_CASE("penalty: another renderer takes over while the session runs, softly",
   }
   CHECK(set.renderer == static_cast<uint32_t>(Renderer::kVirtualProxy3));
   CHECK(last == Approx(800 * 0.007));
+}
+
+TEST_CASE("penalty: the demo measures both artefacts and finds them as large as computed",
+          "[lab]") {
+  const std::vector<haptic::Row> rows = haptic::measure_penalty_artefacts();
+  CHECK(haptic::all_hold(rows));
+  const auto value = [&](const std::string& metric) {
+    for (const haptic::Row& row : rows) {
+      if (row.metric == metric) return row.value;
+    }
+    FAIL("no row " << metric);
+    return 0.0;
+  };
+  CHECK(value("edge, penalty3, force steps by") == Approx(2.83).epsilon(0.01));
+  CHECK(value("plate, penalty3, helps through with") == Approx(0.80).epsilon(0.01));
+  CHECK(value("plate, god-object3, 2 mm beyond") == Approx(2.4).epsilon(0.01));
 }
