@@ -311,10 +311,13 @@ TEST_CASE("closest point: slivers and tiny triangles beside large ones") {
 }
 
 TEST_CASE("closest point: coordinates far from the origin, and of every size") {
-  for (const double scale : {1e-6, 1.0, 1e6}) {
-    Soup soup = make_icosphere(0.05, 2);
-    for (Vec3& v : soup.vertices) v = scale * (v + Vec3{3, -2, 1});
-    equals_brute_force(build_shape(soup), 18, trials(1400));
+  // 1000 m off, a float knows only to a tenth of a millimetre where it is
+  for (const double offset : {1.0, 1000.0}) {
+    for (const double scale : {1e-6, 1.0, 1e6}) {
+      Soup soup = make_icosphere(0.05, 2);
+      for (Vec3& v : soup.vertices) v = scale * (v + offset * Vec3{3, -2, 1});
+      equals_brute_force(build_shape(soup), 18, trials(700));
+    }
   }
 }
 
