@@ -4,31 +4,39 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
-#include "contact/query/patch_tests.h"
+#include "contact/query/patch_lanes.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kReach = 16;             // leaves: a move of a few patches is a little one
-constexpr float kFloatSlack = 1 + 1e-5F;  // more than the roundings of a sum of squares
+constexpr double kReach = 4;             // leaves: a longer move is a jump
+constexpr double kAhead = 3;             // moves like the last that a front is made for
+constexpr double kRest = 0.1;            // leaves: what it is made for at least
+constexpr double kRoundings = 1 - 1e-9;  // of the sums that prove a front
+constexpr size_t kBatch = 4;             // leaves looked at side by side
 
 struct Waiting {
   float distance_squared;  // at least
   uint32_t child;
-  uint32_t node;  // which holds it
 };
 
 /// Patches still to be looked at, the nearest of a node last.
 struct Waitlist {
-  std::array<Waiting, kMaxPatchDepth * kPatchLanes> patches;
+  std::array<Waiting, (kMaxPatchDepth + kFrontNodes) * kPatchLanes> patches;
   size_t size = 0;
 
-  void add(LaneSet lanes, const PatchNode::Lanes& distance_squared, const PatchNode& node,
-           uint32_t index) {
+  HAPTIC_INLINE void add(LaneSet lanes, Float8 distance_squared, const PatchNode& node,
+                         const PatchTree& tree) {
+    PatchNode::Lanes distances;
+    std::memcpy(distances.data(), &distance_squared, sizeof distances);
     for (const size_t first = size; lanes.any(); lanes.pop()) {
       const size_t lane = lanes.first();
-      const Waiting next{distance_squared[lane], node.child[lane], index};
+      const Waiting next{distances[lane], node.child[lane]};
+      if ((next.child & kPatchLeaf) != 0) {
+        __builtin_prefetch(&tree.leaves[next.child & ~kPatchLeaf]);
+      }
       size_t at = size++;
       for (; at > first && patches[at - 1].distance_squared < next.distance_squared; --at) {
         patches[at] = patches[at - 1];
@@ -42,89 +50,103 @@ struct Waitlist {
 struct Candidate {
   float at_least;  // its distance
   uint32_t triangle;
-  uint32_t node;  // above its leaf
-  float size;     // of its leaf
+  float step;  // of its leaf
 };
 
 /// The search for the nearest triangle; among equally near ones for the lowest index.
 class NearestSearch {
  public:
-  NearestSearch(const MeshShape& shape, const Vec3& p_O, double max_distance)
-      : shape_(shape), p_O_(p_O), probe_(p_O) {
+  HAPTIC_INLINE NearestSearch(const MeshShape& shape, const PatchProbe& probe, double max_distance,
+                              float limit)
+      : shape_(shape), probe_(probe) {
     best_ = max_distance * max_distance;
-    lower_limit(round_up_distance(max_distance));
+    lower_limit(limit);
   }
 
-  /// Everything below a node.
-  void search(uint32_t node) {
-    open(node, kPatchLanes);
+  /// Everything below the root, nearest first.
+  HAPTIC_INLINE void search_all() {
+    open(0);
     drain();
   }
 
-  /// Everything below the parent of a node but what was searched: the node itself. Returns the
-  /// parent.
-  uint32_t search_around(uint32_t node) {
-    const uint32_t parent = shape_.patches.nodes[node].parent;
-    open(parent / kPatchLanes, parent % kPatchLanes);
+  /// Everything below some nodes.
+  HAPTIC_INLINE void search_below(std::span<const uint32_t> nodes) {
+    for (const uint32_t node : nodes) open(node);
     drain();
-    return parent / kPatchLanes;
   }
 
   /// Settles it in double among the candidates; false where there is nothing.
-  bool finish_search() {
+  HAPTIC_INLINE bool finish_search() {
     settle();
     return triangle_ != kNoFace;
   }
-  /// Of where it was found: the node above the leaf, and the longest side of the leaf.
-  uint32_t node() const { return best_leaf_.node; }
-  double leaf_size() const { return static_cast<double>(best_leaf_.size); }
+  double leaf_size() const { return static_cast<double>(best_step_) * kPatchSteps; }
   ClosestPoint result() const {
-    return closest_point_on_triangle(shape_.mesh, triangle_, on_, p_O_);
+    return closest_point_on_triangle(shape_.mesh, triangle_, on_, probe_.p_O);
   }
 
  private:
-  void lower_limit(float limit) {
-    limit_ = limit;
-    limit_squared_ = limit * limit * kFloatSlack;
-  }
-
-  void open(uint32_t index, size_t but_lane) {
+  HAPTIC_INLINE void open(uint32_t index) {
     const PatchNode& node = shape_.patches.nodes[index];
-    PatchNode::Lanes distance_squared;
-    LaneSet lanes = patches_near(node, probe_, limit_, Facing::kEitherSide, distance_squared);
-    if (but_lane < kPatchLanes) lanes.remove(but_lane);
-    waiting_.add(lanes, distance_squared, node, index);
+    Float8 distance_squared;
+    const LaneSet lanes =
+        patches_near(node, probe_, limit_squared_, Facing::kEitherSide, distance_squared);
+    waiting_.add(lanes, distance_squared, node, shape_.patches);
   }
 
-  void drain() {
-    while (waiting_.size > 0) {
-      const Waiting next = waiting_.patches[--waiting_.size];
-      if (next.distance_squared > limit_squared_ || next.child == kNoPatch) continue;
-      if ((next.child & kPatchLeaf) == 0) {
-        open(next.child, kPatchLanes);
-      } else {
-        visit(shape_.patches.leaves[next.child & ~kPatchLeaf], next.node);
+  /// Leaves are looked at side by side, and before more nodes are opened: they tell how near the
+  /// nearest is.
+  HAPTIC_INLINE void drain() {
+    for (;;) {
+      std::array<const PatchLeaf*, kBatch> batch;
+      size_t n = 0;
+      while (waiting_.size > 0 && n < kBatch) {
+        const Waiting next = waiting_.patches[waiting_.size - 1];
+        const bool is_near = !(next.distance_squared > limit_squared_) && next.child != kNoPatch;
+        const bool is_leaf = (next.child & kPatchLeaf) != 0;
+        if (is_near && !is_leaf && n > 0) break;
+        --waiting_.size;
+        if (!is_near) continue;
+        if (is_leaf) {
+          batch[n++] = &shape_.patches.leaves[next.child & ~kPatchLeaf];
+        } else {
+          open(next.child);
+        }
+      }
+      if (n == 0) return;
+      visit({batch.data(), n});
+    }
+  }
+
+  HAPTIC_INLINE void lower_limit(float limit) {
+    limit_ = limit;
+    limit_squared_ = limit_squared(limit);
+  }
+
+  HAPTIC_INLINE void visit(std::span<const PatchLeaf* const> batch) {
+    if (n_candidates_ + kBatch * kPatchLanes > candidates_.size()) settle();
+    std::array<Float8, kBatch> at_least;
+    Float8 nearest = lanes8::splat(limit_);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      Float8 at_most;
+      bound_triangles(*batch[i], probe_, at_least[i], at_most);
+      nearest = lanes8::smaller(at_most, nearest);
+    }
+    lower_limit(lanes8::least(nearest));
+    for (size_t i = 0; i < batch.size(); ++i) {
+      const PatchLeaf& leaf = *batch[i];
+      LaneSet lanes = lanes_near(leaf, at_least[i], limit_);
+      for (; lanes.any(); lanes.pop()) {
+        const size_t lane = lanes.first();
+        const uint32_t triangle = leaf.triangle[lane];
+        __builtin_prefetch(&shape_.mesh.triangles[triangle]);
+        candidates_[n_candidates_++] = {at_least[i][lane], triangle, leaf.step};
       }
     }
   }
 
-  void visit(const PatchLeaf& leaf, uint32_t node) {
-    if (n_candidates_ + kPatchLanes > candidates_.size()) settle();
-    float limit = limit_;
-    PatchNode::Lanes steps_squared;
-    LaneSet lanes = triangles_near(leaf, probe_, true, limit, steps_squared);
-    if (limit < limit_) lower_limit(limit);
-    for (; lanes.any(); lanes.pop()) {
-      const size_t lane = lanes.first();
-      const uint32_t triangle = leaf.triangle[lane];
-      __builtin_prefetch(&shape_.mesh.triangles[triangle]);
-      candidates_[n_candidates_++] = {distance_at_least(leaf, steps_squared[lane]), triangle, node,
-                                      leaf.step * static_cast<float>(kPatchSteps)};
-    }
-  }
-
   /// Looks the candidates up in the mesh.
-  void settle() {
+  HAPTIC_INLINE void settle() {
     size_t n = 0;
     for (size_t i = 0; i < n_candidates_; ++i) {
       const Candidate& c = candidates_[i];
@@ -137,77 +159,123 @@ class NearestSearch {
     n_candidates_ = 0;
     for (size_t i = 0; i < n; ++i) {
       const uint32_t triangle = candidates_[i].triangle;
-      const OnTriangle on = closest_on_triangle(shape_.mesh, triangle, p_O_);
-      const double d = norm_squared(p_O_ - on.point);
+      const OnTriangle on = closest_on_triangle(shape_.mesh, triangle, probe_.p_O);
+      const double d = norm_squared(probe_.p_O - on.point);
       if (d > best_ || (d == best_ && triangle > triangle_)) continue;
       best_ = d;
       triangle_ = triangle;
       on_ = on;
-      best_leaf_ = candidates_[i];
+      best_step_ = candidates_[i].step;
     }
     if (n > 0) lower_limit(std::min(limit_, round_up_distance(std::sqrt(best_))));
   }
 
   const MeshShape& shape_;
-  Vec3 p_O_;
-  PatchProbe probe_;
+  const PatchProbe& probe_;
   double best_ = 0;  // squared
   float limit_ = 0, limit_squared_ = 0;
   uint32_t triangle_ = kNoFace;
-  Candidate best_leaf_{};
+  float best_step_ = 0;
   OnTriangle on_{};
   Waitlist waiting_;
   std::array<Candidate, 64> candidates_;
   size_t n_candidates_ = 0;
 };
 
-/// Whether the box of one lane holds q.
-bool holds(const PatchNode& node, size_t lane, const Vec3& q) {
-  for (size_t k = 0; k < 3; ++k) {
-    const double x = q[static_cast<int>(k)];
-    if (!(x >= static_cast<double>(node.lower[k][lane]))) return false;
-    if (!(x <= static_cast<double>(node.upper[k][lane]))) return false;
-  }
-  return true;
-}
-
-/// Where to begin: the smallest node above the witness that holds where the closest point would be
-/// if it moved as p did; the root after a jump.
-uint32_t first_node(const PatchTree& patches, const Vec3& p_O, const ClosestWitness& witness) {
-  const Vec3 moved_O = p_O - witness.p_O;
-  if (!(norm_squared(moved_O) < witness.reach * witness.reach)) return 0;
-  if (witness.node >= patches.nodes.size()) return 0;
-  const Vec3 guess_O = witness.point_O + moved_O;
-  uint32_t node = witness.node;
-  while (node != 0) {
-    const uint32_t parent = patches.nodes[node].parent;
-    if (holds(patches.nodes[parent / kPatchLanes], parent % kPatchLanes, guess_O)) break;
-    node = static_cast<uint32_t>(parent / kPatchLanes);
-  }
-  return node;
-}
-
 }  // namespace
 
-ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance) {
+/// The search that begins where the witness says.
+class WitnessedSearch {
+ public:
+  HAPTIC_INLINE WitnessedSearch(const MeshShape& shape, const Vec3& p_O, ClosestWitness& witness)
+      : shape_(shape), probe_(p_O), witness_(witness) {}
+
+  HAPTIC_INLINE ClosestPoint run(double max_distance) {
+    const PatchTree& patches = shape_.patches;
+    const double moved = norm(probe_.p_O - witness_.p_O_);
+    const bool is_jump =
+        witness_.tree_ != patches.nodes.data() || !(moved < kReach * witness_.leaf_size_);
+    float limit = round_up_distance(max_distance);
+    if (!is_jump) {
+      // what was found last is still there
+      limit = std::min(limit, round_up_distance(norm(probe_.p_O - witness_.point_O_)));
+      if (!proves(static_cast<double>(limit))) {
+        const double ahead = std::max(kAhead * moved, kRest * witness_.leaf_size_);
+        collect(static_cast<double>(limit) + ahead);
+      }
+    }
+    NearestSearch nearest(shape_, probe_, max_distance, limit);
+    if (is_jump) {
+      nearest.search_all();
+    } else {
+      nearest.search_below({witness_.nodes_.data(), witness_.n_nodes_});
+    }
+    if (!nearest.finish_search()) return {};
+    const ClosestPoint closest = nearest.result();
+    if (is_jump) witness_.clearance_ = 0;
+    witness_.tree_ = patches.nodes.data();
+    witness_.p_O_ = probe_.p_O;
+    witness_.point_O_ = closest.point_O;
+    witness_.leaf_size_ = nearest.leaf_size();
+    return closest;
+  }
+
+ private:
+  /// Whether all that is no further than this lies below the front: by the triangle inequality.
+  HAPTIC_INLINE bool proves(double distance) const {
+    return norm(probe_.p_O - witness_.centre_O_) + distance < kRoundings * witness_.clearance_;
+  }
+
+  /// A new front around the point: the nodes of the deepest level on which few hold all that is no
+  /// further than the radius.
+  HAPTIC_INLINE void collect(double radius) {
+    const float limit = limit_squared(round_up_distance(radius));
+    witness_.centre_O_ = probe_.p_O;
+    witness_.clearance_ = radius;
+    witness_.n_nodes_ = 1;
+    witness_.nodes_[0] = 0;
+    std::array<uint32_t, kFrontNodes> below;
+    for (size_t n = 0; collect_below(limit, below, n) && n > 0; n = 0) {
+      witness_.n_nodes_ = n;
+      std::copy_n(below.begin(), n, witness_.nodes_.begin());
+    }
+  }
+
+  /// The next level of the front; false where there is none or it does not fit.
+  HAPTIC_INLINE bool collect_below(float limit, std::array<uint32_t, kFrontNodes>& below,
+                                   size_t& n) const {
+    for (size_t i = 0; i < witness_.n_nodes_; ++i) {
+      const PatchNode& node = shape_.patches.nodes[witness_.nodes_[i]];
+      Float8 ignored;
+      LaneSet lanes = patches_near(node, probe_, limit, Facing::kAny, ignored);
+      for (; lanes.any(); lanes.pop()) {
+        const uint32_t child = node.child[lanes.first()];
+        if (child == kNoPatch) continue;
+        if ((child & kPatchLeaf) != 0 || n == below.size()) return false;
+        below[n++] = child;
+      }
+    }
+    return true;
+  }
+
+  const MeshShape& shape_;
+  const PatchProbe probe_;
+  ClosestWitness& witness_;
+};
+
+HAPTIC_WIDE ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O,
+                                       double max_distance) {
   if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
-  NearestSearch nearest(shape, p_O, max_distance);
-  nearest.search(0);
+  const PatchProbe probe(p_O);
+  NearestSearch nearest(shape, probe, max_distance, round_up_distance(max_distance));
+  nearest.search_all();
   return nearest.finish_search() ? nearest.result() : ClosestPoint{};
 }
 
-ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
-                           ClosestWitness& witness) {
+HAPTIC_WIDE ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
+                                       ClosestWitness& witness) {
   if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
-  NearestSearch nearest(shape, p_O, max_distance);
-  uint32_t node = first_node(shape.patches, p_O, witness);
-  nearest.search(node);
-  // a bound is known: what lies around it is soon done with
-  while (node != 0) node = nearest.search_around(node);
-  if (!nearest.finish_search()) return {};
-  const ClosestPoint closest = nearest.result();
-  witness = {p_O, closest.point_O, kReach * nearest.leaf_size(), nearest.node()};
-  return closest;
+  return WitnessedSearch(shape, p_O, witness).run(max_distance);
 }
 
 }  // namespace haptic

@@ -1,18 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
+
 #include "contact/query/closest_on_triangle.h"
 #include "contact/shape/mesh_shape.h"
 
 namespace haptic {
 
-/// Where the last query of one point ended: the caller keeps one for each moving point and object.
-/// Where the point moved little, the search begins there, at patches nearby, and knows at once how
-/// far it need look. It never changes a result, be it stale, of another object or out of range.
-struct ClosestWitness {
-  Vec3 p_O, point_O;
-  double reach = 0;  // how far a move still counts as little [m]
-  uint32_t node = 0;
+inline constexpr size_t kFrontNodes = 12;
+
+/// What the last queries of one moving point tell of the next: the caller keeps one for each point
+/// and object. It holds the nodes of the patch tree below which lies all that is near, and from how
+/// near nothing else can be; while the point stays within that, the rest of the tree is not looked
+/// at. It never changes a result, be it stale or of another mesh; a mesh rebuilt in place of
+/// another wants a new one.
+class ClosestWitness {
+ private:
+  friend class WitnessedSearch;
+
+  const PatchNode* tree_ = nullptr;  // what it is about
+  Vec3 p_O_, point_O_;               // the last query that found something, and what it found
+  double leaf_size_ = 0;             // there [m]
+  Vec3 centre_O_;                    // what is no further from here than `clearance_` …
+  double clearance_ = 0;             // [m]
+  size_t n_nodes_ = 0;
+  std::array<uint32_t, kFrontNodes> nodes_{};  // … lies below these
 };
 
 /// Closest point of the mesh to p_O within max_distance, with the feature it lies on and the side

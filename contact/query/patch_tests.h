@@ -13,42 +13,51 @@ enum class Facing { kAny, kEitherSide, kFront };
 
 /// A point made ready for the tests, in float rounded the safe way.
 struct PatchProbe {
-  using Lanes = PatchNode::Lanes;  // eight times the same
-  explicit PatchProbe(const Vec3& p_O);
+  explicit PatchProbe(const Vec3& p) : p_O(p) {
+    constexpr float kUlp = 1.2e-7F;  // a whole rounding
+    for (int k = 0; k < 3; ++k) {
+      const auto row = static_cast<size_t>(k);
+      const auto x = static_cast<float>(p[k]);
+      const float ulp = kUlp * (x < 0 ? -x : x);
+      at[row] = x, below[row] = x - ulp, above[row] = x + ulp;
+      slack += 4 * ulp;  // a rounding of p, one of the product, two of the sum
+    }
+  }
 
   Vec3 p_O;
-  std::array<Lanes, 3> below, above, at;
-  Lanes slack;  // of axis·p
+  std::array<float, 3> below, above, at;
+  float slack = 0;  // of axis·p
 };
 
 /// A set of lanes; taken out one by one: for (LaneSet s = …; s.any(); s.pop()) use(s.first()).
 class LaneSet {
  public:
   explicit LaneSet(uint32_t bits) : bits_(bits) {}
+  uint32_t bits() const { return bits_; }
   bool any() const { return bits_ != 0; }
   size_t first() const { return static_cast<size_t>(std::countr_zero(bits_)); }
   void pop() { bits_ &= bits_ - 1; }
-  void remove(size_t lane) { bits_ &= ~(1u << lane); }
 
  private:
   uint32_t bits_;
 };
 
-/// Patches no further than `limit` that may hold a point asked for; distance_squared receives what
-/// each of the eight is away at least. Keeps too many, never too few.
-LaneSet patches_near(const PatchNode& node, const PatchProbe& probe, float limit, Facing facing,
-                     PatchNode::Lanes& distance_squared);
+/// Patches no further than `limit` that may hold a point asked for. Keeps too many, never too few.
+LaneSet patches_near(const PatchNode& node, const PatchProbe& probe, float limit, Facing facing);
 
-/// Triangles of the leaf that may be no further than `limit`; steps_squared receives how far each
-/// is (see distance_at_least). Keeps too many, never too few. Where `nearest` is asked for, limit
-/// sinks to what the nearest of them is away at most, and those surely further are left out.
-LaneSet triangles_near(const PatchLeaf& leaf, const PatchProbe& probe, bool nearest, float& limit,
-                       PatchNode::Lanes& steps_squared);
-
-/// What a triangle is away at least, of what triangles_near said of it.
-float distance_at_least(const PatchLeaf& leaf, float steps_squared);
+/// Triangles of the leaf that may be no further than `limit`. Keeps too many, never too few.
+LaneSet triangles_near(const PatchLeaf& leaf, const PatchProbe& probe, float limit);
 
 /// The float no less than a distance.
-float round_up_distance(double distance);
+inline float round_up_distance(double distance) {
+  constexpr float kUlp = 1.2e-7F;
+  return static_cast<float>(distance) * (1 + kUlp) + 1e-18F;
+}
+
+/// What is to be compared with the squared distances of patches.
+inline float limit_squared(float limit) {
+  constexpr float kSumError = 1e-5F;
+  return limit * limit * (1 + kSumError);
+}
 
 }  // namespace haptic

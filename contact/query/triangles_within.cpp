@@ -43,15 +43,12 @@ size_t collect(const MeshShape& shape, const Vec3& p_O, double radius, Facing fa
     if (child == kNoPatch) continue;
     if ((child & kPatchLeaf) == 0) {
       const PatchNode& node = shape.patches.nodes[child];
-      PatchNode::Lanes ignored;
-      LaneSet lanes = patches_near(node, probe, limit, facing, ignored);
+      LaneSet lanes = patches_near(node, probe, limit, facing);
       for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
       continue;
     }
     const PatchLeaf& leaf = shape.patches.leaves[child & ~kPatchLeaf];
-    PatchNode::Lanes ignored;
-    float reach = limit;
-    LaneSet lanes = triangles_near(leaf, probe, false, reach, ignored);
+    LaneSet lanes = triangles_near(leaf, probe, limit);
     for (; lanes.any(); lanes.pop()) {
       const uint32_t triangle = leaf.triangle[lanes.first()];
       const OnTriangle on = closest_on_triangle(shape.mesh, triangle, p_O);

@@ -171,20 +171,21 @@ class Builder {
 
   void store_triangle(PatchLeaf& leaf, size_t lane, uint32_t triangle) const {
     leaf.triangle[lane] = triangle;
+    const double per_step = 1 / static_cast<double>(leaf.step);
+    std::array<std::array<uint32_t, 3>, 3> words;
     std::array<Vec3, 3> steps;
     for (size_t c = 0; c < 3; ++c) {
       const Vec3& v = mesh_.vertices[mesh_.triangles[triangle][c]];
       for (int k = 0; k < 3; ++k) {
         const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
-        steps[c][k] = std::clamp(std::round((v[k] - origin) / static_cast<double>(leaf.step)), 0.0,
-                                 static_cast<double>(kPatchSteps));
+        const double x = std::min((v[k] - origin) * per_step + 0.5, double{kPatchSteps});
+        words[c][static_cast<size_t>(k)] = static_cast<uint32_t>(x);
+        steps[c][k] = words[c][static_cast<size_t>(k)];
       }
     }
     if (is_thin(steps, kThinnestInFloat * longest_side(steps))) return;
     for (size_t c = 0; c < 3; ++c) {
-      leaf.corners[c][lane] = static_cast<uint32_t>(steps[c].x) |
-                              static_cast<uint32_t>(steps[c].y) << 10 |
-                              static_cast<uint32_t>(steps[c].z) << 20;
+      leaf.corners[c][lane] = words[c][0] | words[c][1] << 10 | words[c][2] << 20;
     }
   }
 

@@ -14,7 +14,7 @@ Vec3 hold_by_friction(const FrictionLaw& law, FrictionState& state, const Vec3& 
                       const Vec3& foot_W, uint32_t object, const Pose& X_WO) {
   const Vec3 normal_W = foot_W - tool_W;
   const double depth = norm(normal_W);
-  if (depth == 0 || law.static_ratio == 0) {
+  if (depth == 0 || (law.static_ratio == 0 && law.viscous == 0)) {
     state.holds = false;
     return foot_W;
   }

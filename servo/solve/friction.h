@@ -25,8 +25,9 @@ struct FrictionLaw {
 /// place foot_W. With f_n = k |foot − tool| and f_t = k |anchor − foot| along the surface: it
 /// sticks at the anchor while f_t ≤ μ_s f_n; then it slides to the edge of the cone, f_t = μ_d f_n,
 /// or with b > 0 towards it at most at ẋ = (f_t − μ_d f_n)/b. It sticks again when f_t falls below
-/// 0.6 μ_d f_n (hysteresis as in CHAI3D). Source: Ruspini, Kolarov, Khatib 1997. The anchor is kept
-/// in the frame of `object`, the one that pushes most.
+/// 0.6 μ_d f_n (hysteresis as in CHAI3D). Viscous friction alone (μ = 0) creeps too. Source:
+/// Ruspini, Kolarov, Khatib 1997. The anchor is kept in the frame of `object`, the one that pushes
+/// most.
 Vec3 hold_by_friction(const FrictionLaw& law, FrictionState& state, const Vec3& tool_W,
                       const Vec3& foot_W, uint32_t object, const Pose& X_WO);
 

@@ -486,6 +486,46 @@ TEST_CASE(
   CHECK(worst <= 1e-4);
 }
 
+TEST_CASE("virtual proxy: a plate that turns at 1 m/s under the tool does not pass through",
+          "[lab][trap]") {
+  const double radius = GENERATE(0.0, 1e-3);
+  SessionConfig config = session(radius);
+  config.objects[0].motion.kind = haptic::MotionKind::kSpin;
+  config.objects[0].motion.axis_O = {1, 0, 0};
+  config.objects[0].motion.frequency = 1 / (2 * kPi * 0.054);
+  config.sim_rate = 1000;
+  const double half = 0.5e-3;
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.3, 0.3, 2 * half}));
+  const std::array<MeshShape, 1> shapes{plate.view()};
+  // 54 mm from the axis, in front of the plate for half a turn, then behind it for the other half
+  ScriptedHand hand([](double) { return Vec3{0.01, 0.05, 0.02}; });
+  Lockstep lockstep(config, shapes, hand);
+  int pressed = 0, passes = 0;
+  double worst = 0, before = 1;
+  for (int k = 0; k < 1000; ++k) {
+    REQUIRE(lockstep.step());
+    const ServoFrame& f = lockstep.frame();
+    const auto height_over = [](const haptic::Pose& X_WO, const Vec3& p_W) {
+      return (inverse(X_WO) * p_W).z;
+    };
+    const haptic::Pose X_WO = haptic::object_pose_at(lockstep.scene(), 0, f.t_ns);
+    const double height = height_over(X_WO, f.X_WT.p);
+    CAPTURE(k, radius, height, f.X_WG.p, f.X_WP.p);
+    passes += before > 0 && height <= 0;
+    before = height;
+    if ((f.flags & haptic::kServoNoContactSet) != 0) continue;
+    // always on the side from which it came
+    REQUIRE(height_over(lockstep.contacts()->X_WO[0], f.X_WG.p) >= half + radius);
+    if (height > radius - 2e-3) continue;
+    ++pressed;
+    worst = std::max(worst, std::fabs(height_over(X_WO, f.X_WP.p) - half - radius));
+  }
+  CAPTURE(radius, worst);
+  CHECK(passes >= 2);
+  CHECK(pressed > 400);
+  CHECK(worst <= 1e-4);
+}
+
 TEST_CASE("virtual proxy: with contact throttled to 50 Hz the surface is sticky, never unstable",
           "[lab]") {
   // a mass on a spring, held by a damped hand, falls onto the surface and comes to rest

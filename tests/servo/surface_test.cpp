@@ -76,6 +76,19 @@ TEST_CASE("friction: on a random way the force stays in the static cone", "[serv
   }
 }
 
+TEST_CASE("friction: viscous alone creeps at f_t/b, from no cone", "[servo]") {
+  // k dt/b of the way is made good in each tick: 3 mm aside leave 3 mm (1 − 0.04)^n
+  const FrictionLaw law{0, 0, 20, 800, 1e-3};
+  FrictionState state;
+  hold_by_friction(law, state, {0, 0, -1e-3}, {}, 0, {});
+  double left = 3e-3;
+  for (int n = 0; n < 100; ++n) {
+    const Vec3 proxy = hold_by_friction(law, state, {3e-3, 0, -1e-3}, {3e-3, 0, 0}, 0, {});
+    left *= 1 - 0.04;
+    REQUIRE_THAT(proxy, IsNear({3e-3 - left, 0, 0}, 1e-15));
+  }
+}
+
 TEST_CASE("friction: the anchor is the object's", "[servo][trap]") {
   const FrictionLaw law{1, 1, 0, 800, 1e-3};
   FrictionState state;
