@@ -79,6 +79,8 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject) {
                          eval.renderer != Renderer::kPenalty3 && eval.friction == 0;
   if (!goals.follows_oracle || eval.lockstep.contact_period != 1) return goals;
   goals.rests = eval.lockstep.contact_latency == 0;
+  // on a scan several places may be at rest, and two exact ways lead to different ones
+  if (!subject.closed_work) return goals;
   if (eval.lockstep.contact_latency == 0) goals.max_force_error = kLockstepError;
   if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
   if (eval.mesh.rfind("flat:", 0) == 0) goals.max_ripple = kFlatRipple;
@@ -151,6 +153,8 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     const Vec3& tool = frame.X_WT.p;
     if (k == 0) std::visit([&](auto& o) { o.seed(tool); }, oracle);
     const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
+    // on a broken mesh it may stand where every way is closed: it goes on from the felt proxy
+    if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
     JudgedPlace place;
     if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
       place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);

@@ -12,7 +12,8 @@ namespace {
 using Obstacle = SphereOracle::Obstacle;
 using Kind = Obstacle::Kind;
 
-constexpr int kSphereSweeps = 4000;
+constexpr int kSphereSweeps = 2000;
+constexpr size_t kMostStops = 24;  // met in one place; whole meshes have a few
 constexpr int kNewtonSteps = 20;
 constexpr long double kStandOff = 1e-12L;   // [m]
 constexpr long double kStill = 1e-15L;      // less is no progress [m]
@@ -327,6 +328,11 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
       stops.clear();
       goal = tool;
       continue;
+    }
+    // no way out of what it overlaps, as in a broken mesh
+    if (stops.size() == kMostStops) {
+      answer.converged = false;
+      break;
     }
     stops.push_back(*stop.obstacle);
     const std::optional<NearestInWalls> next = minimum(kStandOff);

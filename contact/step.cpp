@@ -13,10 +13,10 @@ namespace haptic {
 namespace {
 
 constexpr double kRelativeEpsilon = 1e-10;  // of the largest object: 10⁵ times its rounding
-constexpr double kMinReach = 0.2e-3;       // look-ahead of a resting hand [m]
-constexpr double kMaxReach = 20e-3;        // bound of the look-ahead's cost [m]
-constexpr double kPeriodSmoothing = 0.1;   // weight of the newest interval
-constexpr double kMaxPeriod = 0.1;         // longer intervals are pauses, not a rate [s]
+constexpr double kMinReach = 0.2e-3;        // look-ahead of a resting hand [m]
+constexpr double kMaxReach = 20e-3;         // bound of the look-ahead's cost [m]
+constexpr double kPeriodSmoothing = 0.1;    // weight of the newest interval
+constexpr double kMaxPeriod = 0.1;          // longer intervals are pauses, not a rate [s]
 
 PointScene scene_now(const ContactModel& model, const SceneFrame* scene, int64_t t_ns) {
   PointScene now;

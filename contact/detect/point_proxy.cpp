@@ -174,7 +174,9 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   // it may stand nearer to one of them than it will rest
   const Vec3 out_W = rest.centre_W - tool_W;
   if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
-  if (norm(rest.centre_W - g_W) > kFarRest * scene.radius) return subgoal_W;
+  // there already: the subgoal says whether that is where it rests, or the seam of two flat facets
+  const double way = norm(rest.centre_W - g_W);
+  if (way > kFarRest * scene.radius || way <= kNoProgress * scene.epsilon) return subgoal_W;
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);
