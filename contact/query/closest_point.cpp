@@ -11,9 +11,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kReach = 4;             // leaves: a longer move is a jump
+constexpr double kReach = 10;            // triangles: a longer move is a jump
 constexpr double kAhead = 3;             // moves like the last that a front is made for
-constexpr double kRest = 0.1;            // leaves: what it is made for at least
+constexpr double kRest = 0.3;            // triangles: what it is made for at least
 constexpr double kRoundings = 1 - 1e-9;  // of the sums that prove a front
 constexpr size_t kBatch = 4;             // leaves looked at side by side
 
@@ -50,7 +50,6 @@ struct Waitlist {
 struct Candidate {
   float at_least;  // its distance
   uint32_t triangle;
-  float step;  // of its leaf
 };
 
 /// The search for the nearest triangle; among equally near ones for the lowest index.
@@ -80,7 +79,6 @@ class NearestSearch {
     settle();
     return triangle_ != kNoFace;
   }
-  double leaf_size() const { return static_cast<double>(best_step_) * kPatchSteps; }
   ClosestPoint result() const {
     return closest_point_on_triangle(shape_.mesh, triangle_, on_, probe_.p_O);
   }
@@ -140,7 +138,7 @@ class NearestSearch {
         const size_t lane = lanes.first();
         const uint32_t triangle = leaf.triangle[lane];
         __builtin_prefetch(&shape_.mesh.triangles[triangle]);
-        candidates_[n_candidates_++] = {at_least[i][lane], triangle, leaf.step};
+        candidates_[n_candidates_++] = {at_least[i][lane], triangle};
       }
     }
   }
@@ -165,7 +163,6 @@ class NearestSearch {
       best_ = d;
       triangle_ = triangle;
       on_ = on;
-      best_step_ = candidates_[i].step;
     }
     if (n > 0) lower_limit(std::min(limit_, round_up_distance(std::sqrt(best_))));
   }
@@ -175,7 +172,6 @@ class NearestSearch {
   double best_ = 0;  // squared
   float limit_ = 0, limit_squared_ = 0;
   uint32_t triangle_ = kNoFace;
-  float best_step_ = 0;
   OnTriangle on_{};
   Waitlist waiting_;
   std::array<Candidate, 64> candidates_;
@@ -191,36 +187,38 @@ class WitnessedSearch {
       : shape_(shape), probe_(p_O), witness_(witness) {}
 
   HAPTIC_INLINE ClosestPoint run(double max_distance) {
-    const PatchTree& patches = shape_.patches;
     const double moved = norm(probe_.p_O - witness_.p_O_);
-    const bool is_jump =
-        witness_.tree_ != patches.nodes.data() || !(moved < kReach * witness_.leaf_size_);
-    float limit = round_up_distance(max_distance);
-    if (!is_jump) {
-      // what was found last is still there
-      limit = std::min(limit, round_up_distance(norm(probe_.p_O - witness_.point_O_)));
-      if (!proves(static_cast<double>(limit))) {
-        const double ahead = std::max(kAhead * moved, kRest * witness_.leaf_size_);
-        collect(static_cast<double>(limit) + ahead);
-      }
+    const bool is_jump = witness_.tree_ != shape_.patches.nodes.data() ||
+                         !(moved < kReach * witness_.triangle_size_);
+    if (is_jump) {
+      witness_.clearance_ = 0;
+      return remember(closest_point(shape_, probe_.p_O, max_distance));
+    }
+    // what was found last is still there
+    const float limit = std::min(round_up_distance(max_distance),
+                                 round_up_distance(norm(probe_.p_O - witness_.point_O_)));
+    if (!proves(static_cast<double>(limit))) {
+      const double ahead = std::max(kAhead * moved, kRest * witness_.triangle_size_);
+      collect(static_cast<double>(limit) + ahead);
     }
     NearestSearch nearest(shape_, probe_, max_distance, limit);
-    if (is_jump) {
-      nearest.search_all();
-    } else {
-      nearest.search_below({witness_.nodes_.data(), witness_.n_nodes_});
-    }
-    if (!nearest.finish_search()) return {};
-    const ClosestPoint closest = nearest.result();
-    if (is_jump) witness_.clearance_ = 0;
-    witness_.tree_ = patches.nodes.data();
-    witness_.p_O_ = probe_.p_O;
-    witness_.point_O_ = closest.point_O;
-    witness_.leaf_size_ = nearest.leaf_size();
-    return closest;
+    nearest.search_below({witness_.nodes_.data(), witness_.n_nodes_});
+    return nearest.finish_search() ? remember(nearest.result()) : ClosestPoint{};
   }
 
  private:
+  HAPTIC_INLINE const ClosestPoint& remember(const ClosestPoint& closest) {
+    if (!closest.found) return closest;
+    const Triangle& tri = shape_.mesh.triangles[closest.triangle];
+    const Vec3& corner = shape_.mesh.vertices[tri[0]];
+    witness_.tree_ = shape_.patches.nodes.data();
+    witness_.p_O_ = probe_.p_O;
+    witness_.point_O_ = closest.point_O;
+    witness_.triangle_size_ = std::max(norm(shape_.mesh.vertices[tri[1]] - corner),
+                                       norm(shape_.mesh.vertices[tri[2]] - corner));
+    return closest;
+  }
+
   /// Whether all that is no further than this lies below the front: by the triangle inequality.
   HAPTIC_INLINE bool proves(double distance) const {
     return norm(probe_.p_O - witness_.centre_O_) + distance < kRoundings * witness_.clearance_;

@@ -21,7 +21,7 @@ class ClosestWitness {
 
   const PatchNode* tree_ = nullptr;  // what it is about
   Vec3 p_O_, point_O_;               // the last query that found something, and what it found
-  double leaf_size_ = 0;             // there [m]
+  double triangle_size_ = 0;         // there [m]
   Vec3 centre_O_;                    // what is no further from here than `clearance_` …
   double clearance_ = 0;             // [m]
   size_t n_nodes_ = 0;
