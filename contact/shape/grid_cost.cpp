@@ -51,7 +51,8 @@ std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& 
     const double cell = edges * edge;
     const double cells_per_triangle = 1.5 * area / (cell * cell);
     GridChoice choice{cell, mean_reach(mesh, cell) / cells_per_triangle, 0, 0};
-    choice.triangles = std::max(1.0, choice.triangles);
+    choice.triangles =
+        std::clamp(choice.triangles, 1.0, static_cast<double>(mesh.triangles.size()));
     // half a batch is empty on average
     const double batches = choice.triangles / kBatch + 0.5;
     choice.cost =

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "tests/process/hapt_command.h"
+#include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
