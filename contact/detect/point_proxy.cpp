@@ -18,6 +18,8 @@ constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it 
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
 constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
 
+using Witnesses = std::array<ProxyWitness, kMaxObjects>;
+
 struct SceneHit {
   bool hit = false;
   double t = 1;
@@ -25,17 +27,24 @@ struct SceneHit {
 };
 
 SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const Vec3& from_O,
-                               const Vec3& to_O) {
+                               const Vec3& to_O, SegmentWitness& witness) {
   const MeshShape& shape = scene.shapes[object];
-  return scene.radius > 0 ? first_sphere_hit(shape, {from_O, to_O, scene.radius})
-                          : first_hit(shape, from_O, to_O);
+  SegmentWitness tried = witness;
+  const SegmentHit hit = scene.radius > 0
+                             ? first_sphere_hit(shape, {from_O, to_O, scene.radius}, tried)
+                             : first_hit(shape, from_O, to_O, tried);
+  // after a free way it is blocked where it was before
+  if (hit.hit) witness = tried;
+  return hit;
 }
 
-SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W) {
+SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W,
+                            Witnesses& witnesses) {
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
-    const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W);
+    const SegmentHit hit =
+        first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W, witnesses[i].hit);
     if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
   }
   return first;
@@ -52,11 +61,12 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
 /// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
 /// the surface to the last bit: such a place is not free for sure, and the next sweep could start
 /// inside. A sphere has no such last bit: what overlaps is hit at once.
-SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witnesses) {
   if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
+    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon,
+                                         witnesses[i].touch);
     if (c.found) return {true, 0, {i, c.triangle}};
   }
   return {};
@@ -145,7 +155,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    return first_hit_of_object(scene, i, before_O, after_O).hit;
+    return first_hit_of_object(scene, i, before_O, after_O, proxy.witnesses[i].hit).hit;
   };
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
@@ -164,19 +174,24 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
 /// The way of the proxy towards the tool: leg by leg, each a list of planes met since it began.
 class Slide {
  public:
-  Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
-      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W), nearest_(distance()) {
+  Slide(const PointScene& scene, const Vec3& tool_W, PointProxy& proxy)
+      : scene_(scene),
+        tool_W_(tool_W),
+        g_W_(proxy.g_W),
+        witnesses_(proxy.witnesses),
+        nearest_W_(g_W_),
+        nearest_(distance()) {
     begin_leg();
   }
 
   /// One sweep to the subgoal, or one more plane; false when the proxy rests. Out of time it takes
   /// a plane wherever it is blocked.
   bool sweeps_on(bool in_time) {
-    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x);
+    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x, witnesses_);
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
     const bool gains = !is_nothing(norm(reached_W - g_W_));
     // where it stands it is clear already
-    const SceneHit touched = gains ? touched_facet(scene_, reached_W) : SceneHit{};
+    const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
     if (touched.hit) blocked = touched;
     if (moved) g_W_ = reached_W;
@@ -241,6 +256,7 @@ class Slide {
   const PointScene& scene_;
   const Vec3 tool_W_;
   Vec3& g_W_;
+  Witnesses& witnesses_;
   Leg leg_;
   PointProjection goal_;
   Vec3 nearest_W_;  // to the tool, where a leg ended
@@ -296,7 +312,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   move.flags = carry_with_objects(scene, proxy);
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
-  Slide slide(scene, p_W, proxy.g_W);
+  Slide slide(scene, p_W, proxy);
   int sweeps = 0;
   // never ends between two legs, without a plane
   bool moves = true;

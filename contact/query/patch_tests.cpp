@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/patch_tests.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -85,13 +87,17 @@ HAPTIC_INLINE Float8 least_along(Float8 start, Float8 slope, Float8 curvature) {
 
 }  // namespace
 
-PatchProbe::PatchProbe(const Vec3& p) : p_O(p) {
-  float slacks = 0;
+PatchProbe::PatchProbe(const Vec3& p) : PatchProbe(p, p) {}
+
+PatchProbe::PatchProbe(const Vec3& from, const Vec3& to) : p_O(from + 0.5 * (to - from)) {
+  // no more than half the way along any axis
+  float slacks = round_up_distance(0.5 * norm(to - from));
   for (int k = 0; k < 3; ++k) {
     const auto row = static_cast<size_t>(k);
-    const auto x = static_cast<float>(p[k]);
-    const float ulp = kUlp * (x < 0 ? -x : x);
-    at[row].fill(x), below[row].fill(x - ulp), above[row].fill(x + ulp);
+    const auto x = static_cast<float>(p_O[k]);
+    const auto a = static_cast<float>(from[k]), b = static_cast<float>(to[k]);
+    const float ulp = kUlp * std::max(std::fabs(a), std::fabs(b));
+    at[row].fill(x), below[row].fill(std::min(a, b) - ulp), above[row].fill(std::max(a, b) + ulp);
     slacks += 4 * ulp;  // a rounding of p, one of the product, two of the sum
   }
   slack.fill(slacks);

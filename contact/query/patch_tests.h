@@ -11,12 +11,14 @@ namespace haptic {
 /// those that have it in front.
 enum class Facing { kAny, kEitherSide, kFront };
 
-/// A point made ready for the tests, in float rounded the safe way.
+/// A point made ready for the tests, in float rounded the safe way; or all points of a straight
+/// way: patches_near then holds for each of them, triangles_near for the middle.
 struct PatchProbe {
   using Lanes = PatchNode::Lanes;  // eight times the same
   explicit PatchProbe(const Vec3& p_O);
+  PatchProbe(const Vec3& from_O, const Vec3& to_O);
 
-  Vec3 p_O;
+  Vec3 p_O;  // of a way the middle
   std::array<Lanes, 3> below, above, at;
   Lanes slack;  // of axis·p
 };

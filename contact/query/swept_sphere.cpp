@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "contact/query/closest_point.h"
+#include "contact/query/closest_on_triangle.h"
+#include "contact/query/patch_tests.h"
 
 namespace haptic {
 namespace {
@@ -102,45 +104,75 @@ struct TriangleSweep {
   }
 };
 
-/// Lower bound of the squared distance from p_O to everything in the box.
-double distance_squared(const Obb& box, const Vec3& p_O) {
-  const Vec3 q = box.R_BO * (p_O - box.centre_O);
-  const double x = std::max(std::fabs(q.x) - box.half.x, 0.0);
-  const double y = std::max(std::fabs(q.y) - box.half.y, 0.0);
-  const double z = std::max(std::fabs(q.z) - box.half.z, 0.0);
-  return x * x + y * y + z * z;
-}
+/// One query under way.
+class SphereSearch {
+ public:
+  SphereSearch(const MeshShape& shape, const SweptSphere& sphere)
+      : shape_(shape), sphere_(sphere), d_O_(sphere.to_O - sphere.from_O) {}
 
-/// Whether the sphere on its way middle ± half may meet the box: the box grown by the radius, three
-/// axes, then the ball around the whole way.
-bool may_meet_box(const Obb& box, const Vec3& middle_O, const Vec3& half_O, double radius) {
-  const Vec3 m = box.R_BO * (middle_O - box.centre_O);
-  const Vec3 w = box.R_BO * half_O;
-  const Vec3 beyond{std::fabs(m.x) - box.half.x, std::fabs(m.y) - box.half.y,
-                    std::fabs(m.z) - box.half.z};
-  if (beyond.x > (std::fabs(w.x) + radius) * kBoundSlack) return false;
-  if (beyond.y > (std::fabs(w.y) + radius) * kBoundSlack) return false;
-  if (beyond.z > (std::fabs(w.z) + radius) * kBoundSlack) return false;
-  const double ball = (radius + norm(half_O)) * kBoundSlack;
-  const Vec3 outside{std::max(beyond.x, 0.0), std::max(beyond.y, 0.0), std::max(beyond.z, 0.0)};
-  return norm_squared(outside) <= ball * ball;
-}
+  /// The way up to the earliest hit, for the patches and leaves that it may pass.
+  PatchProbe probe() const { return {sphere_.from_O, sphere_.from_O + best_.t * d_O_}; }
 
-struct Waiting {
-  double bound;  // squared distance from the start
-  uint32_t node;
-};
-
-void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const SweptSphere& sphere,
-                SegmentHit& best) {
-  for (const uint32_t triangle : shape.tree.order.subspan(leaf.first, leaf.count)) {
-    double t = best.t;
-    if (!sphere_enters_triangle(shape.mesh, triangle, sphere, t)) continue;
-    if (!best.hit || t < best.t || (t == best.t && triangle < best.triangle)) {
-      best = {true, t, triangle};
+  void test(uint32_t triangle) {
+    double t = best_.t;
+    if (is_out_of_reach(triangle) || !sphere_enters_triangle(shape_.mesh, triangle, sphere_, t)) {
+      return;
+    }
+    if (!best_.hit || t < best_.t || (t == best_.t && triangle < best_.triangle)) {
+      best_ = {true, t, triangle};
     }
   }
-}
+
+  /// All triangles but `known`, which has been tested.
+  void descend(uint32_t known) {
+    PatchProbe way = probe();
+    const float radius = round_up_distance(sphere_.radius * kBoundSlack);
+    std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
+    size_t n_waiting = 0;
+    waiting[n_waiting++] = 0;
+    while (n_waiting > 0) {
+      const uint32_t child = waiting[--n_waiting];
+      if (child == kNoPatch) continue;
+      PatchNode::Lanes ignored;
+      if ((child & kPatchLeaf) == 0) {
+        const PatchNode& node = shape_.patches.nodes[child];
+        LaneSet lanes = patches_near(node, way, radius, Facing::kAny, ignored);
+        for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
+        continue;
+      }
+      const PatchLeaf& leaf = shape_.patches.leaves[child & ~kPatchLeaf];
+      const double t = best_.t;
+      float around = round_up_distance((sphere_.radius + 0.5 * t * norm(d_O_)) * kBoundSlack);
+      LaneSet lanes = triangles_near(leaf, way, false, around, ignored);
+      for (; lanes.any(); lanes.pop()) {
+        const uint32_t triangle = leaf.triangle[lanes.first()];
+        if (triangle != known) test(triangle);
+      }
+      // what lies behind the best hit is of no interest any more
+      if (best_.t < t) way = probe();
+    }
+  }
+
+  const SegmentHit& best() const { return best_; }
+
+ private:
+  /// Whether a plane keeps the triangle further off than the radius all the way to the earliest
+  /// hit: across the line from the start to the point nearest to it.
+  bool is_out_of_reach(uint32_t triangle) const {
+    const Vec3 u = sphere_.from_O - closest_on_triangle(shape_.mesh, triangle, sphere_.from_O).point;
+    double gap = std::numeric_limits<double>::infinity();
+    for (const uint32_t v : shape_.mesh.triangles[triangle]) {
+      gap = std::min(gap, dot(u, sphere_.from_O - shape_.mesh.vertices[v]));
+    }
+    const double least = gap + std::min(best_.t * dot(u, d_O_), 0.0);
+    return least > norm(u) * sphere_.radius * kBoundSlack;
+  }
+
+  const MeshShape& shape_;
+  const SweptSphere& sphere_;
+  Vec3 d_O_;
+  SegmentHit best_;
+};
 
 }  // namespace
 
@@ -153,36 +185,20 @@ bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const S
 }
 
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
-  SegmentHit best;
-  const Vec3 d_O = sphere.to_O - sphere.from_O;
-  const double length = norm(d_O);
-  if (shape.tree.nodes.empty() || !(length > 0) || !is_finite(sphere.to_O)) return best;
-  // one sibling waits per level
-  std::array<Waiting, kMaxTreeDepth + 1> stack;
-  size_t waiting = 0;
-  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box.unpacked(), sphere.from_O), 0};
-  while (waiting > 0) {
-    const auto [bound, index] = stack[--waiting];
-    // what the sphere cannot reach before the best hit is of no interest
-    const double reach = (sphere.radius + best.t * length) * kBoundSlack;
-    if (bound > reach * reach) continue;
-    const ObbNode& node = shape.tree.nodes[index];
-    const Vec3 half_O = (0.5 * best.t) * d_O;
-    if (!may_meet_box(node.box.unpacked(), sphere.from_O + half_O, half_O, sphere.radius)) continue;
-    if (node.count > 0) {
-      visit_leaf(shape, node, sphere, best);
-      continue;
-    }
-    const auto wait_for = [&](uint32_t child) {
-      return Waiting{distance_squared(shape.tree.nodes[child].box.unpacked(), sphere.from_O),
-                     child};
-    };
-    Waiting near = wait_for(node.first), far = wait_for(node.first + 1u);
-    if (far.bound < near.bound) std::swap(near, far);
-    stack[waiting++] = far;
-    stack[waiting++] = near;
-  }
-  return best;
+  SegmentWitness nothing_known;
+  return first_sphere_hit(shape, sphere, nothing_known);
+}
+
+SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere,
+                            SegmentWitness& witness) {
+  const double length = norm(sphere.to_O - sphere.from_O);
+  if (shape.patches.nodes.empty() || !(length > 0) || !is_finite(sphere.to_O)) return {};
+  SphereSearch search(shape, sphere);
+  const uint32_t known = witness.triangle;
+  if (known < shape.mesh.triangles.size()) search.test(known);
+  search.descend(known);
+  witness.triangle = search.best().hit ? search.best().triangle : kNoFace;
+  return search.best();
 }
 
 }  // namespace haptic
