@@ -16,6 +16,16 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return norm(p - (a + t * ab));
 }
 
+/// Whether the face lies more below the plane of normal_O through a than above it.
+bool falls_away(const TriangleMesh& mesh, uint32_t face, const Vec3& normal_O, const Vec3& a) {
+  double lowest = 0, highest = 0;
+  for (const uint32_t v : mesh.triangles[face]) {
+    const double height = dot(normal_O, mesh.vertices[v] - a);
+    lowest = std::min(lowest, height), highest = std::max(highest, height);
+  }
+  return -lowest > highest;
+}
+
 uint32_t neighbour_across(const TriangleMesh& mesh, uint32_t triangle, size_t side) {
   const auto& faces = mesh.edge_faces[mesh.triangle_edges[triangle][side]];
   return faces[0] == triangle ? faces[1] : faces[0];
@@ -30,34 +40,28 @@ double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& poi
   double extent = kMaxExtent;
 
   // breadth first over triangles that still follow the plane
-  for (size_t head = 0; head < n_visited; ++head) {
+  for (size_t head = 0; head < n_visited && extent > kMinExtent; ++head) {
     const Triangle& corners = mesh.triangles[visited[head]];
     for (size_t side = 0; side < 3; ++side) {
-      const Vec3& a = mesh.vertices[corners[side]];
-      const Vec3& b = mesh.vertices[corners[(side + 1) % 3]];
-      const double distance = distance_to_segment(point_O, a, b);
-      if (distance >= extent) continue;
       const uint32_t next = neighbour_across(mesh, visited[head], side);
-      if (next == kNoFace) {
-        extent = distance;
+      const auto end = visited.begin() + static_cast<std::ptrdiff_t>(n_visited);
+      if (next != kNoFace && std::find(visited.begin(), end, next) != end) continue;
+      const Vec3& a = mesh.vertices[corners[side]];
+      const bool turns = next != kNoFace && dot(mesh.face_normals[next], normal_O) < kTurnCosine;
+      if (turns && !falls_away(mesh, next, normal_O, a)) continue;
+      const bool follows = next != kNoFace && !turns && n_visited < kMaxVisited;
+      // the side is no further than its end: mostly enough to know
+      if (follows && norm_squared(point_O - a) < extent * extent) {
+        visited[n_visited++] = next;
         continue;
       }
-      const auto end = visited.begin() + static_cast<std::ptrdiff_t>(n_visited);
-      if (std::find(visited.begin(), end, next) != end) continue;
-
-      const Triangle& far = mesh.triangles[next];
-      double lowest = 0, highest = 0;
-      for (const uint32_t v : far) {
-        const double height = dot(normal_O, mesh.vertices[v] - a);
-        lowest = std::min(lowest, height), highest = std::max(highest, height);
-      }
-      const bool turns = dot(mesh.face_normals[next], normal_O) < kTurnCosine;
-      const bool convex = -lowest > highest;
-      if (turns && !convex) continue;
-      if (turns || n_visited == kMaxVisited) {
-        extent = distance;
-      } else {
+      const double distance =
+          distance_to_segment(point_O, a, mesh.vertices[corners[(side + 1) % 3]]);
+      if (distance >= extent) continue;
+      if (follows) {
         visited[n_visited++] = next;
+      } else {
+        extent = distance;
       }
     }
   }
