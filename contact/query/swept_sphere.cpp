@@ -8,6 +8,7 @@
 
 #include "contact/query/closest_on_triangle.h"
 #include "contact/query/patch_tests.h"
+#include "contact/query/segment_probe.h"
 
 namespace haptic {
 namespace {
@@ -110,9 +111,6 @@ class SphereSearch {
   SphereSearch(const MeshShape& shape, const SweptSphere& sphere)
       : shape_(shape), sphere_(sphere), d_O_(sphere.to_O - sphere.from_O) {}
 
-  /// The way up to the earliest hit, for the patches and leaves that it may pass.
-  PatchProbe probe() const { return {sphere_.from_O, sphere_.from_O + best_.t * d_O_}; }
-
   void test(uint32_t triangle) {
     double t = best_.t;
     if (is_out_of_reach(triangle) || !sphere_enters_triangle(shape_.mesh, triangle, sphere_, t)) {
@@ -125,41 +123,46 @@ class SphereSearch {
 
   /// All triangles but `known`, which has been tested.
   void descend(uint32_t known) {
-    PatchProbe way = probe();
-    const float radius = round_up_distance(sphere_.radius * kBoundSlack);
+    WayProbe way = way_to_hit();
     std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
     size_t n_waiting = 0;
     waiting[n_waiting++] = 0;
     while (n_waiting > 0) {
       const uint32_t child = waiting[--n_waiting];
       if (child == kNoPatch) continue;
-      PatchNode::Lanes ignored;
       if ((child & kPatchLeaf) == 0) {
         const PatchNode& node = shape_.patches.nodes[child];
-        LaneSet lanes = patches_near(node, way, radius, Facing::kAny, ignored);
+        LaneSet lanes = patches_on_way(node, way);
         for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
         continue;
       }
       const PatchLeaf& leaf = shape_.patches.leaves[child & ~kPatchLeaf];
       const double t = best_.t;
-      float around = round_up_distance((sphere_.radius + 0.5 * t * norm(d_O_)) * kBoundSlack);
-      LaneSet lanes = triangles_near(leaf, way, false, around, ignored);
-      for (; lanes.any(); lanes.pop()) {
+      for (LaneSet lanes = triangles_on_way(leaf, way); lanes.any(); lanes.pop()) {
         const uint32_t triangle = leaf.triangle[lanes.first()];
         if (triangle != known) test(triangle);
       }
       // what lies behind the best hit is of no interest any more
-      if (best_.t < t) way = probe();
+      if (best_.t < t) way = way_to_hit();
     }
   }
 
   const SegmentHit& best() const { return best_; }
 
  private:
+  WayProbe way_to_hit() const {
+    const TriangleMesh& mesh = shape_.mesh;
+    const double furthest =
+        std::max({largest_coordinate(sphere_.from_O), largest_coordinate(sphere_.to_O),
+                  largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
+    return {sphere_.from_O, best_.t * d_O_, sphere_.radius, furthest};
+  }
+
   /// Whether a plane keeps the triangle further off than the radius all the way to the earliest
   /// hit: across the line from the start to the point nearest to it.
   bool is_out_of_reach(uint32_t triangle) const {
-    const Vec3 u = sphere_.from_O - closest_on_triangle(shape_.mesh, triangle, sphere_.from_O).point;
+    const Vec3 u =
+        sphere_.from_O - closest_on_triangle(shape_.mesh, triangle, sphere_.from_O).point;
     double gap = std::numeric_limits<double>::infinity();
     for (const uint32_t v : shape_.mesh.triangles[triangle]) {
       gap = std::min(gap, dot(u, sphere_.from_O - shape_.mesh.vertices[v]));
