@@ -16,7 +16,9 @@ constexpr int kMaxSeedAttempts = 8;   // objects that may overlap where the hand
 constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
-constexpr double kClearance = 0.5;    // of epsilon: nearer to a facet than this counts as blocked
+constexpr double kLargestTurn = 0.9;  // of a step on two edges: beyond, there is no rest nearby
+constexpr double kRoll = 0.27;  // tangent of 15°: how far it rolls at once where it cannot rest
+constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
 
@@ -65,17 +67,40 @@ SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witn
   if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon,
-                                         witnesses[i].touch);
+    const ClosestPoint c =
+        closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon, witnesses[i].touch);
     if (c.found) return {true, 0, {i, c.triangle}};
   }
   return {};
+}
+
+/// How an obstacle bends away from its tangent plane: not at all along an edge, nor for a face.
+struct Bend {
+  double curvature = 0;  // [1/m]
+  Vec3 straight_W;       // unit, along the edge; 0 for a vertex
+};
+
+Bend bend_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  if (scene.radius == 0) return {};
+  const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+  const Pose& X_WO = scene.X_WO[plane.object];
+  const Vec3 g_O = inverse(X_WO) * g_W;
+  const OnTriangle on = closest_on_triangle(mesh, plane.triangle, g_O);
+  if (on.kind == FeatureKind::kFace) return {};
+  Bend bend{1 / norm(g_O - on.point), {}};
+  if (on.kind == FeatureKind::kVertex) return bend;
+  const Triangle& corners = mesh.triangles[plane.triangle];
+  const Vec3 along_O =
+      mesh.vertices[corners[(on.index + 1) % 3]] - mesh.vertices[corners[on.index]];
+  bend.straight_W = rotate(X_WO.q, normalized(along_O));
+  return bend;
 }
 
 /// The planes met in one leg, kept off the surface by epsilon.
 struct Leg {
   std::array<HalfSpace, kMaxPlanes> half_spaces;
   std::array<ProxyPlane, kMaxPlanes> planes;
+  std::array<Bend, kMaxPlanes> bends;
   size_t size = 0;
 
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
@@ -100,22 +125,59 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
+/// How boldly the subgoals are placed: on obstacles that bend, a sphere has further to go than the
+/// tangent planes tell.
+enum class Leaps { kNone, kToRest, kRolls };
+
+struct Leap {
+  Vec3 tool_W, g_W;
+  double roll;  // how far to go at least where there is no rest [m]
+};
+
+/// What makes a step as long as a roll; 0 where it is so long. Where the tool pulls straight
+/// through an edge, nothing else takes the sphere off it in a few legs.
+Vec3 lengthening(const Vec3& step_W, double roll) {
+  const double length = norm(step_W);
+  return length > 0 && length < roll ? (roll / length - 1) * step_W : Vec3{};
+}
+
 /// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
 /// the nearest point to the tool on the plane is but a small part of the way. The line from the
 /// feature through the tool meets the plane in a place from which the way to the tool ends where
 /// the sphere comes to rest. The subgoal itself where there is no such bend.
 Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
-                 const Vec3& p_W, const Vec3& subgoal_W) {
-  if (scene.radius == 0) return subgoal_W;
+                 const Leap& leap, const Vec3& subgoal_W) {
   const Pose& X_WO = scene.X_WO[plane.object];
   const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
-  const ClosestPoint c = closest_point_on_triangle(mesh, plane.triangle, inverse(X_WO) * p_W);
+  const ClosestPoint c =
+      closest_point_on_triangle(mesh, plane.triangle, inverse(X_WO) * leap.tool_W);
   if (c.feature.kind == FeatureKind::kFace || c.distance == 0) return subgoal_W;
   const Vec3 foot_W = X_WO * c.point_O;
-  const Vec3 outward_W = (p_W - foot_W) / c.distance;
+  const Vec3 outward_W = (leap.tool_W - foot_W) / c.distance;
   const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) return subgoal_W;
+  // the tool is past the edge, or far around it
+  if (bend < kLargestBend) return subgoal_W + lengthening(subgoal_W - leap.g_W, leap.roll);
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
+}
+
+/// The same where two obstacles carry it: along the line that their planes share, on to where the
+/// tool is nearest once they have turned as far as they bend (a Newton step of the Lagrangian with
+/// its second derivatives; without them it closes in by a constant factor only).
+Vec3 beyond_bends(const Leg& leg, const PointProjection& goal, const Leap& leap) {
+  const auto first = static_cast<size_t>(goal.active[0]),
+             second = static_cast<size_t>(goal.active[1]);
+  const Vec3 shared_W = cross(leg.half_spaces[first].normal, leg.half_spaces[second].normal);
+  const double length2 = norm_squared(shared_W);
+  if (!(length2 > 0)) return goal.x;
+  double turned = 0;
+  for (size_t i = 0; i < 2; ++i) {
+    const Bend& bend = leg.bends[static_cast<size_t>(goal.active[i])];
+    const double straight = dot(bend.straight_W, shared_W);
+    turned += goal.multiplier[i] * bend.curvature * (1 - straight * straight / length2);
+  }
+  const Vec3 step_W = (dot(shared_W, goal.x - leap.g_W) / length2) * shared_W;
+  if (turned < kLargestTurn) return goal.x + (turned / (1 - turned)) * step_W;
+  return goal.x + lengthening(step_W, leap.roll);
 }
 
 /// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
@@ -131,6 +193,7 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   for (int i = 0; i < goal.n_active; ++i) {
     const auto k = static_cast<size_t>(goal.active[static_cast<size_t>(i)]);
     kept.half_spaces[kept.size] = leg.half_spaces[k];
+    kept.bends[kept.size] = leg.bends[k];
     kept.planes[kept.size++] = leg.planes[k];
   }
   return kept;
@@ -203,11 +266,11 @@ class Slide {
     return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
   }
 
-  /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
+  /// Undoes a leap beyond a bend that has led further away, to go on less boldly; false: nothing to
   /// undo.
   bool take_leap_back() {
-    if (!leaps_ || distance() <= nearest_) return false;
-    leaps_ = false;
+    if (leaps_ == Leaps::kNone || distance() <= nearest_) return false;
+    leaps_ = leaps_ == Leaps::kRolls ? Leaps::kToRest : Leaps::kNone;
     stalls_ = 0;
     g_W_ = nearest_W_;
     begin_leg();
@@ -246,11 +309,14 @@ class Slide {
     HalfSpace tangent = tangent_plane(scene_, plane, g_W_);
     tangent.offset += stand_off(scene_, dot(tangent.normal, g_W_) - tangent.offset);
     leg_.half_spaces[leg_.size] = tangent;
+    leg_.bends[leg_.size] = bend_of(scene_, plane, g_W_);
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
-    if (leaps_ && leg_.size == 1) {
-      goal_.x = beyond_bend(scene_, plane, tangent, tool_W_, goal_.x);
-    }
+    if (leaps_ == Leaps::kNone || scene_.radius == 0) return;
+    const double roll = leaps_ == Leaps::kRolls ? kRoll * scene_.radius : 0;
+    if (leg_.size == 1)
+      goal_.x = beyond_bend(scene_, plane, tangent, {tool_W_, g_W_, roll}, goal_.x);
+    if (goal_.n_active == 2) goal_.x = beyond_bends(leg_, goal_, {tool_W_, g_W_, roll});
   }
 
   const PointScene& scene_;
@@ -262,7 +328,7 @@ class Slide {
   Vec3 nearest_W_;  // to the tool, where a leg ended
   double nearest_;
   int stalls_ = 0;
-  bool leaps_ = true;
+  Leaps leaps_ = Leaps::kRolls;
   bool truncated_ = false;
 };
 

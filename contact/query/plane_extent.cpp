@@ -50,8 +50,8 @@ double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& poi
       const bool turns = next != kNoFace && dot(mesh.face_normals[next], normal_O) < kTurnCosine;
       if (turns && !falls_away(mesh, next, normal_O, a)) continue;
       const bool follows = next != kNoFace && !turns && n_visited < kMaxVisited;
-      // the side is no further than its end: mostly enough to know
-      if (follows && norm_squared(point_O - a) < extent * extent) {
+      // as long as nothing limits the plane, the side is near enough if its end is
+      if (follows && extent == kMaxExtent && norm_squared(point_O - a) < kMaxExtent * kMaxExtent) {
         visited[n_visited++] = next;
         continue;
       }
