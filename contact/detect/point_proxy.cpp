@@ -17,7 +17,7 @@ constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
 constexpr double kLargestTurn = 0.9;  // of a step on two edges: beyond, there is no rest nearby
-constexpr double kRoll = 0.27;  // tangent of 15°: how far it rolls at once where it cannot rest
+constexpr double kRoll = 0.04;  // of its radius: how far a sphere rolls at once where it cannot rest
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
