@@ -17,7 +17,8 @@ constexpr double kNoProgress = 1e-3;  // of epsilon
 constexpr int kMaxStalls = 3;         // legs that bring it no nearer before it rests
 constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls in several legs
 constexpr double kLargestTurn = 0.9;  // of a step on two edges: beyond, there is no rest nearby
-constexpr double kRoll = 0.04;  // of its radius: how far a sphere rolls at once where it cannot rest
+constexpr double kRoll =
+    0.04;  // of its radius: how far a sphere rolls at once where it cannot rest
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
@@ -269,7 +270,7 @@ class Slide {
   /// Undoes a leap beyond a bend that has led further away, to go on less boldly; false: nothing to
   /// undo.
   bool take_leap_back() {
-    if (leaps_ == Leaps::kNone || distance() <= nearest_) return false;
+    if (leaps_ == Leaps::kNone || is_nothing(distance() - nearest_)) return false;
     leaps_ = leaps_ == Leaps::kRolls ? Leaps::kToRest : Leaps::kNone;
     stalls_ = 0;
     g_W_ = nearest_W_;
