@@ -19,12 +19,9 @@ struct PointScene {
   double radius = 0;      // of the proxy; 0: a point [m]
 };
 
-/// Where the last queries about one object ended: the next ones begin there. It never changes an
-/// answer.
-struct ProxyWitness {
-  SegmentWitness hit;
-  ClosestWitness touch;
-};
+/// What was hit last, of one object, by a sweep that begins a leg, by one along one plane, and by
+/// one along more: the likely answers of the next ones. They never change a result.
+using ProxyWitness = std::array<SegmentWitness, 3>;
 
 /// What survives between two contact steps.
 struct PointProxy {
