@@ -262,7 +262,12 @@ class Slide {
     if (!blocked.hit && (leg_.size == 0 || !moved)) return take_leap_back();
     // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
     // again, so that a proxy at rest does not depend on how it came there
-    if (moved && (in_time || !blocked.hit)) return tries_again() || take_leap_back();
+    if (moved && (in_time || !blocked.hit)) {
+      const bool towards_tool = leg_.size == 0;
+      if (!tries_again()) return take_leap_back();
+      // on the rest of the same way the same facet is in front
+      if (!towards_tool || !blocked.hit) return true;
+    }
     add_plane(blocked.plane);
     return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
   }
