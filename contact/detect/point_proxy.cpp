@@ -56,8 +56,14 @@ SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const V
 
 /// Where the centre of a proxy at x_W may be: the tangent plane of the facet's obstacle.
 HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
-  const ProxySupport support = support_of(scene, plane, x_W);
   const Pose& X_WO = scene.X_WO[plane.object];
+  if (scene.radius == 0) {
+    const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+    const Vec3 face_W = rotate(X_WO.q, mesh.face_normals[plane.triangle]);
+    const Vec3& corner_O = mesh.vertices[mesh.triangles[plane.triangle][0]];
+    return {face_W, dot(face_W, X_WO * corner_O)};
+  }
+  const ProxySupport support = support_of(scene, plane, x_W);
   const Vec3 normal_W = rotate(X_WO.q, support.normal_O);
   return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius};
 }
