@@ -22,6 +22,7 @@ constexpr double kRoll =
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
+constexpr double kBeside = 4;         // of epsilon: further than the proxy stands off
 
 struct SceneHit {
   bool hit = false;
@@ -47,7 +48,7 @@ SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const V
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
-    SegmentWitness& witness = witnesses[i][std::min(planes, witnesses[i].size() - 1)];
+    SegmentWitness& witness = witnesses[i].hit[std::min(planes, witnesses[i].hit.size() - 1)];
     const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W, witness);
     if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
   }
@@ -71,12 +72,15 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
 /// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
 /// the surface to the last bit: such a place is not free for sure, and the next sweep could start
 /// inside. A sphere has no such last bit: what overlaps is hit at once.
-SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witnesses) {
   if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
-    if (c.found) return {true, 0, {i, c.triangle}};
+    // it mostly stands epsilon off: what is found there is where the next search begins
+    const ClosestPoint c =
+        closest_point(scene.shapes[i], p_O, kBeside * scene.epsilon, witnesses[i].beside);
+    const bool touches = c.found && c.distance <= kClearance * scene.epsilon;
+    if (touches) return {true, 0, {i, c.triangle}};
   }
   return {};
 }
@@ -225,7 +229,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    return first_hit_of_object(scene, i, before_O, after_O, proxy.witnesses[i][0]).hit;
+    return first_hit_of_object(scene, i, before_O, after_O, proxy.witnesses[i].hit[0]).hit;
   };
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
@@ -261,7 +265,7 @@ class Slide {
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
     const bool gains = !is_nothing(norm(reached_W - g_W_));
     // where it stands it is clear already
-    const SceneHit touched = gains ? touched_facet(scene_, reached_W) : SceneHit{};
+    const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
     if (touched.hit) blocked = touched;
     if (moved) g_W_ = reached_W;

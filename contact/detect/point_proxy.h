@@ -19,9 +19,13 @@ struct PointScene {
   double radius = 0;      // of the proxy; 0: a point [m]
 };
 
-/// What was hit last, of one object, by a sweep that begins a leg, by one along one plane, and by
-/// one along more: the likely answers of the next ones. They never change a result.
-using ProxyWitness = std::array<SegmentWitness, 3>;
+/// Where the last queries about one object ended, the likely answers of the next ones: what was hit
+/// by a sweep that begins a leg, by one along one plane, and by one along more; and what was next
+/// to the proxy. They never change a result.
+struct ProxyWitness {
+  std::array<SegmentWitness, 3> hit;
+  ClosestWitness beside;
+};
 
 /// What survives between two contact steps.
 struct PointProxy {
