@@ -22,7 +22,7 @@ constexpr double kRoll =
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
-constexpr double kBeside = 4;         // of epsilon: further than the proxy stands off
+constexpr double kBeside = 4;  // of epsilon: further than the proxy stands off
 
 struct SceneHit {
   bool hit = false;

@@ -32,7 +32,7 @@ struct PointProxy {
   Vec3 g_W;  // verified position of its centre: outside every closed object, radius away
   bool seeded = false;
   std::array<Pose, kMaxObjects> X_WO;  // object poses at which g was verified
-  std::array<ProxyWitness, kMaxObjects> witnesses;
+  std::array<ProxyWitness, kMaxObjects> witnesses{};
 };
 
 /// A facet that carries the proxy, with its face, or, for a sphere, with an edge or a vertex.
