@@ -15,6 +15,7 @@ namespace {
 
 // a box this much too far may be so by rounding only
 constexpr double kBoundSlack = kCompactSlack;
+constexpr double kSquareSlack = 1e-12;    // the same for a squared distance near the radius
 constexpr double kRelativeSlack = 1e-14;  // the same for a height, of the coordinates
 
 /// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
@@ -48,8 +49,9 @@ struct TriangleSweep {
   const TriangleMesh& mesh;
   const SweptSphere& sphere;
   Vec3 d_O;
-  bool hit = false;
   double t = 1;
+  double length = norm(d_O);
+  bool hit = false;
 
   void take(double at) {
     if (at > t) return;
@@ -57,6 +59,12 @@ struct TriangleSweep {
     t = at;
   }
   Vec3 centre_at(double at) const { return sphere.from_O + at * d_O; }
+
+  /// Whether what is nearest at m from the start is further than the sphere gets until t.
+  bool is_too_far(const Vec3& m) const {
+    const double way = t * length * kBoundSlack, radius2 = sphere.radius * sphere.radius;
+    return norm_squared(m) - radius2 > way * (2 * sphere.radius + way) + kSquareSlack * radius2;
+  }
 
   void offset_face(const std::array<Vec3, 3>& corners, const Vec3& n) {
     const double height = dot(n, sphere.from_O - corners[0]);
@@ -70,17 +78,21 @@ struct TriangleSweep {
     const Vec3 along = b - a, m = sphere.from_O - a;
     const double length2 = norm_squared(along);
     if (!(length2 > 0)) return;
-    const double start = dot(m, along) / length2, speed = dot(d_O, along) / length2;
+    const double start = dot(m, along) / length2;
+    const Vec3 across = m - start * along;
+    if (is_too_far(across)) return;
+    const double speed = dot(d_O, along) / length2;
     double at = 0;
-    if (!enters_ball(m - start * along, d_O - speed * along, sphere.radius, at) || at > t) return;
+    if (!enters_ball(across, d_O - speed * along, sphere.radius, at) || at > t) return;
     const double where = start + at * speed;
     if (where < 0 || where > 1) return;
     if (dot(centre_at(at) - (a + where * along), front_O) >= 0) take(at);
   }
 
   void vertex_sphere(const Vec3& a, const Vec3& front_O) {
+    const Vec3 m = sphere.from_O - a;
     double at = 0;
-    if (!enters_ball(sphere.from_O - a, d_O, sphere.radius, at) || at > t) return;
+    if (is_too_far(m) || !enters_ball(m, d_O, sphere.radius, at) || at > t) return;
     if (dot(centre_at(at) - a, front_O) >= 0) take(at);
   }
 
@@ -181,7 +193,7 @@ class SphereSearch {
 
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t) {
-  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, false, t};
+  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, t};
   sweep.run(triangle);
   t = sweep.t;
   return sweep.hit;
