@@ -19,6 +19,7 @@ constexpr double kLargestBend = 0.5;  // cosine: around more of an edge it rolls
 constexpr double kLargestTurn = 0.9;  // of a step on two edges: beyond, there is no rest nearby
 constexpr double kRoll =
     0.04;  // of its radius: how far a sphere rolls at once where it cannot rest
+constexpr double kHardly = 1e-4;    // of its radius
 constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet than this counts as blocked
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
@@ -267,19 +268,24 @@ class Slide {
     // where it stands it is clear already
     const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
+    // an obstacle's plane holds as well where a sphere has hardly rolled
+    const bool hardly = norm(reached_W - g_W_) < kHardly * scene_.radius;
     if (touched.hit) blocked = touched;
     if (moved) g_W_ = reached_W;
     if (!blocked.hit && (leg_.size == 0 || !moved)) return take_leap_back();
     // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
     // again, so that a proxy at rest does not depend on how it came there
-    if (moved && (in_time || !blocked.hit)) {
+    if (moved && blocked.hit && hardly && leg_.size > 0) {
+      moved_in_leg_ = true;
+    } else if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
       if (!tries_again()) return take_leap_back();
       // on the rest of the same way the same facet is in front
       if (!towards_tool || !blocked.hit) return true;
     }
     add_plane(blocked.plane);
-    return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
+    if (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) return true;
+    return (moved_in_leg_ && tries_again()) || take_leap_back();
   }
 
   /// Undoes a leap beyond a bend that has led further away, to go on less boldly; false: nothing to
@@ -303,6 +309,7 @@ class Slide {
 
   void begin_leg() {
     leg_.size = 0;
+    moved_in_leg_ = false;
     goal_ = {};
     goal_.x = tool_W_;
   }
@@ -345,6 +352,7 @@ class Slide {
   double nearest_;
   int stalls_ = 0;
   Leaps leaps_ = Leaps::kRolls;
+  bool moved_in_leg_ = false;
   bool truncated_ = false;
 };
 
