@@ -64,6 +64,9 @@ void add_point_proxy_command(CLI::App& bench) {
       ->check([](const std::string& name) {
         return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
       });
+  command->add_option("--radius", options->proxy.radii, "of the proxy [m], as often as wanted")
+      ->check(CLI::Range(0.0, 0.05))
+      ->capture_default_str();
   command
       ->add_option("--repetitions", options->proxy.repetitions, "the fastest of each tick counts")
       ->check(CLI::Range(1, 100))

@@ -113,7 +113,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
     const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     NearResult near =
         near_features(scene.shapes[i], g_O, scene.radius + reach, state.scratch, state.features);
-    if (near.truncated) set.flags |= kContactTruncated;
+    if (near.truncated || near.left_out > 0) set.flags |= kContactTruncated;
     // a large sphere over small facets: what is nearest counts more than what is far
     for (double less = reach; near.truncated && less > kMinReach / 8;) {
       less /= 2;

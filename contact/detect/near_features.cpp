@@ -26,7 +26,7 @@ size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
 NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
                          NearScratch& scratch, std::span<NearFeature> out) {
   const size_t seen = triangles_facing(shape, p_O, radius, scratch.triangles);
-  NearResult result{0, seen > scratch.triangles.size()};
+  NearResult result{.truncated = seen > scratch.triangles.size()};
   const auto begin = scratch.triangles.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(std::min(seen, scratch.triangles.size()));
 
@@ -35,7 +35,8 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
     return a.feature.id() != b.feature.id() ? a.feature.id() < b.feature.id()
                                             : a.triangle < b.triangle;
   });
-  for (auto it = begin; it != end && result.count < out.size();) {
+  size_t n_features = 0;
+  for (auto it = begin; it != end;) {
     const auto next =
         std::find_if(it, end, [&](const ClosestPoint& c) { return !(c.feature == it->feature); });
     const Vec3 outward_O = pseudo_normal(shape.mesh, it->feature);
@@ -45,14 +46,17 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
     if (agreed && in_front) {
       const bool face = it->feature.kind == FeatureKind::kFace;
       const Vec3 normal_O = face || it->distance < kOnSurface ? outward_O : away_O / it->distance;
-      out[result.count++] = {*it, normal_O};
+      scratch.features[n_features++] = {*it, normal_O};
     }
     it = next;
   }
-  std::sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(result.count),
-            [](const NearFeature& a, const NearFeature& b) {
-              return a.closest.distance < b.closest.distance;
-            });
+  result.count = std::min(n_features, out.size());
+  result.left_out = n_features - result.count;
+  std::partial_sort_copy(scratch.features.begin(),
+                         scratch.features.begin() + static_cast<std::ptrdiff_t>(n_features),
+                         out.begin(), out.end(), [](const NearFeature& a, const NearFeature& b) {
+                           return a.closest.distance < b.closest.distance;
+                         });
   return result;
 }
 

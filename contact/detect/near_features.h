@@ -19,11 +19,13 @@ inline constexpr size_t kMaxNearTriangles = 256;
 /// Room for the candidates of one query, so that a step allocates nothing.
 struct NearScratch {
   std::array<ClosestPoint, kMaxNearTriangles> triangles;
+  std::array<NearFeature, kMaxNearTriangles> features;
 };
 
 struct NearResult {
   size_t count = 0;
-  bool truncated = false;
+  bool truncated = false;  // too many triangles: any feature may be missing
+  size_t left_out = 0;     // of the features, the furthest, for want of room
 };
 
 /// Local minima of the distance from p_O to the mesh within radius, nearest first: faces seen from

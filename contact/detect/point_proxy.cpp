@@ -22,6 +22,9 @@ constexpr double kLeastRoll = 0.02;    // of the radius: shorter legs around an 
 constexpr double kFarRest = 0.01;      // of the radius: further on it may pass another rest
 constexpr double kLongestLeap = 2;     // ratio: the same for a crease
 constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
+constexpr double kBeside = 4;          // of epsilon: further than the proxy stands off
+
+using Witnesses = std::array<ProxyWitness, kMaxObjects>;
 
 struct SceneHit {
   bool hit = false;
@@ -30,17 +33,25 @@ struct SceneHit {
 };
 
 SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const Vec3& from_O,
-                               const Vec3& to_O) {
+                               const Vec3& to_O, SegmentWitness& witness) {
   const MeshShape& shape = scene.shapes[object];
-  return scene.radius > 0 ? first_sphere_hit(shape, {from_O, to_O, scene.radius})
-                          : first_hit(shape, from_O, to_O);
+  SegmentWitness tried = witness;
+  const SegmentHit hit = scene.radius > 0
+                             ? first_sphere_hit(shape, {from_O, to_O, scene.radius}, tried)
+                             : first_hit(shape, from_O, to_O, tried);
+  // after a free way it is blocked where it was before
+  if (hit.hit) witness = tried;
+  return hit;
 }
 
-SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W) {
+/// After so many planes of a leg.
+SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W,
+                            size_t planes, Witnesses& witnesses) {
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
-    const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W);
+    SegmentWitness& witness = witnesses[i].hit[std::min(planes, witnesses[i].hit.size() - 1)];
+    const SegmentHit hit = first_hit_of_object(scene, i, X_OW * from_W, X_OW * to_W, witness);
     if (hit.hit && (!first.hit || hit.t < first.t)) first = {true, hit.t, {i, hit.triangle}};
   }
   return first;
@@ -48,8 +59,14 @@ SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const V
 
 /// Where the centre of a proxy at x_W may be: the tangent plane of the facet's obstacle.
 HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
-  const ProxySupport support = support_of(scene, plane, x_W);
   const Pose& X_WO = scene.X_WO[plane.object];
+  if (scene.radius == 0) {
+    const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
+    const Vec3 face_W = rotate(X_WO.q, mesh.face_normals[plane.triangle]);
+    const Vec3& corner_O = mesh.vertices[mesh.triangles[plane.triangle][0]];
+    return {face_W, dot(face_W, X_WO * corner_O)};
+  }
+  const ProxySupport support = support_of(scene, plane, x_W);
   const Vec3 normal_W = rotate(X_WO.q, support.normal_O);
   return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius};
 }
@@ -57,12 +74,15 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
 /// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
 /// the surface to the last bit: such a place is not free for sure, and the next sweep could start
 /// inside. A sphere has no such last bit: what overlaps is hit at once.
-SceneHit touched_facet(const PointScene& scene, const Vec3& p_W) {
+SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witnesses) {
   if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    const ClosestPoint c = closest_point(scene.shapes[i], p_O, kClearance * scene.epsilon);
-    if (c.found) return {true, 0, {i, c.triangle}};
+    // it mostly stands epsilon off: what is found there is where the next search begins
+    const ClosestPoint c =
+        closest_point(scene.shapes[i], p_O, kBeside * scene.epsilon, witnesses[i].beside);
+    const bool touches = c.found && c.distance <= kClearance * scene.epsilon;
+    if (touches) return {true, 0, {i, c.triangle}};
   }
   return {};
 }
@@ -223,7 +243,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
-    return first_hit_of_object(scene, i, before_O, after_O).hit;
+    return first_hit_of_object(scene, i, before_O, after_O, proxy.witnesses[i].hit[0]).hit;
   };
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     if (proxy.X_WO[i] == scene.X_WO[i] || !runs_over(i)) continue;
@@ -242,26 +262,35 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
 /// The way of the proxy towards the tool: leg by leg, each a list of planes met since it began.
 class Slide {
  public:
-  Slide(const PointScene& scene, const Vec3& tool_W, Vec3& g_W)
-      : scene_(scene), tool_W_(tool_W), g_W_(g_W), nearest_W_(g_W) {
+  Slide(const PointScene& scene, const Vec3& tool_W, PointProxy& proxy)
+      : scene_(scene),
+        tool_W_(tool_W),
+        g_W_(proxy.g_W),
+        witnesses_(proxy.witnesses),
+        nearest_W_(g_W_) {
     begin_leg();
   }
 
   /// One sweep to the subgoal, or one more plane; false when the proxy rests. Out of time it takes
   /// a plane wherever it is blocked.
   bool sweeps_on(bool in_time) {
-    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x);
+    SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x, leg_.size, witnesses_);
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
     const bool gains = !is_nothing(norm(reached_W - g_W_));
     // where it stands it is clear already
-    const SceneHit touched = gains ? touched_facet(scene_, reached_W) : SceneHit{};
+    const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
     if (touched.hit) blocked = touched;
     if (moved) g_W_ = reached_W;
     if (!blocked.hit && (leg_.size == 0 || !moved)) return take_leap_back();
     // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
     // again, so that a proxy at rest does not depend on how it came there
-    if (moved && (in_time || !blocked.hit)) return tries_again() || take_leap_back();
+    if (moved && (in_time || !blocked.hit)) {
+      const bool towards_tool = leg_.size == 0;
+      if (!tries_again()) return take_leap_back();
+      // on the rest of the same way the same facet is in front
+      if (!towards_tool || !blocked.hit) return true;
+    }
     add_plane(blocked.plane);
     return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
   }
@@ -327,6 +356,7 @@ class Slide {
   const PointScene& scene_;
   const Vec3 tool_W_;
   Vec3& g_W_;
+  Witnesses& witnesses_;
   Leg leg_;
   Leg before_;  // what pushed in the last one with more than one plane
   PointProjection goal_;
@@ -382,7 +412,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   move.flags = carry_with_objects(scene, proxy);
   const Vec3 start_W = proxy.g_W;
   const double to_go = norm(p_W - start_W);
-  Slide slide(scene, p_W, proxy.g_W);
+  Slide slide(scene, p_W, proxy);
   const int max_sweeps = scene.radius > 0 ? kMaxSphereSweeps : kMaxSweeps;
   int sweeps = 0;
   // never ends between two legs, without a plane

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "contact/query/closest_point.h"
+#include "contact/query/segment_hit.h"
 #include "contact/shape/mesh_shape.h"
 #include "proto/wire.h"
 
@@ -18,11 +19,20 @@ struct PointScene {
   double radius = 0;      // of the proxy; 0: a point [m]
 };
 
+/// Where the last queries about one object ended, the likely answers of the next ones: what was hit
+/// by a sweep that begins a leg, by one along one plane, and by one along more; and what was next
+/// to the proxy. They never change a result.
+struct ProxyWitness {
+  std::array<SegmentWitness, 3> hit;
+  ClosestWitness beside;
+};
+
 /// What survives between two contact steps.
 struct PointProxy {
   Vec3 g_W;  // verified position of its centre: outside every closed object, radius away
   bool seeded = false;
   std::array<Pose, kMaxObjects> X_WO;  // object poses at which g was verified
+  std::array<ProxyWitness, kMaxObjects> witnesses{};
 };
 
 /// A facet that carries the proxy, with its face, or, for a sphere, with an edge or a vertex.

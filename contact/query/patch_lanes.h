@@ -105,7 +105,24 @@ HAPTIC_INLINE Float8 dot(const Vec8& a, const Vec8& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// In steps of the leaf from its origin, as everything in bound_triangles.
+HAPTIC_INLINE Vec8 operator+(const Vec8& a, const Vec8& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+HAPTIC_INLINE Vec8 operator*(Float8 s, const Vec8& v) {
+  return {s * v.x, s * v.y, s * v.z};
+}
+
+/// A point in steps of the leaf from its origin, eight times.
+HAPTIC_INLINE Vec8 in_steps(const PatchLeaf& leaf, const Vec3& p_O) {
+  const float per_step = 1 / leaf.step;
+  const auto from_origin = [&](int k) {
+    const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
+    return splat(per_step * static_cast<float>(p_O[k] - origin));
+  };
+  return {from_origin(0), from_origin(1), from_origin(2)};
+}
+
+/// A corner of each triangle, in the same steps.
 HAPTIC_INLINE Vec8 corner(const PatchLeaf& leaf, size_t i) {
   const Int8 word = load<Int8>(leaf.corners[i]);
   return {__builtin_convertvector(word & 1023, Float8),
@@ -113,10 +130,14 @@ HAPTIC_INLINE Vec8 corner(const PatchLeaf& leaf, size_t i) {
           __builtin_convertvector(word >> 20, Float8)};
 }
 
-/// Least value of start + 2 slope u + curvature u² for u in [0, 1]: a squared distance along a
-/// side.
+/// Where along start + 2 slope u + curvature u² it is least, for u in [0, 1].
+HAPTIC_INLINE Float8 least_at(Float8 slope, Float8 curvature) {
+  return smaller(larger(-slope / curvature, splat(0)), splat(1));
+}
+
+/// How much that is: a squared distance along a side.
 HAPTIC_INLINE Float8 least_along(Float8 start, Float8 slope, Float8 curvature) {
-  const Float8 u = smaller(larger(-slope / curvature, splat(0)), splat(1));
+  const Float8 u = least_at(slope, curvature);
   return start + u * (2 * slope + curvature * u);
 }
 
@@ -159,12 +180,7 @@ HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& prob
 HAPTIC_INLINE void bound_triangles(const PatchLeaf& leaf, const PatchProbe& probe, Float8& at_least,
                                    Float8& at_most) {
   using namespace lanes8;
-  const float per_step = 1 / leaf.step;
-  const auto from_origin = [&](int k) {
-    const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
-    return splat(per_step * static_cast<float>(probe.p_O[k] - origin));
-  };
-  const Vec8 p{from_origin(0), from_origin(1), from_origin(2)};
+  const Vec8 p = in_steps(leaf, probe.p_O);
   // |p − a − s ab − t ac|² is a quadratic in (s, t): least inside the triangle or on a side
   const Vec8 a = corner(leaf, 0);
   const Vec8 ab = corner(leaf, 1) - a, ac = corner(leaf, 2) - a, pa = a - p;

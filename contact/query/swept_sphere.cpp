@@ -4,14 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "contact/query/closest_point.h"
+#include "contact/query/closest_on_triangle.h"
+#include "contact/query/segment_probe.h"
+#include "contact/query/way_tests.h"
 
 namespace haptic {
 namespace {
 
 // a box this much too far may be so by rounding only
 constexpr double kBoundSlack = kCompactSlack;
+constexpr double kSquareSlack = 1e-12;    // the same for a squared distance near the radius
 constexpr double kRelativeSlack = 1e-14;  // the same for a height, of the coordinates
 
 /// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
@@ -45,8 +49,9 @@ struct TriangleSweep {
   const TriangleMesh& mesh;
   const SweptSphere& sphere;
   Vec3 d_O;
-  bool hit = false;
   double t = 1;
+  double length = norm(d_O);
+  bool hit = false;
 
   void take(double at) {
     if (at > t) return;
@@ -54,6 +59,12 @@ struct TriangleSweep {
     t = at;
   }
   Vec3 centre_at(double at) const { return sphere.from_O + at * d_O; }
+
+  /// Whether what is nearest at m from the start is further than the sphere gets until t.
+  bool is_too_far(const Vec3& m) const {
+    const double way = t * length * kBoundSlack, radius2 = sphere.radius * sphere.radius;
+    return norm_squared(m) - radius2 > way * (2 * sphere.radius + way) + kSquareSlack * radius2;
+  }
 
   void offset_face(const std::array<Vec3, 3>& corners, const Vec3& n) {
     const double height = dot(n, sphere.from_O - corners[0]);
@@ -67,17 +78,21 @@ struct TriangleSweep {
     const Vec3 along = b - a, m = sphere.from_O - a;
     const double length2 = norm_squared(along);
     if (!(length2 > 0)) return;
-    const double start = dot(m, along) / length2, speed = dot(d_O, along) / length2;
+    const double start = dot(m, along) / length2;
+    const Vec3 across = m - start * along;
+    if (is_too_far(across)) return;
+    const double speed = dot(d_O, along) / length2;
     double at = 0;
-    if (!enters_ball(m - start * along, d_O - speed * along, sphere.radius, at) || at > t) return;
+    if (!enters_ball(across, d_O - speed * along, sphere.radius, at) || at > t) return;
     const double where = start + at * speed;
     if (where < 0 || where > 1) return;
     if (dot(centre_at(at) - (a + where * along), front_O) >= 0) take(at);
   }
 
   void vertex_sphere(const Vec3& a, const Vec3& front_O) {
+    const Vec3 m = sphere.from_O - a;
     double at = 0;
-    if (!enters_ball(sphere.from_O - a, d_O, sphere.radius, at) || at > t) return;
+    if (is_too_far(m) || !enters_ball(m, d_O, sphere.radius, at) || at > t) return;
     if (dot(centre_at(at) - a, front_O) >= 0) take(at);
   }
 
@@ -102,87 +117,103 @@ struct TriangleSweep {
   }
 };
 
-/// Lower bound of the squared distance from p_O to everything in the box.
-double distance_squared(const Obb& box, const Vec3& p_O) {
-  const Vec3 q = box.R_BO * (p_O - box.centre_O);
-  const double x = std::max(std::fabs(q.x) - box.half.x, 0.0);
-  const double y = std::max(std::fabs(q.y) - box.half.y, 0.0);
-  const double z = std::max(std::fabs(q.z) - box.half.z, 0.0);
-  return x * x + y * y + z * z;
-}
+/// One query under way.
+class SphereSearch {
+ public:
+  SphereSearch(const MeshShape& shape, const SweptSphere& sphere)
+      : shape_(shape), sphere_(sphere), d_O_(sphere.to_O - sphere.from_O) {}
 
-/// Whether the sphere on its way middle ± half may meet the box: the box grown by the radius, three
-/// axes, then the ball around the whole way.
-bool may_meet_box(const Obb& box, const Vec3& middle_O, const Vec3& half_O, double radius) {
-  const Vec3 m = box.R_BO * (middle_O - box.centre_O);
-  const Vec3 w = box.R_BO * half_O;
-  const Vec3 beyond{std::fabs(m.x) - box.half.x, std::fabs(m.y) - box.half.y,
-                    std::fabs(m.z) - box.half.z};
-  if (beyond.x > (std::fabs(w.x) + radius) * kBoundSlack) return false;
-  if (beyond.y > (std::fabs(w.y) + radius) * kBoundSlack) return false;
-  if (beyond.z > (std::fabs(w.z) + radius) * kBoundSlack) return false;
-  const double ball = (radius + norm(half_O)) * kBoundSlack;
-  const Vec3 outside{std::max(beyond.x, 0.0), std::max(beyond.y, 0.0), std::max(beyond.z, 0.0)};
-  return norm_squared(outside) <= ball * ball;
-}
-
-struct Waiting {
-  double bound;  // squared distance from the start
-  uint32_t node;
-};
-
-void visit_leaf(const MeshShape& shape, const ObbNode& leaf, const SweptSphere& sphere,
-                SegmentHit& best) {
-  for (const uint32_t triangle : shape.tree.order.subspan(leaf.first, leaf.count)) {
-    double t = best.t;
-    if (!sphere_enters_triangle(shape.mesh, triangle, sphere, t)) continue;
-    if (!best.hit || t < best.t || (t == best.t && triangle < best.triangle)) {
-      best = {true, t, triangle};
+  void test(uint32_t triangle) {
+    double t = best_.t;
+    if (is_out_of_reach(triangle) || !sphere_enters_triangle(shape_.mesh, triangle, sphere_, t)) {
+      return;
+    }
+    if (!best_.hit || t < best_.t || (t == best_.t && triangle < best_.triangle)) {
+      best_ = {true, t, triangle};
     }
   }
-}
+
+  /// All triangles but `known`, which has been tested.
+  void descend(uint32_t known) {
+    WayProbe way = way_to_hit();
+    std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
+    size_t n_waiting = 0;
+    waiting[n_waiting++] = 0;
+    while (n_waiting > 0) {
+      const uint32_t child = waiting[--n_waiting];
+      if (child == kNoPatch) continue;
+      if ((child & kPatchLeaf) == 0) {
+        const PatchNode& node = shape_.patches.nodes[child];
+        LaneSet lanes = patches_on_way(node, way);
+        for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
+        continue;
+      }
+      const PatchLeaf& leaf = shape_.patches.leaves[child & ~kPatchLeaf];
+      const double t = best_.t;
+      for (LaneSet lanes = triangles_on_way(leaf, way); lanes.any(); lanes.pop()) {
+        const uint32_t triangle = leaf.triangle[lanes.first()];
+        if (triangle != known) test(triangle);
+      }
+      // what lies behind the best hit is of no interest any more
+      if (best_.t < t) way = way_to_hit();
+    }
+  }
+
+  const SegmentHit& best() const { return best_; }
+
+ private:
+  WayProbe way_to_hit() const {
+    const TriangleMesh& mesh = shape_.mesh;
+    const double furthest =
+        std::max({largest_coordinate(sphere_.from_O), largest_coordinate(sphere_.to_O),
+                  largest_coordinate(mesh.lower), largest_coordinate(mesh.upper)});
+    return {sphere_.from_O, best_.t * d_O_, sphere_.radius, furthest};
+  }
+
+  /// Whether a plane keeps the triangle further off than the radius all the way to the earliest
+  /// hit: across the line from the start to the point nearest to it.
+  bool is_out_of_reach(uint32_t triangle) const {
+    const Vec3 u =
+        sphere_.from_O - closest_on_triangle(shape_.mesh, triangle, sphere_.from_O).point;
+    double gap = std::numeric_limits<double>::infinity();
+    for (const uint32_t v : shape_.mesh.triangles[triangle]) {
+      gap = std::min(gap, dot(u, sphere_.from_O - shape_.mesh.vertices[v]));
+    }
+    const double least = gap + std::min(best_.t * dot(u, d_O_), 0.0);
+    return least > norm(u) * sphere_.radius * kBoundSlack;
+  }
+
+  const MeshShape& shape_;
+  const SweptSphere& sphere_;
+  Vec3 d_O_;
+  SegmentHit best_;
+};
 
 }  // namespace
 
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t) {
-  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, false, t};
+  TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, t};
   sweep.run(triangle);
   t = sweep.t;
   return sweep.hit;
 }
 
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere) {
-  SegmentHit best;
-  const Vec3 d_O = sphere.to_O - sphere.from_O;
-  const double length = norm(d_O);
-  if (shape.tree.nodes.empty() || !(length > 0) || !is_finite(sphere.to_O)) return best;
-  // one sibling waits per level
-  std::array<Waiting, kMaxTreeDepth + 1> stack;
-  size_t waiting = 0;
-  stack[waiting++] = {distance_squared(shape.tree.nodes[0].box.unpacked(), sphere.from_O), 0};
-  while (waiting > 0) {
-    const auto [bound, index] = stack[--waiting];
-    // what the sphere cannot reach before the best hit is of no interest
-    const double reach = (sphere.radius + best.t * length) * kBoundSlack;
-    if (bound > reach * reach) continue;
-    const ObbNode& node = shape.tree.nodes[index];
-    const Vec3 half_O = (0.5 * best.t) * d_O;
-    if (!may_meet_box(node.box.unpacked(), sphere.from_O + half_O, half_O, sphere.radius)) continue;
-    if (node.count > 0) {
-      visit_leaf(shape, node, sphere, best);
-      continue;
-    }
-    const auto wait_for = [&](uint32_t child) {
-      return Waiting{distance_squared(shape.tree.nodes[child].box.unpacked(), sphere.from_O),
-                     child};
-    };
-    Waiting near = wait_for(node.first), far = wait_for(node.first + 1u);
-    if (far.bound < near.bound) std::swap(near, far);
-    stack[waiting++] = far;
-    stack[waiting++] = near;
-  }
-  return best;
+  SegmentWitness nothing_known;
+  return first_sphere_hit(shape, sphere, nothing_known);
+}
+
+SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere,
+                            SegmentWitness& witness) {
+  const double length = norm(sphere.to_O - sphere.from_O);
+  if (shape.patches.nodes.empty() || !(length > 0) || !is_finite(sphere.to_O)) return {};
+  SphereSearch search(shape, sphere);
+  const uint32_t known = witness.triangle;
+  if (known < shape.mesh.triangles.size()) search.test(known);
+  search.descend(known);
+  witness.triangle = search.best().hit ? search.best().triangle : kNoFace;
+  return search.best();
 }
 
 }  // namespace haptic

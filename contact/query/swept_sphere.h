@@ -17,7 +17,12 @@ struct SweptSphere {
 /// face, or of the pseudo-normal of the edge or vertex, is stopped, and only when it comes nearer.
 /// A sphere that overlaps already is hit at t = 0 where it would go deeper. The three kinds of
 /// obstacle overlap at their seams, so that there are no cracks; t is exact up to rounding. Ties go
-/// to the lower triangle index.
+/// to the lower triangle index. The witness first, then the patch tree along the way up to the
+/// earliest hit.
+SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere,
+                            SegmentWitness& witness);
+
+/// Without a witness; the same answer.
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere);
 
 /// The sphere against one triangle, on the part of its way up to t; where true, t is the hit. The

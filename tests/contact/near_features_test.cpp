@@ -121,6 +121,25 @@ TEST_CASE("near features: a finer mesh of the same surface fills no list") {
   }
 }
 
+TEST_CASE("near features: where there is no room for all the nearest are told") {
+  const MeshShapeData shape = build_shape(make_rough_sheet(7, 20, 1.0));
+  NearScratch scratch;
+  std::vector<NearFeature> all(kMaxNearTriangles), few(2);
+  const Vec3 p{0.001, 0.002, 0.03};
+  const NearResult whole = near_features(shape.view(), p, 0.05, scratch, all);
+  REQUIRE_FALSE(whole.truncated);
+  REQUIRE(whole.count > few.size());
+  const NearResult part = near_features(shape.view(), p, 0.05, scratch, few);
+  CHECK_FALSE(part.truncated);
+  CHECK(part.left_out == whole.count - few.size());
+  REQUIRE(part.count == few.size());
+  for (size_t k = 0; k < few.size(); ++k) {
+    CAPTURE(k);
+    CHECK(few[k].closest.distance == all[k].closest.distance);
+    CHECK(few[k].closest.feature == all[k].closest.feature);
+  }
+}
+
 TEST_CASE("near features: NaN and nothing within reach give none") {
   const MeshShapeData box = build_shape(make_box({0.1, 0.1, 0.1}));
   NearScratch scratch;

@@ -2,8 +2,10 @@
 // Tests for contact/step.cpp: what it makes of what the servo says.
 #include "contact/step.h"
 
+#include <cstring>
 #include <memory>
 
+#include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
@@ -68,4 +70,47 @@ TEST_CASE("contact step: a clutch moves nothing, so the proxy stays", "[contact]
   const auto held = b.answer({0, 0, 0.04}, haptic::kServoClutched);
   CHECK(held->X_WG.p == before->X_WG.p);
   CHECK(held->reseeds == before->reseeds);
+}
+
+TEST_CASE("contact step: witnesses never change a result", "[contact][trap]") {
+  const double radius = GENERATE(0.0, 0.3e-3, 2e-3);
+  const haptic::MeshShapeData sheet =
+      haptic::build_shape(haptic::test::make_rough_sheet(3, 40, 0.5));
+  haptic::SessionConfig config{};
+  config.n_objects = 2;
+  config.proxy_radius = radius;
+  config.objects[1].X_WO.p = {0.03, 0.01, 0.4e-3};
+  const std::array shapes{sheet.view(), sheet.view()};
+  const haptic::MeshShapeData other_data = haptic::build_shape(haptic::make_icosphere(0.05, 2));
+  const haptic::MeshShape other = other_data.view();
+  const haptic::ContactModel model = build_contact_model(config, shapes);
+  haptic::test::Random random(5);
+  // kept as they come, new each time, and of anywhere
+  const auto kept = std::make_unique<haptic::ContactState>();
+  const auto fresh = std::make_unique<haptic::ContactState>();
+  const auto foreign = std::make_unique<haptic::ContactState>();
+  size_t pressed = 0;
+  for (uint64_t k = 0; k < haptic::test::trials(300); ++k) {
+    const double t = static_cast<double>(k) * 0.02;
+    ServoFrame servo{};
+    servo.tick = k;
+    servo.t_ns = static_cast<int64_t>(k + 1) * 1'000'000;
+    servo.renderer = static_cast<uint32_t>(haptic::Renderer::kVirtualProxy3);
+    servo.X_WT.p = {0.03 * std::sin(t), 0.03 * std::cos(1.7 * t),
+                    radius - 0.8e-3 + 2e-3 * std::cos(3 * t)};
+    fresh->proxy.witnesses = {};
+    for (haptic::ProxyWitness& witness : foreign->proxy.witnesses) {
+      for (auto& hit : witness.hit) hit.triangle = static_cast<uint32_t>(random.index(4000));
+      const haptic::MeshShape& any = k % 2 == 0 ? shapes[0] : other;
+      closest_point(any, random.near_mesh(any.mesh), 1, witness.beside);
+    }
+    const auto usual = std::make_unique<ContactSet>(contact_step(model, *kept, servo, nullptr));
+    const auto without = std::make_unique<ContactSet>(contact_step(model, *fresh, servo, nullptr));
+    const auto misled = std::make_unique<ContactSet>(contact_step(model, *foreign, servo, nullptr));
+    CAPTURE(k, radius);
+    pressed += usual->n_active > 0;
+    REQUIRE(std::memcmp(usual.get(), without.get(), sizeof(ContactSet)) == 0);
+    REQUIRE(std::memcmp(usual.get(), misled.get(), sizeof(ContactSet)) == 0);
+  }
+  CHECK(pressed > haptic::test::trials(300) / 4);
 }

@@ -94,6 +94,54 @@ TEST_CASE("swept sphere: the tree finds what every triangle in turn finds", "[co
   CHECK(hits > trials(2000) / 40);
 }
 
+TEST_CASE("swept sphere: on rough sheets, small and large spheres, near and far from the origin",
+          "[contact]") {
+  Random random(17);
+  size_t hits = 0;
+  for (size_t k = 0; k < trials(60); ++k) {
+    const double slope = random.uniform(0.1, 3);
+    haptic::Soup sheet = haptic::test::make_rough_sheet(k, 10, slope);
+    const Vec3 shift = k % 2 == 0 ? Vec3{} : random.in_box({-3, -3, -3}, {3, 3, 3});
+    for (Vec3& v : sheet.vertices) v = v + shift;
+    const MeshShapeData shape = haptic::build_shape(sheet);
+    for (int i = 0; i < 20; ++i) {
+      const double radius = std::pow(10, random.uniform(-4, -1));
+      const Vec3 on = random.on_surface(shape.view().mesh);
+      const Vec3 from = on + random.uniform(0.5, 1.5) * radius * random.direction();
+      const double length = std::pow(10, random.uniform(-6, -1));
+      const SweptSphere s{from, from + length * random.direction(), radius};
+      const SegmentHit tree = first_sphere_hit(shape.view(), s), all = brute_force(shape.view(), s);
+      CAPTURE(k, i, slope, radius, s.from_O, s.to_O);
+      REQUIRE(tree.hit == all.hit);
+      REQUIRE(tree.t == all.t);
+      REQUIRE(tree.triangle == all.triangle);
+      hits += tree.hit;
+    }
+  }
+  CHECK(hits > trials(60));
+}
+
+TEST_CASE("swept sphere: a witness never changes a result", "[contact][trap]") {
+  const MeshShapeData shape = haptic::build_shape(haptic::make_icosphere(1, 3));
+  Random random(19);
+  haptic::SegmentWitness stale;
+  for (size_t k = 0; k < trials(3000); ++k) {
+    const Vec3 from = random.near_mesh(shape.view().mesh);
+    const SweptSphere s{from, from + random.uniform(0, 2) * random.direction(), 0.3};
+    // what the last one found, any triangle, one of another mesh
+    haptic::SegmentWitness foreign{k % 3 == 0 ? ~0u - 1
+                                              : static_cast<uint32_t>(random.index(1280))};
+    const SegmentHit expected = first_sphere_hit(shape.view(), s);
+    for (haptic::SegmentWitness* witness : {&stale, &foreign}) {
+      const SegmentHit hit = first_sphere_hit(shape.view(), s, *witness);
+      CAPTURE(k, s.from_O, s.to_O);
+      REQUIRE(hit.hit == expected.hit);
+      REQUIRE(hit.t == expected.t);
+      REQUIRE(hit.triangle == expected.triangle);
+    }
+  }
+}
+
 TEST_CASE("swept sphere: the first hit is where the distance comes down to the radius",
           "[contact][property]") {
   // against the closest point, which knows nothing of sweeps
