@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "contact/detect/sphere_rest.h"
 #include "contact/query/swept_sphere.h"
@@ -21,6 +22,7 @@ constexpr double kLargestBend = 0.5;   // cosine: around more of an edge it roll
 constexpr double kLeastRoll = 0.02;    // of the radius: shorter legs around an edge are endless
 constexpr double kFarRest = 0.01;      // of the radius: further on it may pass another rest
 constexpr double kLongestLeap = 2;     // ratio: the same for a crease
+constexpr int kSettlingRounds = 3;     // of tangent planes that turn a little less each time
 constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
 constexpr double kBeside = 4;          // of epsilon: further than the proxy stands off
 
@@ -287,7 +289,7 @@ class Slide {
     // again, so that a proxy at rest does not depend on how it came there
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
-      if (!tries_again()) return take_leap_back();
+      if (!tries_again()) return settle(), take_leap_back();
       // on the rest of the same way the same facet is in front
       if (!towards_tool || !blocked.hit) return true;
     }
@@ -334,6 +336,35 @@ class Slide {
     if (leg_.size > 1) before_ = pushing_planes(leg_, goal_);
     begin_leg();
     return true;
+  }
+
+  /// Around a crease legs may take turns, each as near to the tool as the stand-off can tell: the
+  /// sphere rests where the planes of all of them hold, if that is free and no further.
+  void settle() {
+    if (scene_.radius == 0 || before_.size < 2) return;
+    Leg all = before_;
+    const Leg pushing = pushing_planes(leg_, goal_);
+    for (size_t i = 0; i < pushing.size; ++i) {
+      const auto known = std::span(all.planes).first(all.size);
+      if (std::find(known.begin(), known.end(), pushing.planes[i]) == known.end()) {
+        all.planes[all.size++] = pushing.planes[i];
+      }
+    }
+    const bool leaps = std::exchange(leaps_, false);
+    for (int round = 0; round < kSettlingRounds; ++round) {
+      const Leg last = leg_;
+      const PointProjection last_goal = goal_;
+      begin_leg();
+      for (size_t i = 0; i < all.size; ++i) add_plane(all.planes[i]);
+      const bool is_nearby = norm(goal_.x - tool_W_) <= norm(g_W_ - tool_W_) + scene_.epsilon;
+      if (!is_nearby || first_hit_in_scene(scene_, g_W_, goal_.x, leg_.size, witnesses_).hit) {
+        leg_ = last;
+        goal_ = last_goal;
+        break;
+      }
+      g_W_ = goal_.x;
+    }
+    leaps_ = leaps;
   }
 
   void add_plane(const ProxyPlane& plane) {
