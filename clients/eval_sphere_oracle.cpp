@@ -189,14 +189,14 @@ SphereOracle::SphereOracle(const FacetBins& facets, double radius)
   const TriangleMesh& mesh = facets.mesh();
   std::vector<bool> taken(mesh.vertices.size(), false);
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    uint8_t owned = 0;
+    uint32_t owned = 0;
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t vertex = mesh.triangles[t][i];
       if (mesh.edge_faces[mesh.triangle_edges[t][i]][0] == t) owned |= 1u << i;
       if (!taken[vertex]) owned |= 8u << i;
       taken[vertex] = true;
     }
-    owned_.push_back(owned);
+    owned_.push_back(static_cast<uint8_t>(owned));
   }
 }
 
