@@ -48,7 +48,10 @@ void EvalJudge::add(const ServoFrame& frame, uint32_t contact_flags, const Oracl
   if (!(error <= worst_error_)) worst_error_ = error, worst_tick_ = frame.tick;
   worst_ripple_ = std::max(worst_ripple_, ripple);
   deepest_behind_ = std::max(deepest_behind_, place.behind.depth);
-  not_minimal_ += stiffness_ * place.descent > kLeastDescent;
+  const bool rests = stiffness_ * place.descent <= kLeastDescent;
+  not_minimal_ += !rests;
+  stuck_length_ = stays && !rests ? stuck_length_ + 1 : 0;
+  longest_stuck_ = std::max(longest_stuck_, stuck_length_);
   largest_descent_ = std::max(largest_descent_, place.descent);
   deepest_tool_ = std::max(deepest_tool_, depth);
   largest_force_ = std::max(largest_force_, norm(force));
@@ -85,6 +88,7 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
   bounded("ripple, max", worst_ripple_, "N", goals.max_ripple);
   count("jammed ticks", jammed_, goals.follows_oracle);
   rows.add("longest jam, ticks", static_cast<double>(longest_jam_), "");
+  rows.add("longest stuck away from rest, ticks", static_cast<double>(longest_stuck_), "");
   count("ticks fallen through", lost_, goals.follows_oracle);
   rows.add_if(goals.follows_oracle, "verified proxy behind the surface, max", deepest_behind_, "m",
               0, deepest_behind_ == 0);

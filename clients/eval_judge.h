@@ -33,6 +33,7 @@ struct JudgedPlace {
 /// - ripple: |ΔF − ΔF*| from tick to tick
 /// - jammed: the force is more than kJamForce beyond the oracle's while the proxy moves less than a
 ///   tenth of what the tool does: it stays, the tool slides on, the force runs up
+/// - stuck: the proxy stays as above though it is not in a local minimum, whatever the oracle says
 /// - lost: the oracle is deeper than kLostDepth and there is no force: fallen through
 /// - behind: depth of the verified proxy behind the surface, or nearer to it than its radius
 /// - not a local minimum: the felt proxy could still go so far towards the tool, without entering
@@ -59,6 +60,7 @@ class EvalJudge {
   double deepest_behind() const { return deepest_behind_; }
   uint64_t not_finite() const { return not_finite_; }
   double largest_held() const { return largest_held_; }
+  uint64_t longest_stuck() const { return longest_stuck_; }  // [ticks]
   uint64_t not_minimal() const { return not_minimal_; }
   double largest_descent() const { return stiffness_ * largest_descent_; }  // [N]
 
@@ -71,7 +73,8 @@ class EvalJudge {
  private:
   double stiffness_;
   Trace trace_;
-  uint64_t ticks_ = 0, touching_ = 0, jammed_ = 0, lost_ = 0, not_finite_ = 0, not_minimal_ = 0;
+  uint64_t ticks_ = 0, touching_ = 0, jammed_ = 0, lost_ = 0, stuck_length_ = 0, longest_stuck_ = 0,
+           not_finite_ = 0, not_minimal_ = 0;
   uint64_t jam_length_ = 0, longest_jam_ = 0, limits_ = 0, oracle_open_ = 0, worst_tick_ = 0;
   double squared_error_ = 0, worst_error_ = 0, squared_ripple_ = 0, worst_ripple_ = 0;
   double deepest_behind_ = 0, deepest_tool_ = 0, largest_force_ = 0, largest_held_ = 0,
