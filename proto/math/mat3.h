@@ -26,4 +26,15 @@ constexpr Mat3 operator*(const Mat3& a, const Mat3& b) {
   return from_columns(a * b.column(0), a * b.column(1), a * b.column(2));
 }
 
+constexpr Mat3 operator+(const Mat3& a, const Mat3& b) {
+  return {{a.row[0] + b.row[0], a.row[1] + b.row[1], a.row[2] + b.row[2]}};
+}
+constexpr Mat3 operator*(double s, const Mat3& m) {
+  return {{s * m.row[0], s * m.row[1], s * m.row[2]}};
+}
+/// [a]×: skew(a) b = a × b.
+constexpr Mat3 skew(const Vec3& a) {
+  return {{{0, -a.z, a.y}, {a.z, 0, -a.x}, {-a.y, a.x, 0}}};
+}
+
 }  // namespace haptic

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+/// 6×6 matrix from a small motion (translation, rotation vector) or a twist to a wrench; row major,
+/// force before torque, in one frame about one point. The layout of ContactSet::K and ::B.
+struct Mat6 {
+  std::array<double, 36> a{};
+
+  constexpr double& operator()(size_t row, size_t column) { return a[6 * row + column]; }
+  constexpr double operator()(size_t row, size_t column) const { return a[6 * row + column]; }
+  constexpr Mat6& operator+=(const Mat6& b) {
+    for (size_t i = 0; i < 36; ++i) a[i] += b.a[i];
+    return *this;
+  }
+  constexpr bool operator==(const Mat6&) const = default;
+};
+
+constexpr Mat6 operator*(double s, const Mat6& m) {
+  Mat6 scaled;
+  for (size_t i = 0; i < 36; ++i) scaled.a[i] = s * m.a[i];
+  return scaled;
+}
+
+constexpr std::array<double, 6> components(const Vec3& first, const Vec3& second) {
+  return {first.x, first.y, first.z, second.x, second.y, second.z};
+}
+
+constexpr Wrench operator*(const Mat6& m, const Twist& motion) {
+  const std::array<double, 6> x = components(motion.v, motion.w);
+  std::array<double, 6> y{};
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) y[i] += m(i, j) * x[j];
+  }
+  return {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
+}
+
+/// Adds F wᵀ: the wrench F for each unit of the motion that `per_motion` measures.
+constexpr void add_outer(Mat6& m, const Wrench& F, const Twist& per_motion) {
+  const std::array<double, 6> rows = components(F.f, F.t);
+  const std::array<double, 6> columns = components(per_motion.v, per_motion.w);
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) m(i, j) += rows[i] * columns[j];
+  }
+}
+
+/// Adds a 3×3 block; row and column are 0 or 3.
+constexpr void add_block(Mat6& m, size_t row, size_t column, const Mat3& block) {
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) {
+      m(row + i, column + j) += block.row[i][static_cast<int>(j)];
+    }
+  }
+}
+
+/// The work of a wrench on a motion [J], its power on a twist [W].
+constexpr double dot(const Wrench& F, const Twist& motion) {
+  return dot(F.f, motion.v) + dot(F.t, motion.w);
+}
+
+/// A row of Jacobian, by a motion, on a motion.
+constexpr double dot(const Twist& row, const Twist& motion) {
+  return dot(row.v, motion.v) + dot(row.w, motion.w);
+}
+
+/// x with A x = b by LU with partial pivoting; false, and x zero, where A is singular to rounding
+/// or anything is not finite. Fixed size, no allocation.
+bool solve(const Mat6& A, const Wrench& b, Twist& x);
+
+}  // namespace haptic
