@@ -21,7 +21,9 @@ double passive_stiffness(const CoupledAxis& axis);
 /// over 0 < ω < π/T of
 ///   cos∠H + 2 Re Z_d Re(1/Z_c)/|H| − 1,  H = (1 + z⁻¹)/2, Z_d = b + m (1 − z⁻¹)/T,
 ///   Z_c = b_c + k_c T/(1 − z⁻¹),  z = exp(jωT).
-/// ≥ 0: stable whatever is touched and however it is held.
+/// ≥ 0: stable whatever is touched and however it is held, as far as the device is what Z_d says:
+/// by the backward difference it has a damping m (1 − cos ωT)/T that real devices have not. Ask
+/// passive_stiffness as well; with both there is no exception.
 double two_port_margin(const CoupledAxis& axis);
 
 }  // namespace haptic
