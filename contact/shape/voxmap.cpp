@@ -107,20 +107,24 @@ class Flood {
     while (!open_.empty()) {
       const VoxelIndex i = open_.back();
       open_.pop_back();
-      for (const VoxelIndex& step : kFaces) {
-        const VoxelIndex next{i[0] + step[0], i[1] + step[1], i[2] + step[2]};
-        if (builder_.holds(next)) reach(next);
+      if (map_.index[builder_.place_of(i)] == kAllFree) {
+        cross_brick(i);
+        continue;
       }
+      for (const VoxelIndex& step : kFaces) reach({i[0] + step[0], i[1] + step[1], i[2] + step[2]});
     }
     fill();
   }
 
  private:
   void reach(const VoxelIndex& i) {
+    if (!builder_.holds(i)) return;
     const size_t place = builder_.place_of(i);
     const uint32_t brick = map_.index[place];
     if (brick == kAllFree) {
-      if (!reached_bricks_[place]) open_borders(place, i);
+      if (reached_bricks_[place]) return;
+      reached_bricks_[place] = true;
+      open_.push_back(i);
       return;
     }
     const uint32_t voxel = voxel_in_brick(i);
@@ -132,17 +136,32 @@ class Flood {
     open_.push_back(i);
   }
 
-  /// An empty brick is crossed at once: on with the voxels of its six sides.
-  void open_borders(size_t place, const VoxelIndex& i) {
-    reached_bricks_[place] = true;
+  /// An empty brick is crossed at once: on to the bricks around it.
+  void cross_brick(const VoxelIndex& i) {
     const VoxelIndex corner{i[0] & -kBrickSide, i[1] & -kBrickSide, i[2] & -kBrickSide};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      for (const int beyond : {-1, kBrickSide}) {
+        VoxelIndex next = corner;
+        next[axis] += beyond;
+        if (!builder_.holds(next)) continue;
+        if (map_.index[builder_.place_of(next)] == kAllFree) {
+          reach(next);
+        } else {
+          reach_side(next, axis);
+        }
+      }
+    }
+  }
+
+  /// The 64 voxels of a brick's side that begins at `first`, across an axis.
+  void reach_side(const VoxelIndex& first, size_t axis) {
+    const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     for (int a = 0; a < kBrickSide; ++a) {
       for (int b = 0; b < kBrickSide; ++b) {
-        for (const int c : {0, kBrickSide - 1}) {
-          open_.push_back({corner[0] + c, corner[1] + a, corner[2] + b});
-          open_.push_back({corner[0] + a, corner[1] + c, corner[2] + b});
-          open_.push_back({corner[0] + a, corner[1] + b, corner[2] + c});
-        }
+        VoxelIndex i = first;
+        i[u] += a;
+        i[v] += b;
+        reach(i);
       }
     }
   }

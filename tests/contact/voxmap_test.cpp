@@ -148,7 +148,7 @@ TEST_CASE("voxmap: the force begins one voxel before surfaces can touch", "[cont
     const Vec3 out = normalized(p);
     REQUIRE(data.view().at(data.view().index_of(p)) == Voxel::kInterior);
     REQUIRE(data.view().at(data.view().index_of(p + 0.99 * size * out)) != Voxel::kFree);
-    REQUIRE(data.view().at(data.view().index_of(p + 6.5 * size * out)) == Voxel::kFree);
+    REQUIRE(data.view().at(data.view().index_of(p + 8 * size * out)) == Voxel::kFree);
   }
 }
 
