@@ -79,13 +79,16 @@ FieldSample sample_field(const DistanceField& field, const Vec3& p_O) {
   FieldSample sample;
   const size_t number = number_of(place, field.bricks);
   if (norm_squared(beyond) > 0) {
-    sample.distance = field.cell * norm(beyond);
+    // the surface is at least a band within the border
+    for (int k = 0; k < 3; ++k) beyond[k] = beyond[k] > 0 ? field.cell * beyond[k] + field.band : 0;
+    sample.distance = norm(beyond);
     return sample;
   }
   const uint32_t brick = field.index[number];
   if (brick == kNoFieldBrick) {
     const auto middle = static_cast<double>(field.middle[number]);
-    const double least = std::max(std::fabs(middle) - reach_of(field.cell), 0.0);
+    // what is not stored is beyond the band
+    const double least = std::max(std::fabs(middle) - reach_of(field.cell), field.band);
     sample.distance = std::copysign(least, middle);
     return sample;
   }
@@ -116,11 +119,12 @@ DistanceFieldData build_distance_field(const Vec3& lower_O, const Vec3& upper_O,
   DistanceFieldData field;
   field.cell = options.cell;
   field.band = options.band;
-  field.lower_O = lower_O - options.margin * Vec3{1, 1, 1};
+  const double margin = std::max(options.margin, options.band);
+  field.lower_O = lower_O - margin * Vec3{1, 1, 1};
   const double brick = kFieldSide * options.cell;
   for (size_t k = 0; k < 3; ++k) {
     const int axis = static_cast<int>(k);
-    const double side = upper_O[axis] - lower_O[axis] + 2 * options.margin;
+    const double side = upper_O[axis] - lower_O[axis] + 2 * margin;
     field.bricks[k] = std::max(static_cast<int32_t>(std::ceil(side / brick)), 1);
   }
   const size_t places = static_cast<size_t>(field.bricks[0]) *

@@ -38,7 +38,7 @@ struct DistanceField {
 struct FieldSample {
   double distance = 0;   // [m]
   Vec3 gradient_O;       // of the trilinear interpolation, zero where it is far
-  bool is_near = false;  // false: distance is a bound, |φ| ≥ |distance|, of the right sign
+  bool is_near = false;  // false: a bound, |φ| ≥ |distance| ≥ band, of the right sign
 };
 
 /// Trilinear, continuous within the band: nodes on the border of two bricks are the same in both.
@@ -63,7 +63,7 @@ struct DistanceFieldData {
 struct DistanceFieldOptions {
   double cell = 1e-3;    // [m]
   double band = 4e-3;    // [m]; bricks nearer to the surface than this are stored whole
-  double margin = 4e-3;  // around the mesh [m]
+  double margin = 4e-3;  // around the mesh, at least the band [m]
 };
 
 /// Exact signed distance to the mesh from a point.

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "contact/shape/distance_field.h"
+#include "contact/shape/pointshell.h"
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+/// A point of the shell that is inside the object, or near it.
+struct ShellTouch {
+  uint32_t point = 0;
+  uint32_t count = 1;   // points that it stands for, where the search ended early
+  double distance = 0;  // to the object, signed [m]
+};
+
+/// What is known of a shell and a field from queries before: a node that was so far away stays free
+/// until some point of the shell has travelled as far. Sized once, for one shell.
+struct ShellCoherence {
+  std::vector<double> free_until;  // travel at which a node of the shell is to be asked again [m]
+  double travel = 0;               // of the point that went furthest, so far [m]
+  Pose X_OT;                       // of the last query
+  bool is_fresh = true;            // nothing is known
+
+  explicit ShellCoherence(const Pointshell& shell) : free_until(shell.nodes.size(), 0) {}
+  void forget() { is_fresh = true; }
+};
+
+struct ShellQuery {
+  double reach = 0;              // points nearer than this are reported; at most the band [m]
+  uint32_t budget = 0xffffffff;  // of points that may be looked up, give or take a node's children
+};
+
+struct ShellAnswer {
+  size_t n = 0;             // touches found
+  uint32_t tested = 0;      // points looked up in the field
+  size_t level = 0;         // the finest one completed
+  bool is_complete = true;  // false: out of budget or of room; coarser points stand for the rest
+};
+
+/// The points of a shell nearer to the object than `reach`, level by level from the root: a node
+/// whose point is further away than its ball reaches is left out with all that is below (Barbič &
+/// James 2008). Out of budget the search ends with the finest level that is complete, and each of
+/// its points stands for all below it. With coherence the answer is the same to the bit. `visited`
+/// is scratch for as many nodes as the shell has. Points are those of the shell in float,
+/// moved in double.
+ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
+                         const ShellQuery& query, ShellCoherence* coherence,
+                         std::span<uint32_t> visited, std::span<ShellTouch> touches);
+
+}  // namespace haptic

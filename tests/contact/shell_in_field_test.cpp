@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/shell_in_field.h"
+
+#include "tests/support/meshes.h"
+#include "tests/support/near.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kRadius = 0.05;
+
+/// A ball to touch, and a box to touch it with.
+struct Pair {
+  DistanceFieldData field;
+  PointshellData shell;
+  std::vector<uint32_t> visited;
+  std::vector<ShellTouch> touches;
+
+  Pair(double cell, double spacing)
+      : field(build_distance_field(-kRadius * Vec3{1, 1, 1}, kRadius * Vec3{1, 1, 1},
+                                   [](const Vec3& p) { return norm(p) - kRadius; },
+                                   {cell, 4 * cell, 4 * cell})),
+        shell(build_pointshell(build_shape(make_box({0.03, 0.05, 0.02})).mesh.view(), spacing)),
+        visited(shell.nodes.size()),
+        touches(shell.x.size()) {}
+
+  ShellAnswer ask(const Pose& X_OT, ShellCoherence* coherence = nullptr,
+                  const ShellQuery& query = {}) {
+    return find_touches(field.view(), shell.view(), X_OT, query, coherence, visited, touches);
+  }
+  Vec3 point(uint32_t i) const {
+    return {static_cast<double>(shell.x[i]), static_cast<double>(shell.y[i]),
+            static_cast<double>(shell.z[i])};
+  }
+};
+
+/// A tool that comes near the ball and slides over it.
+Pose slide(double t, double height) {
+  const Quat turn = from_rotation_vector({0.3 * t, 0.2 * std::sin(t), 0.1});
+  return {rotate(from_rotation_vector({0, 0, t}), {kRadius + height, 0, 0}), turn};
+}
+
+}  // namespace
+
+TEST_CASE("shell in field: pruning never changes the result", "[contact][trap]") {
+  Pair pair(2e-3, 1.5e-3);
+  Random random(1);
+  size_t touching = 0;
+  for (size_t k = 0; k < trials(300); ++k) {
+    const Pose X_OT = random.pose(0.06);
+    const double reach = k % 2 == 0 ? 0 : 1e-3;
+    const ShellAnswer answer = pair.ask(X_OT, nullptr, {reach, ~0u});
+    REQUIRE(answer.is_complete);
+    size_t next = 0;
+    for (uint32_t i = 0; i < pair.shell.x.size(); ++i) {
+      const double d = sample_field(pair.field.view(), X_OT * pair.point(i)).distance;
+      if (!(d < reach)) continue;
+      REQUIRE(next < answer.n);
+      REQUIRE(pair.touches[next].point == i);
+      REQUIRE(pair.touches[next].count == 1);
+      REQUIRE(pair.touches[next++].distance == d);
+    }
+    REQUIRE(next == answer.n);
+    touching += answer.n;
+  }
+  CHECK(touching > 1000);
+}
+
+TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten times less",
+          "[contact][trap]") {
+  Pair with(1e-3, 0.7e-3), without(1e-3, 0.7e-3);
+  ShellCoherence coherence(with.shell.view());
+  uint64_t asked_with = 0, asked_without = 0;
+  size_t touching = 0;
+  for (size_t k = 0; k < trials(20000) / 10; ++k) {
+    // in contact and out of it
+    const double t = 1e-3 * static_cast<double>(k);
+    const Pose X_OT = slide(0.5 * t, 0.0162 + 2e-3 * std::sin(3 * t));
+    const ShellAnswer a = with.ask(X_OT, &coherence), b = without.ask(X_OT);
+    REQUIRE(a.n == b.n);
+    for (size_t i = 0; i < a.n; ++i) {
+      REQUIRE(with.touches[i].point == without.touches[i].point);
+      REQUIRE(with.touches[i].distance == without.touches[i].distance);
+    }
+    touching += a.n;
+  }
+  if (kSlowdown == 1) CHECK(touching > 0);
+  coherence.forget();
+  for (size_t k = 0; k < 2000; ++k) {
+    // a near miss: a few millimetres off at 0.05 m/s
+    const Pose X_OT = slide(0.5e-3 * static_cast<double>(k), 0.0375);
+    asked_with += with.ask(X_OT, &coherence).tested;
+    asked_without += without.ask(X_OT).tested;
+  }
+  CAPTURE(asked_with, asked_without);
+  CHECK(asked_with * 10 <= asked_without);
+}
+
+TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[contact]") {
+  Pair pair(2e-3, 1e-3);
+  const Pose X_OT = slide(0.4, 0.010);
+  const ShellAnswer whole = pair.ask(X_OT);
+  REQUIRE(whole.is_complete);
+  uint32_t covered_before = 0;
+  for (const uint32_t budget : {16u, 64u, 256u, 1024u, whole.tested}) {
+    const ShellAnswer part = pair.ask(X_OT, nullptr, {0, budget});
+    CAPTURE(budget, part.tested, part.level);
+    // the points of the last level are looked up once more
+    CHECK(part.tested <= 2 * budget);
+    uint32_t covered = 0;
+    for (size_t i = 0; i < part.n; ++i) covered += pair.touches[i].count;
+    if (part.is_complete) CHECK(covered == whole.n);
+    CHECK(part.level + 1 >= covered_before);
+    covered_before = static_cast<uint32_t>(part.level);
+  }
+}
