@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/cluster_pushes.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMostClusters = 64;
+constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that it has a place [m]
+
+/// What is summed while points come in.
+struct Gathering {
+  Vec3 leader_W, leader_normal_W;
+  Vec3 weighted_point_W, weighted_normal_W;
+  double weight = 0;
+  bool approaches = false;
+};
+
+/// A force where it pushes, else how near it is.
+double weight_of(const PointPush& push) {
+  return push.depth > 0 ? push.stiffness * (push.depth + kFloor)
+                        : push.stiffness / (kFloor - push.depth);
+}
+
+/// The cluster a push belongs to; n where it begins one.
+size_t fitting(const PointPush& push, const ClusterOptions& options,
+               std::span<const Gathering> gatherings, bool has_room) {
+  size_t best = gatherings.size();
+  double best_misfit = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < gatherings.size(); ++i) {
+    const Gathering& g = gatherings[i];
+    if (g.approaches != (push.depth <= 0)) continue;
+    const double away = norm(push.point_W - g.leader_W);
+    const double agreement = dot(push.normal_W, g.leader_normal_W);
+    const bool fits = away <= options.radius && agreement >= options.least_agreement;
+    if (has_room && !fits) continue;
+    const double misfit = away + options.radius * (1 - agreement);
+    if (misfit < best_misfit) best = i, best_misfit = misfit;
+  }
+  return best;
+}
+
+}  // namespace
+
+LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W) {
+  LinearPush sum;
+  for (const PointPush& push : pushes) {
+    if (!(push.depth > 0)) continue;
+    const Vec3 turn = cross(push.point_W - about_W, push.normal_W);
+    const Wrench unit{push.normal_W, turn};
+    sum.F0_W = sum.F0_W + (push.stiffness * push.depth) * unit;
+    add_outer(sum.K, unit, {-push.stiffness * push.normal_W, -push.stiffness * turn});
+  }
+  return sum;
+}
+
+size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
+                      std::span<PushCluster> clusters) {
+  std::array<Gathering, kMostClusters> gatherings;
+  const size_t room = std::min(clusters.size(), gatherings.size());
+  size_t n = 0;
+  for (const PointPush& push : pushes) {
+    size_t i = fitting(push, options, {gatherings.data(), n}, n < room);
+    if (i == n) {
+      if (n == room) continue;
+      gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, push.depth <= 0};
+      clusters[n++] = {};
+    }
+    const double weight = weight_of(push);
+    gatherings[i].weighted_point_W += weight * push.point_W;
+    gatherings[i].weighted_normal_W += weight * push.normal_W;
+    gatherings[i].weight += weight;
+    clusters[i].stiffness += push.stiffness;
+    ++clusters[i].count;
+    clusters[i].radius = std::max(clusters[i].radius, norm(push.point_W - gatherings[i].leader_W));
+    // of approaching points the nearest
+    if (push.depth <= 0) {
+      clusters[i].depth =
+          clusters[i].count == 1 ? push.depth : std::max(clusters[i].depth, push.depth);
+    }
+  }
+  for (size_t i = 0; i < n; ++i) {
+    const Gathering& g = gatherings[i];
+    clusters[i].point_W = g.weighted_point_W / g.weight;
+    clusters[i].normal_W = normalized(g.weighted_normal_W);
+    clusters[i].radius += norm(clusters[i].point_W - g.leader_W);
+    if (!g.approaches) {
+      clusters[i].depth = std::max(norm(g.weighted_normal_W) / clusters[i].stiffness - kFloor, 0.0);
+    }
+  }
+  return n;
+}
+
+}  // namespace haptic
