@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/shell_pushes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // of a voxel
+
+Vec3 point_T(const Pointshell& shell, uint32_t i) {
+  return {static_cast<double>(shell.x[i]), static_cast<double>(shell.y[i]),
+          static_cast<double>(shell.z[i])};
+}
+Vec3 normal_T(const Pointshell& shell, uint32_t i) {
+  return {static_cast<double>(shell.nx[i]), static_cast<double>(shell.ny[i]),
+          static_cast<double>(shell.nz[i])};
+}
+
+/// Gives every push its share of the stiffness, `touching` points of which push.
+void share(std::span<PointPush> pushes, const ShellForce& force, double touching) {
+  const double stiffness = shared_stiffness(force, touching);
+  for (PointPush& push : pushes) push.stiffness *= stiffness;
+}
+
+}  // namespace
+
+double shared_stiffness(const ShellForce& force, double n_touching) {
+  return n_touching >= force.sharing ? force.stiffness * force.sharing / n_touching
+                                     : force.stiffness;
+}
+
+size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose& X_OT,
+                          std::span<const VoxelHit> hits, const ShellForce& force,
+                          std::span<PointPush> pushes) {
+  const double deepest = kHalfDiagonal * map.size;
+  size_t n = 0;
+  double touching = 0;
+  for (const VoxelHit& hit : hits) {
+    if (n == pushes.size()) break;
+    PointPush& push = pushes[n];
+    push.point_W = X_OT * point_T(shell, hit.point());
+    push.normal_W = rotate(X_OT.q, normal_T(shell, hit.point()));
+    push.stiffness = 1;
+    push.depth = hit.voxel() == Voxel::kInterior ? deepest : -deepest;
+    if (hit.voxel() == Voxel::kSurface) {
+      const Vec3 middle_O = map.centre_of(map.index_of(push.point_W));
+      push.depth = dot(middle_O - push.point_W, push.normal_W);
+    }
+    touching += push.depth > 0;
+    ++n;
+  }
+  share(pushes.first(n), force, touching);
+  return n;
+}
+
+size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
+                         std::span<const ShellTouch> touches, const ShellForce& force,
+                         std::span<PointPush> pushes) {
+  const size_t n = std::min(touches.size(), pushes.size());
+  double touching = 0;
+  for (size_t i = 0; i < n; ++i) {
+    const ShellTouch& touch = touches[i];
+    const double count = touch.count;
+    pushes[i] = {X_OT * point_T(shell, touch.point), rotate(X_OT.q, normal_T(shell, touch.point)),
+                 -touch.distance, count};
+    if (touch.distance < 0) touching += count;
+  }
+  share(pushes.first(n), force, touching);
+  return n;
+}
+
+Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
+                      double damping, Braking reading) {
+  Wrench sum;
+  for (const PointPush& push : pushes) {
+    if (push.depth > 0) continue;
+    const Vec3 arm = push.point_W - about_O;
+    const Vec3 v = velocity_at(V_OT, arm);
+    const double speed = norm(v), approach = -dot(push.normal_W, v);
+    if (!(approach > 0)) continue;
+    const Vec3 f = reading == Braking::kAlongVelocity ? (-damping * approach / speed) * v
+                                                      : (damping * approach) * push.normal_W;
+    sum = sum + Wrench{f, cross(arm, f)};
+  }
+  return sum;
+}
+
+}  // namespace haptic

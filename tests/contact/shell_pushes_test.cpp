@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/shell_pushes.h"
+
+#include <array>
+
+#include "tests/support/meshes.h"
+#include "tests/support/near.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+/// A flat shell of n points with normals up, all at one height.
+PointshellData flat_shell(size_t n) {
+  PointshellData shell;
+  for (size_t i = 0; i < n; ++i) {
+    shell.x.push_back(2e-3f * static_cast<float>(i % 8));
+    shell.y.push_back(2e-3f * static_cast<float>(i / 8));
+    shell.z.push_back(0);
+    shell.nx.push_back(0), shell.ny.push_back(0), shell.nz.push_back(1);
+  }
+  shell.radius = 0.03;
+  return shell;
+}
+
+std::vector<PointPush> push_wall(const Voxmap& map, const Pointshell& shell, double height) {
+  const Pose X_OT{{0, 0, height}, {}};
+  std::vector<VoxelHit> hits(shell.x.size() + 8);
+  hits.resize(scan_voxels(map, shell, shell_in_voxels(map, X_OT), 0,
+                          static_cast<uint32_t>(shell.x.size()), ScanPath::kScalar, hits, 0));
+  std::vector<PointPush> pushes(hits.size());
+  pushes.resize(pushes_from_voxels(map, shell, X_OT, hits, {1000, 10}, pushes));
+  return pushes;
+}
+
+}  // namespace
+
+TEST_CASE("voxmap-pointshell: from ten points on 10·K_ff·d, continuous at ten", "[contact][trap]") {
+  // algorithms.md 3.1: all points at depth d on a flat wall; its top voxel layer is surface
+  const MeshShapeData block = build_shape(make_box({0.2, 0.2, 0.05}));
+  const VoxmapData data = build_voxmap(block.mesh.view(), {1e-3, 2});
+  const Voxmap map = data.view();
+  // the middle of the topmost surface voxel over the block
+  VoxelIndex top = map.index_of({0, 0, 0});
+  while (map.at({top[0], top[1], top[2] + 1}) != Voxel::kProximity) ++top[2];
+  REQUIRE(map.at(top) == Voxel::kSurface);
+  const double d = 0.3e-3, height = map.centre_of(top).z - d;
+  for (const size_t n : {1u, 5u, 9u, 10u, 11u, 40u, 64u}) {
+    const PointshellData shell = flat_shell(n);
+    const auto pushes = push_wall(map, shell.view(), height);
+    REQUIRE(pushes.size() == n);
+    const Wrench F = sum_pushes(pushes, {}).F0_W;
+    CAPTURE(n);
+    CHECK_THAT(F.f, IsNear({0, 0, 1000 * d * std::min<double>(static_cast<double>(n), 10)}, 1e-6));
+    // the torque is shared as well: the force acts in the middle of the points
+    Vec3 middle;
+    for (const PointPush& p : pushes) middle += (1.0 / static_cast<double>(n)) * p.point_W;
+    CHECK_THAT(F.t, IsNear(cross(middle, F.f), 1e-7));
+  }
+}
+
+TEST_CASE("voxmap-pointshell: the normal is the point's, not the voxel's", "[contact][trap]") {
+  const MeshShapeData block = build_shape(make_box({0.2, 0.2, 0.05}));
+  const VoxmapData data = build_voxmap(block.mesh.view(), {1e-3, 2});
+  VoxelIndex top = data.view().index_of({0, 0, 0});
+  while (data.view().at({top[0], top[1], top[2] + 1}) != Voxel::kProximity) ++top[2];
+  PointshellData shell = flat_shell(1);
+  const Vec3 tilted = normalized(Vec3{0.6, 0, 0.8});
+  shell.nx[0] = static_cast<float>(tilted.x), shell.nz[0] = static_cast<float>(tilted.z);
+  const auto pushes = push_wall(data.view(), shell.view(), data.view().centre_of(top).z - 0.2e-3);
+  REQUIRE(pushes.size() == 1);
+  CHECK_THAT(pushes[0].normal_W, IsNear(tilted, 1e-6));
+}
+
+TEST_CASE("voxmap-pointshell: interior pushes, proximity only brakes", "[contact]") {
+  const MeshShapeData block = build_shape(make_box({0.2, 0.2, 0.05}));
+  const VoxmapData data = build_voxmap(block.mesh.view(), {1e-3, 2});
+  const PointshellData shell = flat_shell(4);
+  const auto deep = push_wall(data.view(), shell.view(), 0);
+  REQUIRE(deep.size() == 4);
+  CHECK(deep[0].depth == Approx(0.5 * std::sqrt(3.0) * 1e-3));
+  VoxelIndex ring = data.view().index_of({0, 0, 0});
+  while (data.view().at(ring) != Voxel::kProximity) ++ring[2];
+  const auto near = push_wall(data.view(), shell.view(), data.view().centre_of(ring).z);
+  REQUIRE(near.size() == 4);
+  CHECK(near[0].depth < 0);
+  CHECK(sum_pushes(near, {}).F0_W == Wrench{});
+  // 0.1 m/s down and 0.1 m/s aside, two readings of the paper
+  const Twist V{{0.1, 0, -0.1}, {}};
+  const Wrench along_v = braking_wrench(near, V, {}, 2, Braking::kAlongVelocity);
+  CHECK_THAT(along_v.f, IsNear((-4 * 2 / std::sqrt(2.0)) * V.v, 1e-9));
+  const Wrench along_n = braking_wrench(near, V, {}, 2, Braking::kAlongNormal);
+  CHECK_THAT(along_n.f, IsNear({0, 0, 4 * 2 * 0.1}, 1e-9));
+  CHECK(braking_wrench(near, {{0, 0, 0.1}, {}}, {}, 2, Braking::kAlongVelocity) == Wrench{});
+}
+
+TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[contact][trap]") {
+  // algorithms.md 3.5: |ΔF| ≤ k_c Σ |ΔP_i|, the level fixed and nothing shared
+  const double radius = 0.05;
+  const DistanceFieldData field =
+      build_distance_field(-radius * Vec3{1, 1, 1}, radius * Vec3{1, 1, 1},
+                           [&](const Vec3& p) { return norm(p) - radius; }, {2e-3, 8e-3, 8e-3});
+  const PointshellData shell =
+      build_pointshell(build_shape(make_icosphere(0.02, 2)).mesh.view(), 2e-3);
+  std::vector<uint32_t> visited(shell.nodes.size());
+  std::vector<ShellTouch> touches(shell.x.size());
+  std::vector<PointPush> pushes(shell.x.size());
+  const ShellForce force{100, 1e9};
+  Wrench last;
+  for (size_t k = 0; k < trials(5000); ++k) {
+    const double t = 1e-6 * static_cast<double>(k);
+    const Pose X_OT{{0.066 - 0.1 * t, t, 0.5 * t}, {}};
+    const ShellAnswer answer =
+        find_touches(field.view(), shell.view(), X_OT, {}, nullptr, visited, touches);
+    const size_t n =
+        pushes_from_field(shell.view(), X_OT, {touches.data(), answer.n}, force, pushes);
+    const Wrench F = sum_pushes({pushes.data(), n}, {}).F0_W;
+    // the interpolation's slope may reach √3
+    const double step = 1e-6 * std::sqrt(1 + 0.25 + 0.01) * std::sqrt(3.0);
+    if (k > 0) {
+      REQUIRE(norm(F.f - last.f) <= 100 * step * static_cast<double>(shell.x.size()));
+      REQUIRE(norm(F.f - last.f) <= 100 * step * static_cast<double>(n + 8));
+    }
+    last = F;
+  }
+  CHECK(norm(last.f) > 0.1);
+}
