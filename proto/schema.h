@@ -42,6 +42,7 @@ geometry_msgs/Vector3 shading_normal_O  # unit, interpolated
 float64 curvature                       # [1/m] mean curvature of the object there
 float64 extent                          # [m] the plane holds within this radius
 float64[2] texture_uv
+float64 stiffness                       # [N/m] of a soft contact; 0: a plane, nothing more
 uint32 object                           # index in the scene
 uint32 material
 uint64 feature                          # 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
@@ -97,15 +98,15 @@ float64 free_fraction            # of the way to the tool that was free, 0 to 1
 uint32 n_contacts
 uint32 n_active                  # the first n_active carry the proxy
 haptic_msgs/Contact[64] contacts
-geometry_msgs/Wrench F0_W        # linearised wrench at X_WT
-float64[36] K                    # its stiffness
-float64[36] B                    # its damping
+geometry_msgs/Wrench F0_W        # on the tool about its origin, of all points on wrench_object
+float64[36] K                    # its change with a small motion of the tool, in W
+float64[36] B                    # its change with the tool's twist, in W
 float64 trust_radius             # [m] where the linearisation holds
 int64 busy_ns                    # [ns]
 uint32 n_objects
 uint32 flags                     # ContactFlag
 uint32 renderer                  # Renderer whose detector this is
-uint32 reserved
+uint32 wrench_object             # that F0_W, K, B are about
 )";
 };
 

@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 4;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 5;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
@@ -118,6 +118,7 @@ struct Contact {
   double curvature;       // mean curvature of the object there [1/m]
   double extent;          // the plane holds within this radius of object_point_O [m]
   std::array<double, 2> texture_uv;
+  double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane, nothing more
   uint32_t object;    // index in the scene
   uint32_t material;  // index of the object in the config that says what it is made of
   uint64_t feature;   // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
@@ -146,15 +147,15 @@ struct ContactSet {
   uint32_t n_contacts;
   uint32_t n_active;  // the first n_active carry the proxy
   std::array<Contact, kMaxContacts> contacts;
-  Wrench F0_W;               // linearised wrench at X_WT (dense detectors); all zero: none
-  std::array<double, 36> K;  // its stiffness
-  std::array<double, 36> B;  // its damping
-  double trust_radius;       // where the linearisation holds [m]; 0: none
+  Wrench F0_W;               // on the tool about its origin, of all points that touch wrench_object
+  std::array<double, 36> K;  // its change with a small motion of the tool, in W
+  std::array<double, 36> B;  // its change with the tool's twist relative to the object, in W
+  double trust_radius;       // of any point of the tool: where it holds [m]; 0: there is none
   int64_t busy_ns;
   uint32_t n_objects;
-  uint32_t flags;     // ContactFlag
-  uint32_t renderer;  // Renderer whose detector this is
-  uint32_t reserved;
+  uint32_t flags;          // ContactFlag
+  uint32_t renderer;       // Renderer whose detector this is
+  uint32_t wrench_object;  // that F0_W, K, B are about
 };
 
 struct SceneFrame {
@@ -223,10 +224,10 @@ static_assert(kIsWire<Pose> && sizeof(Pose) == 56);
 static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
-static_assert(kIsWire<Contact> && sizeof(Contact) == 144);
+static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 10936);
+static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11448);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);

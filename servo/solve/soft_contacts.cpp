@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/soft_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+double push_of(const SoftContact& contact, const Pose& X_WC) {
+  return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
+}
+
+/// R M Rᵀ, block by block: the same map seen after a turn.
+Mat6 turned(const Mat6& m, const Mat3& R) {
+  Mat6 out;
+  for (const size_t row : {size_t{0}, size_t{3}}) {
+    for (const size_t column : {size_t{0}, size_t{3}}) {
+      Mat3 block;
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = 0; j < 3; ++j) block.row[i][static_cast<int>(j)] = m(row + i, column + j);
+      }
+      add_block(out, row, column, R * block * transpose(R));
+    }
+  }
+  return out;
+}
+
+/// The same map about a point displaced by −arm: wrench and motion are both taken there.
+Mat6 about_centre(const Mat6& K, const Vec3& arm) {
+  // motion of the old point by motion of the new one, and the wrench back
+  Mat6 to_old, to_new;
+  for (size_t i = 0; i < 6; ++i) to_old(i, i) = to_new(i, i) = 1;
+  add_block(to_old, 0, 3, -1.0 * skew(arm));
+  add_block(to_new, 3, 0, skew(arm));
+  const auto product = [](const Mat6& a, const Mat6& b) {
+    Mat6 c;
+    for (size_t i = 0; i < 6; ++i) {
+      for (size_t j = 0; j < 6; ++j) {
+        for (size_t k = 0; k < 6; ++k) c(i, j) += a(i, k) * b(k, j);
+      }
+    }
+    return c;
+  };
+  return product(to_new, product(K, to_old));
+}
+
+SoftContact carried(const Contact& c, const RigidBody& tool, const SoftCarry& carry) {
+  const Pose& X_WO = carry.X_WO[c.object];
+  const Twist& V_WO = carry.V_WO[c.object];
+  SoftContact contact;
+  contact.tool_point_C = c.tool_point_T - tool.centre_T;
+  contact.object_point_W = X_WO * c.object_point_O;
+  contact.normal_W = rotate(X_WO.q, c.normal_O);
+  contact.velocity_W = velocity_at(V_WO, contact.object_point_W - X_WO.p);
+  contact.stiffness = carry.weight * (c.stiffness > 0 ? c.stiffness : carry.stiffness);
+  contact.damping = carry.weight * carry.damping;
+  return contact;
+}
+
+bool is_sound(const SoftContact& c) {
+  return is_finite(c.tool_point_C) && is_finite(c.object_point_W) && is_finite(c.normal_W) &&
+         is_finite(c.velocity_W) && std::isfinite(c.stiffness);
+}
+
+/// The linearised wrench about C, where its object is now, less the springs.
+void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+                SoftContacts& out) {
+  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
+  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+  out.X_WC0 = moved_by * motion_of_centre(tool, {set.X_WT, {}}).X_WC;
+  out.trust_radius = set.trust_radius;
+  const Mat3 R = to_matrix(moved_by.q);
+  const Vec3 arm_W = -rotate(out.X_WC0.q, tool.centre_T);
+  Mat6 K;
+  K.a = set.K;
+  out.K_rest = carry.weight * about_centre(turned(K, R), arm_W);
+  const Wrench F{R * set.F0_W.f, R * set.F0_W.t};
+  out.F_rest_W = carry.weight * shift(F, arm_W);
+  for (size_t i = 0; i < out.size; ++i) {
+    const SoftContact& c = out.contacts[i];
+    const double push = push_of(c, out.X_WC0);
+    if (set.contacts[i].object != object || !(push > 0)) continue;
+    const Vec3 turn = cross(rotate(out.X_WC0.q, c.tool_point_C), c.normal_W);
+    const Wrench unit{c.normal_W, turn};
+    out.F_rest_W = out.F_rest_W + -push * unit;
+    add_outer(out.K_rest, unit, {c.stiffness * c.normal_W, c.stiffness * turn});
+    out.push0 += push;
+  }
+  out.has_rest = out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) &&
+                 std::all_of(out.K_rest.a.begin(), out.K_rest.a.end(),
+                             [](double v) { return std::isfinite(v); });
+}
+
+}  // namespace
+
+SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+                                 const SoftCarry& carry) {
+  SoftContacts out;
+  if (!(carry.weight > 0)) return out;
+  out.size = std::min<size_t>(set.n_contacts, kMaxContacts);
+  for (size_t i = 0; i < out.size; ++i) {
+    const Contact& c = set.contacts[i];
+    if (c.object >= kMaxObjects) out.finite = false;
+    if (!out.finite) break;
+    out.contacts[i] = carried(c, tool, carry);
+    out.finite = is_sound(out.contacts[i]);
+    if (c.object == set.wrench_object) out.n_springs = i + 1;
+  }
+  if (!out.finite) {
+    out.size = 0;
+    return out;
+  }
+  if (set.trust_radius > 0) carry_rest(set, tool, carry, out);
+  return out;
+}
+
+BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+  BodyWrench rest;
+  if (!contacts.has_rest) return rest;
+  double push = 0;
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    push += push_of(contacts.contacts[i], X_WC);
+  }
+  const double share = std::min(push / contacts.push0, 1.0);
+  if (!(share > 0)) return rest;
+  const Twist way{X_WC.p - contacts.X_WC0.p,
+                  to_rotation_vector(X_WC.q * conjugate(contacts.X_WC0.q))};
+  const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
+  rest.F_W = share * (contacts.F_rest_W + contacts.K_rest * limited.motion);
+  if (!limited.was_cut) rest.by_motion = share * contacts.K_rest;
+  rest.energy = -share * (dot(contacts.F_rest_W, limited.motion) +
+                          0.5 * dot(contacts.K_rest * limited.motion, limited.motion));
+  return rest;
+}
+
+}  // namespace haptic

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "proto/wire.h"
+#include "servo/solve/soft_contact.h"
+
+namespace haptic {
+
+/// What a contact set asks of a soft proxy this tick: its contacts as one-sided springs, and what
+/// these leave of its linearised wrench.
+struct SoftContacts {
+  std::array<SoftContact, kMaxContacts> contacts;
+  size_t size = 0;
+  bool finite = true;
+
+  bool has_rest = false;
+  Pose X_WC0;               // where the tool was linearised, carried along with its object
+  Wrench F_rest_W;          // about C there
+  Mat6 K_rest;              // of small motions from there
+  double trust_radius = 0;  // of any point of the tool [m]
+  double push0 = 0;         // of the springs on that object, there [N]
+  size_t n_springs = 0;     // of them: the first contacts
+
+  std::span<const SoftContact> view() const { return {contacts.data(), size}; }
+};
+
+struct SoftCarry {
+  std::array<Pose, kMaxObjects> X_WO;   // this tick
+  std::array<Twist, kMaxObjects> V_WO;  // this tick
+  double weight = 1;                    // share of the contacts that is left, by age
+  double stiffness = 1000;              // of contacts that name none [N/m]
+  double damping = 0;                   // of each along its normal [N·s/m]
+};
+
+/// Carries a set to this tick: contacts move with their objects, and so does the linearised wrench
+/// W(δ) = F0 + K δ of a dense detector. Of it the springs of its clusters take their part, so that
+/// what is rendered is never attractive (soft_wrench) and touches nothing twice:
+///   F_rest = F0 − Σ k d w,  K_rest = K + Σ k w wᵀ,  w = (n, r × n)
+/// Contacts of wrench_object stand first in the set.
+SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+                                 const SoftCarry& carry);
+
+/// The rest of the linearised wrench at a place of the tool: γ (F_rest + K_rest δ), δ the motion
+/// since, cut where a point of the tool went further than the trust radius; γ is what the springs
+/// of the object push now over what they pushed then, at most 1: where they let go, so does it. Add
+/// the springs of view().
+BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC);
+
+}  // namespace haptic

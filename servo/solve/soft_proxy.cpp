@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/soft_proxy.h"
+
+namespace haptic {
+namespace {
+
+int count_pushing(const SoftContacts& contacts, const BodyMotion& body) {
+  int n = 0;
+  for (const SoftContact& contact : contacts.view()) {
+    BodyWrench ignored;
+    n += add_soft_contact(contact, body, ignored) > 0;
+  }
+  return n;
+}
+
+ToolMotion tool_of(const RigidBody& tool, const BodyMotion& body) {
+  const Pose X_WT = tool_of_centre(tool, body.X_WC);
+  return {X_WT, {velocity_at(body.V_WC, X_WT.p - body.X_WC.p), body.V_WC.w}};
+}
+
+/// Contacts on the tool where the hand holds it, about the tool's origin.
+Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
+                     const ToolMotion& hand) {
+  const BodyMotion body = motion_of_centre(model.tool, hand);
+  const Wrench F = soft_contact_wrench(contacts.view(), body).F_W +
+                   rest_wrench(contacts, model.tool, body.X_WC).F_W;
+  return shift(F, body.X_WC.p - hand.X_WT.p);
+}
+
+void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
+                   const SoftProxyTick& tick, SoftProxySolution& out) {
+  const BodyMotion body = motion_of_centre(model.tool, out.proxy);
+  BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
+  const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC);
+  smooth.F_W = smooth.F_W + rest.F_W;
+  smooth.by_motion += rest.by_motion;
+  const PenaltyResult next = penalty_dynamics_step(model.tool, body, smooth, contacts.view(),
+                                                   model.integrator, {tick.dt, model.max_travel});
+  out.converged = next.is_solved;
+  out.proxy = tool_of(model.tool, next.body);
+}
+
+void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
+                      const SoftProxyTick& tick, SoftProxySolution& out) {
+  const QuasiStaticResult next =
+      solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT, contacts.view(),
+                         out.proxy.X_WT, {model.max_travel});
+  const Pose before = out.proxy.X_WT;
+  out.converged = next.converged;
+  out.proxy.X_WT = next.X_WP;
+  const Vec3 turn = to_rotation_vector(next.X_WP.q * conjugate(before.q));
+  out.proxy.V_WT = {(next.X_WP.p - before.p) / tick.dt, turn / tick.dt};
+}
+
+}  // namespace
+
+SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
+                                   const SoftProxyTick& tick) {
+  SoftProxySolution out;
+  SoftContacts contacts;
+  if (tick.contacts != nullptr) {
+    SoftCarry carry = tick.carry;
+    carry.stiffness = model.contact_stiffness;
+    carry.damping = model.contact_damping;
+    contacts = carry_soft_contacts(*tick.contacts, model.tool, carry);
+  }
+  out.finite = contacts.finite;
+  if (!state.started || !out.finite) state.proxy = tick.hand;
+  state.started = true;
+  out.proxy = state.proxy;
+  if (!out.finite) return out;
+  switch (model.solver) {
+    case SoftSolver::kDirect:
+      out.proxy = tick.hand;
+      out.F_hand_W = direct_wrench(model, contacts, tick.hand);
+      break;
+    case SoftSolver::kPenaltyDynamics:
+      step_dynamics(model, contacts, tick, out);
+      out.F_hand_W = wrench_on_hand(model.coupling, tick.hand, out.proxy);
+      break;
+    case SoftSolver::kQuasiStatic:
+      find_equilibrium(model, contacts, tick, out);
+      out.F_hand_W = wrench_on_hand(model.coupling, {tick.hand.X_WT, {}}, {out.proxy.X_WT, {}});
+      break;
+  }
+  out.n_pushing = count_pushing(contacts, motion_of_centre(model.tool, out.proxy));
+  state.proxy = out.proxy;
+  return out;
+}
+
+}  // namespace haptic

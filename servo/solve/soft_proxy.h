@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "servo/solve/penalty_dynamics.h"
+#include "servo/solve/quasi_static.h"
+#include "servo/solve/soft_contacts.h"
+
+namespace haptic {
+
+/// Who answers for the proxy of a renderer with six degrees of freedom that may interpenetrate.
+enum class SoftSolver : uint32_t {
+  kDirect = 0,           // there is none: the hand feels the contacts of where it is
+  kPenaltyDynamics = 1,  // a rigid body between coupling and contacts
+  kQuasiStatic = 2       // a massless one, always in equilibrium
+};
+
+/// All that is constant.
+struct SoftProxyModel {
+  SoftSolver solver = SoftSolver::kQuasiStatic;
+  Integrator integrator = Integrator::kImplicit;
+  RigidBody tool;
+  VirtualCoupling coupling;
+  double contact_stiffness = 1000;  // of contacts that name none [N/m]
+  double contact_damping = 0;       // [N·s/m]
+  double max_travel = 0;            // of any point of the proxy in a tick; 0: no bound [m]
+};
+
+/// All that survives a tick.
+struct SoftProxyState {
+  bool started = false;
+  ToolMotion proxy;
+};
+
+struct SoftProxyTick {
+  ToolMotion hand;
+  const ContactSet* contacts = nullptr;  // null: none
+  SoftCarry carry;
+  double dt = 1e-3;  // [s]
+};
+
+struct SoftProxySolution {
+  ToolMotion proxy;
+  Wrench F_hand_W;     // what the hand feels, at the origin of the tool
+  int n_pushing = 0;   // contacts that push the proxy
+  bool finite = true;  // false: the contacts were not; nothing is rendered
+  bool converged = true;
+};
+
+/// One tick. The proxy begins at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts where the
+/// hand is, shifted to the tool's origin. Else the coupling's wrench on the hand, from this tick's
+/// hand and this tick's proxy. Where the contacts are not finite the proxy is put to the hand.
+SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
+                                   const SoftProxyTick& tick);
+
+}  // namespace haptic
