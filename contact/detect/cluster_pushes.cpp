@@ -43,6 +43,19 @@ size_t fitting(const PointPush& push, const ClusterOptions& options,
   return best;
 }
 
+void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
+  const double weight = weight_of(push);
+  gathering.weighted_point_W += weight * push.point_W;
+  gathering.weighted_normal_W += weight * push.normal_W;
+  gathering.weight += weight;
+  cluster.stiffness += push.stiffness;
+  ++cluster.count;
+  cluster.radius = std::max(cluster.radius, norm(push.point_W - gathering.leader_W));
+  // of approaching points the nearest
+  if (push.depth > 0) return;
+  cluster.depth = cluster.count == 1 ? push.depth : std::max(cluster.depth, push.depth);
+}
+
 }  // namespace
 
 LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W) {
@@ -62,24 +75,17 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   std::array<Gathering, kMostClusters> gatherings;
   const size_t room = std::min(clusters.size(), gatherings.size());
   size_t n = 0;
-  for (const PointPush& push : pushes) {
-    size_t i = fitting(push, options, {gatherings.data(), n}, n < room);
-    if (i == n) {
-      if (n == room) continue;
-      gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, push.depth <= 0};
-      clusters[n++] = {};
-    }
-    const double weight = weight_of(push);
-    gatherings[i].weighted_point_W += weight * push.point_W;
-    gatherings[i].weighted_normal_W += weight * push.normal_W;
-    gatherings[i].weight += weight;
-    clusters[i].stiffness += push.stiffness;
-    ++clusters[i].count;
-    clusters[i].radius = std::max(clusters[i].radius, norm(push.point_W - gatherings[i].leader_W));
-    // of approaching points the nearest
-    if (push.depth <= 0) {
-      clusters[i].depth =
-          clusters[i].count == 1 ? push.depth : std::max(clusters[i].depth, push.depth);
+  // what pushes comes first, and never goes without for what approaches
+  for (const bool approaches : {false, true}) {
+    for (const PointPush& push : pushes) {
+      if ((push.depth <= 0) != approaches) continue;
+      const size_t i = fitting(push, options, {gatherings.data(), n}, n < room);
+      if (i == n && n == room) continue;
+      if (i == n) {
+        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, approaches};
+        clusters[n++] = {};
+      }
+      gather(push, gatherings[i], clusters[i]);
     }
   }
   for (size_t i = 0; i < n; ++i) {

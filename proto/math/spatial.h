@@ -58,6 +58,21 @@ constexpr void add_block(Mat6& m, size_t row, size_t column, const Mat3& block) 
   }
 }
 
+/// R M Rᵀ, block by block: the same map seen in axes turned by R.
+constexpr Mat6 rotated(const Mat3& R, const Mat6& m) {
+  Mat6 out;
+  for (size_t row = 0; row < 6; row += 3) {
+    for (size_t column = 0; column < 6; column += 3) {
+      Mat3 block;
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = 0; j < 3; ++j) block.row[i][static_cast<int>(j)] = m(row + i, column + j);
+      }
+      add_block(out, row, column, R * block * transpose(R));
+    }
+  }
+  return out;
+}
+
 /// The work of a wrench on a motion [J], its power on a twist [W].
 constexpr double dot(const Wrench& F, const Twist& motion) {
   return dot(F.f, motion.v) + dot(F.t, motion.w);

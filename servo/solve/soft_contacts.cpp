@@ -11,21 +11,6 @@ double push_of(const SoftContact& contact, const Pose& X_WC) {
   return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
 }
 
-/// R M Rᵀ, block by block: the same map seen after a turn.
-Mat6 turned(const Mat6& m, const Mat3& R) {
-  Mat6 out;
-  for (const size_t row : {size_t{0}, size_t{3}}) {
-    for (const size_t column : {size_t{0}, size_t{3}}) {
-      Mat3 block;
-      for (size_t i = 0; i < 3; ++i) {
-        for (size_t j = 0; j < 3; ++j) block.row[i][static_cast<int>(j)] = m(row + i, column + j);
-      }
-      add_block(out, row, column, R * block * transpose(R));
-    }
-  }
-  return out;
-}
-
 /// The same map about a point displaced by −arm: wrench and motion are both taken there.
 Mat6 about_centre(const Mat6& K, const Vec3& arm) {
   // motion of the old point by motion of the new one, and the wrench back
@@ -74,7 +59,7 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
   const Vec3 arm_W = -rotate(out.X_WC0.q, tool.centre_T);
   Mat6 K;
   K.a = set.K;
-  out.K_rest = carry.weight * about_centre(turned(K, R), arm_W);
+  out.K_rest = carry.weight * about_centre(rotated(R, K), arm_W);
   const Wrench F{R * set.F0_W.f, R * set.F0_W.t};
   out.F_rest_W = carry.weight * shift(F, arm_W);
   for (size_t i = 0; i < out.size; ++i) {

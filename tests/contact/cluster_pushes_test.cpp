@@ -105,3 +105,13 @@ TEST_CASE("clusters: the linearised wrench against asking again", "[contact][tra
     REQUIRE_THAT(again.t, IsNear(linear.F0_W.t + change.t, 1e-12));
   }
 }
+
+TEST_CASE("clusters: what pushes never goes without for what approaches", "[contact][trap]") {
+  std::vector<PointPush> pushes = flat_patch(200, 0.05, -1e-4, 10);
+  for (const PointPush& p : flat_patch(3, 0.001, 1e-3, 10)) pushes.push_back(p);
+  std::array<PushCluster, 8> clusters;
+  const size_t n = cluster_pushes(pushes, {2e-3, 0.5}, clusters);
+  REQUIRE(n == 8);
+  CHECK(clusters[0].depth > 0);
+  CHECK_THAT(wrench_of({clusters.data(), n}).f, IsNear({0, 0, 3 * 10 * 1e-3}, 1e-6));
+}

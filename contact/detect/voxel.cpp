@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/voxel.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr size_t kClustersAnObject = 16;
+
+/// The points of one object that touch or approach, in its own frame.
+std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
+                                     const VoxelQuestion& question, uint32_t object,
+                                     ContactSet& set) {
+  const VoxelObject& shape = model.objects[object];
+  const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
+  size_t n = 0;
+  if (model.reading == VoxelForce::kTangentPlanes) {
+    const auto count = static_cast<uint32_t>(model.shell.x.size());
+    const size_t hits = scan_voxels(shape.map, model.shell, shell_in_voxels(shape.map, X_OT), 0,
+                                    count, fastest_scan(), state.hits, 0);
+    state.tested += count;
+    n = pushes_from_voxels(shape.map, model.shell, X_OT, {state.hits.data(), hits}, model.force,
+                           state.pushes);
+  } else {
+    const double reach = std::min(question.reach, shape.field.band);
+    const ShellAnswer answer = find_touches(shape.field, model.shell, X_OT, {reach, model.budget},
+                                            &state.coherence[object], state.visited, state.touches);
+    state.tested += answer.tested;
+    if (!answer.is_complete) set.flags |= kContactIterationLimit;
+    n = pushes_from_field(model.shell, X_OT, {state.touches.data(), answer.n}, model.force,
+                          state.pushes);
+  }
+  return {state.pushes.data(), n};
+}
+
+Contact contact_of(const PushCluster& cluster, uint32_t object, const VoxelQuestion& question) {
+  Contact c{};
+  const Vec3 point_W = question.X_WO[object] * cluster.point_W;
+  c.tool_point_T = inverse(question.X_WT) * point_W;
+  c.object_point_O = cluster.point_W + cluster.depth * cluster.normal_W;
+  c.normal_O = c.shading_normal_O = cluster.normal_W;
+  c.extent = cluster.radius;
+  c.object = c.material = object;
+  c.stiffness = cluster.stiffness;
+  return c;
+}
+
+/// The linearised wrench of these points on the tool, about its origin, in W.
+void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
+                  std::span<const PointPush> pushes, ContactSet& set) {
+  const Pose& X_WO = question.X_WO[object];
+  const Pose X_OW = inverse(X_WO);
+  const Vec3 origin_O = X_OW * question.X_WT.p;
+  const LinearPush sum = sum_pushes(pushes, origin_O);
+  Wrench F = sum.F0_W;
+  if (model.damping > 0) {
+    const Twist& V_WO = question.V_WO[object];
+    const Vec3 v_W = question.V_WT.v - velocity_at(V_WO, question.X_WT.p - X_WO.p);
+    const Twist V_O{rotate(X_OW.q, v_W), rotate(X_OW.q, question.V_WT.w - V_WO.w)};
+    F = F + braking_wrench(pushes, V_O, origin_O, model.damping, model.braking);
+  }
+  set.F0_W = {rotate(X_WO.q, F.f), rotate(X_WO.q, F.t)};
+  set.K = rotated(to_matrix(X_WO.q), sum.K).a;
+  set.wrench_object = object;
+  set.trust_radius = model.trust_radius;
+}
+
+/// Puts the contacts of the object whose wrench is told first.
+void put_first(uint32_t object, ContactSet& set) {
+  const auto end = set.contacts.begin() + set.n_contacts;
+  std::stable_partition(set.contacts.begin(), end,
+                        [&](const Contact& c) { return c.object == object; });
+}
+
+}  // namespace
+
+VoxelState::VoxelState(const VoxelModel& model)
+    : visited(model.shell.nodes.size()),
+      touches(model.shell.x.size()),
+      hits(model.shell.x.size() + 8),
+      pushes(model.shell.x.size()) {
+  for (size_t i = 0; i < model.objects.size(); ++i) coherence.emplace_back(model.shell);
+}
+
+void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
+                  ContactSet& set) {
+  state.tested = 0;
+  set.n_contacts = set.n_active = 0;
+  set.F0_W = {};
+  set.K = set.B = {};
+  set.trust_radius = 0;
+  double hardest = 0;
+  for (uint32_t object = 0; object < model.objects.size(); ++object) {
+    const auto pushes = pushes_on(model, state, question, object, set);
+    std::array<PushCluster, kClustersAnObject> clusters;
+    const size_t room = std::min(clusters.size(), size_t{kMaxContacts} - set.n_contacts);
+    const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
+    if (n == room && room < clusters.size()) set.flags |= kContactTruncated;
+    double pressed = 0;
+    for (size_t i = 0; i < n; ++i) {
+      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, question);
+      set.n_active += clusters[i].depth > 0;
+      pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
+    }
+    if (!(pressed > hardest)) continue;
+    hardest = pressed;
+    linearise_on(model, question, object, pushes, set);
+  }
+  if (hardest > 0) put_first(set.wrench_object, set);
+}
+
+}  // namespace haptic

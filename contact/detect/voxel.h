@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "contact/detect/shell_pushes.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// What the detector needs of one object.
+struct VoxelObject {
+  Voxmap map;
+  DistanceField field;
+};
+
+/// Where a point's depth is read.
+enum class VoxelForce : uint32_t {
+  kField = 0,         // the distance field (Barbič & James 2008)
+  kTangentPlanes = 1  // middles of surface voxels (McNeely, Puterbaugh, Troy 1999)
+};
+
+/// All that is constant.
+struct VoxelModel {
+  Pointshell shell;  // of the tool, in T
+  std::span<const VoxelObject> objects;
+  VoxelForce reading = VoxelForce::kField;
+  ShellForce force;
+  ClusterOptions clusters;
+  uint32_t budget = 0xffffffff;  // of points looked up in one step
+  double damping = 0;            // of approaching points, against their velocity [N·s/m]
+  Braking braking = Braking::kAlongVelocity;
+  double trust_radius = 1e-3;  // of the linearised wrench [m]
+};
+
+/// What survives a step, and its room: nothing is allocated later.
+struct VoxelState {
+  explicit VoxelState(const VoxelModel& model);
+
+  std::vector<ShellCoherence> coherence;  // of each object
+  std::vector<uint32_t> visited;
+  std::vector<ShellTouch> touches;
+  std::vector<VoxelHit> hits;
+  std::vector<PointPush> pushes;
+  uint64_t tested = 0;  // points looked up in the last step
+};
+
+/// The question of one step.
+struct VoxelQuestion {
+  Pose X_WT;  // of the tool, or its proxy
+  Twist V_WT;
+  std::array<Pose, kMaxObjects> X_WO;
+  std::array<Twist, kMaxObjects> V_WO;
+  double reach = 1e-3;  // points nearer than this are reported, though they do not touch [m]
+};
+
+/// The voxmap–pointshell detector: fills in the contacts of the set (clusters of the points that
+/// touch, then of those that approach; those of wrench_object first), and F0, K, B of all points
+/// that touch the object that is pressed hardest. A point pushes along its own inward normal. Sets
+/// kContactTruncated where there was no room, kContactIterationLimit where the budget was short.
+void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
+                  ContactSet& set);
+
+}  // namespace haptic
