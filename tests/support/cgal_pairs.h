@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "proto/math/vec3.h"
+
+namespace haptic::test {
+
+/// Whether two triangles meet, by CGAL's exact predicates.
+bool cgal_triangles_meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
+
+/// Indices of all triangles of a that meet triangles of b, sorted: CGAL's box_intersection_d and
+/// exact predicates.
+std::vector<std::pair<uint32_t, uint32_t>> cgal_triangle_pairs(
+    const std::vector<std::array<Vec3, 3>>& a, const std::vector<std::array<Vec3, 3>>& b);
+
+}  // namespace haptic::test
