@@ -18,7 +18,7 @@ namespace {
 constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // as much as a session allows a mesh
 
 struct BakeOptions {
-  std::string mesh, voxel, spacing;
+  std::string mesh, voxel, band, spacing;
   double unit = 0, size = 0;
   bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
 };
@@ -28,7 +28,7 @@ double parse_length(const std::string& option, const std::string& text) {
     const double length = parse_quantity(text, Dimension::kLength);
     if (length > 0) return length;
   } catch (const QuantityError& error) {
-    throw CLI::ValidationError(option, "'" + text + "' " + error.what());
+    throw CLI::ValidationError(option, error.what());
   }
   throw CLI::ValidationError(option, "'" + text + "' must be greater than 0");
 }
@@ -37,6 +37,7 @@ VoxelConfig voxel_options(const BakeOptions& options) {
   VoxelConfig voxel;
   voxel.size = voxel.point_spacing = parse_length("--voxel", options.voxel);
   voxel.band = kBandVoxels * voxel.size;
+  if (!options.band.empty()) voxel.band = parse_length("--band", options.band);
   if (!options.spacing.empty()) voxel.point_spacing = parse_length("--spacing", options.spacing);
   voxel.field = options.map_alone ? 0 : 1;
   voxel.open_as_sheet = options.as_sheet;
@@ -133,6 +134,8 @@ void add_bake_command(CLI::App& app) {
   command->add_flag("--allow-open", options->allow_open, "the mesh may have borders");
   command->add_option("--voxel", options->voxel,
                       "also bake what the renderer voxel needs, with voxels of this size: 1mm");
+  command->add_option("--band", options->band, "of the distance field; left out: four voxels")
+      ->needs("--voxel");
   command->add_option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
       ->needs("--voxel");
   command->add_flag("--map-alone", options->map_alone, "no distance field")->needs("--voxel");

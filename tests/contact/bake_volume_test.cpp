@@ -238,6 +238,7 @@ TEST_CASE("baked volume: every damaged section is refused even with a right chec
       [](Data& d) { d.shell.levels.pop_back(); }, [](Data& d) { d.shell.levels[0] = 1; },
       [](Data& d) { d.shell.levels[1] = 2; }, [](Data& d) { d.shell.nodes[0].n_children += 1; },
       [](Data& d) { d.shell.nodes[0].first_child = 0; },
+      [](Data& d) { d.shell.nodes[1].first_child = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].count = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].point = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].radius = std::nanf(""); },
