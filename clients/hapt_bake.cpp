@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt bake: prepares a mesh before a session needs it, and says what that came to.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
+#include <sstream>
 
 #include "clients/hapt_commands.h"
 #include "contact/bake.h"
+#include "contact/bake_volume.h"
+#include "proto/quantity.h"
 
 namespace haptic {
 namespace {
@@ -13,22 +18,104 @@ namespace {
 constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // as much as a session allows a mesh
 
 struct BakeOptions {
-  std::string mesh;
+  std::string mesh, voxel, band, spacing;
   double unit = 0, size = 0;
-  bool allow_open = false, explain = false;
+  bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
 };
 
+double parse_length(const std::string& option, const std::string& text) {
+  try {
+    const double length = parse_quantity(text, Dimension::kLength);
+    if (length > 0) return length;
+  } catch (const QuantityError& error) {
+    throw CLI::ValidationError(option, error.what());
+  }
+  throw CLI::ValidationError(option, "'" + text + "' must be greater than 0");
+}
+
+VoxelConfig voxel_options(const BakeOptions& options) {
+  VoxelConfig voxel;
+  voxel.size = voxel.point_spacing = parse_length("--voxel", options.voxel);
+  voxel.band = kBandVoxels * voxel.size;
+  if (!options.band.empty()) voxel.band = parse_length("--band", options.band);
+  if (!options.spacing.empty()) voxel.point_spacing = parse_length("--spacing", options.spacing);
+  voxel.field = options.map_alone ? 0 : 1;
+  voxel.open_as_sheet = options.as_sheet;
+  return voxel;
+}
+
+/// One line that is written over and over; nothing where nobody looks.
+BakeProgress progress_line() {
+  if (::isatty(STDERR_FILENO) == 0) return {};
+  return [](std::string_view what, double share) {
+    std::cerr << "\r\x1b[K  " << what << " " << static_cast<int>(100 * share) << " %" << std::flush;
+  };
+}
+
+void clear_progress_line() {
+  if (::isatty(STDERR_FILENO) != 0) std::cerr << "\r\x1b[K" << std::flush;
+}
+
+std::string made_in(double seconds, bool from_cache) {
+  std::ostringstream text;
+  text.precision(3);
+  if (from_cache) return "from the cache";
+  text << seconds << " s";
+  return text.str();
+}
+
+double megabytes(size_t bytes) {
+  return 1e-6 * static_cast<double>(bytes);
+}
+
+void print_map(const BakedVolume& obstacle) {
+  const Voxmap& map = obstacle.content.map;
+  std::cout << "  map " << map.bricks[0] * kBrickSide << " x " << map.bricks[1] * kBrickSide
+            << " x " << map.bricks[2] * kBrickSide << " voxels of " << 1e3 * map.size << " mm, "
+            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << " MB; "
+            << made_in(obstacle.map_time, obstacle.from_cache) << '\n';
+}
+
+void print_field(const BakedVolume& obstacle) {
+  const DistanceField& field = obstacle.content.field;
+  const size_t bytes =
+      field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes();
+  std::cout << "  distance field " << field.data.size() << " bricks, band " << 1e3 * field.band
+            << " mm, " << megabytes(bytes) << " MB; "
+            << made_in(obstacle.field_time, obstacle.from_cache) << '\n';
+}
+
+void print_shell(const BakedVolume& tool) {
+  const Pointshell& shell = tool.content.shell;
+  std::cout << "  as a tool " << shell.x.size() << " points, " << 1e3 * shell.spacing
+            << " mm apart; " << made_in(tool.shell_time, tool.from_cache) << '\n';
+}
+
+void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
+  const BakedVolume obstacle = bake_obstacle(shape, voxel, progress_line());
+  const BakedVolume tool = bake_tool(shape, voxel, progress_line());
+  clear_progress_line();
+  print_map(obstacle);
+  if (voxel.field != 0) print_field(obstacle);
+  print_shell(tool);
+  for (const BakedVolume* volume : {&obstacle, &tool}) {
+    for (const std::string& line : volume->lines) std::cout << "  " << line << '\n';
+  }
+}
+
 void run_bake(const BakeOptions& options) {
-  ObjectConfig object{};
+  ShapeConfig object{};
   assign(object.mesh, options.mesh);
   object.unit = options.unit;
   object.size = options.size;
-  object.allow_open = options.allow_open;
-  const BakeReport report = bake_object(object, kMemoryLimit).report;
+  object.allow_open = options.allow_open || options.as_sheet;
+  const BakedShape shape = bake_object(object, kMemoryLimit);
+  const BakeReport& report = shape.report;
   std::cout << options.mesh << ": " << report.triangles << " triangles, " << report.vertices
             << " vertices, " << 1e3 * report.size << " mm, " << (report.closed ? "closed" : "open")
             << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
   for (const std::string& line : report.lines) std::cout << "  " << line << '\n';
+  if (!options.voxel.empty()) run_voxel(shape, voxel_options(options));
   if (!options.explain) return;
   for (const std::string& line : report.grid) std::cout << "  " << line << '\n';
 }
@@ -45,6 +132,15 @@ void add_bake_command(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   command->add_option("--size", options->size, "longest side [m]")->check(CLI::PositiveNumber);
   command->add_flag("--allow-open", options->allow_open, "the mesh may have borders");
+  command->add_option("--voxel", options->voxel,
+                      "also bake what the renderer voxel needs, with voxels of this size: 1mm");
+  command->add_option("--band", options->band, "of the distance field; left out: four voxels")
+      ->needs("--voxel");
+  command->add_option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
+      ->needs("--voxel");
+  command->add_flag("--map-alone", options->map_alone, "no distance field")->needs("--voxel");
+  command->add_flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
+      ->needs("--voxel");
   command->add_flag("--explain", options->explain, "how the size of the grid's cells was chosen");
   command->callback([options] { run_bake(*options); });
 }

@@ -13,6 +13,7 @@
 #include "contact/bake_read.h"
 #include "contact/bake_repair.h"
 #include "contact/shape/baked_file.h"
+#include "contact/shape/machine_parts.h"
 #include "contact/shape/mesh_topology.h"
 
 namespace haptic {
@@ -61,7 +62,7 @@ double longest_side(const PolygonSoup& soup, const std::string& file) {
 
 /// File units to metres. Without a stated size there is nothing to compare with; without unit and
 /// size the numbers are metres.
-void scale_to_metres(PolygonSoup& soup, const ObjectConfig& object, BakeReport& report) {
+void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& report) {
   const double longest = longest_side(soup, report.file);
   const bool any_unit = object.unit == 0 && object.size > 0;
   const double scale = any_unit ? object.size / longest : object.unit > 0 ? object.unit : 1;
@@ -117,7 +118,7 @@ BakedShape make_shape(std::span<const std::byte> bytes, std::shared_ptr<const vo
 }
 
 /// Everything from the soup in file units to the block that is mapped later.
-std::vector<std::byte> bake_bytes(PolygonSoup soup, const ObjectConfig& object,
+std::vector<std::byte> bake_bytes(PolygonSoup soup, const ShapeConfig& object,
                                   const std::string& file, uint64_t key) {
   BakeReport report;
   report.file = file;
@@ -144,7 +145,7 @@ BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std
 }
 
 uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& path,
-                     const ObjectConfig& object) {
+                     const ShapeConfig& object) {
   std::ostringstream options;
   options << std::hexfloat << object.unit << " " << object.size << " " << object.allow_open << " "
           << kBakeVersion << " " << std::filesystem::path(path).extension().string();
@@ -162,23 +163,43 @@ bool open_cache(const std::string& path, uint64_t key, const std::string& file, 
     shape.report.from_cache = true;
     return true;
   } catch (const std::runtime_error& error) {
-    problem = "cache " + path + " was unusable (" + error.what() + "): baked again";
+    problem = unusable_cache(path, error.what());
     return false;
   }
 }
 
-BakedShape bake_primitive(const ObjectConfig& object, std::string_view kind) {
+PartGrid grid_of(const PartConfig& part) {
+  return {part.around, part.along};
+}
+
+/// A part of a machine; empty where it is none.
+Soup make_part(std::string_view kind, const PartConfig& p) {
+  const PegAndHole fit{p.diameter, p.length, p.clearance, p.block};
+  const BoltAndNut thread{p.diameter, p.pitch, p.depth, p.length, p.height, p.width, p.clearance};
+  if (kind == "peg") return make_peg(fit, grid_of(p));
+  if (kind == "hole") return make_hole(fit, grid_of(p));
+  if (kind == "gear")
+    return make_gear({p.teeth, p.module, p.width, p.bore, p.backlash}, grid_of(p));
+  if (kind == "bolt") return make_bolt(thread, grid_of(p));
+  if (kind == "nut") return make_nut(thread, grid_of(p));
+  return {};
+}
+
+BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind) {
   Soup soup;
   if (kind == "box") {
     soup = make_box(object.extent);
   } else if (kind == "sphere") {
     soup = make_icosphere(0.5 * object.size, object.subdivisions);
   } else {
+    soup = make_part(kind, object.part);
+  }
+  if (soup.triangles.empty()) {
     throw MeshError(std::string(kPrimitive) + std::string(kind) +
-                    ": unknown primitive; use primitive:box or primitive:sphere");
+                    ": unknown primitive; use primitive:box, sphere, peg, hole, gear, bolt or nut");
   }
   // made in metres: there is no file to disagree with
-  ObjectConfig metres = object;
+  ShapeConfig metres = object;
   metres.unit = metres.size = 0;
   return bake_soup(soup.vertices, soup.triangles, metres);
 }
@@ -192,7 +213,7 @@ MappedFile open_mesh(const std::string& path) {
 }
 
 /// From the cache, else read, checked and put there.
-BakedShape bake_file(const ObjectConfig& object, const std::string& path, uint64_t memory_limit) {
+BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_t memory_limit) {
   const MappedFile file = open_mesh(path);
   const uint64_t key = content_key(file.bytes, path, object);
   const std::string cached = cache_path(key);
@@ -207,17 +228,14 @@ BakedShape bake_file(const ObjectConfig& object, const std::string& path, uint64
   shape = shape_in_memory(std::move(bytes), key, path);
   // about this run, not about the mesh: after what is kept
   if (!problem.empty()) shape.report.lines.push_back(problem);
-  if (!refused.empty()) {
-    shape.report.lines.push_back("cache folder " + cache_folder() + " cannot be written (" +
-                                 refused + "): baked at every start; set HAPTICD_CACHE");
-  }
+  if (!refused.empty()) shape.report.lines.push_back(unwritable_cache(refused));
   return shape;
 }
 
 }  // namespace
 
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
-                     const ObjectConfig& object) {
+                     const ShapeConfig& object) {
   PolygonSoup soup;
   soup.points.reserve(vertices.size());
   soup.polygons.reserve(triangles.size());
@@ -229,7 +247,7 @@ BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triang
   return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
 }
 
-BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit) {
+BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit) {
   const std::string path(view(object.mesh));
   try {
     if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));

@@ -48,11 +48,11 @@ struct BakedShape {
 
 /// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder when it was
 /// baked before (key: content, unit, size, options, version). Throws MeshError.
-BakedShape bake_object(const ObjectConfig& object, uint64_t memory_limit);
+BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
 
 /// The same for a mesh in memory (generators, tests); nothing is cached.
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
-                     const ObjectConfig& object);
+                     const ShapeConfig& object);
 
 /// Cache folder: $HAPTICD_CACHE, else $XDG_CACHE_HOME/hapticd, else ~/.cache/hapticd.
 std::string cache_folder();

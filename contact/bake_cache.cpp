@@ -73,4 +73,13 @@ std::string write_atomically(const std::string& path, std::span<const std::byte>
   return reason;
 }
 
+std::string unusable_cache(const std::string& path, const std::string& why) {
+  return "cache " + path + " was unusable (" + why + "): baked again";
+}
+
+std::string unwritable_cache(const std::string& why) {
+  return "cache folder " + cache_folder() + " cannot be written (" + why +
+         "): baked at every start; set HAPTICD_CACHE";
+}
+
 }  // namespace haptic

@@ -26,4 +26,8 @@ std::string cache_path(uint64_t key);
 /// Returns what went wrong, empty for success.
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
+/// What people are told of a cache file that was not used, and of a folder that refuses one.
+std::string unusable_cache(const std::string& path, const std::string& why);
+std::string unwritable_cache(const std::string& why);
+
 }  // namespace haptic

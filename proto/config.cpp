@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config.h"
-#include "proto/environment.h"
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "proto/config_material.h"
 #include "proto/config_section.h"
+#include "proto/config_shape.h"
+#include "proto/config_tool.h"
 #include "proto/renderer.h"
 
 namespace haptic {
@@ -29,51 +26,13 @@ constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybr
 constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
                                          {"oscillate", MotionKind::kOscillate},
                                          {"spin", MotionKind::kSpin}}};
-constexpr Words<double, 5> kMeshUnits{
-    {{"m", 1}, {"mm", 1e-3}, {"cm", 1e-2}, {"in", 0.0254}, {"any", 0}}};
-
-enum class Primitive { kBox, kSphere };
-constexpr Words<Primitive, 2> kPrimitives{
-    {{"box", Primitive::kBox}, {"sphere", Primitive::kSphere}}};
-
 // the servo's grid: below it is no haptics, above it no device
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};
-constexpr Range kProxyRadii{0, 0.1};     // a larger one reaches further than a scene
-constexpr Range kSimRates{50, 1e3};      // a pose is carried for 20 ms at most: kMaxExtrapolation
-constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
+constexpr Range kProxyRadii{0, 0.1};  // a larger one reaches further than a scene
+constexpr Range kSimRates{50, 1e3};   // a pose is carried for 20 ms at most: kMaxExtrapolation
 constexpr int64_t kButtons = 32;
 constexpr Range kCurrents{0, 6, true};  // above, the firmware of a WoodenHaptics takes it for zero
-
-/// The folders a mesh is looked for in, after that of the config file.
-std::vector<fs::path> mesh_folders() {
-  std::vector<fs::path> folders;
-  if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
-  folders.push_back(fs::path(HAPTIC_SOURCE_DIR) / "build" / "meshes");
-  folders.emplace_back("/usr/share/hapticd/meshes");
-  return folders;
-}
-
-/// Absolute path of a mesh; "package:" skips the folder of the config file.
-std::string find_mesh(const Section& object, std::string name, const fs::path& config_folder) {
-  constexpr std::string_view kPackage = "package:";
-  std::vector<fs::path> folders = mesh_folders();
-  if (name.starts_with(kPackage)) {
-    name.erase(0, kPackage.size());
-  } else {
-    folders.insert(folders.begin(), config_folder);
-  }
-  std::string places;
-  for (const fs::path& folder : folders) {
-    const fs::path candidate = folder / name;
-    std::error_code error;
-    if (fs::is_regular_file(candidate, error)) return fs::absolute(candidate).lexically_normal();
-    places += (places.empty() ? "" : ", ") + candidate.lexically_normal().string();
-  }
-  object.fail_at("mesh", "was not found; looked for " + places +
-                             "; fetch the example meshes with `./run meshes`, or set "
-                             "HAPTICD_MESHES to the folder of yours");
-}
 
 void read_session(Section& root, SessionConfig& config) {
   root.require("session", "[session] with name = \"bunny\"");
@@ -101,6 +60,7 @@ void read_rates(Section& root, SessionConfig& config) {
     constexpr Range kMemory{1 << 20, 1e15};
     contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
+    read_voxel(*contact, config.voxel);
     contact->finish();
   }
   if (auto sim = root.section("sim")) {
@@ -260,39 +220,6 @@ void read_motion(Section& object, MotionConfig& motion) {
   section->finish();
 }
 
-void read_mesh(Section& section, ObjectConfig& object, const fs::path& config_folder) {
-  std::string mesh;
-  section.read_text("mesh", mesh);
-  const std::string path = find_mesh(section, mesh, config_folder);
-  if (path.size() >= object.mesh.size()) section.fail_at("mesh", "has too long a path: " + path);
-  assign(object.mesh, path);
-  section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
-  section.require("size", "size = \"100 mm\", the longest side of the bounding box");
-  section.read_choice("unit", words(kMeshUnits), object.unit);
-  section.read_quantity("size", Dimension::kLength, kPositive, object.size);
-  section.read_flag("open", object.allow_open);
-}
-
-void read_primitive(Section& section, ObjectConfig& object) {
-  Primitive kind = Primitive::kBox;
-  section.read_choice("primitive", words(kPrimitives), kind);
-  object.unit = 1;
-  if (kind == Primitive::kBox) {
-    assign(object.mesh, "primitive:box");
-    section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
-    section.read_lengths("extent", kPositive, object.extent);
-    object.size = std::max({object.extent.x, object.extent.y, object.extent.z});
-    return;
-  }
-  assign(object.mesh, "primitive:sphere");
-  section.require("size", "size = \"100 mm\", the diameter");
-  section.read_quantity("size", Dimension::kLength, kPositive, object.size);
-  int64_t subdivisions = 4;
-  section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
-  object.subdivisions = static_cast<uint32_t>(subdivisions);
-  object.extent = {object.size, object.size, object.size};
-}
-
 void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
   if (config.n_objects == kMaxObjects) {
     section.fail_at("name", "is one [[object]] too many; " + std::to_string(kMaxObjects) +
@@ -307,14 +234,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
                                   "'); give each [[object]] its own name");
     }
   }
-  if (section.has("mesh") == section.has("primitive")) {
-    section.fail_missing("mesh", "mesh = \"bunny00.off\", or primitive = \"box\" (one of the two)");
-  }
-  if (section.has("mesh")) {
-    read_mesh(section, object, config_folder);
-  } else {
-    read_primitive(section, object);
-  }
+  read_shape(section, config_folder, object);
   section.read_pose(object.X_WO);
   read_motion(section, object.motion);
   read_material(section, config, config_folder, object.material);
@@ -349,6 +269,7 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   read_device(root, config.device, folder);
   read_coupling(root, config.coupling);
   read_safety(root, config.device.kind, config.safety);
+  read_tool(root, folder, config.tool);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
   return config;

@@ -120,17 +120,62 @@ struct MaterialConfig {
   TextureConfig texture;
 };
 
-struct ObjectConfig {
+/// Dimensions of a part of a machine that the program makes; of each kind those it has.
+struct PartConfig {
+  double diameter = 0;   // of a peg, a hole's peg, a thread's crest [m]
+  double length = 0;     // of a peg, a hole, a bolt [m]
+  double clearance = 0;  // between the radii of a pair [m]
+  double block = 0;      // edge of the square block around a hole [m]
+  double module = 0;     // of a gear: pitch diameter over teeth [m]
+  double width = 0;      // of a gear along its axis; of a nut across its flats [m]
+  double bore = 0;       // diameter [m]
+  double backlash = 0;   // of a gear, along the pitch circle [m]
+  double pitch = 0;      // of a thread [m]
+  double depth = 0;      // of a thread [m]
+  double height = 0;     // of a nut [m]
+  uint32_t teeth = 0;
+  uint32_t around = 0, along = 0;  // steps that the part is cut into
+};
+
+/// A body: a mesh, or what the program makes.
+struct ShapeConfig {
   Name name{};
-  Path mesh{};              // absolute; or "primitive:box", "primitive:sphere"
+  Path mesh{};              // absolute; or "primitive:box", "primitive:sphere", "primitive:peg" …
   double unit = 0;          // metres per file unit; 0: any, scaled so that the longest side is size
   double size = 0;          // longest side of the bounding box [m]
   uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
   uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
-  Vec3 extent;                // of a primitive box [m]
+  Vec3 extent;                // of a primitive's bounding box [m]
+  PartConfig part;
+};
+
+struct ObjectConfig : ShapeConfig {
   Pose X_WO;
   MotionConfig motion;
   MaterialConfig material;
+};
+
+/// What the hand holds, for the renderers with six degrees of freedom; no mesh: a point.
+struct ToolConfig : ShapeConfig {
+  double density = 0;  // mass and inertia are those of the closed mesh [kg/m³]; 0: as below
+  double mass = 0.1;   // [kg]
+  Vec3 inertia;  // about the axes of T through the centre of mass [kg·m²]; 0: as if the mesh
+                 // were filled evenly
+};
+
+inline constexpr double kBandVoxels = 4;  // in the band of a field where nobody says otherwise
+
+/// Maps, field and points of the detector `voxel`.
+struct VoxelConfig {
+  double size = 1e-3;           // of a voxel, and a cell of the field [m]
+  double band = 4e-3;           // within which the field is stored [m]
+  double point_spacing = 1e-3;  // of the tool's points [m]
+  double stiffness = 1000;      // of a point [N/m]
+  double braking = 0;           // of approaching points [N·s/m]
+  uint32_t offset_layers = 2;   // by which the map's surface is moved outwards
+  uint32_t field = 1;           // 1: a distance field is baked, 0: the map of voxels alone
+  uint32_t open_as_sheet = 0;   // 1: a mesh that is not closed is a sheet one voxel thick
+  uint32_t budget = 200000;     // of points that a step may look up; 0: any number
 };
 
 struct CouplingConfig {
@@ -162,6 +207,8 @@ struct SessionConfig {
   uint32_t realtime = 1;                           // 0: do not even ask for FIFO and locked memory
   Renderer renderer = Renderer::kGodObject3;
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
+  VoxelConfig voxel;
+  ToolConfig tool;
   DeviceMap map;
   DeviceConfig device;
   CouplingConfig coupling;

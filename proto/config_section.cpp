@@ -196,14 +196,20 @@ bool Section::read_text(std::string_view key, std::string& out) {
   return true;
 }
 
-bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) {
+bool Section::read_quantities(std::string_view key, Dimension dimension, const Range& range,
+                              Vec3& out) {
   const toml::node* node = take(key);
   if (node == nullptr) return false;
-  const toml::array& array = array_of(*node, key, 3, "[\"0 mm\", \"0 mm\", \"10 mm\"]");
+  const std::string one = "\"" + std::string(example_of(dimension)) + "\"";
+  const toml::array& array = array_of(*node, key, 3, "[" + one + ", " + one + ", " + one + "]");
   for (int i = 0; i < 3; ++i) {
-    out[i] = quantity_of(*array.get(static_cast<size_t>(i)), key, Dimension::kLength, range);
+    out[i] = quantity_of(*array.get(static_cast<size_t>(i)), key, dimension, range);
   }
   return true;
+}
+
+bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) {
+  return read_quantities(key, Dimension::kLength, range, out);
 }
 
 bool Section::read_direction(std::string_view key, Vec3& out) {

@@ -77,7 +77,8 @@ class Section {
     }
     fail_at(key, "is '" + text + "'; " + suggestion(text, known));
   }
-  /// Three lengths.
+  /// Three of a kind.
+  bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);
   bool read_lengths(std::string_view key, const Range& range, Vec3& out);
   /// Three numbers that give a direction; made unit.
   bool read_direction(std::string_view key, Vec3& out);

@@ -16,7 +16,7 @@ struct Kind {
   std::string_view name, example;
 };
 
-constexpr std::array<Kind, 15> kKinds{{
+constexpr std::array<Kind, 17> kKinds{{
     {Dimension::kLength, "a length", "100 mm"},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
@@ -30,6 +30,8 @@ constexpr std::array<Kind, 15> kKinds{{
     {Dimension::kDamping, "a damping", "1 N·s/m"},
     {Dimension::kRotationalStiffness, "a rotational stiffness", "2 N·m/rad"},
     {Dimension::kRotationalDamping, "a rotational damping", "0.01 N·m·s/rad"},
+    {Dimension::kInertia, "a moment of inertia", "1e-4 kg·m²"},
+    {Dimension::kDensity, "a density", "1 g/cm³"},
     {Dimension::kCurrent, "a current", "3 A"},
     {Dimension::kMemory, "an amount of memory", "4 GiB"},
 }};
@@ -82,6 +84,14 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"Nm/deg", Dimension::kRotationalStiffness, 1 / kDegree},
     {"Nms/rad", Dimension::kRotationalDamping, 1},
     {"mNms/rad", Dimension::kRotationalDamping, 1e-3},
+    {"kgm²", Dimension::kInertia, 1},
+    {"kgm2", Dimension::kInertia, 1},
+    {"gcm²", Dimension::kInertia, 1e-7},
+    {"gcm2", Dimension::kInertia, 1e-7},
+    {"kg/m³", Dimension::kDensity, 1},
+    {"kg/m3", Dimension::kDensity, 1},
+    {"g/cm³", Dimension::kDensity, 1e3},
+    {"g/cm3", Dimension::kDensity, 1e3},
     {"A", Dimension::kCurrent, 1},
     {"mA", Dimension::kCurrent, 1e-3},
     {"B", Dimension::kMemory, 1},

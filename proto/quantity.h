@@ -21,6 +21,8 @@ enum class Dimension {
   kDamping,              // [N·s/m]
   kRotationalStiffness,  // [N·m/rad]
   kRotationalDamping,    // [N·m·s/rad]
+  kInertia,              // [kg·m²]
+  kDensity,              // [kg/m³]
   kCurrent,              // [A]
   kMemory,               // [bytes]
 };

@@ -4,17 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
+#include "contact/shape/baked_block.h"
 #include "contact/shape/mesh_shape.h"
 
 namespace haptic {
-
-/// Bytes that are not a baked shape of this version, or not the one asked for, or damaged.
-struct BakedFileError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// What a baked file holds; views into its bytes.
 struct BakedContent {
@@ -25,14 +20,7 @@ struct BakedContent {
   std::span<const char> notes;  // text of whoever baked it
 };
 
-/// Bumped with every change of the layout or of what baking does: old caches are not read.
-inline constexpr uint32_t kBakeVersion = 3;
-
-/// 64-bit hash (XXH3) for content keys and checksums: finds accidents, not forgers.
-uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
-
-/// One block: header (magic, version, sizes, key, checksums) and the arrays as they lie
-/// in memory, 64-byte aligned. Native byte order: a cache, not an exchange format.
+/// One block of all arrays.
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,

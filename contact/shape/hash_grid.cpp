@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "contact/shape/triangle_cube.h"
+
 namespace haptic {
 namespace {
 
@@ -23,28 +25,6 @@ struct Entry {
   uint64_t cell;
   uint32_t triangle;
 };
-
-bool apart(double p, double q, double r, double radius) {
-  return std::min({p, q, r}) > radius || std::max({p, q, r}) < -radius;
-}
-
-/// Separating axes of a triangle and a cube about the origin (Akenine-Möller 2001).
-bool meets_cube(const Corners& v, double half) {
-  for (int i = 0; i < 3; ++i) {
-    if (apart(v[0][i], v[1][i], v[2][i], half)) return false;
-  }
-  const Vec3 n = cross(v[1] - v[0], v[2] - v[0]);
-  const double reach = half * (std::fabs(n.x) + std::fabs(n.y) + std::fabs(n.z));
-  if (std::fabs(dot(n, v[0])) > reach) return false;
-  for (size_t i = 0; i < 3; ++i) {
-    const Vec3 e = v[(i + 1) % 3] - v[i];
-    for (const Vec3& axis : {Vec3{0, e.z, -e.y}, Vec3{-e.z, 0, e.x}, Vec3{e.y, -e.x, 0}}) {
-      const double radius = half * (std::fabs(axis.x) + std::fabs(axis.y) + std::fabs(axis.z));
-      if (apart(dot(axis, v[0]), dot(axis, v[1]), dot(axis, v[2]), radius)) return false;
-    }
-  }
-  return true;
-}
 
 /// In units of cells, from the corner of the grid.
 Corners in_cells(const TriangleMesh& mesh, uint32_t triangle, const HashGridData& grid) {
@@ -83,7 +63,7 @@ void for_each_cell(const Corners& corners, F&& f) {
   for (i[2] = lower[2]; i[2] <= upper[2]; ++i[2]) {
     for (i[1] = lower[1]; i[1] <= upper[1]; ++i[1]) {
       for (i[0] = lower[0]; i[0] <= upper[0]; ++i[0]) {
-        if (meets_cube(from_centre(corners, i), 0.5 + kOverlap)) f(i);
+        if (triangle_meets_cube(from_centre(corners, i), 0.5 + kOverlap)) f(i);
       }
     }
   }

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "proto/quantity.h"
+#include "tests/support/config_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 
@@ -17,40 +18,12 @@ namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Bad;
+using test::error_of;
+using test::kScene;
+using test::scene_with;
 
 constexpr double kRounding = 1e-15;  // relative: one multiplication by a decimal factor
-
-// line numbers matter below
-const std::string kScene =
-    "[session]\n"                                    // 1
-    "name = \"test\"\n"                              // 2
-    "[device]\n"                                     // 3
-    "kind = \"simulated-hand\"\n"                    // 4
-    "[coupling]\n"                                   // 5
-    "stiffness = \"800 N/m\"\n"                      // 6
-    "[[object]]\n"                                   // 7
-    "name = \"block\"\n"                             // 8
-    "primitive = \"box\"\n"                          // 9
-    "extent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";  // 10
-
-/// kScene with one line replaced by another text; "" as `old` appends.
-std::string scene_with(const std::string& old, const std::string& text) {
-  std::string scene = kScene;
-  if (old.empty()) return scene + text;
-  const size_t at = scene.find(old);
-  REQUIRE(at != std::string::npos);
-  return scene.replace(at, old.size(), text);
-}
-
-/// What a person is told about this text; empty when it is accepted.
-std::string error_of(const std::string& text) {
-  try {
-    parse_config(text, "x.toml");
-    return "";
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-}
 
 /// Sets a variable of the environment for the life of the object.
 class Environment {
@@ -80,10 +53,6 @@ class Environment {
 void touch(const fs::path& file) {
   std::ofstream(file) << "OFF\n";
 }
-
-struct Bad {
-  std::string what, text, place, says;
-};
 
 }  // namespace
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "proto/config.h"
+#include "proto/config_section.h"
+
+namespace haptic {
+
+/// Reads [tool]. Throws ConfigError.
+void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool);
+
+/// Reads [contact.voxel]. Throws ConfigError.
+void read_voxel(Section& contact, VoxelConfig& voxel);
+
+}  // namespace haptic
