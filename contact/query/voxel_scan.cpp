@@ -27,7 +27,7 @@ template <class Map>
 size_t scan_one_by_one(const Map& map, const Limits& limits, const Pointshell& shell,
                        const ShellInVoxels& at, uint32_t first, uint32_t end,
                        std::span<VoxelHit> hits, size_t n) {
-  for (uint32_t i = first; i < end; ++i) {
+  for (uint32_t i = first; i < end && n < hits.size(); ++i) {
     VoxelIndex voxel{};
     bool inside = true;
     for (size_t k = 0; k < 3; ++k) {
@@ -36,8 +36,9 @@ size_t scan_one_by_one(const Map& map, const Limits& limits, const Pointshell& s
       if (inside) voxel[k] = static_cast<int32_t>(q);
     }
     const Voxel found = inside ? map.at(voxel) : Voxel::kFree;
-    if (found == Voxel::kFree || n == hits.size()) continue;
-    hits[n++] = {i << 2 | static_cast<uint32_t>(found)};
+    // written in any case: which points are free cannot be foretold
+    hits[n] = {i << 2 | static_cast<uint32_t>(found)};
+    n += found != Voxel::kFree ? 1 : 0;
   }
   return n;
 }
