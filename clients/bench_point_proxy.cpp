@@ -2,13 +2,13 @@
 #include "clients/bench_point_proxy.h"
 
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <memory>
 
 #include "clients/eval_renderer.h"
 #include "clients/histogram.h"
 #include "clients/scripted_hand.h"
+#include "clients/thread_cpu.h"
 #include "proto/rt_guard.h"
 
 namespace haptic {
@@ -19,12 +19,6 @@ constexpr double kGoalP50 = 2e-6, kGoalP99 = 10e-6, kGoalMax = 25e-6;  // of a p
 constexpr double kSmallSphere = 1e-3;                                  // [m]
 constexpr double kGoalSmallP99 = 50e-6, kGoalLargeP99 = 100e-6;        // of spheres, p99 [s]
 constexpr int kEmptyMeasurements = 10'000;
-
-int64_t thread_cpu_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
 
 /// What an empty measurement takes: subtracted from each [ns].
 int64_t clock_cost_ns() {

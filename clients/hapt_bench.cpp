@@ -9,6 +9,7 @@
 #include "clients/bench_point_proxy.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
+#include "clients/bench_voxel.h"
 #include "clients/hapt_commands.h"
 #include "clients/print_rows.h"
 #include "proto/environment.h"
@@ -75,6 +76,32 @@ void add_point_proxy_command(CLI::App& bench) {
   command->callback([options] { print_judged(bench_point_proxy(options->proxy), options->json); });
 }
 
+void add_voxel_command(CLI::App& bench) {
+  struct Options {
+    BenchVoxelOptions voxel;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  BenchVoxelOptions& voxel = options->voxel;
+  CLI::App* command = bench.add_subcommand(
+      "voxel", "Points of a shell looked up in a voxmap, beside bare gathers from its memory");
+  command->add_option("--side", voxel.sides, "voxels along the object, as often as wanted")
+      ->check(CLI::Range(8, 4096));
+  command->add_option("--points", voxel.points, "of the shell, as often as wanted")
+      ->check(CLI::Range(100, 4'000'000));
+  command->add_option("--coarse", voxel.coarse, "object of 20 f² triangles")
+      ->check(CLI::Range(1, 1500))
+      ->capture_default_str();
+  command->add_option("--fine", voxel.fine, "the same beside it, finer")
+      ->check(CLI::Range(1, 1500))
+      ->capture_default_str();
+  command->add_option("--rounds", voxel.rounds, "alternations; medians are reported")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_judged(bench_voxel(options->voxel), options->json); });
+}
+
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
@@ -84,6 +111,7 @@ void add_bench_command(CLI::App& app) {
   add_ring_command(*bench);
   add_closest_command(*bench);
   add_point_proxy_command(*bench);
+  add_voxel_command(*bench);
   add_bench_jitter(*bench);
   add_bench_segment(*bench);
   add_bench_bake(*bench);

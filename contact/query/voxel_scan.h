@@ -4,6 +4,7 @@
 #include <span>
 
 #include "contact/shape/pointshell.h"
+#include "contact/shape/voxel_tree.h"
 #include "contact/shape/voxmap.h"
 #include "proto/math/pose.h"
 
@@ -32,9 +33,13 @@ ScanPath fastest_scan();
 /// Looks up the voxels of the points first … first + count − 1, in order, and appends those that
 /// are not free to `hits` from place `n` on, as far as there is room for all of them. Returns the
 /// new number. Points are rounded to float in voxels: off by at most 1e-4 of a voxel in a map of
-/// 1024. Points outside the map are free.
+/// 1024. Points outside the map are free. What lies in `hits` beyond the new number is undefined.
 size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxels& at,
                    uint32_t first, uint32_t count, ScanPath path, std::span<VoxelHit> hits,
                    size_t n);
+
+/// The same in a tree, one by one: `at` is that of the map it was built from.
+size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
+                   uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n);
 
 }  // namespace haptic

@@ -72,16 +72,35 @@ TEST_CASE("voxel scan: eight at a time is the same to the bit", "[contact][trap]
   }
 }
 
+TEST_CASE("voxel scan: a tree gives what its map gives", "[contact]") {
+  const MeshShapeData object = build_shape(make_icosphere(0.05, 3));
+  const VoxmapData map = build_voxmap(object.mesh.view(), {1.3e-3, 2});
+  const VoxelTreeData tree = build_voxel_tree(map.view());
+  const PointshellData shell = build_pointshell(object.mesh.view(), 2.3e-3);
+  Random random(3);
+  for (size_t k = 0; k < trials(300); ++k) {
+    const Pose X_OT = random.pose(0.12);
+    const auto expected = scan(map.view(), shell.view(), X_OT, ScanPath::kScalar);
+    std::vector<VoxelHit> hits(shell.x.size());
+    hits.resize(scan_voxels(tree.view(), shell.view(), shell_in_voxels(map.view(), X_OT), 0,
+                            static_cast<uint32_t>(shell.x.size()), hits, 0));
+    REQUIRE(hits.size() == expected.size());
+    for (size_t i = 0; i < hits.size(); ++i) REQUIRE(hits[i].packed == expected[i].packed);
+  }
+}
+
 TEST_CASE("voxel scan: hits stop where there is no room", "[contact]") {
   const MeshShapeData object = build_shape(make_icosphere(0.05, 2));
   const VoxmapData map = build_voxmap(object.mesh.view(), {2e-3, 2});
   const PointshellData shell = build_pointshell(object.mesh.view(), 2e-3);
   const ScanPath path = GENERATE(ScanPath::kScalar, ScanPath::kLanes);
   if (path == ScanPath::kLanes && fastest_scan() != path) return;
-  for (const size_t room : {size_t{0}, size_t{5}, size_t{13}}) {
+  for (const size_t room : {size_t{0}, size_t{5}, size_t{13}, size_t{100}}) {
     std::vector<VoxelHit> hits(room);
     const size_t n = scan_voxels(map.view(), shell.view(), shell_in_voxels(map.view(), {}), 0,
                                  static_cast<uint32_t>(shell.x.size()), path, hits, 0);
     CHECK(n == room);
+    const auto all = scan(map.view(), shell.view(), {}, ScanPath::kScalar);
+    for (size_t i = 0; i < n; ++i) REQUIRE(hits[i].packed == all[i].packed);
   }
 }

@@ -124,4 +124,30 @@ TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothi
   CHECK(figure(ran.output, "contact step, CPU p50") > 0);
 }
 
+TEST_CASE("hapt bench voxel: every row on tiny maps") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Ran ran = hapt("bench voxel --side 24 --points 500 --coarse 4 --fine 8 --rounds 1 --json",
+                       folder.path());
+  INFO(ran.output);
+  check_told(ran);
+  for (const char* order : {"ordered", "shuffled"}) {
+    for (const char* row : {"points", "points not free", "scalar", "512-tree, scalar",
+                            "512-tree over map, scalar", "scalar over its ceiling"}) {
+      CAPTURE(order, row);
+      CHECK(figure(ran.output, std::string("24³, 500 points, ") + order + ", " + row) > 0);
+    }
+    // lanes are measured or named as left out
+    CHECK(has(ran.output, std::string("24³, 500 points, ") + order + ", lanes"));
+  }
+  for (const char* row :
+       {"24³, map", "24³, 512-tree", "24³, dense", "320 triangles", "1280 triangles",
+        "many over few triangles", "2 mm off, tested a tick, tree alone",
+        "5 mm off, fewer points by coherence"}) {
+    CAPTURE(row);
+    CHECK(figure(ran.output, row) > 0);
+  }
+  CHECK(hapt("bench voxel --side 1", folder.path()).code != 0);
+}
+
 }  // namespace haptic
