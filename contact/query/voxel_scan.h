@@ -24,7 +24,8 @@ struct ShellInVoxels {
 };
 ShellInVoxels shell_in_voxels(const Voxmap& map, const Pose& X_OT);
 
-/// Which way the points are looked up; the result is the same to the bit.
+/// Which way the points are looked up; the result is the same to the bit. Lanes are used as long as
+/// there is room for 64 hits more.
 enum class ScanPath { kScalar, kLanes };
 
 /// kLanes where the processor has AVX2.

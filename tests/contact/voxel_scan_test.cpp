@@ -11,7 +11,7 @@ namespace {
 
 std::vector<VoxelHit> scan(const Voxmap& map, const Pointshell& shell, const Pose& X_OT,
                            ScanPath path, uint32_t first = 0) {
-  std::vector<VoxelHit> hits(shell.x.size() + 8);
+  std::vector<VoxelHit> hits(shell.x.size() + 64);  // room for the lanes to the end
   const auto count = static_cast<uint32_t>(shell.x.size()) - first;
   hits.resize(scan_voxels(map, shell, shell_in_voxels(map, X_OT), first, count, path, hits, 0));
   return hits;
@@ -59,17 +59,24 @@ TEST_CASE("voxel scan: eight at a time is the same to the bit", "[contact][trap]
     return;
   }
   const MeshShapeData object = build_shape(make_icosphere(0.05, 3));
-  const VoxmapData map = build_voxmap(object.mesh.view(), {1.3e-3, 2});
+  // in the coarse one even the first brick is not free
+  const double size = GENERATE(1.3e-3, 40e-3);
+  const VoxmapData map = build_voxmap(object.mesh.view(), {size, 0});
   const PointshellData shell = build_pointshell(object.mesh.view(), 1.1e-3);
   Random random(2);
+  size_t touching = 0, free = 0;
   for (size_t k = 0; k < trials(300); ++k) {
-    const Pose X_OT = random.pose(0.12);
+    const Pose X_OT = random.pose(random.uniform(0, 0.3));
     const auto first = static_cast<uint32_t>(random.index(20));
     const auto one = scan(map.view(), shell.view(), X_OT, ScanPath::kScalar, first);
     const auto lanes = scan(map.view(), shell.view(), X_OT, ScanPath::kLanes, first);
     REQUIRE(one.size() == lanes.size());
     for (size_t i = 0; i < one.size(); ++i) REQUIRE(one[i].packed == lanes[i].packed);
+    touching += one.size();
+    free += shell.x.size() - first - one.size();
   }
+  CHECK(touching > 0);
+  CHECK(free > 0);
 }
 
 TEST_CASE("voxel scan: a tree gives what its map gives", "[contact]") {
@@ -78,15 +85,18 @@ TEST_CASE("voxel scan: a tree gives what its map gives", "[contact]") {
   const VoxelTreeData tree = build_voxel_tree(map.view());
   const PointshellData shell = build_pointshell(object.mesh.view(), 2.3e-3);
   Random random(3);
+  size_t touching = 0;
   for (size_t k = 0; k < trials(300); ++k) {
-    const Pose X_OT = random.pose(0.12);
+    const Pose X_OT = random.pose(random.uniform(0, 0.12));
     const auto expected = scan(map.view(), shell.view(), X_OT, ScanPath::kScalar);
     std::vector<VoxelHit> hits(shell.x.size());
     hits.resize(scan_voxels(tree.view(), shell.view(), shell_in_voxels(map.view(), X_OT), 0,
                             static_cast<uint32_t>(shell.x.size()), hits, 0));
     REQUIRE(hits.size() == expected.size());
     for (size_t i = 0; i < hits.size(); ++i) REQUIRE(hits[i].packed == expected[i].packed);
+    touching += hits.size();
   }
+  CHECK(touching > 0);
 }
 
 TEST_CASE("voxel scan: hits stop where there is no room", "[contact]") {
