@@ -78,7 +78,7 @@ void put_first(uint32_t object, ContactSet& set) {
 VoxelState::VoxelState(const VoxelModel& model)
     : visited(model.shell.nodes.size()),
       touches(model.shell.x.size()),
-      hits(model.shell.x.size() + 8),
+      hits(model.shell.x.size() + 64),
       pushes(model.shell.x.size()) {
   for (size_t i = 0; i < model.objects.size(); ++i) coherence.emplace_back(model.shell);
 }
