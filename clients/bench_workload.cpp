@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 
@@ -78,40 +77,6 @@ Vec3 rounded_to_float(const Vec3& v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// Index of each lattice point of a subdivided icosahedron, shared along the sides of its faces: a
-/// point is known by its corners and their weights.
-class IcosphereVertices {
- public:
-  IcosphereVertices(uint32_t frequency, Soup& soup)
-      : frequency_(frequency), soup_(soup), corners_(make_icosphere(1, 0).vertices) {}
-
-  uint32_t at(const Triangle& face, uint32_t i, uint32_t j) {
-    using Part = std::array<uint32_t, 2>;  // corner, weight
-    std::array<Part, 3> key{Part{face[0], frequency_ - i - j}, {face[1], i}, {face[2], j}};
-    for (Part& part : key) {
-      if (part[1] == 0) part = {kNoFace, 0};
-    }
-    std::sort(key.begin(), key.end());
-    const auto [entry, is_new] =
-        known_.try_emplace(key, static_cast<uint32_t>(soup_.vertices.size()));
-    if (is_new) {
-      Vec3 sum;
-      for (const auto& [corner, weight] : key) {
-        if (weight > 0) sum += static_cast<double>(weight) * corners_[corner];
-      }
-      const Vec3 u = normalized(sum);
-      soup_.vertices.push_back(rounded_to_float(kMm * (50 + 4 * octaves(3.0 * u, 5)) * u));
-    }
-    return entry->second;
-  }
-
- private:
-  uint32_t frequency_;
-  Soup& soup_;
-  std::vector<Vec3> corners_;
-  std::map<std::array<std::array<uint32_t, 2>, 3>, uint32_t> known_;
-};
-
 /// A point of the surface and the outward normal there.
 struct SurfacePoint {
   Vec3 p_O, normal_O;
@@ -149,20 +114,10 @@ double step_of(double t) {
 }  // namespace
 
 WorkloadMesh make_bump_sphere(uint32_t frequency) {
-  WorkloadMesh mesh{
-      "sphere " + std::to_string(20 * frequency * frequency), SurfaceKind::kSphere, {}};
-  IcosphereVertices vertices(frequency, mesh.soup);
-  for (const Triangle& face : make_icosphere(1, 0).triangles) {
-    for (uint32_t i = 0; i < frequency; ++i) {
-      for (uint32_t j = 0; i + j < frequency; ++j) {
-        const uint32_t a = vertices.at(face, i, j), b = vertices.at(face, i + 1, j),
-                       c = vertices.at(face, i, j + 1);
-        mesh.soup.triangles.push_back({a, b, c});
-        if (i + j + 1 < frequency) {
-          mesh.soup.triangles.push_back({b, vertices.at(face, i + 1, j + 1), c});
-        }
-      }
-    }
+  WorkloadMesh mesh{"sphere " + std::to_string(20 * frequency * frequency), SurfaceKind::kSphere,
+                    make_geodesic(frequency)};
+  for (Vec3& u : mesh.soup.vertices) {
+    u = rounded_to_float(kMm * (50 + 4 * octaves(3.0 * u, 5)) * u);
   }
   return mesh;
 }

@@ -278,6 +278,25 @@ std::optional<Long3> SphereOracle::rest_on(std::span<const Obstacle> pushing, co
   return has_room(rest->x) ? std::optional(rest->x) : std::nullopt;
 }
 
+Long3 SphereOracle::swept_to(const Stop& stop, const Long3& goal) const {
+  if (!stop.obstacle) return goal;
+  const Long3 d = goal - g_;
+  const auto t = time_to(*stop.obstacle, g_, d, radius_ + kStandOff);
+  return g_ + std::min(t.value_or(0), stop.t) * d;
+}
+
+std::optional<NearestInWalls> SphereOracle::minimum_over(std::span<const Obstacle> stops,
+                                                         const Long3& tool,
+                                                         long double stand_off) const {
+  std::vector<Wall> walls;
+  for (const Obstacle& o : stops) {
+    const Long3 away = away_from(o, g_);
+    const long double height = norm(away) - radius_;
+    walls.push_back({normalized(away), std::min(stand_off, height) - height});
+  }
+  return nearest_in(walls, tool - g_);
+}
+
 OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
   const Long3 tool = widened(tool_O);
   const auto ball = static_cast<double>(norm(tool - g_) + radius_) + kBallSlack;
@@ -286,27 +305,13 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
   std::vector<Obstacle> pushing;  // those that the goal lies on
   Long3 goal = tool;
   OracleAnswer answer;
-  const auto minimum = [&](long double stand_off) {
-    std::vector<Wall> walls;
-    for (const Obstacle& o : stops) {
-      const Long3 away = away_from(o, g_);
-      const long double height = norm(away) - radius_;
-      walls.push_back({normalized(away), std::min(stand_off, height) - height});
-    }
-    return nearest_in(walls, tool - g_);
-  };
   for (;; ++answer.sweeps) {
     if (answer.sweeps == kSphereSweeps) {
       answer.converged = false;
       break;
     }
     const Stop stop = first_stop(g_, goal);
-    const Long3 d = goal - g_;
-    Long3 reached = goal;
-    if (stop.obstacle) {
-      const auto t = time_to(*stop.obstacle, g_, d, radius_ + kStandOff);
-      reached = g_ + std::min(t.value_or(0), stop.t) * d;
-    }
+    const Long3 reached = swept_to(stop, goal);
     const bool moved = norm(reached - g_) > kStill;
     if (!stop.obstacle && stops.empty()) {
       g_ = reached;
@@ -314,7 +319,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
       return answer;
     }
     // near its end, the way is an endless row of ever shorter legs
-    if (!stop.obstacle && norm(d) < kNearRest) {
+    if (!stop.obstacle && norm(goal - g_) < kNearRest) {
       if (const std::optional<Long3> rest = rest_on(pushing, reached, tool)) {
         g_ = reached;
         answer.proxy_O = rounded(*rest);
@@ -335,7 +340,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
       break;
     }
     stops.push_back(*stop.obstacle);
-    const std::optional<NearestInWalls> next = minimum(kStandOff);
+    const std::optional<NearestInWalls> next = minimum_over(stops, tool, kStandOff);
     if (!next) {
       answer.converged = false;
       break;
@@ -344,7 +349,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
     for (size_t i = 0; i < next->n_active; ++i) pushing.push_back(stops[next->active[i]]);
     goal = g_ + next->y;
   }
-  const std::optional<NearestInWalls> on_surface = minimum(0);
+  const std::optional<NearestInWalls> on_surface = minimum_over(stops, tool, 0);
   if (!on_surface) answer.converged = false;
   answer.proxy_O = rounded(on_surface ? g_ + on_surface->y : g_);
   answer.n_active = on_surface ? static_cast<int>(on_surface->n_active) : 0;

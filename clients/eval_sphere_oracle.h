@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clients/eval_oracle.h"
+#include "clients/eval_walls.h"
 
 namespace haptic {
 
@@ -48,6 +49,11 @@ class SphereOracle {
   std::optional<Long3> rest_on(std::span<const Obstacle> pushing, const Long3& from,
                                const Long3& tool) const;
   bool has_room(const Long3& x) const;
+  /// Where a sweep from here to the goal ends, a stand-off in front of what stops it.
+  Long3 swept_to(const Stop& stop, const Long3& goal) const;
+  /// The way to the exact minimum of |x − tool| over the tangent planes here of what stopped it.
+  std::optional<NearestInWalls> minimum_over(std::span<const Obstacle> stops, const Long3& tool,
+                                             long double stand_off) const;
 
   const FacetBins& facets_;
   long double radius_;

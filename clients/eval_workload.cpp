@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/eval_workload.h"
 
-#include <algorithm>
 #include <array>
 #include <charconv>
-#include <map>
 #include <stdexcept>
 
 namespace haptic {
@@ -36,40 +34,6 @@ constexpr std::array<SphereWave, 5> kSphere{{{0.04, {4, 3, -2}, 0.4},
                                              {0.004, {41, 37, -29}, 0.2},
                                              {0.0015, {97, -83, 71}, 1.7}}};
 
-/// Vertices of a geodesic sphere, shared between the faces of the icosahedron: each is known by
-/// the corners it is mixed from and their weights.
-class SphereVertices {
- public:
-  SphereVertices(uint32_t f, Soup& soup)
-      : f_(f), soup_(soup), corners_(make_icosphere(1, 0).vertices) {}
-
-  uint32_t at(const Triangle& face, uint32_t i, uint32_t j) {
-    using Part = std::array<uint32_t, 2>;  // corner, weight
-    Key key{Part{face[0], f_ - i - j}, Part{face[1], i}, Part{face[2], j}};
-    // a corner without weight is none
-    for (Part& part : key) part = part[1] == 0 ? Part{} : part;
-    std::sort(key.begin(), key.end());
-    const auto [known, fresh] =
-        known_.try_emplace(key, static_cast<uint32_t>(soup_.vertices.size()));
-    if (fresh) {
-      Vec3 mixed;
-      for (const auto& [corner, weight] : key) {
-        mixed += static_cast<double>(weight) * corners_[corner];
-      }
-      const Vec3 u = normalized(mixed);
-      soup_.vertices.push_back(bumpy_radius(u) * u);
-    }
-    return known->second;
-  }
-
- private:
-  using Key = std::array<std::array<uint32_t, 2>, 3>;
-  uint32_t f_;
-  Soup& soup_;
-  std::vector<Vec3> corners_;
-  std::map<Key, uint32_t> known_;
-};
-
 /// The number after the colon of "hf:742", 0 where there is none or it is out of range.
 uint32_t fineness(const std::string& name, const std::string& family) {
   if (name.rfind(family + ":", 0) != 0) return 0;
@@ -100,17 +64,8 @@ Soup make_height_field(uint32_t n) {
 }
 
 Soup make_bumpy_sphere(uint32_t f) {
-  Soup soup;
-  SphereVertices vertices(f, soup);
-  for (const Triangle& face : make_icosphere(1, 0).triangles) {
-    for (uint32_t i = 0; i < f; ++i) {
-      for (uint32_t j = 0; i + j < f; ++j) {
-        const uint32_t b = vertices.at(face, i + 1, j), c = vertices.at(face, i, j + 1);
-        soup.triangles.push_back({vertices.at(face, i, j), b, c});
-        if (i + j + 1 < f) soup.triangles.push_back({b, vertices.at(face, i + 1, j + 1), c});
-      }
-    }
-  }
+  Soup soup = make_geodesic(f);
+  for (Vec3& u : soup.vertices) u = bumpy_radius(u) * u;
   return soup;
 }
 

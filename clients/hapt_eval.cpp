@@ -162,87 +162,87 @@ void run_ruffaldi(const EvalOptions& options) {
   print_judged(eval_ruffaldi(eval), options.json);
 }
 
+/// What a session is led by, and how it is shown; common to all that can be judged.
+void add_session_options(CLI::App& command, EvalOptions& options) {
+  command.add_option("--config", options.config, "session file")->capture_default_str();
+  command.add_option("--trace", options.trace, "recorded hand instead of the configured device");
+  command.add_option("--for", options.duration, "how long a simulated hand plays [s]")
+      ->check(seconds_option())
+      ->capture_default_str();
+  command
+      .add_option("--contact-period", options.lockstep.contact_period,
+                  "servo ticks between two contact steps")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      .add_option("--contact-latency", options.lockstep.contact_latency,
+                  "ticks until an answer is visible; 0: within the tick")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  command.add_option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.add_flag("--overwrite", options.overwrite, "replace the plot where it exists");
+  command.add_flag("--json", options.json, "rows as JSON");
+}
+
+/// A renderer beside the exact one, on a mesh instead of a session.
+void add_renderer_options(CLI::App& command, EvalOptions& options) {
+  RendererEval& judged = options.renderer;
+  CLI::Option* const mesh =
+      command
+          .add_option("--mesh", options.meshes,
+                      "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the "
+                      "published work; several make a table of one line each")
+          ->excludes(command.get_option("--config"));
+  // strings: CLI11 looks names up in a map of these
+  const std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
+  command.add_option("--renderer", judged.renderer, "which renderer is judged")
+      ->needs(mesh)
+      ->transform(CLI::CheckedTransformer(renderers))
+      ->default_str("god-object3");
+  const auto add = [&](const std::string& name, auto& value, const CLI::Range& range,
+                       const std::string& text) {
+    command.add_option(name, value, text)->needs(mesh)->check(range)->capture_default_str();
+  };
+  add("--radius", options.radii, CLI::Range(0.0, 0.1),
+      "of the proxy of virtual-proxy3 [m], one or several; 0: a point");
+  add("--friction", judged.friction, CLI::Range(0.0, 10.0),
+      "μ of virtual-proxy3, measured on flat:N");
+  add("--size", judged.size, CLI::Range(1e-3, 10.0), "longest side of a mesh file [m]");
+  add("--stiffness", judged.stiffness, CLI::Range(1.0, 1e5), "of the coupling [N/m]");
+  add("--max-force", judged.max_force, CLI::Range(0.1, 1e3), "limit of the device [N]");
+  add("--ticks", judged.ticks, CLI::Range(1, 10'000'000), "length of the tool's path");
+}
+
+/// A protocol of its own, without a session.
+void add_protocol_options(CLI::App& command, EvalOptions& options) {
+  RuffaldiEval& ruffaldi = options.ruffaldi;
+  CLI::Option* const protocol =
+      command
+          .add_option("--protocol", options.protocol,
+                      "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: "
+                      "what penalty3 does at an edge and through a thin plate, beside the proxies")
+          ->check(CLI::IsMember({"ruffaldi", "artefacts"}))
+          ->excludes(command.get_option("--config"));
+  command.add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
+      ->needs(protocol)
+      ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
+      ->capture_default_str();
+  command.add_option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
+      ->needs(protocol)
+      ->check(CLI::Range(0.0, 1e-3))
+      ->capture_default_str();
+  command.add_option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+      ->needs(protocol, command.get_option("--mesh"));
+}
+
 }  // namespace
 
 void add_eval_command(CLI::App& app) {
   const auto options = std::make_shared<EvalOptions>();
   CLI::App* command = app.add_subcommand("eval", "Run a session offline in lockstep and judge it");
-  command->add_option("--config", options->config, "session file")->capture_default_str();
-  command->add_option("--trace", options->trace, "recorded hand instead of the configured device");
-  command->add_option("--for", options->duration, "how long a simulated hand plays [s]")
-      ->check(seconds_option())
-      ->capture_default_str();
-  command
-      ->add_option("--contact-period", options->lockstep.contact_period,
-                   "servo ticks between two contact steps")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command
-      ->add_option("--contact-latency", options->lockstep.contact_latency,
-                   "ticks until an answer is visible; 0: within the tick")
-      ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  command->add_option("--plot", options->plot, "draw force, depth and lateness to this .svg");
-  command->add_flag("--overwrite", options->overwrite, "replace the plot where it exists");
-  command->add_flag("--json", options->json, "rows as JSON");
-  CLI::Option* const config = command->get_option("--config");
-  RendererEval& judged = options->renderer;
-  CLI::Option* const mesh =
-      command
-          ->add_option("--mesh", options->meshes,
-                       "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the "
-                       "published work; several make a table of one line each")
-          ->excludes(config);
-  // strings: CLI11 looks names up in a map of these
-  const std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
-  command->add_option("--renderer", judged.renderer, "which renderer is judged")
-      ->needs(mesh)
-      ->transform(CLI::CheckedTransformer(renderers))
-      ->default_str("god-object3");
-  command
-      ->add_option("--radius", options->radii,
-                   "of the proxy of virtual-proxy3 [m], one or several; 0: a point")
-      ->needs(mesh)
-      ->check(CLI::Range(0.0, 0.1))
-      ->capture_default_str();
-  command->add_option("--friction", judged.friction, "μ of virtual-proxy3, measured on flat:N")
-      ->needs(mesh)
-      ->check(CLI::Range(0.0, 10.0))
-      ->capture_default_str();
-  command->add_option("--size", judged.size, "longest side of a mesh file [m]")
-      ->needs(mesh)
-      ->check(CLI::Range(1e-3, 10.0))
-      ->capture_default_str();
-  command->add_option("--stiffness", judged.stiffness, "of the coupling [N/m]")
-      ->needs(mesh)
-      ->check(CLI::Range(1.0, 1e5))
-      ->capture_default_str();
-  command->add_option("--max-force", judged.max_force, "limit of the device [N]")
-      ->needs(mesh)
-      ->check(CLI::Range(0.1, 1e3))
-      ->capture_default_str();
-  command->add_option("--ticks", judged.ticks, "length of the tool's path")
-      ->needs(mesh)
-      ->check(CLI::Range(1, 10'000'000))
-      ->capture_default_str();
-  RuffaldiEval& ruffaldi = options->ruffaldi;
-  CLI::Option* const protocol =
-      command
-          ->add_option("--protocol", options->protocol,
-                       "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: "
-                       "what penalty3 does at an edge and through a thin plate, beside the proxies")
-          ->check(CLI::IsMember({"ruffaldi", "artefacts"}))
-          ->excludes(config);
-  command->add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
-      ->needs(protocol)
-      ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
-      ->capture_default_str();
-  command->add_option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
-      ->needs(protocol)
-      ->check(CLI::Range(0.0, 1e-3))
-      ->capture_default_str();
-  command->add_option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
-      ->needs(protocol, mesh);
+  add_session_options(*command, *options);
+  add_renderer_options(*command, *options);
+  add_protocol_options(*command, *options);
   command->callback([options, command] {
     if (!options->protocol.empty()) {
       options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);

@@ -179,7 +179,9 @@ void answer_stateless(const PointScene& scene, const ServoFrame& servo, double r
 /// what it may reach.
 void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
                   ContactState& state, ContactSet& set) {
-  PointProxy proxy = state.proxy;
+  // it goes ahead and is put back; what its queries found serves the next step as well
+  PointProxy& proxy = state.proxy;
+  const ProxyPlace verified = proxy;
   const ProxyMove move = move_proxy(then, p_W, proxy);
   set.flags |= move.flags & (kContactIterationLimit | kContactTruncated);
   if ((move.flags & kContactIterationLimit) != 0 && move.n_active > 0) {
@@ -188,6 +190,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
     add_active(model, then, proxy, move, set);
   }
   add_approaching(model, then, proxy, reach, state, set);
+  static_cast<ProxyPlace&>(proxy) = verified;
 }
 
 struct ProxyAsk {

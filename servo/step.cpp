@@ -195,6 +195,38 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
   return safety;
 }
 
+/// What the device is told to hold, and what follows from its being closed.
+void hold_wrench(ServoState& state, const PointProxySolution& proxy, const SafetyOutput& safe,
+                 ServoFrame& frame) {
+  frame.F_device_B = safe.F_B;
+  frame.flags |= safe.flags;
+  frame.fault = static_cast<uint32_t>(state.safety.fault);
+  frame.renderer = static_cast<uint32_t>(state.renderer);
+  frame.held_back_W = proxy.held_back_W;
+  // where nothing is felt nothing holds
+  if ((frame.flags & kServoClosed) != 0) {
+    state.virtual_proxy = {};
+    frame.held_back_W = {};
+  }
+  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
+  if (state.safety.jumped) {
+    frame.X_WT = state.X_WT;
+    frame.V_WT = {};
+  }
+}
+
+/// The proxy's velocity since the last tick, and what the next one needs of this.
+void note_frame(ServoState& state, const ServoInput& input, bool usable, ServoFrame& frame) {
+  if (state.started) {
+    const double since = static_cast<double>(input.t_ns - state.t_ns) * 1e-9;
+    if (since > 0) frame.V_WP.v = (frame.X_WP.p - state.X_WP.p) / since;
+  }
+  state.started = state.started || usable;
+  state.t_ns = input.t_ns;
+  if (usable) state.X_WT = frame.X_WT;
+  state.X_WP = frame.X_WP;
+}
+
 }  // namespace
 
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device) {
@@ -258,34 +290,13 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
   safety.surface_velocity_B = surface_in_device(model.map, surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
-  frame.F_device_B = safe.F_B;
-  frame.flags |= safe.flags;
-  frame.fault = static_cast<uint32_t>(state.safety.fault);
-  frame.renderer = static_cast<uint32_t>(state.renderer);
-  frame.held_back_W = proxy.held_back_W;
-  // where nothing is felt nothing holds
-  if ((frame.flags & kServoClosed) != 0) {
-    state.virtual_proxy = {};
-    frame.held_back_W = {};
-  }
-  // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
-  if (state.safety.jumped) {
-    frame.X_WT = state.X_WT;
-    frame.V_WT = {};
-  }
+  hold_wrench(state, proxy, safe, frame);
   // a closed force pushes nothing
   const bool felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
   if (felt) add_impulses(proxy, force_W, X_WO, model.dt, state);
   frame.object_impulse_W = state.object_impulse_W;
 
-  if (state.started) {
-    const double since = static_cast<double>(input.t_ns - state.t_ns) * 1e-9;
-    if (since > 0) frame.V_WP.v = (frame.X_WP.p - state.X_WP.p) / since;
-  }
-  state.started = state.started || usable;
-  state.t_ns = input.t_ns;
-  if (usable) state.X_WT = frame.X_WT;
-  state.X_WP = frame.X_WP;
+  note_frame(state, input, usable, frame);
   return frame;
 }
 

@@ -39,11 +39,10 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
   for (auto it = begin; it != end;) {
     const auto next =
         std::find_if(it, end, [&](const ClosestPoint& c) { return !(c.feature == it->feature); });
-    const Vec3 outward_O = pseudo_normal(shape.mesh, it->feature);
-    const Vec3 away_O = p_O - it->point_O;
-    const bool in_front = dot(away_O, outward_O) >= 0;
     const bool agreed = static_cast<size_t>(next - it) == ring_size(shape.mesh, it->feature);
-    if (agreed && in_front) {
+    const Vec3 outward_O = agreed ? pseudo_normal(shape.mesh, it->feature) : Vec3{};
+    const Vec3 away_O = p_O - it->point_O;
+    if (agreed && dot(away_O, outward_O) >= 0) {
       const bool face = it->feature.kind == FeatureKind::kFace;
       const Vec3 normal_O = face || it->distance < kOnSurface ? outward_O : away_O / it->distance;
       scratch.features[n_features++] = {*it, normal_O};

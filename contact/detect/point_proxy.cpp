@@ -289,7 +289,10 @@ class Slide {
     // again, so that a proxy at rest does not depend on how it came there
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
-      if (!tries_again()) return settle(), take_leap_back();
+      if (!tries_again()) {
+        settle();
+        return take_leap_back();
+      }
       // on the rest of the same way the same facet is in front
       if (!towards_tool || !blocked.hit) return true;
     }

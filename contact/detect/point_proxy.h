@@ -27,11 +27,15 @@ struct ProxyWitness {
   ClosestWitness beside;
 };
 
-/// What survives between two contact steps.
-struct PointProxy {
+/// Where a proxy is.
+struct ProxyPlace {
   Vec3 g_W;  // verified position of its centre: outside every closed object, radius away
   bool seeded = false;
   std::array<Pose, kMaxObjects> X_WO;  // object poses at which g was verified
+};
+
+/// What survives between two contact steps.
+struct PointProxy : ProxyPlace {
   std::array<ProxyWitness, kMaxObjects> witnesses{};
 };
 

@@ -48,6 +48,26 @@ LaneSet patches_near(const PatchNode& node, const PatchProbe& probe, float limit
 /// Triangles of the leaf that may be no further than `limit`. Keeps too many, never too few.
 LaneSet triangles_near(const PatchLeaf& leaf, const PatchProbe& probe, float limit);
 
+/// Every leaf below the nodes of which `near(node)` keeps lanes, in no order that matters.
+template <class Near, class Visit>
+void for_each_near_leaf(const PatchTree& tree, Near&& near, Visit&& visit) {
+  std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = 0;
+  while (n_waiting > 0) {
+    const uint32_t child = waiting[--n_waiting];
+    if (child == kNoPatch) continue;
+    if ((child & kPatchLeaf) != 0) {
+      visit(tree.leaves[child & ~kPatchLeaf]);
+      continue;
+    }
+    const PatchNode& node = tree.nodes[child];
+    for (LaneSet lanes = near(node); lanes.any(); lanes.pop()) {
+      waiting[n_waiting++] = node.child[lanes.first()];
+    }
+  }
+}
+
 /// The float no less than a distance.
 inline float round_up_distance(double distance) {
   constexpr float kUlp = 1.2e-7F;

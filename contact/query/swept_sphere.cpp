@@ -136,19 +136,8 @@ class SphereSearch {
   /// All triangles but `known`, which has been tested.
   void descend(uint32_t known) {
     WayProbe way = way_to_hit();
-    std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
-    size_t n_waiting = 0;
-    waiting[n_waiting++] = 0;
-    while (n_waiting > 0) {
-      const uint32_t child = waiting[--n_waiting];
-      if (child == kNoPatch) continue;
-      if ((child & kPatchLeaf) == 0) {
-        const PatchNode& node = shape_.patches.nodes[child];
-        LaneSet lanes = patches_on_way(node, way);
-        for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
-        continue;
-      }
-      const PatchLeaf& leaf = shape_.patches.leaves[child & ~kPatchLeaf];
+    const auto near = [&](const PatchNode& node) { return patches_on_way(node, way); };
+    for_each_near_leaf(shape_.patches, near, [&](const PatchLeaf& leaf) {
       const double t = best_.t;
       for (LaneSet lanes = triangles_on_way(leaf, way); lanes.any(); lanes.pop()) {
         const uint32_t triangle = leaf.triangle[lanes.first()];
@@ -156,7 +145,7 @@ class SphereSearch {
       }
       // what lies behind the best hit is of no interest any more
       if (best_.t < t) way = way_to_hit();
-    }
+    });
   }
 
   const SegmentHit& best() const { return best_; }

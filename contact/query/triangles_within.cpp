@@ -35,19 +35,8 @@ size_t collect(const MeshShape& shape, const Vec3& p_O, double radius, Facing fa
   const PatchProbe probe(p_O);
   const float limit = round_up_distance(radius);
   size_t found = 0;
-  std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
-  size_t n_waiting = 0;
-  waiting[n_waiting++] = 0;
-  while (n_waiting > 0) {
-    const uint32_t child = waiting[--n_waiting];
-    if (child == kNoPatch) continue;
-    if ((child & kPatchLeaf) == 0) {
-      const PatchNode& node = shape.patches.nodes[child];
-      LaneSet lanes = patches_near(node, probe, limit, facing);
-      for (; lanes.any(); lanes.pop()) waiting[n_waiting++] = node.child[lanes.first()];
-      continue;
-    }
-    const PatchLeaf& leaf = shape.patches.leaves[child & ~kPatchLeaf];
+  const auto near = [&](const PatchNode& node) { return patches_near(node, probe, limit, facing); };
+  for_each_near_leaf(shape.patches, near, [&](const PatchLeaf& leaf) {
     LaneSet lanes = triangles_near(leaf, probe, limit);
     for (; lanes.any(); lanes.pop()) {
       const uint32_t triangle = leaf.triangle[lanes.first()];
@@ -57,7 +46,7 @@ size_t collect(const MeshShape& shape, const Vec3& p_O, double radius, Facing fa
       if (found < out.size()) out[found] = closest_point_on_triangle(shape.mesh, triangle, on, p_O);
       ++found;
     }
-  }
+  });
   return found;
 }
 

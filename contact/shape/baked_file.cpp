@@ -115,14 +115,13 @@ void check_patches(const PatchTree& patches, const TriangleMesh& mesh) {
         require_baked((child & ~kPatchLeaf) < patches.leaves.size(), "a patch out of range");
         continue;
       }
-      // children come after their parent, and know it: no cycles, up or down
-      require_baked(child > i && child < patches.nodes.size() &&
-                        patches.nodes[child].parent == kPatchLanes * i + lane &&
+      // children come after their one parent: no cycles, and depths in one pass
+      require_baked(child > i && child < patches.nodes.size() && depth[child] == 0 &&
                         depth[i] + 1 < kMaxPatchDepth,
                     "broken patches");
       depth[child] = depth[i] + 1;
     }
-    require_baked(i == 0 ? node.parent == 0 : depth[i] > 0, "a patch without parent");
+    require_baked(i == 0 || depth[i] > 0, "a patch without parent");
   }
   for (const PatchLeaf& leaf : patches.leaves) {
     for (size_t k = 0; k < kPatchLanes; ++k) {

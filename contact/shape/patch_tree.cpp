@@ -87,7 +87,7 @@ class Builder {
     }
     tree_.nodes.reserve(n / 40 + 1);
     tree_.leaves.reserve(n / 6 + 1);
-    build_node(0, n, 0);
+    build_node(0, n);
     return std::move(tree_);
   }
 
@@ -271,7 +271,7 @@ class Builder {
   }
 
   /// Appends the node of these items and everything below it.
-  Patch build_node(size_t begin, size_t end, uint32_t parent) {
+  Patch build_node(size_t begin, size_t end) {
     const auto index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.push_back(empty_node());
     const size_t parts = count_parts(end - begin);
@@ -286,13 +286,11 @@ class Builder {
         child = build_leaf(from, to, patches[lane]);
       } else {
         child = static_cast<uint32_t>(tree_.nodes.size());
-        const size_t parent_lane = kPatchLanes * index + lane;
-        patches[lane] = build_node(from, to, static_cast<uint32_t>(parent_lane));
+        patches[lane] = build_node(from, to);
       }
       tree_.nodes[index].child[lane] = child;
       store(tree_.nodes[index], lane, patches[lane]);
     }
-    tree_.nodes[index].parent = parent;
     return end - begin <= kExactTriangles ? measure(begin, end) : merge({patches.data(), parts});
   }
 

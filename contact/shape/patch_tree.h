@@ -23,8 +23,7 @@ struct PatchNode {
   Lanes low, high;
   Lanes cos_squared;                        // 0: locally nearest points in every direction
   std::array<uint32_t, kPatchLanes> child;  // a node, or kPatchLeaf | leaf
-  uint32_t parent = 0;                      // kPatchLanes * node + lane; 0 for the root
-  std::array<uint32_t, 7> unused{};
+  std::array<uint32_t, 8> unused{};
 };
 
 inline constexpr uint32_t kPatchLeaf = 1u << 31;

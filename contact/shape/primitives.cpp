@@ -2,6 +2,8 @@
 #include "contact/shape/primitives.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <unordered_map>
 
 namespace haptic {
@@ -47,6 +49,39 @@ Soup subdivide(const Soup& coarse) {
   return fine;
 }
 
+/// Vertices of a geodesic sphere, shared between the faces of the icosahedron: each is known by
+/// the corners it is mixed from and their weights.
+class GeodesicVertices {
+ public:
+  GeodesicVertices(uint32_t f, const Soup& icosahedron, Soup& soup)
+      : f_(f), corners_(icosahedron.vertices), soup_(soup) {}
+
+  uint32_t at(const Triangle& face, uint32_t i, uint32_t j) {
+    using Part = std::array<uint32_t, 2>;  // corner, weight
+    Key key{Part{face[0], f_ - i - j}, Part{face[1], i}, Part{face[2], j}};
+    // a corner without weight is none
+    for (Part& part : key) part = part[1] == 0 ? Part{} : part;
+    std::sort(key.begin(), key.end());
+    const auto [known, fresh] =
+        known_.try_emplace(key, static_cast<uint32_t>(soup_.vertices.size()));
+    if (fresh) {
+      Vec3 mixed;
+      for (const auto& [corner, weight] : key) {
+        mixed += static_cast<double>(weight) * corners_[corner];
+      }
+      soup_.vertices.push_back(normalized(mixed));
+    }
+    return known->second;
+  }
+
+ private:
+  using Key = std::array<std::array<uint32_t, 2>, 3>;
+  uint32_t f_;
+  const std::vector<Vec3>& corners_;
+  Soup& soup_;
+  std::map<Key, uint32_t> known_;
+};
+
 }  // namespace
 
 Soup make_box(const Vec3& extent) {
@@ -65,6 +100,22 @@ Soup make_icosphere(double radius, uint32_t subdivisions) {
   for (Vec3& v : soup.vertices) v = normalized(v);
   for (uint32_t i = 0; i < subdivisions; ++i) soup = subdivide(soup);
   for (Vec3& v : soup.vertices) v *= radius;
+  return soup;
+}
+
+Soup make_geodesic(uint32_t f) {
+  const Soup icosahedron = make_icosphere(1, 0);
+  Soup soup;
+  GeodesicVertices vertices(f, icosahedron, soup);
+  for (const Triangle& face : icosahedron.triangles) {
+    for (uint32_t i = 0; i < f; ++i) {
+      for (uint32_t j = 0; i + j < f; ++j) {
+        const uint32_t b = vertices.at(face, i + 1, j), c = vertices.at(face, i, j + 1);
+        soup.triangles.push_back({vertices.at(face, i, j), b, c});
+        if (i + j + 1 < f) soup.triangles.push_back({b, vertices.at(face, i + 1, j + 1), c});
+      }
+    }
+  }
   return soup;
 }
 

@@ -4,6 +4,7 @@
 #include "clients/eval_renderer.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "clients/eval_friction.h"
 #include "clients/eval_table.h"
@@ -222,4 +223,31 @@ TEST_CASE("eval: many cases in one go, mesh by mesh", "[lab]") {
   CHECK(cases[1].lockstep.contact_latency == 1);
   CHECK(cases[2].radius == 1e-3);
   CHECK(cases[4].mesh == haptic::published_work()[0]);
+}
+
+TEST_CASE("eval: where legs take turns a sphere settles on the planes of all of them",
+          "[lab][trap]") {
+  // a cut-out of hf:742 at tick 17416: two places 80 nm apart, equally near within the stand-off
+  constexpr double kRadius = 5e-3, kAround = 12e-3;
+  constexpr uint64_t kFirst = 17300;
+  const haptic::EvalWork work = haptic::make_eval_work("hf:742", kRadius);
+  const haptic::Vec3 at = work.path(17.416);
+  haptic::Soup near{work.soup.vertices, {}};
+  for (const haptic::Triangle& t : work.soup.triangles) {
+    const haptic::Vec3 d = work.soup.vertices[t[0]] - at;
+    if (std::hypot(d.x, d.y) < kAround) near.triangles.push_back(t);
+  }
+  const haptic::MeshShapeData mesh = haptic::build_shape(std::move(near));
+  ScriptedHand hand([&](double t) {
+    // down from above at first, then on the published path
+    const double above = t < 0.05 ? 10e-3 * (1 - t / 0.05) : 0;
+    return work.path(1e-3 * kFirst + t) + haptic::Vec3{0, 0, above};
+  });
+  haptic::SessionConfig config = haptic::plain_session(kStiffness);
+  config.renderer = haptic::Renderer::kVirtualProxy3;
+  config.proxy_radius = kRadius;
+  const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, 150);
+  CAPTURE(judge.worst_tick());
+  CHECK(judge.worst_error() <= tol(1e-6));
+  CHECK(judge.not_minimal() == 0);
 }

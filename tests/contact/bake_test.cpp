@@ -509,7 +509,10 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
       [](MeshShapeData& s) { s.patches.nodes[0].child[1] = 0; },
       [](MeshShapeData& s) { s.patches.nodes[0].child[1] = 1u << 20; },
       [](MeshShapeData& s) { s.patches.nodes[0].child[1] = s.patches.nodes[0].child[0]; },
-      [](MeshShapeData& s) { s.patches.nodes.back().parent = 0; },
+      // two parents
+      [](MeshShapeData& s) {
+        s.patches.nodes[1].child[0] = static_cast<uint32_t>(s.patches.nodes.size() - 1);
+      },
       [](MeshShapeData& s) { s.patches.nodes.back().child[0] = kPatchLeaf | 1u << 20; },
       [](MeshShapeData& s) { s.patches.leaves.pop_back(); },
       [](MeshShapeData& s) { s.patches.leaves[2].triangle[3] = 80; }};

@@ -118,12 +118,13 @@ class KillTorture {
     FileDescriptor socket = server_.connect_child(Channels::kId, generation);
     ForkedProcess writer([this, generation, fd = socket.get()] {
       SegmentWriter<Channels> segment(generation);
-      offer_segment(fd, Channels::kId, generation, Channels::kName, segment.fd());
       RingType& ring = segment.channels().records;
-      for (uint64_t n = 0;; ++n) {
-        ring.publish(Item::make(n));
-        while (!shared_->go) std::this_thread::yield();
-      }
+      // whole before any reader looks: a broken ring would lose it, and the first writer makes no
+      // more until every reader has it
+      ring.publish(Item::make(0));
+      offer_segment(fd, Channels::kId, generation, Channels::kName, segment.fd());
+      while (!shared_->go) std::this_thread::yield();
+      for (uint64_t n = 1;; ++n) ring.publish(Item::make(n));
     });
     serve_until([&] { return view_ != nullptr; });
     return writer;

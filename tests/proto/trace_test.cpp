@@ -73,8 +73,8 @@ T counted_record(uint64_t seed) {
 
 template <typename T>
 bool same_bytes(const T& a, const T& b) {
-  // wire structs have no padding
-  return std::memcmp(&a, &b, sizeof a) == 0;  // NOLINT(bugprone-suspicious-memory-comparison)
+  // wire structs have no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+  return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 ServoFrame frame_of(uint64_t tick) {
