@@ -43,7 +43,7 @@ FileDescriptor open_node(const DeviceConfig& device) {
 /// The three processes of a session and hapticd's controls, each with a segment of its own.
 class OneThreadSession {
  public:
-  OneThreadSession(const SessionConfig& config, std::span<const MeshShape> shapes)
+  OneThreadSession(const SessionConfig& config, const ContactShapes& shapes)
       : sockets_(make_socket_pair()),
         attachments_(std::move(sockets_[1])),
         inbox_(attachments_),
@@ -52,6 +52,7 @@ class OneThreadSession {
         device_(open_device(config.device, std::move(node_))),
         loop_(config, *device_, inbox_, servo_.channels()),
         contact_model_(build_contact_model(config, shapes)),
+        contact_state_(contact_model_),
         sim_model_(build_sim(config)),
         control_(initial_control(config)),
         period_ns_(period_ns(config.servo_rate)),
@@ -137,7 +138,7 @@ class OneThreadSession {
   std::unique_ptr<Device> device_;
   ServoLoop loop_;
   ContactModel contact_model_;
-  ContactState contact_state_{};
+  ContactState contact_state_;
   SimModel sim_model_;
   SimState sim_state_{};
   SceneFrame scene_{};
@@ -190,7 +191,7 @@ void GuardedLoopResult::count(const ServoFrame& frame, bool is_timed) noexcept {
   lost_ticks += (frame.device.flags & kDeviceLost) != 0;
 }
 
-GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const MeshShape> shapes,
+GuardedLoopResult run_guarded_loop(const SessionConfig& config, const ContactShapes& shapes,
                                    const GuardedLoopOptions& options) {
   if (!guard_hooks_linked()) {
     throw std::runtime_error(

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <span>
 
 #include "contact/step.h"
 #include "proto/config.h"
@@ -46,7 +45,7 @@ bool has_node(const DeviceConfig& device);
 /// sim, armed as well; the controls change every few seconds. Locks this process's memory meanwhile
 /// where that is allowed. Throws std::runtime_error where the hooks are not linked or nothing
 /// attaches.
-GuardedLoopResult run_guarded_loop(const SessionConfig& config, std::span<const MeshShape> shapes,
+GuardedLoopResult run_guarded_loop(const SessionConfig& config, const ContactShapes& shapes,
                                    const GuardedLoopOptions& options = {});
 
 }  // namespace haptic

@@ -64,14 +64,14 @@ void stop_where_asked() {
   throw CLI::RuntimeError(kExitInterrupted);
 }
 
-std::vector<BakedShape> bake_all(const SessionConfig& config) {
-  std::vector<BakedShape> baked;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
+BakedSession bake_all(const SessionConfig& config) {
+  BakeTold told;
+  told.begin = [](const std::string& mesh) {
     stop_where_asked();
-    std::cerr << "reading and checking " << view(config.objects[i].mesh) << '\n';
-    baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-    for (const std::string& line : baked.back().report.lines) std::cerr << "  " << line << '\n';
-  }
+    std::cerr << "reading and checking " << mesh << '\n';
+  };
+  told.finding = [](const std::string& line) { std::cerr << "  " << line << '\n'; };
+  BakedSession baked = bake_session(config, told);
   stop_where_asked();
   return baked;
 }
@@ -192,8 +192,8 @@ std::string hand_line(const DeviceConfig& device) {
 
 /// The table: what was played on what, the figures with their goals, where they are kept.
 std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
-                       const std::vector<BakedShape>& baked, const Recording& hand,
-                       const Played& played, const SessionData& data) {
+                       const BakedSession& baked, const Recording& hand, const Played& played,
+                       const SessionData& data) {
   Rows rows(options.session);
   rows.note("hand", hand_line(config.device));
   rows.note("machine", machine_line());
@@ -224,7 +224,7 @@ void play(PlayOptions options) {
   }
 
   // baked here once, so that contact finds it in the cache and the judge has it too
-  const std::vector<BakedShape> baked = bake_all(config);
+  const BakedSession baked = bake_all(config);
   const Played played = play_and_record(options, replay, hand.seconds);
   SessionData data = load_session(options.log);
   data.lost = played.lost;

@@ -19,6 +19,7 @@
 #include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/summary.h"
+#include "proto/config_warnings.h"
 #include "proto/realtime.h"
 #include "proto/renderer.h"
 
@@ -43,7 +44,7 @@ struct EvalRun {
   uint64_t hash = 0;
 };
 
-EvalRun run_lockstep(const SessionConfig& config, const std::vector<MeshShape>& shapes,
+EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
                      const EvalOptions& options) {
   EvalRun run;
   const std::unique_ptr<Device> device = open_device(config.device);
@@ -79,13 +80,11 @@ void run_eval(const EvalOptions& options) {
                              "recorded hand, or another --config");
   }
   check_outputs({options.plot}, {options.trace, file}, options.overwrite);
-  std::vector<BakedShape> baked;
-  std::vector<MeshShape> shapes;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
-    baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-    for (const std::string& line : baked.back().report.lines) std::cerr << line << '\n';
-    shapes.push_back(baked.back().shape);
-  }
+  for (const std::string& line : config_warnings(config)) std::cerr << file << ": " << line << '\n';
+  BakeTold told;
+  told.finding = [](const std::string& line) { std::cerr << line << '\n'; };
+  const BakedSession baked = bake_session(config, told);
+  const ContactShapes shapes = baked.shapes();
   const EvalRun first = run_lockstep(config, shapes, options);
   const EvalRun second = run_lockstep(config, shapes, options);
   const std::string name(view(config.name));
@@ -194,8 +193,9 @@ void add_renderer_options(CLI::App& command, EvalOptions& options) {
                       "published work; several make a table of one line each")
           ->excludes(command.get_option("--config"));
   // strings: CLI11 looks names up in a map of these
-  const std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
-  command.add_option("--renderer", judged.renderer, "which renderer is judged")
+  std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
+  std::erase_if(renderers, [](const auto& pair) { return is_of_body(pair.second); });
+  command.add_option("--renderer", judged.renderer, "which renderer of a point is judged")
       ->needs(mesh)
       ->transform(CLI::CheckedTransformer(renderers))
       ->default_str("god-object3");

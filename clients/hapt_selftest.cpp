@@ -10,7 +10,7 @@
 #include "clients/hapt_commands.h"
 #include "clients/print_rows.h"
 #include "clients/report.h"
-#include "contact/bake.h"
+#include "contact/bake_session.h"
 
 namespace haptic {
 namespace {
@@ -60,14 +60,9 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
 
 void run_selftest(const SelftestOptions& options) {
   const SessionConfig config = load_config(find_config(options.config));
-  std::vector<BakedShape> baked;
-  std::vector<MeshShape> shapes;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
-    baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-    shapes.push_back(baked.back().shape);
-  }
+  const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
-      run_guarded_loop(config, shapes, loop_options(config, options.ticks));
+      run_guarded_loop(config, baked.shapes(), loop_options(config, options.ticks));
   const Rows rows = make_rows(config, result);
   std::cerr << result.report.explain();
   print_judged(rows.rows(), options.json);

@@ -6,6 +6,7 @@
 
 #include "proto/control.h"
 #include "proto/mapping.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
@@ -25,14 +26,14 @@ uint64_t add_to_hash(uint64_t hash, const ServoFrame& frame) {
 
 }  // namespace
 
-Lockstep::Lockstep(const SessionConfig& config, std::span<const MeshShape> shapes, Device& device,
+Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
                    const LockstepOptions& options)
     : config_(config),
       options_(options),
       device_(device),
       servo_model_(build_servo_model(config, {device.caps().max_force, device.caps().max_torque})),
       contact_model_(build_contact_model(config, shapes)),
-      contact_state_(std::make_unique<ContactState>()),
+      contact_state_(std::make_unique<ContactState>(contact_model_)),
       sim_model_(build_sim(config)),
       control_(initial_control(config)) {
   contact_model_.prediction = options.contact_latency / config.servo_rate;
@@ -49,6 +50,13 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   question.flags = kServoNoContactSet;
   question.renderer = static_cast<uint32_t>(config_.renderer);
   question.held_back_W = frame_.held_back_W;
+  // a proxy is where the last tick left it
+  question.X_WP = question.X_WT;
+  if (tick_ > 0 && is_of_body(config_.renderer) &&
+      solver_of(servo_model_, config_.renderer) != SoftSolver::kDirect) {
+    question.X_WP = frame_.X_WP;
+    question.V_WP = frame_.V_WP;
+  }
   return question;
 }
 

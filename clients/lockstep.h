@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <span>
 
 #include "contact/step.h"
 #include "device-io/device.h"
@@ -24,7 +23,7 @@ struct LockstepOptions {
 /// lab, and the harness of the tests. Device and shapes must outlive it.
 class Lockstep {
  public:
-  Lockstep(const SessionConfig& config, std::span<const MeshShape> shapes, Device& device,
+  Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
 
   /// One tick. False once the device's recording has ended (that tick is not a frame).

@@ -7,6 +7,7 @@
 
 #include "contact/bake_inside.h"
 #include "contact/query/closest_point.h"
+#include "proto/renderer.h"
 #include "proto/scene_pose.h"
 #include "proto/trace.h"
 
@@ -30,18 +31,52 @@ const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) 
   return it != scenes.end() && it->seq == seq ? &*it : nullptr;
 }
 
+/// How deep the deepest of these points, given in the frame of the proxy, is inside an object.
 double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const SessionConfig& config,
-                   std::span<const BakedShape> shapes) {
+                   std::span<const BakedShape> shapes, std::span<const Vec3> points_P) {
   double deepest = 0;
   for (uint32_t i = 0; i < shapes.size(); ++i) {
     if (!shapes[i].shape.mesh.closed) continue;
     const Pose X_WO =
         scene != nullptr ? object_pose_at(*scene, i, frame.t_ns) : config.objects[i].X_WO;
-    const ClosestPoint c = closest_point(shapes[i].shape, inverse(X_WO) * frame.X_WP.p,
-                                         std::numeric_limits<double>::infinity());
-    if (c.found && c.inside) deepest = std::max(deepest, c.distance);
+    const Pose X_OP = inverse(X_WO) * frame.X_WP;
+    for (const Vec3& p_P : points_P) {
+      const ClosestPoint c =
+          closest_point(shapes[i].shape, X_OP * p_P, std::numeric_limits<double>::infinity());
+      if (c.found && c.inside) deepest = std::max(deepest, c.distance);
+    }
   }
   return deepest;
+}
+
+/// About so many of the list, evenly.
+template <typename Items>
+auto some_of(const Items& items, size_t most) {
+  std::vector<typename Items::value_type> some;
+  const size_t every = std::max<size_t>(items.size() / most, 1);
+  for (size_t i = 0; i < items.size(); i += every) some.push_back(items[i]);
+  return some;
+}
+
+/// Of a tool with six degrees of freedom.
+Penetration measure_body(const SessionData& data, const SessionConfig& config,
+                         const BakedSession& baked) {
+  Penetration out;
+  out.unchecked = "not asked: a soft proxy may be inside";
+  std::vector<ServoFrame> touching;
+  for (const ServoFrame& frame : data.frames) {
+    if ((frame.flags & kServoContact) != 0) touching.push_back(frame);
+  }
+  const std::vector<Vec3> points_T =
+      some_of(std::vector<Vec3>(baked.tool->shape.mesh.vertices.begin(),
+                                baked.tool->shape.mesh.vertices.end()),
+              1000);
+  for (const ServoFrame& frame : some_of(touching, 200)) {
+    const double depth =
+        proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, baked.objects, points_T);
+    out.deepest_proxy = std::max(out.deepest_proxy, depth);
+  }
+  return out;
 }
 
 }  // namespace
@@ -78,18 +113,20 @@ PortEnergy port_energy(std::span<const ServoFrame> frames) {
 }
 
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
-                                std::span<const BakedShape> shapes) {
+                                const BakedSession& baked) {
+  if (is_of_body(config.renderer) && baked.tool) return measure_body(data, config, baked);
+  const std::span<const BakedShape> shapes = baked.objects;
   Penetration out;
   std::vector<std::unique_ptr<InsideOracle>> oracles;
-  for (const BakedShape& baked : shapes) {
-    oracles.push_back(baked.shape.mesh.closed ? std::make_unique<InsideOracle>(baked.shape.mesh)
-                                              : nullptr);
+  for (const BakedShape& object : shapes) {
+    oracles.push_back(object.shape.mesh.closed ? std::make_unique<InsideOracle>(object.shape.mesh)
+                                               : nullptr);
   }
   // an open surface has no inside to be in
-  const bool any_closed = std::any_of(shapes.begin(), shapes.end(), [](const BakedShape& baked) {
-    return baked.shape.mesh.closed;
+  const bool any_closed = std::any_of(shapes.begin(), shapes.end(), [](const BakedShape& object) {
+    return object.shape.mesh.closed;
   });
-  out.can_be_checked = any_closed || shapes.empty();
+  if (!any_closed && !shapes.empty()) out.unchecked = "not checked: an open mesh has no inside";
   for (const VerifiedProxy& proxy : data.proxies) {
     if ((proxy.flags & kContactNoFreePose) != 0 || !any_closed) continue;
     ++out.verified_checked;
@@ -100,7 +137,8 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
   }
   for (const ServoFrame& frame : data.frames) {
     if ((frame.flags & kServoContact) == 0) continue;
-    const double depth = proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, shapes);
+    const double depth = proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, shapes,
+                                     std::array{Vec3{}});
     out.deepest_proxy = std::max(out.deepest_proxy, depth);
   }
   return out;
@@ -112,11 +150,12 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const auto& frames = data.frames;
   const auto ticks = static_cast<double>(frames.size());
   const double limit = std::min(config.safety.max_force, config.device.max_force);
-  double peak = 0, deepest = 0;
+  double peak = 0, peak_torque = 0, deepest = 0;
   size_t touching = 0, faults = 0, lost_time = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
     peak = std::max(peak, force);
+    peak_torque = std::max(peak_torque, norm(f.F_coupling_W.t));
     touching += (f.flags & kServoContact) != 0 && force > kTouchForce;
     faults += (f.flags & kServoFault) != 0;
     lost_time += (f.device.flags & kDeviceLostTime) != 0;
@@ -135,14 +174,19 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   }
   rows.add("ticks in contact", static_cast<double>(touching), "", 1, touching > 0);
   rows.add("peak force at the device", peak, "N", limit, peak <= limit);
-  rows.add("deepest push of the hand behind the surface", deepest, "m");
+  if (is_of_body(config.renderer)) {
+    rows.add("peak torque on the tool", peak_torque, "N·m");
+    rows.add("largest distance from the hand to its proxy", deepest, "m");
+  } else {
+    rows.add("deepest push of the hand behind the surface", deepest, "m");
+  }
   rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
-  if (penetration.can_be_checked) {
+  if (penetration.unchecked.empty()) {
     rows.add("verified proxy inside (exact check)",
              static_cast<double>(penetration.verified_inside), "", 0,
              penetration.verified_inside == 0 && penetration.verified_checked > 0);
   } else {
-    rows.note("verified proxy inside (exact check)", "not checked: an open mesh has no inside");
+    rows.note("verified proxy inside (exact check)", penetration.unchecked);
   }
   const PortEnergy energy = port_energy(frames);
   rows.add("energy the hand put in", energy.into_device, "J");

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "clients/report.h"
-#include "contact/bake.h"
+#include "contact/bake_session.h"
 #include "proto/config.h"
 #include "proto/wire.h"
 
@@ -49,13 +49,15 @@ PortEnergy port_energy(std::span<const ServoFrame> frames);
 struct Penetration {
   size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
   size_t verified_checked = 0;
-  bool can_be_checked = true;  // false: every object is an open surface
-  double deepest_proxy = 0;    // of this tick's proxy X_WP, which contacts answer late [m]
+  std::string unchecked;     // why nothing is verified; empty: it is
+  double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
 };
 
-/// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy.
+/// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy. A tool
+/// with six degrees of freedom may be inside: of its proxy a thousand vertices are asked, at two
+/// hundred instants.
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
-                                std::span<const BakedShape> shapes);
+                                const BakedSession& baked);
 
 /// The figures of a session as rows of case `name`: ticks, late ticks, lateness, busy times, rates,
 /// force, depth, energy, samples, with the goals that make it a success.

@@ -3,10 +3,8 @@
 
 #include <cstdio>
 #include <memory>
-#include <vector>
 
-#include "contact/bake.h"
-#include "contact/step.h"
+#include "contact/bake_session.h"
 
 namespace haptic {
 namespace {
@@ -14,22 +12,12 @@ namespace {
 constexpr int kFifoPriority = 60;
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
 
-std::vector<BakedShape> bake_all(const SessionConfig& config) {
-  std::vector<BakedShape> baked;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
-    baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-    for (const std::string& line : baked.back().report.lines) {
-      std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
-    }
-  }
-  return baked;
-}
-
-std::vector<MeshShape> shapes_of(const std::vector<BakedShape>& baked) {
-  std::vector<MeshShape> shapes;
-  shapes.reserve(baked.size());
-  for (const BakedShape& b : baked) shapes.push_back(b.shape);
-  return shapes;
+BakedSession bake_told(const SessionConfig& config) {
+  BakeTold told;
+  told.finding = [](const std::string& line) {
+    std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
+  };
+  return bake_session(config, told);
 }
 
 }  // namespace
@@ -38,9 +26,9 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   Child<ContactChannels> child(arguments);
   auto hand = child.ring<&ServoChannels::frames>(Start::kNewest);
   auto scenes = child.ring<&SimChannels::frames>(Start::kOldest);
-  const std::vector<BakedShape> baked = bake_all(child.config());
-  const ContactModel model = build_contact_model(child.config(), shapes_of(baked));
-  const auto state = std::make_unique<ContactState>();
+  const BakedSession baked = bake_told(child.config());
+  const ContactModel model = build_contact_model(child.config(), baked.shapes());
+  const auto state = std::make_unique<ContactState>(model);
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   ServoFrame question{};

@@ -142,6 +142,12 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   }
   state.last_answered_ns = servo.t_ns;
   double speed = norm(servo.V_WT.v);
+  // a body's rim may be faster than its hand, and its proxy than both
+  if (is_of_body(state.renderer)) {
+    const double rim = norm(model.bodies.body.centre_T) + model.bodies.body.radius;
+    speed =
+        std::max(speed + rim * norm(servo.V_WT.w), norm(servo.V_WP.v) + rim * norm(servo.V_WP.w));
+  }
   double scene_speed = 0;
   if (scene != nullptr) {
     for (uint32_t i = 0; i < scene->n_objects; ++i) {
@@ -193,6 +199,27 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
   static_cast<ProxyPlace&>(proxy) = verified;
 }
 
+/// A tool with six degrees of freedom, where the servo has its proxy.
+void answer_with_body(const ContactModel& model, const PointScene& scene, const ServoFrame& servo,
+                      const SceneFrame* frame, double reach, ContactState& state, ContactSet& set) {
+  VoxelQuestion question;
+  question.X_WT = servo.X_WP;
+  question.V_WT = servo.V_WP;
+  question.X_WO = scene.X_WO;
+  question.reach = reach;
+  for (uint32_t i = 0; frame != nullptr && i < std::min(model.n_objects, frame->n_objects); ++i) {
+    question.V_WO[i] = object_twist_at(*frame, i, servo.t_ns);
+  }
+  set.X_WT = servo.X_WP;
+  if (!detect_bodies(model.bodies, scene.shapes, state.renderer, state.bodies, question, set)) {
+    set.flags |= kContactNoDetector | kContactNoFreePose;
+  }
+  // it keeps no proxy: that is the servo's
+  state.proxy.seeded = false;
+  state.proxy.g_W = servo.X_WP.p;
+  set.free_fraction = 1;
+}
+
 struct ProxyAsk {
   PointScene then;  // when the answer is used
   double reach;     // of the look-ahead [m]
@@ -219,19 +246,20 @@ void answer_with_proxy(const ContactModel& model, const PointScene& scene, const
 
 }  // namespace
 
-ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes) {
+ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes) {
   ContactModel model;
   model.n_objects = config.n_objects;
   model.servo_period = model.prediction = 1 / config.servo_rate;
   model.radius = config.proxy_radius;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
-    model.shapes[i] = shapes[i];
+    model.shapes[i] = shapes.objects[i];
     model.X_WO[i] = config.objects[i].X_WO;
     model.crease_cosine[i] = std::cos(config.objects[i].material.crease_angle);
-    largest = std::max(largest, norm(shapes[i].mesh.upper - shapes[i].mesh.lower));
+    largest = std::max(largest, norm(model.shapes[i].mesh.upper - model.shapes[i].mesh.lower));
   }
   model.epsilon = kRelativeEpsilon * largest;
+  model.bodies = build_body_model(config, shapes.bodies);
   return model;
 }
 
@@ -251,7 +279,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
 
   PointScene now = scene_now(model, scene, servo.t_ns);
   set.X_WO = now.X_WO;
-  bool usable = is_finite(servo.X_WT) && is_finite(servo.held_back_W);
+  bool usable = is_finite(servo.X_WT) && is_finite(servo.held_back_W) && is_finite(servo.X_WP) &&
+                is_finite(servo.V_WP);
   for (uint32_t i = 0; i < model.n_objects; ++i) usable &= is_finite(now.X_WO[i]);
   if (!usable) set.flags |= kContactNoFreePose;
 
@@ -265,6 +294,9 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   if (usable && renderer == Renderer::kPenalty3) {
     if (changed) set.flags |= kContactReseeded;
     answer_stateless(now, servo, reach, state, set);
+  } else if (usable && is_of_body(renderer)) {
+    if (changed) set.flags |= kContactReseeded;
+    answer_with_body(model, now, servo, scene, reach, state, set);
   } else if (usable) {
     const auto ahead_ns = static_cast<int64_t>(model.prediction * 1e9);
     PointScene then = scene_now(model, scene, servo.t_ns + ahead_ns);
@@ -278,7 +310,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   }
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;
-  set.X_WG = {state.proxy.g_W, servo.X_WT.q};
+  set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
   return set;
 }
 

@@ -2,14 +2,31 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <span>
+#include <vector>
 
+#include "contact/detect/body_detectors.h"
 #include "contact/detect/near_features.h"
 #include "contact/detect/point_proxy.h"
 #include "proto/config.h"
 #include "proto/wire.h"
 
 namespace haptic {
+
+/// What a session touches, ready for queries; views, their owner must outlive the model.
+struct ContactShapes {
+  ContactShapes() = default;
+  /// Of a session whose tool is a point.
+  template <std::convertible_to<std::span<const MeshShape>> Meshes>
+  ContactShapes(const Meshes& meshes) {
+    const std::span<const MeshShape> all = meshes;
+    objects.assign(all.begin(), all.end());
+  }
+
+  std::vector<MeshShape> objects;  // in the order of the config
+  BodyShapes bodies;
+};
 
 /// All that is constant after start.
 struct ContactModel {
@@ -21,10 +38,14 @@ struct ContactModel {
   std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
   double servo_period = 1e-3;                       // [s]
   double prediction = 1e-3;  // from the question to the tick that uses the answer [s]
+  BodyModel bodies;
 };
 
-/// All that survives a step.
+/// All that survives a step. Without a model it has no room for tools with six degrees of freedom.
 struct ContactState {
+  ContactState() = default;
+  explicit ContactState(const ContactModel& model) : bodies(model.bodies) {}
+
   PointProxy proxy;
   Renderer renderer = Renderer::kGodObject3;  // whose detector answered last
   uint64_t seq = 0;
@@ -33,10 +54,10 @@ struct ContactState {
   double period = 1e-3;  // smoothed time between answered frames [s]
   NearScratch scratch;
   std::array<NearFeature, kMaxContacts> features;
+  BodyState bodies;
 };
 
-/// Shapes in the order of the config's objects; they must outlive the model.
-ContactModel build_contact_model(const SessionConfig& config, std::span<const MeshShape> shapes);
+ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);
 
 /// Answers one ServoFrame with the detector of its renderer. The hard ones move the verified proxy
 /// towards the tool, less what friction holds back. The answer is used one tick later, so the
@@ -44,8 +65,9 @@ ContactModel build_contact_model(const SessionConfig& config, std::span<const Me
 /// objects on their way as they move now), then the features it may reach before the next two
 /// answers, within v·(2·T_contact + T). A slide that was cut short is held where it ended, by one
 /// plane across the way to the tool. penalty3 reports the nearest surface of each object, and keeps
-/// nothing. A restarted contact takes the proxy up where the servo last saw it. `scene` may be
-/// null. Allocates nothing.
+/// nothing. Tools with six degrees of freedom are asked about where the servo has their proxy, and
+/// what may touch before the next two answers is reported too. A restarted contact takes the proxy
+/// up where the servo last saw it. `scene` may be null. Allocates nothing.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 

@@ -161,6 +161,11 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
   section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
+  section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
+  section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
+  section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.rotational_damping);
   if (device.kind == DeviceKind::kReplay) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
   }
@@ -184,6 +189,8 @@ void read_coupling(Section& root, CouplingConfig& coupling) {
                          coupling.rotational_stiffness);
   section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
                          coupling.rotational_damping);
+  section->read_quantity("max_force", Dimension::kForce, kPositive, coupling.max_force);
+  section->read_quantity("max_torque", Dimension::kTorque, kPositive, coupling.max_torque);
   section->finish();
 }
 
@@ -270,8 +277,15 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   read_coupling(root, config.coupling);
   read_safety(root, config.device.kind, config.safety);
   read_tool(root, folder, config.tool);
+  read_proxy(root, config.proxy);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
+  if (is_of_body(config.renderer) && view(config.tool.mesh).empty()) {
+    root.section("session")->fail_at(
+        "renderer",
+        "moves a tool with six degrees of freedom, and there is none; add [tool] with "
+        "mesh = \"bunny00.off\" or primitive = \"sphere\"");
+  }
   return config;
 }
 

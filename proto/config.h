@@ -3,12 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
 #include "proto/mapping.h"
+#include "proto/proxy_solver.h"
 #include "proto/wire.h"
 
 namespace haptic {
@@ -75,6 +77,12 @@ struct DeviceConfig {
   double max_damping = 2;       // the largest damper the device renders stably [N·s/m]
   Vec3 workspace_centre_B;      // [m]
   double workspace_radius = 0;  // [m]; 0: no edge
+  // what a real device is made of, as its handle feels it, for the margins of the coupling; 0: not
+  // known
+  double mass = 0;                // [kg]
+  double damping = 0;             // [N·s/m]
+  double inertia = 0;             // [kg·m²]
+  double rotational_damping = 0;  // [N·m·s/rad]
   SimulatedHandConfig hand;
   ReplayConfig replay;
   SerialConfig serial;
@@ -165,6 +173,21 @@ struct ToolConfig : ShapeConfig {
 
 inline constexpr double kBandVoxels = 4;  // in the band of a field where nobody says otherwise
 
+/// What a tool with six degrees of freedom is moved by.
+struct ProxyConfig {
+  // none: each renderer's own: direct6 has direct, voxel quasi-static
+  std::optional<SoftSolver> solver;
+  Integrator integrator = Integrator::kImplicit;  // of penalty dynamics
+  double contact_stiffness = 1000;  // of contacts that name none: those of direct6 [N/m]
+  double contact_damping = 0;       // of each contact along its normal [N·s/m]
+};
+
+/// Which braking force of the paper's two readings.
+enum class Braking : uint32_t {
+  kAlongVelocity = 0,  // −b v (−n̂·v̂), McNeely's own
+  kAlongNormal = 1     // −b (v·n̂) n̂, as a review has it
+};
+
 /// Maps, field and points of the detector `voxel`.
 struct VoxelConfig {
   double size = 1e-3;           // of a voxel, and a cell of the field [m]
@@ -172,10 +195,12 @@ struct VoxelConfig {
   double point_spacing = 1e-3;  // of the tool's points [m]
   double stiffness = 1000;      // of a point [N/m]
   double braking = 0;           // of approaching points [N·s/m]
-  uint32_t offset_layers = 2;   // by which the map's surface is moved outwards
-  uint32_t field = 1;           // 1: a distance field is baked, 0: the map of voxels alone
-  uint32_t open_as_sheet = 0;   // 1: a mesh that is not closed is a sheet one voxel thick
-  uint32_t budget = 200000;     // of points that a step may look up; 0: any number
+  Braking braking_along = Braking::kAlongVelocity;
+  uint32_t offset_layers = 2;  // by which the map's surface is moved outwards
+  uint32_t field = 1;          // 1: a distance field is baked, 0: the map of voxels alone
+  uint32_t open_as_sheet = 0;  // 1: a mesh that is not closed is a sheet one voxel thick
+  uint32_t budget = 200000;    // of points that a step may look up; 0: any number
+  uint32_t is_wanted = 0;  // the section is there: baked even where another renderer begins
 };
 
 struct CouplingConfig {
@@ -183,6 +208,8 @@ struct CouplingConfig {
   double translational_damping = 0;      // [N·s/m]
   double rotational_stiffness = 0;       // [N·m/rad]
   double rotational_damping = 0;         // [N·m·s/rad]
+  double max_force = 0;                  // of the spring on a body's proxy; 0: no bound [N]
+  double max_torque = 0;                 // the same [N·m]
 };
 
 struct SafetyConfig {
@@ -209,6 +236,7 @@ struct SessionConfig {
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   VoxelConfig voxel;
   ToolConfig tool;
+  ProxyConfig proxy;
   DeviceMap map;
   DeviceConfig device;
   CouplingConfig coupling;

@@ -6,6 +6,14 @@
 namespace haptic {
 namespace {
 
+constexpr Words<SoftSolver, 3> kSolvers{{{"direct", SoftSolver::kDirect},
+                                         {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
+                                         {"quasi-static", SoftSolver::kQuasiStatic}}};
+constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit},
+                                             {"semi-implicit", Integrator::kSemiImplicit},
+                                             {"implicit", Integrator::kImplicit}}};
+constexpr Words<Braking, 2> kBrakings{
+    {{"velocity", Braking::kAlongVelocity}, {"normal", Braking::kAlongNormal}}};
 constexpr Range kVoxelSizes{1e-5, 0.1};
 constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
 constexpr Range kDensities{1, 25e3};
@@ -41,9 +49,23 @@ void read_tool(Section& root, const std::filesystem::path& config_folder, ToolCo
   section->finish();
 }
 
+void read_proxy(Section& root, ProxyConfig& proxy) {
+  auto section = root.section("proxy");
+  if (!section) return;
+  SoftSolver solver{};
+  if (section->read_choice("solver", words(kSolvers), solver)) proxy.solver = solver;
+  section->read_choice("integrator", words(kIntegrators), proxy.integrator);
+  section->read_quantity("contact_stiffness", Dimension::kStiffness, kPositive,
+                         proxy.contact_stiffness);
+  section->read_quantity("contact_damping", Dimension::kDamping, kNotNegative,
+                         proxy.contact_damping);
+  section->finish();
+}
+
 void read_voxel(Section& contact, VoxelConfig& voxel) {
   auto section = contact.section("voxel");
   if (!section) return;
+  voxel.is_wanted = 1;
   section->read_quantity("size", Dimension::kLength, kVoxelSizes, voxel.size);
   voxel.band = kBandVoxels * voxel.size;
   voxel.point_spacing = voxel.size;
@@ -57,6 +79,7 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   section->read_quantity("point_spacing", Dimension::kLength, kVoxelSizes, voxel.point_spacing);
   section->read_quantity("stiffness", Dimension::kStiffness, kPositive, voxel.stiffness);
   section->read_quantity("braking", Dimension::kDamping, kNotNegative, voxel.braking);
+  section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
   section->read_integer("budget", 0, kMaxBudget, budget);
   voxel.budget = static_cast<uint32_t>(budget);
   section->finish();

@@ -11,6 +11,9 @@ namespace haptic {
 /// Reads [tool]. Throws ConfigError.
 void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool);
 
+/// Reads [proxy]. Throws ConfigError.
+void read_proxy(Section& root, ProxyConfig& proxy);
+
 /// Reads [contact.voxel]. Throws ConfigError.
 void read_voxel(Section& contact, VoxelConfig& voxel);
 

@@ -23,12 +23,17 @@ inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_n
   return extrapolate(X_WO, V_WO, dt);
 }
 
-/// Velocity in W of the point p_W fixed to the object; zero where object_pose_at stands still.
+/// Velocity of the object's origin and its angular velocity, in W; zero where object_pose_at
+/// stands still.
+inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
+  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
+}
+
+/// Velocity in W of the point p_W fixed to the object.
 inline Vec3 surface_velocity(const SceneFrame& scene, uint32_t object, const Pose& X_WO,
                              const Vec3& p_W, int64_t t_ns) {
-  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
-  if (std::fabs(dt) > kMaxExtrapolation) return {};
-  return velocity_at(scene.V_WO[object], p_W - X_WO.p);
+  return velocity_at(object_twist_at(scene, object, t_ns), p_W - X_WO.p);
 }
 
 }  // namespace haptic

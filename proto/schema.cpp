@@ -15,7 +15,7 @@ struct Definition {
   std::string_view text;
 };
 
-constexpr std::array<Definition, 8> kDefinitions{{
+constexpr std::array<Definition, 9> kDefinitions{{
     {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"},
@@ -27,6 +27,7 @@ constexpr std::array<Definition, 8> kDefinitions{{
      "geometry_msgs/Vector3 force # [N]\ngeometry_msgs/Vector3 torque # [N·m]\n"},
     {"haptic_msgs/DeviceState", Schema<DeviceState>::text},
     {"haptic_msgs/Contact", Schema<Contact>::text},
+    {"haptic_msgs/ToolBody", Schema<ToolBody>::text},
 }};
 
 /// Size of a ROS 2 primitive [bytes]; 0: not a primitive. XCDR1 aligns each to its own size.
@@ -113,6 +114,7 @@ constexpr size_t offset_as_text(std::string_view field) {
 
 static_assert(size_as_text<DeviceState>() == sizeof(DeviceState));
 static_assert(size_as_text<Contact>() == sizeof(Contact));
+static_assert(size_as_text<ToolBody>() == sizeof(ToolBody));
 static_assert(size_as_text<ServoFrame>() == sizeof(ServoFrame));
 static_assert(size_as_text<ContactSet>() == sizeof(ContactSet));
 static_assert(size_as_text<SceneFrame>() == sizeof(SceneFrame));
@@ -140,6 +142,7 @@ static_assert(offset_as_text<ContactSet>("answers_tick") == offsetof(ContactSet,
 static_assert(offset_as_text<ContactSet>("X_WG") == offsetof(ContactSet, X_WG));
 static_assert(offset_as_text<ContactSet>("contacts") == offsetof(ContactSet, contacts));
 static_assert(offset_as_text<ContactSet>("F0_W") == offsetof(ContactSet, F0_W));
+static_assert(offset_as_text<ContactSet>("tool") == offsetof(ContactSet, tool));
 static_assert(offset_as_text<ContactSet>("busy_ns") == offsetof(ContactSet, busy_ns));
 static_assert(offset_as_text<ContactSet>("flags") == offsetof(ContactSet, flags));
 static_assert(offset_as_text<SceneFrame>("V_WO") == offsetof(SceneFrame, V_WO));

@@ -83,6 +83,17 @@ uint32 renderer                   # Renderer wanted of contact
 };
 
 template <>
+struct Schema<ToolBody> {
+  static constexpr std::string_view name = "haptic_msgs/msg/ToolBody";
+  static constexpr std::string_view text =
+      R"(float64 mass                      # [kg] 0: the tool is a point
+geometry_msgs/Vector3 inertia_T   # [kg·m²] about the axes of T through the centre of mass
+geometry_msgs/Vector3 centre_T    # [m] of mass
+float64 radius                    # [m] of the ball around it that holds the tool
+)";
+};
+
+template <>
 struct Schema<ContactSet> {
   static constexpr std::string_view name = "haptic_msgs/msg/ContactSet";
   static constexpr std::string_view text =
@@ -91,7 +102,7 @@ uint64 answers_tick              # tick of the ServoFrame it answers
 int64 answers_t_ns               # [ns] deadline of that tick, CLOCK_MONOTONIC
 uint64 scene_seq                 # SceneFrame used
 uint64 reseeds                   # times the proxy was lost or placed anew
-geometry_msgs/Pose X_WT          # tool pose of the query
+geometry_msgs/Pose X_WT          # tool pose of the query, or its proxy's
 geometry_msgs/Pose[16] X_WO      # object poses of the query
 geometry_msgs/Pose X_WG          # verified proxy: proven free of every object
 float64 free_fraction            # of the way to the tool that was free, 0 to 1
@@ -102,6 +113,7 @@ geometry_msgs/Wrench F0_W        # on the tool about its origin, of all points o
 float64[36] K                    # its change with a small motion of the tool, in W
 float64[36] B                    # its change with the tool's twist, in W
 float64 trust_radius             # [m] where the linearisation holds
+haptic_msgs/ToolBody tool        # what the tool is
 int64 busy_ns                    # [ns]
 uint32 n_objects
 uint32 flags                     # ContactFlag

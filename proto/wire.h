@@ -18,7 +18,13 @@ inline constexpr uint32_t kAbiMajor = 5;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
-enum class Renderer : uint32_t { kGodObject3 = 0, kPenalty3 = 1, kVirtualProxy3 = 2 };
+enum class Renderer : uint32_t {
+  kGodObject3 = 0,
+  kPenalty3 = 1,
+  kVirtualProxy3 = 2,
+  kDirect6 = 3,
+  kVoxel = 4,
+};
 
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {
@@ -131,6 +137,15 @@ enum ContactFlag : uint32_t {
   kContactTruncated = 1u << 2,       // more facets than a leg, a query or the set can hold
   kContactNoFreePose = 1u << 3,  // no free proxy pose was found: the planes must not be rendered
   kContactNoScene = 1u << 4,     // no SceneFrame yet: poses of the config were used
+  kContactNoDetector = 1u << 5,  // the session has no tool, or no maps, for this renderer
+};
+
+/// The tool as a rigid body, its axes those of T; mass 0: nobody has said, the tool is a point.
+struct ToolBody {
+  double mass;     // [kg]
+  Vec3 inertia_T;  // moments about these axes through the centre of mass [kg·m²]
+  Vec3 centre_T;   // of mass
+  double radius;   // of the ball around it that holds the tool [m]
 };
 
 /// What contact answers to one ServoFrame: the active constraints first, then the nearest ones.
@@ -140,7 +155,7 @@ struct ContactSet {
   int64_t answers_t_ns;   // ServoFrame::t_ns; the age of the set counts from here
   uint64_t scene_seq;
   uint64_t reseeds;  // times the proxy was lost or placed anew: force starts softly
-  Pose X_WT;         // tool pose of the query
+  Pose X_WT;         // tool pose of the query; with six degrees of freedom, that of its proxy
   std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
   Pose X_WG;                           // verified proxy: proven free of every object
   double free_fraction;                // of the way to the tool that was free [0, 1]
@@ -151,6 +166,7 @@ struct ContactSet {
   std::array<double, 36> K;  // its change with a small motion of the tool, in W
   std::array<double, 36> B;  // its change with the tool's twist relative to the object, in W
   double trust_radius;       // of any point of the tool: where it holds [m]; 0: there is none
+  ToolBody tool;             // what the tool is, for the proxies that have mass
   int64_t busy_ns;
   uint32_t n_objects;
   uint32_t flags;          // ContactFlag
@@ -227,7 +243,8 @@ static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11448);
+static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
+static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11512);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);

@@ -12,9 +12,11 @@ namespace {
 
 constexpr const char* kCommands =
     "status, stop, clear-fault, arm, disarm, pause, resume, "
-    "set stiffness|damping|time-scale|renderer VALUE";
-constexpr double kMostStiffness = 1e5;  // [N/m]
-constexpr double kMostDamping = 1e3;    // [N·s/m]
+    "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer VALUE";
+constexpr double kMostStiffness = 1e5;            // [N/m]
+constexpr double kMostDamping = 1e3;              // [N·s/m]
+constexpr double kMostRotationalStiffness = 1e3;  // [N·m/rad]
+constexpr double kMostRotationalDamping = 10;     // [N·m·s/rad]
 constexpr double kMostTimeScale = 10;
 
 Command refused(const std::string& problem) {
@@ -39,20 +41,36 @@ double plain_number(std::string_view text) {
   return value;
 }
 
-Command set_renderer(std::string_view name, ControlFrame& wanted) {
+/// What this session lacks for a renderer; empty: nothing.
+std::string lack_of(const SessionConfig& config, Renderer renderer) {
+  if (!is_of_body(renderer)) return "";
+  if (view(config.tool.mesh).empty()) {
+    return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
+           "its file";
+  }
+  const bool has_maps = config.renderer == Renderer::kVoxel || config.voxel.is_wanted != 0;
+  if (renderer == Renderer::kVoxel && !has_maps) {
+    return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
+  }
+  return "";
+}
+
+Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
   std::string known;
   for (const auto& [word, renderer] : kRenderers) {
     known += (known.empty() ? "" : ", ") + std::string(word);
     if (word != name) continue;
+    const std::string lack = lack_of(config, renderer);
+    if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
     wanted.renderer = static_cast<uint32_t>(renderer);
     return {CommandKind::kChange, false, ""};
   }
   return refused("renderer: there is no '" + std::string(name) + "'; known: " + known);
 }
 
-Command set(std::string_view line, ControlFrame& wanted) {
+Command set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view key = take_word(line);
-  if (key == "renderer") return set_renderer(line, wanted);
+  if (key == "renderer") return set_renderer(line, config, wanted);
   double* target = nullptr;
   double most = 0, value = 0;
   try {
@@ -62,12 +80,19 @@ Command set(std::string_view line, ControlFrame& wanted) {
     } else if (key == "damping") {
       target = &wanted.translational_damping, most = kMostDamping;
       value = parse_quantity(line, Dimension::kDamping);
+    } else if (key == "rotational-stiffness") {
+      target = &wanted.rotational_stiffness, most = kMostRotationalStiffness;
+      value = parse_quantity(line, Dimension::kRotationalStiffness);
+    } else if (key == "rotational-damping") {
+      target = &wanted.rotational_damping, most = kMostRotationalDamping;
+      value = parse_quantity(line, Dimension::kRotationalDamping);
     } else if (key == "time-scale") {
       target = &wanted.scene_time_scale, most = kMostTimeScale;
       value = plain_number(line);
     } else {
       return refused("cannot set '" + std::string(key) +
-                     "'; what can be set: stiffness, damping, time-scale, renderer");
+                     "'; what can be set: stiffness, damping, rotational-stiffness, "
+                     "rotational-damping, time-scale, renderer");
     }
   } catch (const QuantityError& error) {
     return refused(std::string(key) + ": " + error.what());
@@ -82,7 +107,7 @@ Command set(std::string_view line, ControlFrame& wanted) {
 
 }  // namespace
 
-Command apply_command(std::string_view line, ControlFrame& wanted) {
+Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view word = take_word(line);
   if (word != "set" && !line.empty()) {
     return refused("'" + std::string(word) + "' takes nothing after it");
@@ -100,7 +125,7 @@ Command apply_command(std::string_view line, ControlFrame& wanted) {
   } else if (word == "pause" || word == "resume") {
     changed.paused = word == "pause" ? 1 : 0;
   } else if (word == "set") {
-    command = set(line, changed);
+    command = set(line, config, changed);
   } else {
     return refused("unknown command '" + std::string(word) + "'; known: " + kCommands);
   }

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "proto/config.h"
 #include "proto/wire.h"
 
 namespace haptic {
@@ -20,8 +21,9 @@ struct Command {
 /// Understands one line and applies it to the desired state (never partly):
 ///   status | stop | clear-fault | arm | disarm | pause | resume
 ///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
-///   set renderer god-object3 | penalty3 | virtual-proxy3
+///   set rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad"
+///   set renderer NAME, one that the session has a tool and maps for
 /// `wanted` gets a new revision when it changes.
-Command apply_command(std::string_view line, ControlFrame& wanted);
+Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted);
 
 }  // namespace haptic

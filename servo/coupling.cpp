@@ -14,7 +14,9 @@ Coupling along(const CouplingRamp& ramp) {
     return share < 1 ? from + share * (to - from) : to;
   };
   return {between(ramp.from.translational_stiffness, ramp.to.translational_stiffness),
-          between(ramp.from.translational_damping, ramp.to.translational_damping)};
+          between(ramp.from.translational_damping, ramp.to.translational_damping),
+          between(ramp.from.rotational_stiffness, ramp.to.rotational_stiffness),
+          between(ramp.from.rotational_damping, ramp.to.rotational_damping)};
 }
 
 }  // namespace

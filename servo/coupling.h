@@ -10,6 +10,8 @@ namespace haptic {
 struct Coupling {
   double translational_stiffness = 0;  // k_T [N/m]
   double translational_damping = 0;    // b_T [N·s/m]
+  double rotational_stiffness = 0;     // k_R [N·m/rad], of a tool with six degrees of freedom
+  double rotational_damping = 0;       // b_R [N·m·s/rad]
 
   bool operator==(const Coupling&) const = default;
 };

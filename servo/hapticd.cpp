@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "proto/config.h"
+#include "proto/config_warnings.h"
 #include "proto/process.h"
 #include "servo/supervisor.h"
 
@@ -21,7 +23,11 @@ struct Options {
 int run(const Options& options) {
   haptic::SessionConfig config = haptic::load_config(options.config_path);
   if (!options.replay.empty()) haptic::use_trace(config, options.replay);
+  const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) {
+    for (const std::string& line : warnings) {
+      std::printf("%s: warning: %s\n", options.config_path.c_str(), line.c_str());
+    }
     std::printf("%s: ok, session '%s', %u objects\n", options.config_path.c_str(),
                 config.name.data(), config.n_objects);
     return haptic::kExitClean;
@@ -29,6 +35,9 @@ int run(const Options& options) {
   const std::string session =
       options.session.empty() ? std::string(haptic::view(config.name)) : options.session;
   haptic::HapticdLog log(options.json);
+  for (const std::string& line : warnings) {
+    log.write(haptic::LogLevel::kWarning, "hapticd", options.config_path + ": " + line);
+  }
   return haptic::Supervisor(config, session, log).run();
 }
 

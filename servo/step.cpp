@@ -6,7 +6,7 @@
 #include "proto/mapping.h"
 #include "proto/renderer.h"
 #include "proto/scene_pose.h"
-#include "servo/solve/direct.h"
+#include "servo/rendered.h"
 
 namespace haptic {
 namespace {
@@ -24,15 +24,15 @@ bool is_usable(const DeviceState& device) {
 }
 
 /// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
-std::array<Pose, kMaxObjects> object_poses(const ServoInput& input) {
-  std::array<Pose, kMaxObjects> X_WO{};
-  if (input.contacts != nullptr) X_WO = input.contacts->X_WO;
-  if (input.scene != nullptr) {
-    for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
-      X_WO[i] = object_pose_at(*input.scene, i, input.t_ns);
-    }
+TickScene scene_of(const ServoInput& input) {
+  TickScene scene;
+  if (input.contacts != nullptr) scene.X_WO = input.contacts->X_WO;
+  if (input.scene == nullptr) return scene;
+  for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
+    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns);
+    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns);
   }
-  return X_WO;
+  return scene;
 }
 
 ContactWeight weigh(ServoState& state, const ServoInput& input, double dt) {
@@ -55,70 +55,14 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   const uint32_t renderer = input.control->renderer;
   if (is_renderer(renderer)) state.renderer = static_cast<Renderer>(renderer);
   const Coupling wanted{input.control->translational_stiffness,
-                        input.control->translational_damping};
+                        input.control->translational_damping, input.control->rotational_stiffness,
+                        input.control->rotational_damping};
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
-}
-
-/// This tick's proxy, by the solver that goes with the detector of the contacts.
-PointProxySolution solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
-                               const ProxyQuestion& question, double dt) {
-  const auto renderer = static_cast<Renderer>(input.contacts->renderer);
-  if (renderer != Renderer::kVirtualProxy3) state.virtual_proxy = {};
-  if (renderer == Renderer::kPenalty3) return solve_direct(question);
-  if (renderer == Renderer::kVirtualProxy3) {
-    ProxyQuestion sphere = question;
-    sphere.radius = model.virtual_proxy.radius;
-    sphere.held_back_W = state.virtual_proxy.held_back_W;
-    return solve_virtual_proxy(model.virtual_proxy, state.virtual_proxy, sphere,
-                               {state.coupling.translational_stiffness, dt});
-  }
-  PlanesInForce planes;
-  return solve_point_proxy(question, planes);
-}
-
-/// Pushes the opposite of the tool's force into the objects that carry it.
-void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
-                  const std::array<Pose, kMaxObjects>& X_WO, double dt, ServoState& state) {
-  Vec3 sum_W{};
-  for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
-  const double length2 = norm_squared(sum_W);
-  if (length2 == 0) return;
-  // the coupling force is parallel to the sum of the pushes: each plane carries its part
-  const double gain = dot(force_W, sum_W) / length2;
-  for (const ProxyPush& push : solution.active()) {
-    const Vec3 impulse_W = -dt * gain * push.push_W;
-    const Vec3 arm_W = solution.proxy_W - X_WO[push.object].p;
-    Wrench& total = state.object_impulse_W[push.object];
-    total = total + Wrench{impulse_W, cross(arm_W, impulse_W)};
-  }
-}
-
-/// Velocity of what carries the proxy, in W.
-Vec3 surface_of(const ServoInput& input, const PointProxySolution& solution,
-                const std::array<Pose, kMaxObjects>& X_WO) {
-  if (input.scene == nullptr || solution.n_active == 0) return {};
-  const uint32_t object = solution.pushes[0].object;
-  return surface_velocity(*input.scene, object, X_WO[object], solution.proxy_W, input.t_ns);
 }
 
 /// The same as the handle would have it.
 Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
   return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;
-}
-
-/// Whether a plane pushes that did not push in the tick before; remembers those that do.
-bool note_active(ServoState& state, const PointProxySolution& proxy) {
-  bool fresh = false;
-  std::array<uint64_t, 3> active{};
-  for (size_t i = 0; i < static_cast<size_t>(proxy.n_active); ++i) {
-    // the id of a feature is one of its object
-    active[i] = proxy.pushes[i].feature ^ (uint64_t{proxy.pushes[i].object} << 48);
-    const auto end = state.active.begin() + state.n_active;
-    fresh |= std::find(state.active.begin(), end, active[i]) == end;
-  }
-  state.active = active;
-  state.n_active = proxy.n_active;
-  return fresh;
 }
 
 /// Fills in what is known before contacts. False when the device sample cannot be used: the tool
@@ -196,16 +140,17 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
 }
 
 /// What the device is told to hold, and what follows from its being closed.
-void hold_wrench(ServoState& state, const PointProxySolution& proxy, const SafetyOutput& safe,
+void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput& safe,
                  ServoFrame& frame) {
   frame.F_device_B = safe.F_B;
   frame.flags |= safe.flags;
   frame.fault = static_cast<uint32_t>(state.safety.fault);
   frame.renderer = static_cast<uint32_t>(state.renderer);
-  frame.held_back_W = proxy.held_back_W;
+  frame.held_back_W = rendered.held_back_W;
   // where nothing is felt nothing holds
   if ((frame.flags & kServoClosed) != 0) {
     state.virtual_proxy = {};
+    state.body = {};
     frame.held_back_W = {};
   }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
@@ -216,8 +161,11 @@ void hold_wrench(ServoState& state, const PointProxySolution& proxy, const Safet
 }
 
 /// The proxy's velocity since the last tick, and what the next one needs of this.
-void note_frame(ServoState& state, const ServoInput& input, bool usable, ServoFrame& frame) {
-  if (state.started) {
+void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool usable,
+                ServoFrame& frame) {
+  if (rendered.V_WP) {
+    frame.V_WP = *rendered.V_WP;
+  } else if (state.started) {
     const double since = static_cast<double>(input.t_ns - state.t_ns) * 1e-9;
     if (since > 0) frame.V_WP.v = (frame.X_WP.p - state.X_WP.p) / since;
   }
@@ -227,13 +175,29 @@ void note_frame(ServoState& state, const ServoInput& input, bool usable, ServoFr
   state.X_WP = frame.X_WP;
 }
 
+/// What is known before contact has baked the tool.
+SoftProxyModel body_model(const SessionConfig& config) {
+  SoftProxyModel body;
+  body.integrator = config.proxy.integrator;
+  body.tool.mass = config.tool.mass;
+  body.coupling.max_force = config.coupling.max_force;
+  body.coupling.max_torque = config.coupling.max_torque;
+  body.contact_stiffness = config.proxy.contact_stiffness;
+  body.contact_damping = config.proxy.contact_damping;
+  // a point moves at most half the band in a tick, so that none passes it unseen; without a field
+  // a voxel, as McNeely has it
+  body.max_travel = config.voxel.field != 0 ? 0.5 * config.voxel.band : config.voxel.size;
+  return body;
+}
+
 }  // namespace
 
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device) {
   ServoModel model;
   model.dt = 1 / config.servo_rate;
   model.map = config.map;
-  model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping};
+  model.coupling = {config.coupling.translational_stiffness, config.coupling.translational_damping,
+                    config.coupling.rotational_stiffness, config.coupling.rotational_damping};
   model.dead_man_button = config.safety.dead_man_button;
   model.renderer = config.renderer;
   model.virtual_proxy.radius = config.proxy_radius;
@@ -241,6 +205,8 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.virtual_proxy.materials[i] = config.objects[i].material;
   }
+  model.solver = config.proxy.solver;
+  model.body = body_model(config);
   SafetyLimits& limits = model.limits;
   limits.max_force = std::min(config.safety.max_force, device.max_force);
   limits.max_torque = std::min(config.safety.max_torque, device.max_torque);
@@ -259,44 +225,38 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   const bool usable = begin_frame(model, state, input, frame);
   follow_control(model, state, input);
 
-  // planes where the objects are now, as far as their age allows
+  // contacts where the objects are now, as far as their age allows
   const ContactWeight age = weigh(state, input, model.dt);
   frame.flags |= age.flags;
   frame.fade = age.weight;
-  const auto X_WO = object_poses(input);
-  PointProxySolution proxy;
-  proxy.proxy_W = frame.X_WT.p;
-  if (input.contacts != nullptr) {
-    const ProxyQuestion question{*input.contacts, X_WO, frame.X_WT.p, age.weight, 0, {}};
-    proxy = solve_proxy(model, state, input, question, model.dt);
-  }
-  if (!proxy.converged) frame.flags |= kServoSolverLimit;
-
-  // the spring is here: this tick's tool pose, no queue in between
-  const Vec3 surface_W = surface_of(input, proxy, X_WO);
-  const Vec3 force_W = coupling_force(
-      state.coupling, {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, surface_W, proxy.share});
-  frame.F_coupling_W = {force_W, {}};
-  frame.X_WP = {proxy.proxy_W, frame.X_WT.q};
-  frame.depth = norm(proxy.proxy_W - frame.X_WT.p);
-  frame.n_contacts = static_cast<uint32_t>(proxy.n_active);
-  if (proxy.n_active > 0) frame.flags |= kServoContact;
+  TickScene scene = scene_of(input);
+  scene.weight = age.weight;
+  const bool of_body = input.contacts != nullptr && is_renderer(input.contacts->renderer) &&
+                       is_of_body(static_cast<Renderer>(input.contacts->renderer));
+  const Rendered rendered = of_body ? render_body(model, state, input, scene, frame)
+                                    : render_point(model, state, input, scene, frame);
+  if (!rendered.converged) frame.flags |= kServoSolverLimit;
+  frame.F_coupling_W = rendered.F_W;
+  frame.X_WP = rendered.X_WP;
+  frame.depth = norm(rendered.X_WP.p - frame.X_WT.p);
+  frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);
+  if (rendered.n_pushing > 0) frame.flags |= kServoContact;
 
   SafetyInput safety = note_inputs(model, state, input, frame);
   safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
   safety.device_finite = usable;
-  safety.contacts_finite = proxy.finite;
-  safety.new_constraint = note_active(state, proxy);
+  safety.contacts_finite = rendered.finite;
+  safety.new_constraint = rendered.is_new;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
-  safety.surface_velocity_B = surface_in_device(model.map, surface_W);
+  safety.surface_velocity_B = surface_in_device(model.map, rendered.surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
-  hold_wrench(state, proxy, safe, frame);
+  hold_wrench(state, rendered, safe, frame);
   // a closed force pushes nothing
   const bool felt = !safety.force_closed && (safe.flags & kServoFault) == 0;
-  if (felt) add_impulses(proxy, force_W, X_WO, model.dt, state);
+  if (felt) state.object_impulse_W = rendered.object_impulse_W;
   frame.object_impulse_W = state.object_impulse_W;
 
-  note_frame(state, input, usable, frame);
+  note_frame(state, input, rendered, usable, frame);
   return frame;
 }
 

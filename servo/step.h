@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+
 #include "proto/config.h"
 #include "proto/wire.h"
 #include "servo/contact_age.h"
 #include "servo/coupling.h"
 #include "servo/safety.h"
+#include "servo/solve/soft_proxy.h"
 #include "servo/solve/virtual_proxy.h"
 
 namespace haptic {
@@ -19,6 +22,8 @@ struct ServoModel {
   int32_t dead_man_button = -1;
   Renderer renderer = Renderer::kGodObject3;  // as configured; the ControlFrame may change it
   VirtualProxyModel virtual_proxy;
+  SoftProxyModel body;               // of the renderers with six degrees of freedom
+  std::optional<SoftSolver> solver;  // none: each renderer's own
 };
 
 /// Which placing of contact's proxy the force is built on.
@@ -34,6 +39,7 @@ struct ServoState {
   CouplingRamp ramp;
   Renderer renderer = Renderer::kGodObject3;  // wanted
   VirtualProxyState virtual_proxy;
+  SoftProxyState body;
   ContactAge age;
   SafetyState safety;
   Clutch clutch;
@@ -71,9 +77,15 @@ struct ActuatorLimits {
 };
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device);
 
-/// One tick: tool pose → carried planes → proxy of the solver that goes with the detector of the
-/// contacts → coupling force → device wrench → safety. Always
-/// returns a frame with a finite wrench; what went wrong is in its flags. busy_ns is the shell's.
+/// The solver of a renderer with six degrees of freedom: the session's, or its own.
+inline SoftSolver solver_of(const ServoModel& model, Renderer renderer) {
+  const bool is_direct = renderer == Renderer::kDirect6;
+  return model.solver.value_or(is_direct ? SoftSolver::kDirect : SoftSolver::kQuasiStatic);
+}
+
+/// One tick: tool pose → carried contacts → proxy of the solver that goes with the detector of the
+/// contacts → coupling wrench → device wrench → safety. Always returns a frame with a finite
+/// wrench; what went wrong is in its flags. busy_ns is the shell's.
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input);
 
 }  // namespace haptic

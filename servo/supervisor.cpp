@@ -185,7 +185,7 @@ void Supervisor::write_output(Process& process, bool ended) {
 }
 
 void Supervisor::take_command(uint64_t peer, std::string_view line) {
-  const Command command = apply_command(line, control_frame_);
+  const Command command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
     case CommandKind::kRefused:
       commands_.answer(peer, "error: " + command.problem);

@@ -6,6 +6,7 @@
 #include "contact/detect/cluster_pushes.h"
 #include "contact/query/shell_in_field.h"
 #include "contact/query/voxel_scan.h"
+#include "proto/config.h"
 
 namespace haptic {
 
@@ -34,12 +35,6 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes);
-
-/// Which reading of the paper's braking force.
-enum class Braking {
-  kAlongVelocity,  // −b v (−n̂·v̂), McNeely's own
-  kAlongNormal     // −b (v·n̂) n̂, as a review has it
-};
 
 /// Braking wrench of the approaching points (depth ≤ 0, moving against their inward normal) about
 /// about_O; v is a point's velocity relative to the object.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "contact/detect/cluster_contact.h"
+
 namespace haptic {
 namespace {
 
@@ -32,18 +34,6 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                           state.pushes);
   }
   return {state.pushes.data(), n};
-}
-
-Contact contact_of(const PushCluster& cluster, uint32_t object, const VoxelQuestion& question) {
-  Contact c{};
-  const Vec3 point_W = question.X_WO[object] * cluster.point_W;
-  c.tool_point_T = inverse(question.X_WT) * point_W;
-  c.object_point_O = cluster.point_W + cluster.depth * cluster.normal_W;
-  c.normal_O = c.shading_normal_O = cluster.normal_W;
-  c.extent = cluster.radius;
-  c.object = c.material = object;
-  c.stiffness = cluster.stiffness;
-  return c;
 }
 
 /// The linearised wrench of these points on the tool, about its origin, in W.
@@ -99,7 +89,8 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
     if (n == room && room < clusters.size()) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
-      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, question);
+      set.contacts[set.n_contacts++] =
+          contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
       set.n_active += clusters[i].depth > 0;
       pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
     }

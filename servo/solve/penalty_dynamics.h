@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
-
+#include "proto/proxy_solver.h"
 #include "servo/solve/soft_contact.h"
 
 namespace haptic {
-
-/// How a proxy with mass is moved by the forces on it.
-enum class Integrator : uint32_t {
-  kExplicit = 0,      // Euler: positions by the old velocity. Grows by √(1 + ω²h²) a step.
-  kSemiImplicit = 1,  // velocity first, positions by the new one; stable for ωh < 2
-  kImplicit = 2       // linearised backward Euler; never grows
-};
 
 struct PenaltyStep {
   double dt = 1e-3;       // h [s]

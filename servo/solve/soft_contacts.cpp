@@ -53,6 +53,7 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
                 SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
   const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+  out.rest_object = object;
   out.X_WC0 = moved_by * motion_of_centre(tool, {set.X_WT, {}}).X_WC;
   out.trust_radius = set.trust_radius;
   const Mat3 R = to_matrix(moved_by.q);
@@ -89,6 +90,7 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
     if (c.object >= kMaxObjects) out.finite = false;
     if (!out.finite) break;
     out.contacts[i] = carried(c, tool, carry);
+    out.objects[i] = c.object;
     out.finite = is_sound(out.contacts[i]);
     if (c.object == set.wrench_object) out.n_springs = i + 1;
   }

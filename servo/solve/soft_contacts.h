@@ -10,10 +10,12 @@ namespace haptic {
 /// these leave of its linearised wrench.
 struct SoftContacts {
   std::array<SoftContact, kMaxContacts> contacts;
+  std::array<uint32_t, kMaxContacts> objects;  // that each is on
   size_t size = 0;
   bool finite = true;
 
   bool has_rest = false;
+  uint32_t rest_object = 0;
   Pose X_WC0;               // where the tool was linearised, carried along with its object
   Wrench F_rest_W;          // about C there
   Mat6 K_rest;              // of small motions from there

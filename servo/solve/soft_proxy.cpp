@@ -4,13 +4,20 @@
 namespace haptic {
 namespace {
 
-int count_pushing(const SoftContacts& contacts, const BodyMotion& body) {
-  int n = 0;
-  for (const SoftContact& contact : contacts.view()) {
-    BodyWrench ignored;
-    n += add_soft_contact(contact, body, ignored) > 0;
+/// Who pushes, and how.
+void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const BodyMotion& body,
+                 SoftProxySolution& out) {
+  const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
+  for (size_t i = 0; i < contacts.size; ++i) {
+    BodyWrench push;
+    if (!(add_soft_contact(contacts.contacts[i], body, push) > 0)) continue;
+    ++out.n_pushing;
+    Wrench& sum = out.push_W[contacts.objects[i]];
+    sum = sum + shift(push.F_W, arm_W);
   }
-  return n;
+  if (!contacts.has_rest) return;
+  Wrench& sum = out.push_W[contacts.rest_object];
+  sum = sum + shift(rest_wrench(contacts, tool, body.X_WC).F_W, arm_W);
 }
 
 ToolMotion tool_of(const RigidBody& tool, const BodyMotion& body) {
@@ -42,9 +49,10 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
 
 void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
                       const SoftProxyTick& tick, SoftProxySolution& out) {
-  const QuasiStaticResult next =
-      solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT, contacts.view(),
-                         out.proxy.X_WT, {model.max_travel});
+  QuasiStaticStep step;
+  step.max_travel = model.max_travel / step.max_iterations;
+  const QuasiStaticResult next = solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT,
+                                                    contacts.view(), out.proxy.X_WT, step);
   const Pose before = out.proxy.X_WT;
   out.converged = next.converged;
   out.proxy.X_WT = next.X_WP;
@@ -83,7 +91,7 @@ SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& 
       out.F_hand_W = wrench_on_hand(model.coupling, {tick.hand.X_WT, {}}, {out.proxy.X_WT, {}});
       break;
   }
-  out.n_pushing = count_pushing(contacts, motion_of_centre(model.tool, out.proxy));
+  note_pushes(contacts, model.tool, motion_of_centre(model.tool, out.proxy), out);
   state.proxy = out.proxy;
   return out;
 }

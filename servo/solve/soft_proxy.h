@@ -7,13 +7,6 @@
 
 namespace haptic {
 
-/// Who answers for the proxy of a renderer with six degrees of freedom that may interpenetrate.
-enum class SoftSolver : uint32_t {
-  kDirect = 0,           // there is none: the hand feels the contacts of where it is
-  kPenaltyDynamics = 1,  // a rigid body between coupling and contacts
-  kQuasiStatic = 2       // a massless one, always in equilibrium
-};
-
 /// All that is constant.
 struct SoftProxyModel {
   SoftSolver solver = SoftSolver::kQuasiStatic;
@@ -40,9 +33,10 @@ struct SoftProxyTick {
 
 struct SoftProxySolution {
   ToolMotion proxy;
-  Wrench F_hand_W;     // what the hand feels, at the origin of the tool
-  int n_pushing = 0;   // contacts that push the proxy
-  bool finite = true;  // false: the contacts were not; nothing is rendered
+  Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
+  int n_pushing = 0;                         // contacts that push the proxy
+  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
+  bool finite = true;                        // false: the contacts were not; nothing is rendered
   bool converged = true;
 };
 

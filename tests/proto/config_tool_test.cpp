@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/config_warnings.h"
 #include "tests/support/config_text.h"
 #include "tests/support/tolerance.h"
 
@@ -55,6 +56,68 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
   CHECK(dense.tool.density == 2000);
   CHECK(view(parse_config(kScene, "x.toml").tool.mesh).empty());
   CHECK(parse_config(kScene, "x.toml").voxel.band == kBandVoxels * VoxelConfig{}.size);
+}
+
+TEST_CASE("config: how a tool is moved reaches its fields") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const SessionConfig config = parse_config(
+      scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"voxel\"\n") + tool +
+          "[proxy]\nsolver = \"penalty-dynamics\"\nintegrator = \"semi-implicit\"\n"
+          "contact_stiffness = \"3 kN/m\"\ncontact_damping = \"0.5 N·s/m\"\n"
+          "[contact.voxel]\nbraking_along = \"normal\"\n",
+      "x.toml");
+  CHECK(config.renderer == Renderer::kVoxel);
+  CHECK(config.proxy.solver == SoftSolver::kPenaltyDynamics);
+  CHECK(config.proxy.integrator == Integrator::kSemiImplicit);
+  CHECK(config.proxy.contact_stiffness == 3000);
+  CHECK(config.proxy.contact_damping == 0.5);
+  CHECK(config.voxel.braking_along == Braking::kAlongNormal);
+  CHECK(config.voxel.is_wanted == 1);
+  const SessionConfig bounded = parse_config(
+      scene_with("[coupling]\n", "[coupling]\nmax_force = \"4 N\"\nmax_torque = \"0.1 N·m\"\n"),
+      "x.toml");
+  CHECK(bounded.coupling.max_force == 4);
+  CHECK(bounded.coupling.max_torque == 0.1);
+  CHECK_FALSE(bounded.proxy.solver);
+  CHECK(bounded.voxel.is_wanted == 0);
+}
+
+TEST_CASE("config: a renderer of bodies without a tool is refused at its place") {
+  const std::string renderer = GENERATE(as<std::string>(), "voxel", "direct6");
+  const std::string error = error_of(
+      scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n"));
+  CAPTURE(error);
+  CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+  CHECK(error.find("add [tool]") != std::string::npos);
+}
+
+TEST_CASE("config: a coupling too stiff for its device is warned of with the numbers") {
+  const auto warned = [](const std::string& device, const std::string& coupling) {
+    return config_warnings(parse_config(
+        scene_with("[coupling]\nstiffness = \"800 N/m\"\n", device + "[coupling]\n" + coupling),
+        "x.toml"));
+  };
+  const std::string hand = "[device.hand]\ndamping = \"1 N·s/m\"\n";
+  // 2 (b − b_c)/T = 2000 N/m without a damper of the coupling, 1200 with 0.4
+  CHECK(warned(hand, "stiffness = \"1990 N/m\"\n").empty());
+  const auto stiff = warned(hand, "stiffness = \"2 kN/m\"\n");
+  REQUIRE(stiff.size() == 1);
+  CHECK(stiff[0].find("2e+03 N/m") != std::string::npos);
+  CHECK(stiff[0].find("two-port margin") != std::string::npos);
+  CHECK(warned(hand, "stiffness = \"1100 N/m\"\ndamping = \"0.4 N·s/m\"\n").empty());
+  CHECK(warned(hand, "stiffness = \"1200 N/m\"\ndamping = \"0.4 N·s/m\"\n").size() == 1);
+  // a device feels its own metres and newtons: s φ = 4
+  CHECK(
+      warned(hand, "stiffness = \"600 N/m\"\n[map]\nmotion_scale = 2\nforce_scale = 2\n").size() ==
+      1);
+  // turning has margins of its own where the device has torque and says what it is made of
+  const std::string torque =
+      "max_torque = \"0.1 N·m\"\ninertia = \"1e-4 kg·m²\"\n"
+      "rotational_damping = \"1e-3 N·m·s/rad\"\n";
+  CHECK(warned(torque, "rotational_stiffness = \"1 N·m/rad\"\n").empty());
+  const auto turning = warned(torque, "rotational_stiffness = \"3 N·m/rad\"\n");
+  REQUIRE(turning.size() == 1);
+  CHECK(turning[0].find("rotational_stiffness is 3 N·m/rad") != std::string::npos);
 }
 
 TEST_CASE("config: parts of machines are read with their dimensions") {

@@ -483,3 +483,86 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
     REQUIRE(norm(f.F_device_B.f) <= 6);
   }
 }
+
+namespace {
+
+/// A set of the renderer voxel: one soft contact on the tool's point p_T.
+std::unique_ptr<ContactSet> soft_set(const Vec3& tool_point_T, double stiffness) {
+  auto set = set_of({plane({0, 0, 1}, {})});
+  set->renderer = static_cast<uint32_t>(haptic::Renderer::kVoxel);
+  set->contacts[0].tool_point_T = tool_point_T;
+  set->contacts[0].object_point_O = {tool_point_T.x, tool_point_T.y, 0};
+  set->contacts[0].stiffness = stiffness;
+  set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.02};
+  return set;
+}
+
+/// That it is held in place until its proxy rests.
+ServoFrame settled(const ServoModel& model, const ContactSet& set, const Vec3& p_W) {
+  ServoState state;
+  ServoFrame f{};
+  for (int64_t k = 1; k <= 2000; ++k) {
+    ContactSet now = set;
+    now.seq = static_cast<uint64_t>(k);
+    now.answers_t_ns = (k - 1) * kMs;
+    f = step_armed(model, state, input_at(k, p_W, &now));
+  }
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("servo: a tool with six degrees of freedom feels coupling and contact in series",
+          "[servo]") {
+  // algorithms.md 7.2: k_vc k_c/(k_vc + k_c) times the depth; direct: k_c alone
+  const double k_vc = 800, k_c = 3000, depth = 1e-3;
+  const auto set = soft_set({}, k_c);
+  ServoModel model = plain_model(k_vc);
+  using haptic::SoftSolver;
+  const SoftSolver solver =
+      GENERATE(SoftSolver::kDirect, SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
+  model.solver = solver;
+  model.coupling.translational_damping = 2;
+  const ServoFrame f = settled(model, *set, {0, 0, -depth});
+  const double k = solver == SoftSolver::kDirect ? k_c : k_vc * k_c / (k_vc + k_c);
+  CHECK_THAT(f.F_device_B.f, IsNear({0, 0, k * depth}, 1e-6));
+  CHECK((f.flags & haptic::kServoContact) != 0);
+  CHECK(f.n_contacts == 1);
+  // the proxy is above the hand; direct has none
+  const double above = solver == SoftSolver::kDirect ? 0 : k * depth / k_vc;
+  CHECK_THAT(f.X_WP.p, IsNear({0, 0, -depth + above}, 1e-9));
+  // the object was pushed the other way, over two seconds
+  if (solver != SoftSolver::kPenaltyDynamics) {
+    CHECK(f.object_impulse_W[0].f.z == Approx(-2 * k * depth).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("servo: a contact beside the tool's origin turns it, about the grip", "[servo]") {
+  const double k_c = 3000, depth = 1e-3, arm = 0.01;
+  const auto set = soft_set({arm, 0, 0}, k_c);
+  ServoModel model = plain_model(800);
+  model.solver = haptic::SoftSolver::kDirect;
+  const ServoFrame f = settled(model, *set, {0, 0, -depth});
+  CHECK_THAT(f.F_coupling_W.t, IsNear({0, -arm * k_c * depth, 0}, 1e-12));
+  // the handle is 5 cm beside the tool: the force has that arm as well
+  model.map.X_HT.p = {0.05, 0, 0};
+  const ServoFrame held = settled(model, *set, {-0.05, 0, -depth});
+  CHECK_THAT(held.F_device_B.t, IsNear({0, -(0.05 + arm) * k_c * depth, 0}, 1e-12));
+}
+
+TEST_CASE("servo: a free tool with six degrees of freedom feels exactly nothing", "[servo]") {
+  const auto set = soft_set({}, 3000);
+  ServoModel model = plain_model(800);
+  model.coupling.rotational_stiffness = 1;
+  const ServoFrame f = settled(model, *set, {0.003, 0.001, 0.02});
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK(f.X_WP == f.X_WT);
+}
+
+TEST_CASE("servo: contacts of a tool that are not finite are a fault", "[servo]") {
+  auto set = soft_set({}, std::numeric_limits<double>::quiet_NaN());
+  ServoState state;
+  const ServoFrame f = step_armed(plain_model(800), state, input_at(1, {0, 0, -1e-3}, set.get()));
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK(f.fault == static_cast<uint32_t>(haptic::Fault::kContactsNotFinite));
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/body_detectors.h"
+
+#include <algorithm>
+#include <array>
+
+#include "contact/detect/cluster_contact.h"
+#include "contact/shape/tool_body.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMostPairs = 1 << 14;       // of triangles that meet, in one step
+constexpr size_t kClustersAnObject = 16;     // of triangles
+constexpr double kClusterShare = 0.25;       // radius of a cluster of triangles, of the tool's
+constexpr double kClusterVoxels = 5;         // radius of a cluster of points
+constexpr uint32_t kAnyNumber = 0xffffffff;  // of points in a step
+
+VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
+  VoxelModel model;
+  model.shell = shell;
+  model.reading = config.field != 0 ? VoxelForce::kField : VoxelForce::kTangentPlanes;
+  model.force.stiffness = config.stiffness;
+  model.clusters.radius = kClusterVoxels * config.size;
+  model.budget = config.budget == 0 ? kAnyNumber : config.budget;
+  model.damping = config.braking;
+  model.braking = config.braking_along;
+  model.trust_radius = config.size;
+  return model;
+}
+
+void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
+                  const VoxelQuestion& question, ContactSet& set) {
+  for (uint32_t object = 0; object < objects.size(); ++object) {
+    const Pose& X_WO = question.X_WO[object];
+    std::array<PushCluster, kClustersAnObject> clusters;
+    const size_t room = std::min(clusters.size(), size_t{kMaxContacts} - set.n_contacts);
+    const ExactAnswer answer =
+        exact_contacts(objects[object], model.tool, inverse(X_WO) * question.X_WT, model.exact,
+                       {state.pairs, state.pushes}, {clusters.data(), room});
+    if (answer.left_out > 0) set.flags |= kContactTruncated;
+    for (size_t i = 0; i < answer.n_clusters; ++i) {
+      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, X_WO, question.X_WT);
+    }
+  }
+  set.n_active = set.n_contacts;
+}
+
+}  // namespace
+
+BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes) {
+  BodyModel model;
+  if (shapes.tool.mesh.triangles.empty()) return model;
+  model.tool = shapes.tool;
+  model.body = tool_body(shapes.tool.mesh, config.tool);
+  model.exact.stiffness = config.proxy.contact_stiffness;
+  model.exact.clusters.radius = kClusterShare * model.body.radius;
+  if (shapes.volumes.empty()) return model;
+  model.volumes = shapes.volumes;
+  model.voxel = voxel_model(config.voxel, shapes.shell);
+  model.voxel.objects = model.volumes;
+  return model;
+}
+
+BodyState::BodyState(const BodyModel& model) {
+  if (!model.has_tool()) return;
+  pairs.resize(kMostPairs);
+  pushes.resize(kPushesPerPair * kMostPairs);
+  if (model.has_maps()) voxel.emplace(model.voxel);
+}
+
+bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
+                   BodyState& state, const VoxelQuestion& question, ContactSet& set) {
+  const bool is_voxel = renderer == Renderer::kVoxel;
+  if (state.pairs.empty() || (is_voxel && !state.voxel)) return false;
+  set.tool = model.body;
+  if (is_voxel) {
+    detect_voxel(model.voxel, *state.voxel, question, set);
+  } else {
+    detect_exact(model, objects, state, question, set);
+  }
+  return true;
+}
+
+}  // namespace haptic

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "contact/detect/exact.h"
+#include "contact/detect/voxel.h"
+#include "proto/config.h"
+
+namespace haptic {
+
+/// What the detectors of renderers with six degrees of freedom need; constant after start. Not to
+/// be copied: the voxel detector looks at `volumes` here.
+struct BodyModel {
+  BodyModel() = default;
+  BodyModel(BodyModel&&) = default;
+  BodyModel& operator=(BodyModel&&) = default;
+
+  MeshShape tool;
+  ToolBody body{};  // mass 0: there is no tool
+  std::vector<VoxelObject> volumes;
+  VoxelModel voxel;
+  ExactOptions exact;
+
+  bool has_tool() const { return body.mass > 0; }
+  bool has_maps() const { return has_tool() && !volumes.empty(); }
+};
+
+/// What a session's bodies are made of; the spans must outlive the model.
+struct BodyShapes {
+  MeshShape tool;                    // in T; empty: a point
+  std::vector<VoxelObject> volumes;  // of each object of the session; empty: no maps
+  Pointshell shell;                  // of the tool
+};
+
+BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes);
+
+/// What survives a step, and its room: nothing is allocated later.
+struct BodyState {
+  BodyState() = default;
+  explicit BodyState(const BodyModel& model);
+
+  std::optional<VoxelState> voxel;
+  std::vector<TrianglePair> pairs;
+  std::vector<PointPush> pushes;
+};
+
+/// The contacts of a tool with the objects, by the detector of `renderer`: direct6 (all triangles
+/// that meet, in clusters) or voxel. False where the session has no tool or no maps for it: the set
+/// stays as it is.
+bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
+                   BodyState& state, const VoxelQuestion& question, ContactSet& set);
+
+}  // namespace haptic

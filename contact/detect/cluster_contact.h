@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contact/detect/cluster_pushes.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+/// A cluster of pushes on a body, in the frame of its object, as a contact.
+Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
+                   const Pose& X_WT);
+
+}  // namespace haptic

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/rendered.h"
+
+namespace haptic {
+namespace {
+
+/// What the session says, with the coupling in force and the tool that contact has baked.
+SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
+                           const ContactSet& contacts) {
+  SoftProxyModel proxy = model.body;
+  const auto renderer = static_cast<Renderer>(contacts.renderer);
+  proxy.solver = solver_of(model, renderer);
+  proxy.coupling.translational_stiffness = state.coupling.translational_stiffness;
+  proxy.coupling.translational_damping = state.coupling.translational_damping;
+  proxy.coupling.rotational_stiffness = state.coupling.rotational_stiffness;
+  proxy.coupling.rotational_damping = state.coupling.rotational_damping;
+  const ToolBody& tool = contacts.tool;
+  if (tool.mass > 0) proxy.tool = {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
+  // triangles that meet have no band to leave
+  if (renderer == Renderer::kDirect6) proxy.max_travel = 0;
+  return proxy;
+}
+
+/// Pushes the opposite of what they push the proxy with into the objects, about their origins.
+void add_impulses(const SoftProxySolution& solution, const TickScene& scene, double dt,
+                  std::array<Wrench, kMaxObjects>& impulse_W) {
+  for (size_t i = 0; i < kMaxObjects; ++i) {
+    if (solution.push_W[i] == Wrench{}) continue;
+    const Vec3 arm_W = solution.proxy.X_WT.p - scene.X_WO[i].p;
+    impulse_W[i] = impulse_W[i] + -dt * shift(solution.push_W[i], arm_W);
+  }
+}
+
+/// Velocity, at the proxy, of the object that pushes it hardest.
+Vec3 surface_of(const SoftProxySolution& solution, const TickScene& scene) {
+  double hardest = 0;
+  Vec3 v_W;
+  for (size_t i = 0; i < kMaxObjects; ++i) {
+    const double push = norm(solution.push_W[i].f);
+    if (!(push > hardest)) continue;
+    hardest = push;
+    v_W = velocity_at(scene.V_WO[i], solution.proxy.X_WT.p - scene.X_WO[i].p);
+  }
+  return v_W;
+}
+
+}  // namespace
+
+Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
+                     const TickScene& scene, const ServoFrame& frame) {
+  const ContactSet& contacts = *input.contacts;
+  SoftProxyTick tick;
+  tick.hand = {frame.X_WT, frame.V_WT};
+  tick.contacts = &contacts;
+  tick.carry.X_WO = scene.X_WO;
+  tick.carry.V_WO = scene.V_WO;
+  tick.carry.weight = scene.weight;
+  tick.dt = model.dt;
+  const SoftProxySolution solution =
+      solve_soft_proxy(proxy_model(model, state, contacts), state.body, tick);
+
+  Rendered out;
+  out.X_WP = solution.proxy.X_WT;
+  out.V_WP = solution.proxy.V_WT;
+  out.F_W = solution.F_hand_W;
+  out.surface_W = surface_of(solution, scene);
+  out.n_pushing = solution.n_pushing;
+  // springs begin at nothing; what comes at once is contact as such
+  out.is_new = solution.n_pushing > 0 && state.n_active == 0;
+  out.finite = solution.finite;
+  out.converged = solution.converged;
+  out.object_impulse_W = state.object_impulse_W;
+  add_impulses(solution, scene, model.dt, out.object_impulse_W);
+  state.virtual_proxy = {};
+  state.active = {};
+  state.n_active = solution.n_pushing;
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "servo/step.h"
+
+namespace haptic {
+
+/// The objects at this tick, and how much of the contacts is left.
+struct TickScene {
+  std::array<Pose, kMaxObjects> X_WO;
+  std::array<Twist, kMaxObjects> V_WO;
+  double weight = 1;  // of the contacts, by their age
+};
+
+/// What a renderer makes of a tick, before safety.
+struct Rendered {
+  Pose X_WP;                  // the proxy
+  std::optional<Twist> V_WP;  // where its solver knows it
+  Wrench F_W;                 // of the coupling on the tool, at its origin
+  Vec3 surface_W;             // velocity of what carries the proxy
+  Vec3 held_back_W;           // how far friction holds the proxy back
+  int n_pushing = 0;          // contacts
+  bool is_new = false;        // one of them did not push in the tick before
+  bool finite = true;         // the contacts were
+  bool converged = true;
+  std::array<Wrench, kMaxObjects> object_impulse_W{};  // since start, if this tick is felt
+};
+
+/// The renderers of a point: planes at this tick, the proxy of the solver that goes with the
+/// detector of the contacts, the coupling's force. `frame` has the tool.
+Rendered render_point(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      const TickScene& scene, const ServoFrame& frame);
+
+/// The renderers of a tool with six degrees of freedom: soft contacts at this tick, the proxy of
+/// the session's solver, the coupling's wrench. Needs contacts.
+Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
+                     const TickScene& scene, const ServoFrame& frame);
+
+}  // namespace haptic
