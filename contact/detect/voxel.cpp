@@ -23,7 +23,7 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
     n = pushes_from_voxels(shape.map, model.shell, X_OT, {state.hits.data(), hits}, model.force,
                            state.pushes);
   } else {
-    const double reach = std::min(question.reach, shape.field.band);
+    const double reach = std::min(model.force.offset + question.reach, shape.field.band);
     const ShellAnswer answer = find_touches(shape.field, model.shell, X_OT, {reach, model.budget},
                                             &state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;

@@ -40,6 +40,16 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
   out.proxy = tool_of(model.tool, next.body);
 }
 
+/// The way to a pose, cut at the speed limit: iterations may add up to more than one of them.
+Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& after) {
+  if (!(model.max_travel > 0)) return after;
+  const Pose from = motion_of_centre(model.tool, {before, {}}).X_WC;
+  const Pose to = motion_of_centre(model.tool, {after, {}}).X_WC;
+  const Twist way{to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
+  const LimitedMotion limited = limit_travel(way, model.tool.radius, model.max_travel);
+  return limited.was_cut ? tool_of_centre(model.tool, moved(from, limited.motion)) : after;
+}
+
 void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
                       const SoftProxyTick& tick, SoftProxySolution& out) {
   const QuasiStaticResult next =
@@ -47,9 +57,9 @@ void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
                          out.proxy.X_WT, {model.max_travel});
   const Pose before = out.proxy.X_WT;
   out.converged = next.converged;
-  out.proxy.X_WT = next.X_WP;
-  const Vec3 turn = to_rotation_vector(next.X_WP.q * conjugate(before.q));
-  out.proxy.V_WT = {(next.X_WP.p - before.p) / tick.dt, turn / tick.dt};
+  out.proxy.X_WT = within_travel(model, before, next.X_WP);
+  const Vec3 turn = to_rotation_vector(out.proxy.X_WT.q * conjugate(before.q));
+  out.proxy.V_WT = {(out.proxy.X_WT.p - before.p) / tick.dt, turn / tick.dt};
 }
 
 }  // namespace

@@ -94,6 +94,24 @@ TEST_CASE("soft proxy: free space is exactly free for the massless, almost for t
   CHECK(most == Approx(0.08).epsilon(0.3));
 }
 
+TEST_CASE("soft proxy: no point goes further in a tick than the speed limit", "[servo][trap]") {
+  const auto solver = GENERATE(SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
+  const auto touched = GENERATE(size_t{0}, size_t{4});
+  const ContactSet set = floor_contacts(touched);
+  SoftProxyModel model = model_of(solver);
+  model.max_travel = 0.5e-3;
+  SoftProxyState state;
+  held_at(model, state, {{0, 0, 0.03}, {}}, &set);
+  for (int i = 0; i < 200; ++i) {
+    const Pose before = state.proxy.X_WT;
+    const Pose after =
+        held_at(model, state, {{0.02, 0, -0.01}, from_rotation_vector({0.5, 1, 0})}, &set)
+            .proxy.X_WT;
+    const double turn = norm(to_rotation_vector(after.q * conjugate(before.q)));
+    REQUIRE(norm(after.p - before.p) + model.tool.radius * turn <= 0.5e-3 * (1 + 1e-9));
+  }
+}
+
 TEST_CASE("soft proxy: what is not finite puts it to the hand and renders nothing", "[servo]") {
   ContactSet set = floor_contacts(4);
   set.contacts[2].object_point_O.y = std::nan("");
