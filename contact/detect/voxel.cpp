@@ -7,6 +7,8 @@ namespace haptic {
 namespace {
 
 constexpr size_t kClustersAnObject = 16;
+constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
+constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 
 /// The points of one object that touch or approach, in its own frame.
 std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
@@ -34,12 +36,21 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
   return {state.pushes.data(), n};
 }
 
-Contact contact_of(const PushCluster& cluster, uint32_t object, const VoxelQuestion& question) {
+/// Away from the object at a cluster: the field's gradient, else the cluster's own normal.
+Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
+  if (shape.field.index.empty()) return cluster.normal_W;
+  const Vec3 gradient = sample_field(shape.field, cluster.point_W).gradient_O;
+  return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_W;
+}
+
+Contact contact_of(const PushCluster& cluster, const Vec3& away_O, uint32_t object,
+                   const VoxelQuestion& question) {
   Contact c{};
   const Vec3 point_W = question.X_WO[object] * cluster.point_W;
   c.tool_point_T = inverse(question.X_WT) * point_W;
   c.object_point_O = cluster.point_W + cluster.depth * cluster.normal_W;
-  c.normal_O = c.shading_normal_O = cluster.normal_W;
+  c.normal_O = cluster.normal_W;
+  c.shading_normal_O = away_O;
   c.extent = cluster.radius;
   c.object = c.material = object;
   c.stiffness = cluster.stiffness;
@@ -99,9 +110,13 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
     if (n == room && room < clusters.size()) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
-      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, question);
-      set.n_active += clusters[i].depth > 0;
       pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
+      // a side of the tool beside the place where it touches would hold, or pull, a tool that
+      // leaves
+      const Vec3 away_O = away_from(model.objects[object], clusters[i]);
+      if (dot(away_O, clusters[i].normal_W) < kLeastFacing) continue;
+      set.contacts[set.n_contacts++] = contact_of(clusters[i], away_O, object, question);
+      set.n_active += clusters[i].depth > 0;
     }
     if (!(pressed > hardest)) continue;
     hardest = pressed;

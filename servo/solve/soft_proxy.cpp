@@ -23,7 +23,7 @@ Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
                      const ToolMotion& hand) {
   const BodyMotion body = motion_of_centre(model.tool, hand);
   const Wrench F = soft_contact_wrench(contacts.view(), body).F_W +
-                   rest_wrench(contacts, model.tool, body.X_WC).F_W;
+                   rest_wrench(contacts, model.tool, body.X_WC, body).F_W;
   return shift(F, body.X_WC.p - hand.X_WT.p);
 }
 
@@ -31,11 +31,18 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
                    const SoftProxyTick& tick, SoftProxySolution& out) {
   const BodyMotion body = motion_of_centre(model.tool, out.proxy);
   BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
-  const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC);
-  smooth.F_W = smooth.F_W + rest.F_W;
-  smooth.by_motion += rest.by_motion;
-  const PenaltyResult next = penalty_dynamics_step(model.tool, body, smooth, contacts.view(),
-                                                   model.integrator, {tick.dt, model.max_travel});
+  const auto step = [&] {
+    return penalty_dynamics_step(model.tool, body, smooth, contacts.view(), model.integrator,
+                                 {tick.dt, model.max_travel});
+  };
+  PenaltyResult next = step();
+  if (contacts.has_rest && next.is_solved) {
+    // what the springs push at the end of the step bounds the rest
+    const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC, next.body);
+    smooth.F_W = smooth.F_W + rest.F_W;
+    smooth.by_motion += rest.by_motion;
+    next = step();
+  }
   out.converged = next.is_solved;
   out.proxy = tool_of(model.tool, next.body);
 }

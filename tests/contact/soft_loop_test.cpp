@@ -172,3 +172,48 @@ TEST_CASE("soft loop: a hand that jumps through a plate leaves the proxy on its 
   press(pair, unlimited, path, 0.1);
   if (solver == SoftSolver::kQuasiStatic) CHECK(unlimited.state.proxy.X_WT.p.z < -0.008);
 }
+
+TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attractive",
+          "[contact][trap]") {
+  // a box pressed flat and tilted onto a plate, then drawn away, straight and aslant: contacts must
+  // never take the hand further in than it would be without them
+  const auto asked = GENERATE(Asked::kField, Asked::kTangentPlanes, Asked::kExact);
+  const auto solver =
+      GENERATE(SoftSolver::kDirect, SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
+  static const SoftPair pair(make_box({0.08, 0.08, 0.02}), make_box({0.02, 0.015, 0.01}), 1e-3);
+  for (const Vec3& away : {Vec3{0, 0, 1}, Vec3{0.6, 0, 0.8}, Vec3{0, -0.8, 0.6}}) {
+    for (const double tilt : {0.0, 0.05, -0.2}) {
+      for (int late = 0; late < 10; late += 3) {
+        SoftLoop loop(pair, asked);
+        prescribe(loop, pair, solver);
+        loop.model.max_travel = 4 * pair.size;
+        // the tool's height is 5 mm, more where it is tilted
+        const double layer = asked == Asked::kExact ? 0 : 2e-3;
+        const double rest = 0.015 + layer + 0.01 * std::fabs(tilt);
+        const auto path = [&](double t) {
+          const double press = 1.5e-3 * std::min(t / 0.05, 1.0);
+          const double leave = std::max(t - 0.1 - 1e-3 * late, 0.0);
+          return Pose{Vec3{0, 0, rest + 0.2e-3 - press} + 0.5 * leave * away,
+                      from_rotation_vector({tilt, 0, 0.1 + 4 * leave})};
+        };
+        double pushed = 0;
+        for (int i = 0; i < 150; ++i) {
+          const ToolMotion hand = motion_at(path, kTick * i);
+          if (i >= 50) loop.every = 10;
+          SoftProxyState alone = loop.state;
+          const SoftProxySolution with = loop.tick(hand);
+          const SoftProxySolution without =
+              solve_soft_proxy(loop.model, alone, {hand, nullptr, {}, kTick});
+          CAPTURE(static_cast<int>(asked), static_cast<int>(solver), i, late, tilt, away);
+          CAPTURE(with.F_hand_W.f.z, without.F_hand_W.f.z, hand.X_WT.p.z);
+          REQUIRE(with.F_hand_W.f.z >= without.F_hand_W.f.z - 1e-9);
+          pushed = std::max(pushed, with.F_hand_W.f.z);
+          if (solver != SoftSolver::kPenaltyDynamics) REQUIRE(with.F_hand_W.f.z >= -1e-9);
+          // 13 ms away there is a set of the way out, and nothing is left
+          if (i > 125 && solver != SoftSolver::kPenaltyDynamics) REQUIRE(with.F_hand_W == Wrench{});
+        }
+        CHECK(pushed > 0.2);
+      }
+    }
+  }
+}

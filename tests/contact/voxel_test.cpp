@@ -46,7 +46,10 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
   int pressed = 0;
   for (size_t k = 0; k < trials(60); ++k) {
     const Vec3 u = random.direction();
-    scene.question.X_WT = {(kRadius + 0.009) * u, from_rotation_vector(random.direction())};
+    // anyhow, or on its lower side, which alone touches
+    const bool flat = k % 2 == 0;
+    const Vec3 turn = flat ? std::acos(u.z) * normalized(Vec3{-u.y, u.x, 0}) : random.direction();
+    scene.question.X_WT = {(kRadius + 0.009) * u, from_rotation_vector(turn)};
     const auto set = std::make_unique<ContactSet>();
     set->X_WT = scene.question.X_WT;
     set->X_WO = scene.question.X_WO;
@@ -59,18 +62,23 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
     for (uint32_t i = 0; i < set->n_active; ++i) {
       const Contact& c = set->contacts[i];
       const Vec3 tool_O = scene.question.X_WT * c.tool_point_T;
+      CHECK(dot(c.normal_O, c.shading_normal_O) >= 0.1);
       sum += (c.stiffness * dot(c.normal_O, c.object_point_O - tool_O)) * c.normal_O;
     }
-    CHECK_THAT(sum, IsNear(set->F0_W.f, 1e-4 * (1 + norm(set->F0_W.f))));
+    if (flat && reading == VoxelForce::kField)
+      CHECK_THAT(sum, IsNear(set->F0_W.f, 1e-4 * (1 + norm(set->F0_W.f))));
     // it pushes the tool out
     if (reading == VoxelForce::kField) CHECK(dot(set->F0_W.f, u) > 0);
     // the part of the servo: springs and rest give it back
     RigidBody tool;
     SoftCarry carry;
     const SoftContacts contacts = carry_soft_contacts(*set, tool, carry);
-    const Wrench again = soft_contact_wrench(contacts.view(), {scene.question.X_WT, {}}).F_W +
-                         rest_wrench(contacts, tool, scene.question.X_WT).F_W;
-    CHECK_THAT(again.f, IsNear(set->F0_W.f, 1e-9 * (1 + norm(set->F0_W.f))));
+    const Wrench again =
+        soft_contact_wrench(contacts.view(), {scene.question.X_WT, {}}).F_W +
+        rest_wrench(contacts, tool, scene.question.X_WT, {scene.question.X_WT, {}}).F_W;
+    // what clusters across the object's normal would pull is cut
+    const double cut = flat ? 1e-9 : 0.1;
+    CHECK_THAT(again.f, IsNear(set->F0_W.f, cut * (1 + norm(set->F0_W.f))));
     CHECK_THAT(again.t, IsNear(set->F0_W.t, 1e-9 * (1 + norm(set->F0_W.f))));
   }
   CHECK(pressed > static_cast<int>(trials(60)) / 3);
@@ -118,6 +126,6 @@ TEST_CASE("voxel: a short budget is flagged and holds", "[contact]") {
   const auto set = std::make_unique<ContactSet>();
   detect_voxel(scene.model, state, scene.question, *set);
   CHECK((set->flags & kContactIterationLimit) != 0);
-  CHECK(state.tested <= 2 * 2 * 100);
+  CHECK(state.tested <= 2 * 100);
   CHECK(set->n_contacts > 0);
 }
