@@ -8,6 +8,8 @@ namespace {
 
 constexpr size_t kClustersAnObject = 16;
 constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
+constexpr double kMostCells = 16;       // that an extent is looked for
+constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
 constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 
 /// The points of one object that touch or approach, in its own frame.
@@ -43,15 +45,34 @@ Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
   return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_W;
 }
 
-Contact contact_of(const PushCluster& cluster, const Vec3& away_O, uint32_t object,
-                   const VoxelQuestion& question) {
+/// How far around a cluster the object goes on, by doubling steps: where its distance grows by less
+/// than a third of the step in four directions along the plane. 0: there is no field to ask.
+double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
+  if (shape.field.index.empty()) return 0;
+  const Vec3 n = cluster.normal_W;
+  const Vec3 u = normalized(cross(n, std::fabs(n.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const Vec3 v = cross(n, u);
+  const double here = sample_field(shape.field, cluster.point_W).distance;
+  double extent = 0.5 * shape.field.cell;
+  for (double step = shape.field.cell; step <= kMostCells * shape.field.cell; step *= 2) {
+    for (const Vec3& way : {u, v, -u, -v}) {
+      const double there = sample_field(shape.field, cluster.point_W + step * way).distance;
+      if (there - here > kGrowth * step) return extent;
+    }
+    extent = step;
+  }
+  return extent;
+}
+
+Contact contact_of(const PushCluster& cluster, const VoxelObject& shape, const Vec3& away_O,
+                   uint32_t object, const VoxelQuestion& question) {
   Contact c{};
   const Vec3 point_W = question.X_WO[object] * cluster.point_W;
   c.tool_point_T = inverse(question.X_WT) * point_W;
   c.object_point_O = cluster.point_W + cluster.depth * cluster.normal_W;
   c.normal_O = cluster.normal_W;
   c.shading_normal_O = away_O;
-  c.extent = cluster.radius;
+  c.extent = extent_at(shape, cluster);
   c.object = c.material = object;
   c.stiffness = cluster.stiffness;
   return c;
@@ -115,7 +136,8 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
       // leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
       if (dot(away_O, clusters[i].normal_W) < kLeastFacing) continue;
-      set.contacts[set.n_contacts++] = contact_of(clusters[i], away_O, object, question);
+      set.contacts[set.n_contacts++] =
+          contact_of(clusters[i], model.objects[object], away_O, object, question);
       set.n_active += clusters[i].depth > 0;
     }
     if (!(pressed > hardest)) continue;

@@ -58,8 +58,9 @@ struct VoxelQuestion {
 /// touch, then of those that approach; those of wrench_object first), and F0, K, B of all points
 /// that touch the object that is pressed hardest. A point pushes along its own inward normal; the
 /// object's own, by its field, is the contact's shading normal, and clusters that push across it or
-/// against it are told in F0 and K only: as springs they would outlast the touch. Sets
-/// kContactTruncated where there was no room, kContactIterationLimit where the budget was short.
+/// against it are told in F0 and K only: as springs they would outlast the touch. A contact's
+/// extent is how far along its plane the object goes on. Sets kContactTruncated where there was no
+/// room, kContactIterationLimit where the budget was short.
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set);
 

@@ -8,6 +8,7 @@ namespace haptic {
 namespace {
 
 constexpr double kMostOfSprings = 0.5;
+constexpr double kExtentFade = 0.1;
 
 double push_of(const SoftContact& contact, const Pose& X_WC) {
   return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
@@ -115,6 +116,19 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
   }
   if (set.trust_radius > 0) carry_rest(set, tool, carry, out);
   return out;
+}
+
+void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts) {
+  for (size_t i = 0; i < contacts.size; ++i) {
+    const double extent = set.contacts[i].extent;
+    if (!(extent > 0)) continue;
+    SoftContact& c = contacts.contacts[i];
+    const Vec3 way_W = X_WC * c.tool_point_C - c.object_point_W;
+    const double along = norm(way_W - dot(way_W, c.normal_W) * c.normal_W);
+    const double weight = std::clamp(1 - (along - extent) / (kExtentFade * extent), 0.0, 1.0);
+    c.stiffness *= weight;
+    c.damping *= weight;
+  }
 }
 
 BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,

@@ -41,6 +41,11 @@ struct SoftCarry {
 SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
                                  const SoftCarry& carry);
 
+/// Fades the springs whose point went further along their plane than that holds, over a tenth of
+/// Contact::extent (0: not known, no bound), with the tool at X_WC: nothing is felt past an edge,
+/// though the set is old.
+void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts);
+
 /// The rest of the linearised wrench at a place of the tool: γ (F_rest + K_rest δ), δ the motion
 /// since, cut where a point of the tool went further than the trust radius; γ is what the springs
 /// of the object push at `end` over what they pushed then, at most 1: where they let go, so does

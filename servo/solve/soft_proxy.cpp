@@ -86,6 +86,11 @@ SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& 
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
+  if (tick.contacts != nullptr) {
+    const bool at_hand = model.solver == SoftSolver::kDirect;
+    const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
+    fade_past_extent(*tick.contacts, motion_of_centre(model.tool, tool).X_WC, contacts);
+  }
   switch (model.solver) {
     case SoftSolver::kDirect:
       out.proxy = tick.hand;

@@ -97,7 +97,6 @@ class SoftLoop {
       c.object_point_O = clusters[i].point_W + clusters[i].depth * clusters[i].normal_W;
       c.normal_O = clusters[i].normal_W;
       c.stiffness = clusters[i].stiffness;
-      c.extent = clusters[i].radius;
     }
     set_->n_active = set_->n_contacts;
   }
