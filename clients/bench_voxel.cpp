@@ -265,7 +265,7 @@ struct Passage {
 
 Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap) {
   ShellCoherence coherence(shell);
-  std::vector<uint32_t> visited(shell.nodes.size());
+  std::vector<ShellVisit> visited(shell.nodes.size());
   std::vector<ShellTouch> touches(shell.x.size());
   Passage passage;
   for (int tick = 0; tick < kTicks; ++tick) {

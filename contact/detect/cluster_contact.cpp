@@ -9,7 +9,6 @@ Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_
   c.tool_point_T = inverse(X_WT) * (X_WO * cluster_O.point_W);
   c.object_point_O = cluster_O.point_W + cluster_O.depth * cluster_O.normal_W;
   c.normal_O = c.shading_normal_O = cluster_O.normal_W;
-  c.extent = cluster_O.radius;
   c.object = c.material = object;
   c.stiffness = cluster_O.stiffness;
   return c;

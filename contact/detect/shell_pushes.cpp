@@ -64,8 +64,8 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
     const ShellTouch& touch = touches[i];
     const double count = touch.count;
     pushes[i] = {X_OT * point_T(shell, touch.point), rotate(X_OT.q, normal_T(shell, touch.point)),
-                 -touch.distance, count};
-    if (touch.distance < 0) touching += count;
+                 force.offset - touch.distance, count};
+    if (touch.distance < force.offset) touching += count;
   }
   share(pushes.first(n), force, touching);
   return n;

@@ -14,6 +14,7 @@ namespace haptic {
 struct ShellForce {
   double stiffness = 1000;  // K_ff of a point [N/m]
   double sharing = 10;      // from so many points on they share what so many would give
+  double offset = 0;        // by which a field's surface lies outside the real one [m]
 };
 
 /// K_ff, or from `sharing` points on K_ff · sharing/n: force and torque stop to grow with the
@@ -29,9 +30,12 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
                           std::span<const VoxelHit> hits, const ShellForce& force,
                           std::span<PointPush> pushes);
 
-/// The distance field's: force −K_ff φ n along the point's inward normal n where φ < 0, not along
-/// the gradient: continuous, and without flips where the nearest surface changes (Barbič & James
-/// 2008). Points with φ ≥ 0 approach. In O. A touch that stands for several has their stiffness.
+/// The distance field's: force K_ff (offset − φ) n along the point's inward normal n where φ <
+/// offset, not along the gradient: continuous, and without flips where the nearest surface changes
+/// (Barbič & James 2008). Others approach. In O. A touch that stands for several has their
+/// stiffness. The offset is the force layer of McNeely, Puterbaugh, Troy 1999: where it is at least
+/// the depth that the coupling can press to and the distance between the points, the real surfaces
+/// stay apart.
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes);

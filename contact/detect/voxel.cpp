@@ -9,6 +9,10 @@ namespace haptic {
 namespace {
 
 constexpr size_t kClustersAnObject = 16;
+constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
+constexpr double kMostCells = 16;       // that an extent is looked for
+constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
+constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 
 /// The points of one object that touch or approach, in its own frame.
 std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
@@ -25,7 +29,7 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
     n = pushes_from_voxels(shape.map, model.shell, X_OT, {state.hits.data(), hits}, model.force,
                            state.pushes);
   } else {
-    const double reach = std::min(question.reach, shape.field.band);
+    const double reach = std::min(model.force.offset + question.reach, shape.field.band);
     const ShellAnswer answer = find_touches(shape.field, model.shell, X_OT, {reach, model.budget},
                                             &state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;
@@ -34,6 +38,32 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                           state.pushes);
   }
   return {state.pushes.data(), n};
+}
+
+/// Away from the object at a cluster: the field's gradient, else the cluster's own normal.
+Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
+  if (shape.field.index.empty()) return cluster.normal_W;
+  const Vec3 gradient = sample_field(shape.field, cluster.point_W).gradient_O;
+  return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_W;
+}
+
+/// How far around a cluster the object goes on, by doubling steps: where its distance grows by less
+/// than a third of the step in four directions along the plane. 0: there is no field to ask.
+double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
+  if (shape.field.index.empty()) return 0;
+  const Vec3 n = cluster.normal_W;
+  const Vec3 u = normalized(cross(n, std::fabs(n.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const Vec3 v = cross(n, u);
+  const double here = sample_field(shape.field, cluster.point_W).distance;
+  double extent = 0.5 * shape.field.cell;
+  for (double step = shape.field.cell; step <= kMostCells * shape.field.cell; step *= 2) {
+    for (const Vec3& way : {u, v, -u, -v}) {
+      const double there = sample_field(shape.field, cluster.point_W + step * way).distance;
+      if (there - here > kGrowth * step) return extent;
+    }
+    extent = step;
+  }
+  return extent;
 }
 
 /// The linearised wrench of these points on the tool, about its origin, in W.
@@ -89,10 +119,16 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
     if (n == room && room < clusters.size()) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
-      set.contacts[set.n_contacts++] =
-          contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
-      set.n_active += clusters[i].depth > 0;
       pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
+      // a side of the tool beside the place where it touches would hold, or pull, a tool that
+      // leaves
+      const Vec3 away_O = away_from(model.objects[object], clusters[i]);
+      if (dot(away_O, clusters[i].normal_W) < kLeastFacing) continue;
+      Contact& c = set.contacts[set.n_contacts++];
+      c = contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
+      c.shading_normal_O = away_O;
+      c.extent = extent_at(model.objects[object], clusters[i]);
+      set.n_active += clusters[i].depth > 0;
     }
     if (!(pressed > hardest)) continue;
     hardest = pressed;

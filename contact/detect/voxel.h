@@ -38,7 +38,7 @@ struct VoxelState {
   explicit VoxelState(const VoxelModel& model);
 
   std::vector<ShellCoherence> coherence;  // of each object
-  std::vector<uint32_t> visited;
+  std::vector<ShellVisit> visited;
   std::vector<ShellTouch> touches;
   std::vector<VoxelHit> hits;
   std::vector<PointPush> pushes;
@@ -56,8 +56,11 @@ struct VoxelQuestion {
 
 /// The voxmap–pointshell detector: fills in the contacts of the set (clusters of the points that
 /// touch, then of those that approach; those of wrench_object first), and F0, K, B of all points
-/// that touch the object that is pressed hardest. A point pushes along its own inward normal. Sets
-/// kContactTruncated where there was no room, kContactIterationLimit where the budget was short.
+/// that touch the object that is pressed hardest. A point pushes along its own inward normal; the
+/// object's own, by its field, is the contact's shading normal, and clusters that push across it or
+/// against it are told in F0 and K only: as springs they would outlast the touch. A contact's
+/// extent is how far along its plane the object goes on. Sets kContactTruncated where there was no
+/// room, kContactIterationLimit where the budget was short.
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set);
 

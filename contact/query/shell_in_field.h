@@ -23,6 +23,7 @@ struct ShellCoherence {
   std::vector<double> free_until;  // travel at which a node of the shell is to be asked again [m]
   double travel = 0;               // of the point that went furthest, so far [m]
   Pose X_OT;                       // of the last query
+  double reach = 0;                // it was asked with [m]
   bool is_fresh = true;            // nothing is known
 
   explicit ShellCoherence(const Pointshell& shell) : free_until(shell.nodes.size(), 0) {}
@@ -31,7 +32,13 @@ struct ShellCoherence {
 
 struct ShellQuery {
   double reach = 0;              // points nearer than this are reported; at most the band [m]
-  uint32_t budget = 0xffffffff;  // of points that may be looked up, give or take a node's children
+  uint32_t budget = 0xffffffff;  // of points that may be looked up; the first always is
+};
+
+/// A node that is looked into, and how far its point is.
+struct ShellVisit {
+  uint32_t node = 0;
+  double distance = 0;  // [m]
 };
 
 struct ShellAnswer {
@@ -44,11 +51,12 @@ struct ShellAnswer {
 /// The points of a shell nearer to the object than `reach`, level by level from the root: a node
 /// whose point is further away than its ball reaches is left out with all that is below (Barbič &
 /// James 2008). Out of budget the search ends with the finest level that is complete, and each of
-/// its points stands for all below it. With coherence the answer is the same to the bit. `visited`
+/// its points stands for all below it. With coherence the answer is the same to the bit, but for
+/// the budget, which then goes further; another reach starts it afresh. `visited`
 /// is scratch for as many nodes as the shell has. Points are those of the shell in float,
 /// moved in double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
-                         std::span<uint32_t> visited, std::span<ShellTouch> touches);
+                         std::span<ShellVisit> visited, std::span<ShellTouch> touches);
 
 }  // namespace haptic

@@ -7,6 +7,9 @@
 namespace haptic {
 namespace {
 
+constexpr double kMostOfSprings = 0.5;
+constexpr double kExtentFade = 0.1;
+
 double push_of(const SoftContact& contact, const Pose& X_WC) {
   return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
 }
@@ -78,6 +81,19 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
                              [](double v) { return std::isfinite(v); });
 }
 
+/// F_rest + K_rest δ.
+BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+  const Twist way{X_WC.p - contacts.X_WC0.p,
+                  to_rotation_vector(X_WC.q * conjugate(contacts.X_WC0.q))};
+  const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
+  const Wrench change = contacts.K_rest * limited.motion;
+  BodyWrench rest;
+  rest.F_W = contacts.F_rest_W + change;
+  if (!limited.was_cut) rest.by_motion = contacts.K_rest;
+  rest.energy = -(dot(contacts.F_rest_W, limited.motion) + 0.5 * dot(change, limited.motion));
+  return rest;
+}
+
 }  // namespace
 
 SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
@@ -91,7 +107,9 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
     if (!out.finite) break;
     out.contacts[i] = carried(c, tool, carry);
     out.objects[i] = c.object;
-    out.finite = is_sound(out.contacts[i]);
+    const Vec3 away_O = norm_squared(c.shading_normal_O) > 0 ? c.shading_normal_O : c.normal_O;
+    out.away_W[i] = rotate(carry.X_WO[c.object].q, away_O);
+    out.finite = is_sound(out.contacts[i]) && is_finite(out.away_W[i]);
     if (c.object == set.wrench_object) out.n_springs = i + 1;
   }
   if (!out.finite) {
@@ -102,22 +120,46 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
   return out;
 }
 
-BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts) {
+  for (size_t i = 0; i < contacts.size; ++i) {
+    const double extent = set.contacts[i].extent;
+    if (!(extent > 0)) continue;
+    SoftContact& c = contacts.contacts[i];
+    const Vec3 way_W = X_WC * c.tool_point_C - c.object_point_W;
+    const double along = norm(way_W - dot(way_W, c.normal_W) * c.normal_W);
+    const double weight = std::clamp(1 - (along - extent) / (kExtentFade * extent), 0.0, 1.0);
+    c.stiffness *= weight;
+    c.damping *= weight;
+  }
+}
+
+BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+                       const BodyMotion& end) {
   BodyWrench rest;
   if (!contacts.has_rest) return rest;
   double push = 0;
+  Vec3 springs_W;
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    push += push_of(contacts.contacts[i], X_WC);
+    BodyWrench ignored;
+    const double force = add_soft_contact(contacts.contacts[i], end, ignored);
+    push += force;
+    springs_W += force * contacts.contacts[i].normal_W;
   }
   const double share = std::min(push / contacts.push0, 1.0);
   if (!(share > 0)) return rest;
-  const Twist way{X_WC.p - contacts.X_WC0.p,
-                  to_rotation_vector(X_WC.q * conjugate(contacts.X_WC0.q))};
-  const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
-  rest.F_W = share * (contacts.F_rest_W + contacts.K_rest * limited.motion);
-  if (!limited.was_cut) rest.by_motion = share * contacts.K_rest;
-  rest.energy = -share * (dot(contacts.F_rest_W, limited.motion) +
-                          0.5 * dot(contacts.K_rest * limited.motion, limited.motion));
+  const Vec3 force_end_W = rest_at(contacts, tool, end.X_WC).F_W.f;
+  double force_share = share;
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    const double pull = -dot(force_end_W, contacts.away_W[i]);
+    const double most = kMostOfSprings * dot(springs_W, contacts.away_W[i]);
+    if (most > 0 && force_share * pull > most) force_share = most / pull;
+  }
+  rest = rest_at(contacts, tool, X_WC);
+  rest.F_W = {force_share * rest.F_W.f, share * rest.F_W.t};
+  rest.energy *= share;
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) rest.by_motion(i, j) *= i < 3 ? force_share : share;
+  }
   return rest;
 }
 

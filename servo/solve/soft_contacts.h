@@ -11,6 +11,7 @@ namespace haptic {
 struct SoftContacts {
   std::array<SoftContact, kMaxContacts> contacts;
   std::array<uint32_t, kMaxContacts> objects;  // that each is on
+  std::array<Vec3, kMaxContacts> away_W;       // of each, the object's own normal
   size_t size = 0;
   bool finite = true;
 
@@ -42,10 +43,18 @@ struct SoftCarry {
 SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
                                  const SoftCarry& carry);
 
+/// Fades the springs whose point went further along their plane than that holds, over a tenth of
+/// Contact::extent (0: not known, no bound), with the tool at X_WC: nothing is felt past an edge,
+/// though the set is old.
+void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts);
+
 /// The rest of the linearised wrench at a place of the tool: γ (F_rest + K_rest δ), δ the motion
 /// since, cut where a point of the tool went further than the trust radius; γ is what the springs
-/// of the object push now over what they pushed then, at most 1: where they let go, so does it. Add
-/// the springs of view().
-BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC);
+/// of the object push at `end` over what they pushed then, at most 1: where they let go, so does
+/// it. Against the object's normal it takes no more than half of what they push, so that both
+/// together never pull. `end` is how the tool will be at the end of the step, or how it is. Add the
+/// springs of view().
+BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+                       const BodyMotion& end);
 
 }  // namespace haptic

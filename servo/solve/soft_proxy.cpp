@@ -17,7 +17,7 @@ void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const Body
   }
   if (!contacts.has_rest) return;
   Wrench& sum = out.push_W[contacts.rest_object];
-  sum = sum + shift(rest_wrench(contacts, tool, body.X_WC).F_W, arm_W);
+  sum = sum + shift(rest_wrench(contacts, tool, body.X_WC, body).F_W, arm_W);
 }
 
 ToolMotion tool_of(const RigidBody& tool, const BodyMotion& body) {
@@ -30,7 +30,7 @@ Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
                      const ToolMotion& hand) {
   const BodyMotion body = motion_of_centre(model.tool, hand);
   const Wrench F = soft_contact_wrench(contacts.view(), body).F_W +
-                   rest_wrench(contacts, model.tool, body.X_WC).F_W;
+                   rest_wrench(contacts, model.tool, body.X_WC, body).F_W;
   return shift(F, body.X_WC.p - hand.X_WT.p);
 }
 
@@ -38,26 +38,42 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
                    const SoftProxyTick& tick, SoftProxySolution& out) {
   const BodyMotion body = motion_of_centre(model.tool, out.proxy);
   BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
-  const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC);
-  smooth.F_W = smooth.F_W + rest.F_W;
-  smooth.by_motion += rest.by_motion;
-  const PenaltyResult next = penalty_dynamics_step(model.tool, body, smooth, contacts.view(),
-                                                   model.integrator, {tick.dt, model.max_travel});
+  const auto step = [&] {
+    return penalty_dynamics_step(model.tool, body, smooth, contacts.view(), model.integrator,
+                                 {tick.dt, model.max_travel});
+  };
+  PenaltyResult next = step();
+  if (contacts.has_rest && next.is_solved) {
+    // what the springs push at the end of the step bounds the rest
+    const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC, next.body);
+    smooth.F_W = smooth.F_W + rest.F_W;
+    smooth.by_motion += rest.by_motion;
+    next = step();
+  }
   out.converged = next.is_solved;
   out.proxy = tool_of(model.tool, next.body);
 }
 
+/// The way to a pose, cut at the speed limit: iterations may add up to more than one of them.
+Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& after) {
+  if (!(model.max_travel > 0)) return after;
+  const Pose from = motion_of_centre(model.tool, {before, {}}).X_WC;
+  const Pose to = motion_of_centre(model.tool, {after, {}}).X_WC;
+  const Twist way{to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
+  const LimitedMotion limited = limit_travel(way, model.tool.radius, model.max_travel);
+  return limited.was_cut ? tool_of_centre(model.tool, moved(from, limited.motion)) : after;
+}
+
 void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
                       const SoftProxyTick& tick, SoftProxySolution& out) {
-  QuasiStaticStep step;
-  step.max_travel = model.max_travel / step.max_iterations;
-  const QuasiStaticResult next = solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT,
-                                                    contacts.view(), out.proxy.X_WT, step);
+  const QuasiStaticResult next =
+      solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT, contacts.view(),
+                         out.proxy.X_WT, {model.max_travel});
   const Pose before = out.proxy.X_WT;
   out.converged = next.converged;
-  out.proxy.X_WT = next.X_WP;
-  const Vec3 turn = to_rotation_vector(next.X_WP.q * conjugate(before.q));
-  out.proxy.V_WT = {(next.X_WP.p - before.p) / tick.dt, turn / tick.dt};
+  out.proxy.X_WT = within_travel(model, before, next.X_WP);
+  const Vec3 turn = to_rotation_vector(out.proxy.X_WT.q * conjugate(before.q));
+  out.proxy.V_WT = {(out.proxy.X_WT.p - before.p) / tick.dt, turn / tick.dt};
 }
 
 }  // namespace
@@ -77,6 +93,11 @@ SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& 
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
+  if (tick.contacts != nullptr) {
+    const bool at_hand = model.solver == SoftSolver::kDirect;
+    const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
+    fade_past_extent(*tick.contacts, motion_of_centre(model.tool, tool).X_WC, contacts);
+  }
   switch (model.solver) {
     case SoftSolver::kDirect:
       out.proxy = tick.hand;

@@ -104,7 +104,7 @@ TEST_CASE("body detectors: a change of renderer begins softly") {
 TEST_CASE("tool body: what is not given is that of an evenly filled body") {
   ToolConfig config;
   config.mass = 0.3;
-  const TriangleMeshData box =
+  const auto box =
       build_mesh(make_box({0.02, 0.04, 0.06}).vertices, make_box({0.02, 0.04, 0.06}).triangles);
   const ToolBody filled = tool_body(box.view(), config);
   CHECK(filled.mass == 0.3);

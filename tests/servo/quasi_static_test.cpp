@@ -71,7 +71,7 @@ TEST_CASE("quasi-static: nothing is left over on random contacts", "[servo]") {
       REQUIRE(there >= energy * (1 - 1e-12));
     }
   }
-  CHECK(converged > n - n / 50);
+  CHECK(converged >= n - n / 50);
 }
 
 TEST_CASE("quasi-static: no iteration moves a point further than the trust region", "[servo]") {

@@ -61,7 +61,7 @@ Wrench all_points(const Patch& patch, const Twist& motion_of_origin, const Vec3&
 
 Wrench model_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
   return soft_contact_wrench(contacts.view(), {X_WC, {}}).F_W +
-         rest_wrench(contacts, tool, X_WC).F_W;
+         rest_wrench(contacts, tool, X_WC, {X_WC, {}}).F_W;
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/soft_proxy.h"
 
+#include "servo/solve/free_space_drag.h"
+
 #include "tests/support/near.h"
 #include "tests/support/rigid.h"
 
@@ -92,6 +94,43 @@ TEST_CASE("soft proxy: free space is exactly free for the massless, almost for t
   }
   // what moves the proxy's mass: m·a = 0.1 kg · 0.8 m/s²
   CHECK(most == Approx(0.08).epsilon(0.3));
+}
+
+TEST_CASE("soft proxy: drag in free space is the mass times its acceleration, in closed form",
+          "[servo]") {
+  for (const double mass : {0.01, 0.1, 1.0}) {
+    for (const double frequency : {0.5, 2.0, 6.0}) {
+      SoftProxyModel model = model_of(SoftSolver::kPenaltyDynamics);
+      model.tool.mass = mass;
+      model.coupling.translational_damping = 5;
+      const FreeMotion motion{0.2, frequency, 1e-3};
+      CAPTURE(mass, frequency);
+      CHECK(free_space_drag(model, motion) ==
+            Approx(drag_in_closed_form(model, motion)).epsilon(0.05));
+      model.solver = SoftSolver::kQuasiStatic;
+      CHECK(free_space_drag(model, motion) == 0);
+      model.solver = SoftSolver::kDirect;
+      CHECK(free_space_drag(model, motion) == 0);
+    }
+  }
+}
+
+TEST_CASE("soft proxy: no point goes further in a tick than the speed limit", "[servo][trap]") {
+  const auto solver = GENERATE(SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
+  const auto touched = GENERATE(size_t{0}, size_t{4});
+  const ContactSet set = floor_contacts(touched);
+  SoftProxyModel model = model_of(solver);
+  model.max_travel = 0.5e-3;
+  SoftProxyState state;
+  held_at(model, state, {{0, 0, 0.03}, {}}, &set);
+  for (int i = 0; i < 200; ++i) {
+    const Pose before = state.proxy.X_WT;
+    const Pose after =
+        held_at(model, state, {{0.02, 0, -0.01}, from_rotation_vector({0.5, 1, 0})}, &set)
+            .proxy.X_WT;
+    const double turn = norm(to_rotation_vector(after.q * conjugate(before.q)));
+    REQUIRE(norm(after.p - before.p) + model.tool.radius * turn <= 0.5e-3 * (1 + 1e-9));
+  }
 }
 
 TEST_CASE("soft proxy: what is not finite puts it to the hand and renders nothing", "[servo]") {

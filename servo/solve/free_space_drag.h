@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "servo/solve/soft_proxy.h"
+
+namespace haptic {
+
+/// A hand that moves to and fro where nothing is: x = v/ω · sin ωt.
+struct FreeMotion {
+  double speed = 0.2;    // v, the largest [m/s]
+  double frequency = 1;  // ω/2π [Hz]
+  double dt = 1e-3;      // [s]
+};
+
+/// Largest force that such a hand feels once the start is over, stepped through solve_soft_proxy
+/// [N]: what a proxy's mass and the coupling take from free space. Zero where the proxy has none.
+double free_space_drag(const SoftProxyModel& model, const FreeMotion& motion);
+
+/// The same in closed form for a proxy with mass: m ω v |k_T + iωb_T| / |k_T − mω² + iωb_T|.
+double drag_in_closed_form(const SoftProxyModel& model, const FreeMotion& motion);
+
+}  // namespace haptic
