@@ -59,11 +59,12 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes) {
   const size_t n = std::min(touches.size(), pushes.size());
+  const Mat3 R_OT = to_matrix(X_OT.q);
   double touching = 0;
   for (size_t i = 0; i < n; ++i) {
     const ShellTouch& touch = touches[i];
     const double count = touch.count;
-    pushes[i] = {X_OT * point_T(shell, touch.point), rotate(X_OT.q, normal_T(shell, touch.point)),
+    pushes[i] = {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
                  -touch.distance, count};
     if (touch.distance < 0) touching += count;
   }

@@ -103,7 +103,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
                            [&](const Vec3& p) { return norm(p) - radius; }, {2e-3, 8e-3, 8e-3});
   const PointshellData shell =
       build_pointshell(build_shape(make_icosphere(0.02, 2)).mesh.view(), 2e-3);
-  std::vector<uint32_t> visited(shell.nodes.size());
+  std::vector<ShellVisit> visited(shell.nodes.size() + 1);
   std::vector<ShellTouch> touches(shell.x.size());
   std::vector<PointPush> pushes(shell.x.size());
   const ShellForce force{100, 1e9};
