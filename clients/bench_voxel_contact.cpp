@@ -59,7 +59,7 @@ Pair bolt_in_nut(bool is_free) {
   BoltAndNut screw;
   screw.nut_height = screw.bolt_length * 100 / 140;
   const auto at = [screw](double t, double press, double most_turn, double tilt) -> Pose {
-    const double turn = swing(most_turn, 0.9, t);
+    const double turn = swing(most_turn, 0.5, t);
     const Quat lean = from_rotation_vector({swing(tilt, 1.1, t), swing(tilt, 0.7, t), 0});
     return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
              screw.pitch * turn / (2 * kPi) + swing(0.1 * press, 5, t)},
@@ -75,15 +75,15 @@ Pair bolt_in_nut(bool is_free) {
     pair.path = [at](double t) { return at(t, 5e-6, 2e-4, 1e-4); };
     return pair;
   }
-  pair.path = [at](double t) { return at(t, 0.03e-3 + swing(0.03e-3, 0.8, t), 0.1, 5e-4); };
-  pair.deep = [at](double t) { return at(t, 0.3e-3, 0.1, 5e-4); };
+  pair.path = [at](double t) { return at(t, 0.015e-3 + swing(0.015e-3, 0.8, t), 0.05, 5e-4); };
+  pair.deep = [at](double t) { return at(t, 0.3e-3, 0.2, 5e-4); };
   return pair;
 }
 
 Pair peg_in_hole() {
   const PegAndHole pair;
   const auto at = [pair](double t, double press) -> Pose {
-    const Quat tilt = from_rotation_vector({swing(4e-3, 1.1, t), swing(4e-3, 0.7, t), 0});
+    const Quat tilt = from_rotation_vector({swing(2e-3, 1.1, t), swing(2e-3, 0.7, t), 0});
     return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
              swing(5e-3, 0.5, t)},
             tilt * from_rotation_vector({0, 0, swing(0.5, 0.4, t)})};
@@ -92,7 +92,7 @@ Pair peg_in_hole() {
           baked(make_peg(pair, {96, 64})),
           baked(make_hole(pair, {96, 64})),
           voxels_of(0.2e-3, 0.22e-3),
-          [at](double t) { return at(t, 0.15e-3 + swing(0.15e-3, 0.8, t)); },
+          [at](double t) { return at(t, 0.11e-3 + swing(0.11e-3, 0.8, t)); },
           [at](double t) { return at(t, 0.5e-3); }};
 }
 

@@ -95,10 +95,16 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W) {
   LinearPush sum;
   for (const PointPush& push : pushes) {
     if (!(push.depth > 0)) continue;
-    const Vec3 turn = cross(push.point_W - about_W, push.normal_W);
-    const Wrench unit{push.normal_W, turn};
+    const Wrench unit{push.normal_W, cross(push.point_W - about_W, push.normal_W)};
     sum.F0_W = sum.F0_W + (push.stiffness * push.depth) * unit;
-    add_outer(sum.K, unit, {-push.stiffness * push.normal_W, -push.stiffness * turn});
+    const std::array<double, 6> w = components(unit.f, unit.t);
+    for (size_t i = 0; i < 6; ++i) {
+      const double less = push.stiffness * w[i];
+      for (size_t j = i; j < 6; ++j) sum.K(i, j) -= less * w[j];
+    }
+  }
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < i; ++j) sum.K(i, j) = sum.K(j, i);
   }
   return sum;
 }

@@ -14,6 +14,7 @@ struct PointPush {
   Vec3 normal_W;         // unit, from object to tool
   double depth = 0;      // > 0 [m]; < 0: it approaches
   double stiffness = 0;  // [N/m]
+  double count = 1;      // of points that it stands for
 };
 
 /// A few springs that stand for many.

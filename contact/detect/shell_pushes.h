@@ -30,7 +30,8 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
 
 /// The distance field's: force −K_ff φ n along the point's inward normal n where φ < 0, not along
 /// the gradient: continuous, and without flips where the nearest surface changes (Barbič & James
-/// 2008). Points with φ ≥ 0 approach. In O. A touch that stands for several has their stiffness.
+/// 2008). Points with φ ≥ 0 approach; of those next to each other in the shell (each sixteen) the
+/// nearest stands for all. In O. A touch that stands for several has their stiffness.
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes);

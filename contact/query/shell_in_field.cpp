@@ -14,6 +14,8 @@ namespace {
 constexpr double kFieldError = 0.87;
 // of the interpolation, on its way by the same rounding
 constexpr double kSteepest = 1.733;
+constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
+constexpr double kNotAsked = std::numeric_limits<double>::infinity();
 
 /// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
 /// went further.
@@ -61,38 +63,78 @@ struct Search {
   ShellAnswer answer;
   size_t n_visited = 0;
   FieldBatch batch;
-  std::array<uint32_t, FieldBatch::kRoom> nodes;  // of the batch
+  /// Nodes in order, and whether each is in the batch.
+  struct Candidate {
+    uint32_t node = 0;
+    bool is_asked = false;
+  };
+  std::array<Candidate, FieldBatch::kRoom> candidates;
+  size_t n_candidates = 0;
 
-  /// Has a node looked up, together with those that come next. Which are free and which are not
-  /// cannot be foretold, here and below: written in any case, counted where they are to be kept.
+  bool is_free(uint32_t index) const {
+    return coherence != nullptr && coherence->travel < coherence->free_until[index];
+  }
+
+  /// Whether most of a node's children are free though it is not: then the others are asked in its
+  /// place, which has been in vain before.
+  bool has_few_to_ask(const ShellNode& node) const {
+    if (coherence == nullptr) return false;
+    uint32_t to_ask = 0;
+    for (uint32_t k = 0; k < node.n_children; ++k) to_ask += is_free(node.first_child + k) ? 0 : 1;
+    return kFewOf * to_ask <= node.n_children && node.n_children > 0;
+  }
+
+  /// Has a node looked up, together with those that come next, or kept as it is.
   void visit(uint32_t index) {
-    const uint32_t point = shell.nodes[index].point;
+    if (is_free(index)) return;
+    const ShellNode& node = shell.nodes[index];
+    const bool is_asked = !has_few_to_ask(node);
+    candidates[n_candidates++] = {index, is_asked};
+    if (is_asked) put_in_batch(node.point);
+    if (n_candidates == candidates.size()) finish_batch();
+  }
+
+  void put_in_batch(uint32_t point) {
     batch.x[batch.n] = shell.x[point];
     batch.y[batch.n] = shell.y[point];
     batch.z[batch.n] = shell.z[point];
-    nodes[batch.n] = index;
-    const bool is_free = coherence != nullptr && coherence->travel < coherence->free_until[index];
-    batch.n += is_free ? 0 : 1;
-    if (batch.n == FieldBatch::kRoom) finish_batch();
+    ++batch.n;
   }
 
-  /// Keeps of the batch what may have anything within reach.
+  /// Keeps of the candidates what may have anything within reach.
   void finish_batch() {
     look_up(field, X_OT, batch);
-    for (size_t i = 0; i < batch.n; ++i) {
-      const uint32_t index = nodes[i];
-      const FieldDistance& at = batch.found[i];
+    size_t asked = 0;
+    for (const auto& [index, is_asked] : std::span(candidates.data(), n_candidates)) {
+      if (!is_asked) {
+        visited[n_visited++] = {index, kNotAsked};
+        continue;
+      }
+      const FieldDistance& at = batch.found[asked++];
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
-      const bool is_free = clear > 0;
+      const bool is_clear = clear > 0;
+      // which are clear cannot be foretold: written in any case, counted where it is kept
       visited[n_visited] = {index, at.distance};
-      n_visited += is_free ? 0 : 1;
+      n_visited += is_clear ? 0 : 1;
       if (coherence != nullptr) {
-        coherence->free_until[index] = is_free ? coherence->travel + clear : 0;
+        coherence->free_until[index] = is_clear ? coherence->travel + clear : 0;
       }
     }
     answer.tested += static_cast<uint32_t>(batch.n);
-    batch.n = 0;
+    batch.n = n_candidates = 0;
+  }
+
+  /// Looks up what was kept without: the search ends with it.
+  void ask_all(std::span<ShellVisit> kept) {
+    for (ShellVisit& visit : kept) {
+      if (visit.distance != kNotAsked) continue;
+      put_in_batch(shell.nodes[visit.node].point);
+      look_up(field, X_OT, batch);
+      visit.distance = batch.found[0].distance;
+      ++answer.tested;
+      batch.n = 0;
+    }
   }
 };
 
@@ -128,7 +170,7 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches) {
   if (shell.nodes.empty() || field.index.empty() || visited.size() <= shell.nodes.size()) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, {}, 0, {}, {}};
+  Search search{field, shell, X_OT, query, coherence, visited, {}, 0, {}, {}, 0};
   ShellAnswer& answer = search.answer;
   const size_t last = shell.levels.size() - 2;
   // level by level, the nodes that nothing keeps from being looked into
@@ -142,6 +184,7 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
     // a level is begun only where it can be ended
     if (answer.tested + children > query.budget) {
       answer.is_complete = false;
+      search.ask_all(visited.subspan(begin, end - begin));
       break;
     }
     for (size_t i = begin; i < end; ++i) {

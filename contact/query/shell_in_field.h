@@ -18,10 +18,10 @@ struct ShellTouch {
   double distance = 0;  // to the object, signed [m]
 };
 
-/// Room for a node that was looked up in this search, and could not be left out.
+/// Room for a node that could not be left out of this search.
 struct ShellVisit {
   uint32_t node = 0;
-  double distance = 0;  // of its point [m]
+  double distance = 0;  // of its point; infinite where that was not looked up [m]
 };
 
 /// What is known of a shell and a field from queries before: a node that was so far away stays free

@@ -170,3 +170,20 @@ TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[c
     covered_before = static_cast<uint32_t>(part.level);
   }
 }
+
+TEST_CASE("shell in field: no point over the budget, with coherence either", "[contact][trap]") {
+  Pair pair(2e-3, 1e-3);
+  ShellCoherence coherence(pair.shell.view());
+  size_t cut_short = 0;
+  for (size_t k = 0; k < trials(2000); ++k) {
+    // the budget comes and goes: what was not asked for want of it is not believed to be free
+    const uint32_t budget = k % 3 == 0 ? ~0u : 64 + static_cast<uint32_t>(k % 500);
+    const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0355);
+    const ShellAnswer a = pair.ask(X_OT, &coherence, {1e-3, budget});
+    REQUIRE(a.tested <= budget);
+    cut_short += a.is_complete ? 0 : 1;
+    for (size_t i = 0; i < a.n; ++i) REQUIRE(pair.touches[i].distance < 1e-3);
+    if (budget == ~0u) REQUIRE(a.n == pair.ask(X_OT, nullptr, {1e-3, ~0u}).n);
+  }
+  CHECK(cut_short > 0);
+}
