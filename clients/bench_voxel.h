@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "clients/report.h"
+#include "clients/bench_voxel_contact.h"
 
 namespace haptic {
 
@@ -12,7 +12,9 @@ struct BenchVoxelOptions {
   std::vector<uint32_t> sides{256, 1024};                    // voxels along the object
   std::vector<uint32_t> points{10'000, 100'000, 1'000'000};  // of the shell
   uint32_t coarse = 16, fine = 235;                          // bumpy spheres of 20 f² triangles
+  uint32_t memory_side = 1024;  // voxels along the bunny, whose maps are weighed; 0: none
   int rounds = 15;
+  BenchVoxelContactOptions contact;
 };
 
 /// Points of a shell tested per microsecond of CPU on one core, in maps of a bumpy sphere, points

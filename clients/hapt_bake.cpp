@@ -134,7 +134,7 @@ void add_bake_command(CLI::App& app) {
   command->add_flag("--allow-open", options->allow_open, "the mesh may have borders");
   command->add_option("--voxel", options->voxel,
                       "also bake what the renderer voxel needs, with voxels of this size: 1mm");
-  command->add_option("--band", options->band, "of the distance field; left out: four voxels")
+  command->add_option("--band", options->band, "of the distance field; left out: two voxels")
       ->needs("--voxel");
   command->add_option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
       ->needs("--voxel");

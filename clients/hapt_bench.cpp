@@ -84,7 +84,7 @@ void add_voxel_command(CLI::App& bench) {
   const auto options = std::make_shared<Options>();
   BenchVoxelOptions& voxel = options->voxel;
   CLI::App* command = bench.add_subcommand(
-      "voxel", "Points of a shell looked up in a voxmap, beside bare gathers from its memory");
+      "voxel", "Points of a shell in a voxmap, beside bare gathers, and contact steps, beside FCL");
   command->add_option("--side", voxel.sides, "voxels along the object, as often as wanted")
       ->check(CLI::Range(8, 4096));
   command->add_option("--points", voxel.points, "of the shell, as often as wanted")
@@ -97,6 +97,17 @@ void add_voxel_command(CLI::App& bench) {
       ->capture_default_str();
   command->add_option("--rounds", voxel.rounds, "alternations; medians are reported")
       ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--memory-side", voxel.memory_side, "voxels along the bunny, 0: none")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command->add_option("--pair", voxel.contact.pairs, "of whole contact steps; as often as wanted")
+      ->check(CLI::IsMember({"bolt", "free-bolt", "peg", "jaws"}));
+  command->add_option("--coarser", voxel.contact.coarser, "times that their voxels and points are")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str();
+  command->add_option("--ticks", voxel.contact.ticks, "contact steps of a pair")
+      ->check(CLI::Range(100, 1'000'000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "rows as JSON");
   command->callback([options] { print_judged(bench_voxel(options->voxel), options->json); });

@@ -171,7 +171,7 @@ struct ToolConfig : ShapeConfig {
                  // were filled evenly
 };
 
-inline constexpr double kBandVoxels = 4;  // in the band of a field where nobody says otherwise
+inline constexpr double kBandVoxels = 2;  // of a field's band beyond the force layer, by default
 
 /// What a tool with six degrees of freedom is moved by.
 struct ProxyConfig {
@@ -190,17 +190,17 @@ enum class Braking : uint32_t {
 
 /// Maps, field and points of the detector `voxel`.
 struct VoxelConfig {
-  double size = 1e-3;           // of a voxel, and a cell of the field [m]
-  double band = 4e-3;           // within which the field is stored [m]
-  double point_spacing = 1e-3;  // of the tool's points [m]
-  double stiffness = 1000;      // of a point [N/m]
-  double braking = 0;           // of approaching points [N·s/m]
+  double size = 1e-3;                // of a voxel, and a cell of the field [m]
+  double band = 4e-3;                // within which the field is stored [m]
+  double point_spacing = 1e-3;       // of the tool's points [m]
+  double stiffness = 1000;           // of a point [N/m]
+  double braking = 0;                // of approaching points [N·s/m]
   Braking braking_along = Braking::kAlongVelocity;
-  uint32_t offset_layers = 2;  // by which the map's surface is moved outwards
+  uint32_t offset_layers = 2;  // by which surfaces lie outside the real ones, in voxels
   uint32_t field = 1;          // 1: a distance field is baked, 0: the map of voxels alone
   uint32_t open_as_sheet = 0;  // 1: a mesh that is not closed is a sheet one voxel thick
   uint32_t budget = 200000;    // of points that a step may look up; 0: any number
-  uint32_t is_wanted = 0;  // the section is there: baked even where another renderer begins
+  uint32_t is_wanted = 0;      // the section is there: baked even where another renderer begins
 };
 
 struct CouplingConfig {

@@ -67,14 +67,16 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   if (!section) return;
   voxel.is_wanted = 1;
   section->read_quantity("size", Dimension::kLength, kVoxelSizes, voxel.size);
-  voxel.band = kBandVoxels * voxel.size;
   voxel.point_spacing = voxel.size;
   int64_t layers = voxel.offset_layers, budget = voxel.budget;
   section->read_integer("offset_layers", 0, kMaxOffsetLayers, layers);
   voxel.offset_layers = static_cast<uint32_t>(layers);
   section->read_flag("field", voxel.field);
-  // the field is read by cells: a band below one holds nothing
-  section->read_quantity("band", Dimension::kLength, {voxel.size, 100 * voxel.size}, voxel.band);
+  const double layer = voxel.offset_layers * voxel.size;
+  voxel.band = layer + kBandVoxels * voxel.size;
+  // the field is read by cells: it must reach one beyond the layer
+  section->read_quantity("band", Dimension::kLength, {layer + voxel.size, 100 * voxel.size},
+                         voxel.band);
   section->read_flag("open_as_sheet", voxel.open_as_sheet);
   section->read_quantity("point_spacing", Dimension::kLength, kVoxelSizes, voxel.point_spacing);
   section->read_quantity("stiffness", Dimension::kStiffness, kPositive, voxel.stiffness);

@@ -21,6 +21,8 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   model.shell = shell;
   model.reading = config.field != 0 ? VoxelForce::kField : VoxelForce::kTangentPlanes;
   model.force.stiffness = config.stiffness;
+  // in the map it is baked
+  model.force.offset = config.offset_layers * config.size;
   model.clusters.radius = kClusterVoxels * config.size;
   model.budget = config.budget == 0 ? kAnyNumber : config.budget;
   model.damping = config.braking;

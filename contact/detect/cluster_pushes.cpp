@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace haptic {
 namespace {
 
 constexpr size_t kMostClusters = 64;
+constexpr double kNextTo = 0.25;      // of the radius
+constexpr double kSameNormal = 0.95;  // cosine
 constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that it has a place [m]
 
 /// What is summed while points come in.
@@ -16,7 +19,22 @@ struct Gathering {
   Vec3 leader_W, leader_normal_W;
   Vec3 weighted_point_W, weighted_normal_W;
   double weight = 0;
+  double reach_squared = 0;  // of its points from the leader
   bool approaches = false;
+};
+
+/// The last few points that were compared with all clusters, and where they went.
+struct Recent {
+  struct Place {
+    Vec3 point_W, normal_W;
+    size_t cluster = 0;
+  };
+  std::array<Place, 4> places;
+  size_t n = 0;
+
+  void add(const PointPush& push, size_t cluster) {
+    places[n++ % places.size()] = {push.point_W, push.normal_W, cluster};
+  }
 };
 
 /// A force where it pushes, else how near it is.
@@ -43,6 +61,20 @@ size_t fitting(const PointPush& push, const ClusterOptions& options,
   return best;
 }
 
+/// The cluster of a neighbour that was sorted just before; `none` where there is none.
+size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, const Recent& recent,
+                       size_t none) {
+  const double near = kNextTo * options.radius;
+  for (size_t i = 0; i < std::min(recent.n, recent.places.size()); ++i) {
+    const Recent::Place& place = recent.places[i];
+    if (norm_squared(push.point_W - place.point_W) <= near * near &&
+        dot(push.normal_W, place.normal_W) >= kSameNormal) {
+      return place.cluster;
+    }
+  }
+  return none;
+}
+
 void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
   const double weight = weight_of(push);
   gathering.weighted_point_W += weight * push.point_W;
@@ -50,7 +82,8 @@ void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
   gathering.weight += weight;
   cluster.stiffness += push.stiffness;
   ++cluster.count;
-  cluster.radius = std::max(cluster.radius, norm(push.point_W - gathering.leader_W));
+  gathering.reach_squared =
+      std::max(gathering.reach_squared, norm_squared(push.point_W - gathering.leader_W));
   // of approaching points the nearest
   if (push.depth > 0) return;
   cluster.depth = cluster.count == 1 ? push.depth : std::max(cluster.depth, push.depth);
@@ -62,10 +95,16 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W) {
   LinearPush sum;
   for (const PointPush& push : pushes) {
     if (!(push.depth > 0)) continue;
-    const Vec3 turn = cross(push.point_W - about_W, push.normal_W);
-    const Wrench unit{push.normal_W, turn};
+    const Wrench unit{push.normal_W, cross(push.point_W - about_W, push.normal_W)};
     sum.F0_W = sum.F0_W + (push.stiffness * push.depth) * unit;
-    add_outer(sum.K, unit, {-push.stiffness * push.normal_W, -push.stiffness * turn});
+    const std::array<double, 6> w = components(unit.f, unit.t);
+    for (size_t i = 0; i < 6; ++i) {
+      const double less = push.stiffness * w[i];
+      for (size_t j = i; j < 6; ++j) sum.K(i, j) -= less * w[j];
+    }
+  }
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < i; ++j) sum.K(i, j) = sum.K(j, i);
   }
   return sum;
 }
@@ -77,12 +116,19 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   size_t n = 0;
   // what pushes comes first, and never goes without for what approaches
   for (const bool approaches : {false, true}) {
+    Recent recent;
     for (const PointPush& push : pushes) {
       if ((push.depth <= 0) != approaches) continue;
-      const size_t i = fitting(push, options, {gatherings.data(), n}, n < room);
+      size_t i = cluster_next_to(push, options, recent, room);
+      if (i < room) {
+        gather(push, gatherings[i], clusters[i]);
+        continue;
+      }
+      i = fitting(push, options, {gatherings.data(), n}, n < room);
       if (i == n && n == room) continue;
+      recent.add(push, i);
       if (i == n) {
-        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, approaches};
+        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, 0, approaches};
         clusters[n++] = {};
       }
       gather(push, gatherings[i], clusters[i]);
@@ -92,7 +138,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
     const Gathering& g = gatherings[i];
     clusters[i].point_W = g.weighted_point_W / g.weight;
     clusters[i].normal_W = normalized(g.weighted_normal_W);
-    clusters[i].radius += norm(clusters[i].point_W - g.leader_W);
+    clusters[i].radius = std::sqrt(g.reach_squared) + norm(clusters[i].point_W - g.leader_W);
     if (!g.approaches) {
       clusters[i].depth = std::max(norm(g.weighted_normal_W) / clusters[i].stiffness - kFloor, 0.0);
     }

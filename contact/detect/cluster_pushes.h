@@ -14,6 +14,7 @@ struct PointPush {
   Vec3 normal_W;         // unit, from object to tool
   double depth = 0;      // > 0 [m]; < 0: it approaches
   double stiffness = 0;  // [N/m]
+  double count = 1;      // of points that it stands for
 };
 
 /// A few springs that stand for many.
@@ -44,8 +45,9 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W);
 /// Sorts the points into clusters by distance and by normal, each led by its first point; once
 /// there are as many as there is room for, into the one that fits best. Weighted by the force, or
 /// where all approach by nearness (Kim, Otaduy, Lin, Manocha 2003; normals after Otaduy & Lin 2006
-/// with the mend that they must agree). Approaching points have clusters of their own. The order of
-/// the points matters only where two clusters are equally near. Returns how many there are.
+/// with the mend that they must agree). Approaching points have clusters of their own. A point next
+/// to one that was sorted just before, with nearly its normal, goes where that one went: of a shell
+/// in Morton order most do, and few are compared with all clusters. Returns how many there are.
 size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
                       std::span<PushCluster> clusters);
 

@@ -7,6 +7,7 @@
 namespace haptic {
 namespace {
 
+constexpr uint32_t kNeighbours = 16;                // in Morton order
 const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // of a voxel
 
 Vec3 point_T(const Pointshell& shell, uint32_t i) {
@@ -58,15 +59,31 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes) {
-  const size_t n = std::min(touches.size(), pushes.size());
+  const Mat3 R_OT = to_matrix(X_OT.q);
+  const auto push_of = [&](const ShellTouch& touch, double count) -> PointPush {
+    return {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
+            force.offset - touch.distance, count, count};
+  };
+  size_t n = 0;
   double touching = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const ShellTouch& touch = touches[i];
+  ShellTouch nearest;
+  double n_near = 0;  // that the nearest stands for
+  const auto tell_nearest = [&] {
+    if (n_near > 0 && n < pushes.size()) pushes[n++] = push_of(nearest, n_near);
+    n_near = 0;
+  };
+  for (const ShellTouch& touch : touches) {
     const double count = touch.count;
-    pushes[i] = {X_OT * point_T(shell, touch.point), rotate(X_OT.q, normal_T(shell, touch.point)),
-                 force.offset - touch.distance, count};
-    if (touch.distance < force.offset) touching += count;
+    if (touch.distance < force.offset) {
+      if (n < pushes.size()) pushes[n++] = push_of(touch, count);
+      touching += count;
+      continue;
+    }
+    if (touch.point / kNeighbours != nearest.point / kNeighbours) tell_nearest();
+    if (n_near == 0 || touch.distance < nearest.distance) nearest = touch;
+    n_near += count;
   }
+  tell_nearest();
   share(pushes.first(n), force, touching);
   return n;
 }
@@ -80,8 +97,9 @@ Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, cons
     const Vec3 v = velocity_at(V_OT, arm);
     const double speed = norm(v), approach = -dot(push.normal_W, v);
     if (!(approach > 0)) continue;
-    const Vec3 f = reading == Braking::kAlongVelocity ? (-damping * approach / speed) * v
-                                                      : (damping * approach) * push.normal_W;
+    const double b = damping * push.count;
+    const Vec3 f = reading == Braking::kAlongVelocity ? (-b * approach / speed) * v
+                                                      : (b * approach) * push.normal_W;
     sum = sum + Wrench{f, cross(arm, f)};
   }
   return sum;

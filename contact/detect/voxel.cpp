@@ -14,6 +14,12 @@ constexpr double kMostCells = 16;       // that an extent is looked for
 constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
 constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 
+/// What the objects before have left is for all that come.
+uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
+  const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
+  return static_cast<uint32_t>(left / (model.objects.size() - object));
+}
+
 /// The points of one object that touch or approach, in its own frame.
 std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                                      const VoxelQuestion& question, uint32_t object,
@@ -30,14 +36,18 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                            state.pushes);
   } else {
     const double reach = std::min(model.force.offset + question.reach, shape.field.band);
-    const ShellAnswer answer = find_touches(shape.field, model.shell, X_OT, {reach, model.budget},
-                                            &state.coherence[object], state.visited, state.touches);
+    const ShellAnswer answer =
+        find_touches(shape.field, model.shell, X_OT, {reach, share_of_budget(model, state, object)},
+                     &state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;
     if (!answer.is_complete) set.flags |= kContactIterationLimit;
     n = pushes_from_field(model.shell, X_OT, {state.touches.data(), answer.n}, model.force,
                           state.pushes);
   }
-  return {state.pushes.data(), n};
+  const std::span<const PointPush> pushes(state.pushes.data(), n);
+  state.touching += static_cast<uint64_t>(std::count_if(
+      pushes.begin(), pushes.end(), [](const PointPush& push) { return push.depth > 0; }));
+  return pushes;
 }
 
 /// Away from the object at a cluster: the field's gradient, else the cluster's own normal.
@@ -96,7 +106,7 @@ void put_first(uint32_t object, ContactSet& set) {
 }  // namespace
 
 VoxelState::VoxelState(const VoxelModel& model)
-    : visited(model.shell.nodes.size()),
+    : visited(model.shell.nodes.size() + 1),
       touches(model.shell.x.size()),
       hits(model.shell.x.size() + 64),
       pushes(model.shell.x.size()) {
@@ -105,7 +115,7 @@ VoxelState::VoxelState(const VoxelModel& model)
 
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set) {
-  state.tested = 0;
+  state.tested = state.touching = 0;
   set.n_contacts = set.n_active = 0;
   set.F0_W = {};
   set.K = set.B = {};

@@ -42,7 +42,8 @@ struct VoxelState {
   std::vector<ShellTouch> touches;
   std::vector<VoxelHit> hits;
   std::vector<PointPush> pushes;
-  uint64_t tested = 0;  // points looked up in the last step
+  uint64_t tested = 0;    // points looked up in the last step
+  uint64_t touching = 0;  // points inside an object in the last step
 };
 
 /// The question of one step.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -17,28 +18,29 @@ struct ShellTouch {
   double distance = 0;  // to the object, signed [m]
 };
 
+/// Room for a node that could not be left out of this search.
+struct ShellVisit {
+  uint32_t node = 0;
+  double distance = 0;  // of its point; infinite where that was not looked up [m]
+};
+
 /// What is known of a shell and a field from queries before: a node that was so far away stays free
 /// until some point of the shell has travelled as far. Sized once, for one shell.
 struct ShellCoherence {
   std::vector<double> free_until;  // travel at which a node of the shell is to be asked again [m]
   double travel = 0;               // of the point that went furthest, so far [m]
   Pose X_OT;                       // of the last query
-  double reach = 0;                // it was asked with [m]
+  double reach = 0;                // of the last query [m]
   bool is_fresh = true;            // nothing is known
+  std::array<Vec3, 8> corners_T;   // of the box around the shell
 
-  explicit ShellCoherence(const Pointshell& shell) : free_until(shell.nodes.size(), 0) {}
+  explicit ShellCoherence(const Pointshell& shell);
   void forget() { is_fresh = true; }
 };
 
 struct ShellQuery {
   double reach = 0;              // points nearer than this are reported; at most the band [m]
-  uint32_t budget = 0xffffffff;  // of points that may be looked up; the first always is
-};
-
-/// A node that is looked into, and how far its point is.
-struct ShellVisit {
-  uint32_t node = 0;
-  double distance = 0;  // [m]
+  uint32_t budget = 0xffffffff;  // of points that may be looked up, the root's always
 };
 
 struct ShellAnswer {
@@ -50,11 +52,12 @@ struct ShellAnswer {
 
 /// The points of a shell nearer to the object than `reach`, level by level from the root: a node
 /// whose point is further away than its ball reaches is left out with all that is below (Barbič &
-/// James 2008). Out of budget the search ends with the finest level that is complete, and each of
-/// its points stands for all below it. With coherence the answer is the same to the bit, but for
-/// the budget, which then goes further; another reach starts it afresh. `visited`
-/// is scratch for as many nodes as the shell has. Points are those of the shell in float,
-/// moved in double.
+/// James 2008). What a field of cells h says at two points s apart differs by no more than √3 s (no
+/// partial derivative of the interpolation exceeds that of a distance) nor than s + √3 h: the
+/// smaller holds, so points that are free stay out however narrow the gap. Out of budget the search
+/// ends with the finest level that is complete, and each of its points stands for all below it.
+/// With coherence the answer is the same to the bit. `visited` is scratch for one more
+/// node than the shell has. Points are those of the shell in float, moved in double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches);

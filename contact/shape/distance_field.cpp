@@ -7,7 +7,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kUnits = 32767;       // of the band
 constexpr size_t kPieceOfBricks = 64;  // below, a thread is not worth its start
 
 using Place = std::array<int32_t, 3>;
@@ -57,59 +56,88 @@ void fill_brick(const DistanceFieldData& field, const Place& place, const Signed
         const double phi = distance(field.lower_O + field.cell * node);
         const double share = std::clamp(phi / field.band, -1.0, 1.0);
         brick.nodes[static_cast<size_t>((z * kFieldNodes + y) * kFieldNodes + x)] =
-            static_cast<int16_t>(std::lround(share * kUnits));
+            static_cast<int16_t>(std::lround(share * kFieldUnits));
       }
     }
   }
 }
 
-}  // namespace
+/// A cell, and where in it.
+struct InCell {
+  const int16_t* nodes = nullptr;  // at its lower corner; null: the distance is a bound
+  double x = 0, y = 0, z = 0;      // [cells]
+  double bound = 0;                // [m]
+};
 
-FieldSample sample_field(const DistanceField& field, const Vec3& p_O) {
-  const Vec3 q = (p_O - field.lower_O) / field.cell;
-  Place cell{}, place{};
+constexpr int kY = kFieldNodes, kZ = kFieldNodes * kFieldNodes;
+
+double bound_beyond(const DistanceField& field, const Vec3& q) {
+  // the surface is at least a band within the border
   Vec3 beyond;
   for (int k = 0; k < 3; ++k) {
-    const auto axis = static_cast<size_t>(k);
-    const double last = field.bricks[axis] * kFieldSide;
-    beyond[k] = std::max({-q[k], q[k] - last, 0.0});
-    cell[axis] = static_cast<int32_t>(std::clamp(q[k], 0.0, last - 1));
-    place[axis] = cell[axis] / kFieldSide;
+    const double last = field.bricks[static_cast<size_t>(k)] * kFieldSide;
+    const double cells = std::max({0.0, -q[k], q[k] - last});
+    beyond[k] = cells > 0 ? field.cell * cells + field.band : 0;
   }
-  FieldSample sample;
+  // no place at all is far too
+  return std::max(norm(beyond), field.band);
+}
+
+/// The middle of a brick is as far as it is; what is not stored is beyond the band.
+double bound_far(const DistanceField& field, size_t number, const Place& place, const Vec3& q) {
+  const Vec3 middle = kFieldSide * Vec3{place[0] + 0.5, place[1] + 0.5, place[2] + 0.5};
+  const auto at_middle = static_cast<double>(field.middle[number]);
+  const double least = std::max(std::fabs(at_middle) - field.cell * norm(q - middle), field.band);
+  return std::copysign(least, at_middle);
+}
+
+InCell cell_at(const DistanceField& field, const Vec3& p_O) {
+  const Vec3 q = (1 / field.cell) * (p_O - field.lower_O);
+  const double last_x = field.bricks[0] * kFieldSide, last_y = field.bricks[1] * kFieldSide,
+               last_z = field.bricks[2] * kFieldSide;
+  const bool is_inside =
+      q.x >= 0 && q.x <= last_x && q.y >= 0 && q.y <= last_y && q.z >= 0 && q.z <= last_z;
+  if (!is_inside) return {nullptr, 0, 0, 0, bound_beyond(field, q)};
+  const auto x = static_cast<int32_t>(std::min(q.x, last_x - 1)),
+             y = static_cast<int32_t>(std::min(q.y, last_y - 1)),
+             z = static_cast<int32_t>(std::min(q.z, last_z - 1));
+  const Place place{x / kFieldSide, y / kFieldSide, z / kFieldSide};
   const size_t number = number_of(place, field.bricks);
-  if (norm_squared(beyond) > 0) {
-    // the surface is at least a band within the border
-    for (int k = 0; k < 3; ++k) beyond[k] = beyond[k] > 0 ? field.cell * beyond[k] + field.band : 0;
-    sample.distance = norm(beyond);
-    return sample;
-  }
   const uint32_t brick = field.index[number];
-  if (brick == kNoFieldBrick) {
-    const auto middle = static_cast<double>(field.middle[number]);
-    // what is not stored is beyond the band
-    const double least = std::max(std::fabs(middle) - reach_of(field.cell), field.band);
-    sample.distance = std::copysign(least, middle);
-    return sample;
-  }
-  const auto local = [&](size_t axis) { return cell[axis] - place[axis] * kFieldSide; };
-  const int16_t* n = &field.data[brick].nodes[static_cast<size_t>(
-      (local(2) * kFieldNodes + local(1)) * kFieldNodes + local(0))];
-  constexpr int kY = kFieldNodes, kZ = kFieldNodes * kFieldNodes;
-  const double x = q.x - cell[0], y = q.y - cell[1], z = q.z - cell[2];
-  const auto along = [&](int at) { return n[at] + x * (n[at + 1] - n[at]); };
-  const auto slope = [&](int at) { return static_cast<double>(n[at + 1] - n[at]); };
-  const double a00 = along(0), a10 = along(kY), a01 = along(kZ), a11 = along(kY + kZ);
-  const double b0 = a00 + y * (a10 - a00), b1 = a01 + y * (a11 - a01);
-  const double s0 = slope(0) + y * (slope(kY) - slope(0)),
-               s1 = slope(kZ) + y * (slope(kY + kZ) - slope(kZ));
-  const double unit = field.band / kUnits;
-  sample.distance = unit * (b0 + z * (b1 - b0));
-  sample.gradient_O =
-      (unit / field.cell) *
-      Vec3{s0 + z * (s1 - s0), (a10 - a00) + z * ((a11 - a01) - (a10 - a00)), b1 - b0};
-  sample.is_near = true;
-  return sample;
+  if (brick == kNoFieldBrick) return {nullptr, 0, 0, 0, bound_far(field, number, place, q)};
+  const int32_t node = (z % kFieldSide) * kZ + (y % kFieldSide) * kY + x % kFieldSide;
+  return {&field.data[brick].nodes[static_cast<size_t>(node)], q.x - x, q.y - y, q.z - z, 0};
+}
+
+/// From the corner `at` of the cell to the next along x, in units of the band.
+double along(const InCell& c, int at) {
+  return c.nodes[at] + c.x * (c.nodes[at + 1] - c.nodes[at]);
+}
+double slope(const InCell& c, int at) {
+  return static_cast<double>(c.nodes[at + 1] - c.nodes[at]);
+}
+
+}  // namespace
+
+FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O) {
+  const InCell c = cell_at(field, p_O);
+  if (c.nodes == nullptr) return {c.bound, false};
+  const double a00 = along(c, 0), a10 = along(c, kY), a01 = along(c, kZ), a11 = along(c, kY + kZ);
+  const double b0 = a00 + c.y * (a10 - a00), b1 = a01 + c.y * (a11 - a01);
+  return {field.band / kFieldUnits * (b0 + c.z * (b1 - b0)), true};
+}
+
+FieldSample sample_field(const DistanceField& field, const Vec3& p_O) {
+  const InCell c = cell_at(field, p_O);
+  if (c.nodes == nullptr) return {c.bound, {}, false};
+  const double a00 = along(c, 0), a10 = along(c, kY), a01 = along(c, kZ), a11 = along(c, kY + kZ);
+  const double b0 = a00 + c.y * (a10 - a00), b1 = a01 + c.y * (a11 - a01);
+  const double s0 = slope(c, 0) + c.y * (slope(c, kY) - slope(c, 0)),
+               s1 = slope(c, kZ) + c.y * (slope(c, kY + kZ) - slope(c, kZ));
+  const double unit = field.band / kFieldUnits;
+  const Vec3 gradient{s0 + c.z * (s1 - s0), (a10 - a00) + c.z * ((a11 - a01) - (a10 - a00)),
+                      b1 - b0};
+  return {unit * (b0 + c.z * (b1 - b0)), (unit / field.cell) * gradient, true};
 }
 
 DistanceFieldData build_distance_field(const Vec3& lower_O, const Vec3& upper_O,

@@ -14,12 +14,13 @@ namespace haptic {
 inline constexpr int kFieldSide = 8;                // cells along an edge of a brick
 inline constexpr int kFieldNodes = kFieldSide + 1;  // with the shared border
 
-/// The nodes of 8 × 8 × 8 cells, x fastest, in units of band/32767; two spare ones at the end, so
-/// that pairs along x can be loaded as one.
+/// The nodes of 8 × 8 × 8 cells, x fastest, in units of band/kFieldUnits; two spare ones at the
+/// end, so that pairs along x can be loaded as one.
 struct FieldBrick {
   std::array<int16_t, kFieldNodes * kFieldNodes * kFieldNodes + 7> nodes{};
 };
 
+inline constexpr double kFieldUnits = 32767;  // of the band
 inline constexpr uint32_t kNoFieldBrick = ~0u;
 
 /// Signed distance to a closed mesh, negative inside, in O: trilinear between nodes near the
@@ -41,9 +42,17 @@ struct FieldSample {
   bool is_near = false;  // false: a bound, |φ| ≥ |distance| ≥ band, of the right sign
 };
 
+/// The same without the gradient.
+struct FieldDistance {
+  double distance = 0;  // [m]
+  bool is_near = false;
+};
+
 /// Trilinear, continuous within the band: nodes on the border of two bricks are the same in both.
 /// Beyond the field: outside, at least as far as its border.
 FieldSample sample_field(const DistanceField& field, const Vec3& p_O);
+/// Its distance, to the bit.
+FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O);
 
 struct DistanceFieldData {
   Vec3 lower_O;

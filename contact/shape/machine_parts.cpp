@@ -39,7 +39,8 @@ void close_side(Soup& soup, uint32_t first, const PartGrid& grid, bool faces_out
       if (faces_out) {
         add_quad(soup, a, b, c, d);
       } else {
-        add_quad(soup, b, a, d, c);
+        // cut along the same diagonal as from outside: two threads lie one within the other
+        add_quad(soup, a, d, c, b);
       }
     }
   }

@@ -43,7 +43,9 @@ struct Gear {
 Soup make_gear(const Gear& gear, const PartGrid& grid);
 
 /// Bolt and nut with one thread, about the z axis; the profile is a rounded trapezoid (a sine cut
-/// off at 0.7), so that the gap is `clearance` all along it, measured along the radius.
+/// off at 0.7), so that the gap is `clearance` all along it, measured along the radius. Where the
+/// steps of both are equally high and rings of both lie at the same heights, that holds for their
+/// triangles too: else chords cut through a gap that is narrower than they are off the curve.
 struct BoltAndNut {
   double diameter = 20e-3, pitch = 2.5e-3, depth = 1.4e-3;
   double bolt_length = 40e-3, nut_height = 16e-3, nut_width = 32e-3;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/shell_in_field.h"
 
+#include "contact/query/field_lanes.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
@@ -24,7 +25,7 @@ struct Pair {
                                    [](const Vec3& p) { return norm(p) - kRadius; },
                                    {cell, 4 * cell, 4 * cell})),
         shell(build_pointshell(build_shape(make_box({0.03, 0.05, 0.02})).mesh.view(), spacing)),
-        visited(shell.nodes.size()),
+        visited(shell.nodes.size() + 1),
         touches(shell.x.size()) {}
 
   ShellAnswer ask(const Pose& X_OT, ShellCoherence* coherence = nullptr,
@@ -130,6 +131,60 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
   CHECK(touching > frames);
 }
 
+TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever the reach",
+          "[contact][trap]") {
+  // points nearer to the surface than a cell, cells coarser than the gap
+  Pair with(3e-3, 0.7e-3), without(3e-3, 0.7e-3);
+  ShellCoherence coherence(with.shell.view());
+  uint64_t asked_with = 0, asked_without = 0;
+  for (size_t k = 0; k < trials(2000); ++k) {
+    const double t = 1e-4 * static_cast<double>(k);
+    const Pose X_OT = slide(t, 0.0352 + 3e-4 * std::sin(200 * t));
+    const ShellQuery query{2e-4 * (1 + std::sin(37 * t)), ~0u};
+    const ShellAnswer a = with.ask(X_OT, &coherence, query), b = without.ask(X_OT, nullptr, query);
+    REQUIRE(a.n == b.n);
+    for (size_t i = 0; i < a.n; ++i) {
+      REQUIRE(with.touches[i].point == without.touches[i].point);
+      REQUIRE(with.touches[i].distance == without.touches[i].distance);
+    }
+    asked_with += a.tested;
+    asked_without += b.tested;
+  }
+  CHECK(asked_with * 2 < asked_without);
+}
+
+TEST_CASE("shell in field: lanes tell to the bit what one point after the other does",
+          "[contact][trap]") {
+  Pair pair(2e-3, 1.5e-3);
+  const DistanceField field = pair.field.view();
+  Random random(1);
+  for (size_t k = 0; k < trials(2000); ++k) {
+    const Pose X_OT = random.pose(0.02);
+    FieldBatch lanes;
+    lanes.n = random.index(FieldBatch::kRoom + 1);
+    for (size_t i = 0; i < lanes.n; ++i) {
+      // near the surface, far from it, beyond the field, nowhere
+      const double r = random.uniform(0, 1) < 0.1 ? 0.2 : random.uniform(0.8, 1.2) * kRadius;
+      const Vec3 p = inverse(X_OT) * (r * random.direction());
+      lanes.x[i] = static_cast<float>(random.uniform(0, 1) < 0.01 ? std::nan("") : p.x);
+      lanes.y[i] = static_cast<float>(p.y), lanes.z[i] = static_cast<float>(p.z);
+    }
+    FieldBatch one = lanes;
+    look_up(field, X_OT, lanes);
+    look_up_one_by_one(field, X_OT, one);
+    for (size_t i = 0; i < lanes.n; ++i) {
+      REQUIRE(lanes.found[i].distance == one.found[i].distance);
+      REQUIRE(lanes.found[i].is_near == one.found[i].is_near);
+      if (std::isnan(lanes.x[i])) continue;
+      const Vec3 p_T{static_cast<double>(lanes.x[i]), static_cast<double>(lanes.y[i]),
+                     static_cast<double>(lanes.z[i])};
+      const FieldSample sample = sample_field(field, X_OT * p_T);
+      REQUIRE(sample.distance == one.found[i].distance);
+      REQUIRE(sample.is_near == one.found[i].is_near);
+    }
+  }
+}
+
 TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[contact]") {
   Pair pair(2e-3, 1e-3);
   const Pose X_OT = slide(0.4, 0.010);
@@ -146,4 +201,21 @@ TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[c
     CHECK(part.level + 1 >= covered_before);
     covered_before = static_cast<uint32_t>(part.level);
   }
+}
+
+TEST_CASE("shell in field: no point over the budget, with coherence either", "[contact][trap]") {
+  Pair pair(2e-3, 1e-3);
+  ShellCoherence coherence(pair.shell.view());
+  size_t cut_short = 0;
+  for (size_t k = 0; k < trials(2000); ++k) {
+    // the budget comes and goes: what was not asked for want of it is not believed to be free
+    const uint32_t budget = k % 3 == 0 ? ~0u : 64 + static_cast<uint32_t>(k % 500);
+    const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0355);
+    const ShellAnswer a = pair.ask(X_OT, &coherence, {1e-3, budget});
+    REQUIRE(a.tested <= budget);
+    cut_short += a.is_complete ? 0 : 1;
+    for (size_t i = 0; i < a.n; ++i) REQUIRE(pair.touches[i].distance < 1e-3);
+    if (budget == ~0u) REQUIRE(a.n == pair.ask(X_OT, nullptr, {1e-3, ~0u}).n);
+  }
+  CHECK(cut_short > 0);
 }

@@ -139,7 +139,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
                            [&](const Vec3& p) { return norm(p) - radius; }, {2e-3, 8e-3, 8e-3});
   const PointshellData shell =
       build_pointshell(build_shape(make_icosphere(0.02, 2)).mesh.view(), 2e-3);
-  std::vector<ShellVisit> visited(shell.nodes.size());
+  std::vector<ShellVisit> visited(shell.nodes.size() + 1);
   std::vector<ShellTouch> touches(shell.x.size());
   std::vector<PointPush> pushes(shell.x.size());
   const ShellForce force{stiffness, 1e9, 0.5e-3};
@@ -175,4 +175,26 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
     most = std::max(most, norm(F.f));
   }
   CHECK(most > 0.1);
+}
+
+TEST_CASE("shell pushes: of sixteen neighbours that approach the nearest stands for all",
+          "[contact]") {
+  const PointshellData shell =
+      build_pointshell(build_shape(make_icosphere(0.02, 3)).mesh.view(), 2e-3);
+  std::vector<ShellTouch> touches;
+  for (uint32_t i = 0; i < 40; ++i) {
+    touches.push_back({i, 1, i == 5 ? -1e-3 : 1e-3 * (1 + std::fabs(i - 20.0))});
+  }
+  std::vector<PointPush> pushes(touches.size());
+  const size_t n = pushes_from_field(shell.view(), {}, touches, {100, 10}, pushes);
+  // the one that touches is told of by itself; the others number 15, 16 and 8
+  REQUIRE(n == 4);
+  double count = 0, stiffness = 0;
+  for (size_t i = 0; i < n; ++i) count += pushes[i].count, stiffness += pushes[i].stiffness;
+  CHECK(count == 40);
+  CHECK(stiffness == Approx(40 * 100));
+  CHECK(pushes[0].depth == Approx(1e-3));
+  CHECK(pushes[1].depth == Approx(-6e-3));
+  CHECK(pushes[2].depth == Approx(-1e-3));
+  CHECK(pushes[3].depth == Approx(-13e-3));
 }

@@ -126,7 +126,7 @@ TEST_CASE("voxel: a short budget is flagged and holds", "[contact]") {
   const auto set = std::make_unique<ContactSet>();
   detect_voxel(scene.model, state, scene.question, *set);
   CHECK((set->flags & kContactIterationLimit) != 0);
-  CHECK(state.tested <= 2 * 100);
+  CHECK(state.tested <= 100);
   CHECK(set->n_contacts > 0);
 }
 

@@ -127,8 +127,10 @@ TEST_CASE("hapt bench point-proxy: a contact step on a tiny mesh allocates nothi
 TEST_CASE("hapt bench voxel: every row on tiny maps") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
-  const Ran ran = hapt("bench voxel --side 24 --points 500 --coarse 4 --fine 8 --rounds 1 --json",
-                       folder.path());
+  const Ran ran = hapt(
+      "bench voxel --side 24 --points 500 --coarse 4 --fine 8 --rounds 1 "
+      "--memory-side 0 --pair peg --coarser 8 --ticks 200 --json",
+      folder.path());
   INFO(ran.output);
   check_told(ran);
   for (const char* order : {"ordered", "shuffled"}) {
@@ -143,10 +145,14 @@ TEST_CASE("hapt bench voxel: every row on tiny maps") {
   for (const char* row :
        {"24³, map", "24³, 512-tree", "24³, dense", "320 triangles", "1280 triangles",
         "many over few triangles", "2 mm off, tested a tick, tree alone",
-        "5 mm off, fewer points by coherence"}) {
+        "5 mm off, fewer points by coherence", "peg in hole, points", "peg in hole, CPU p99",
+        "peg in hole, points touching max", "peg in hole, budget for 0.8 ms"}) {
     CAPTURE(row);
     CHECK(figure(ran.output, row) > 0);
   }
+  // a peer is measured or named as left out
+  CHECK(has(ran.output, "FCL"));
+  CHECK(figure(ran.output, "peg in hole, deep, points over the budget") == 0);
   CHECK(hapt("bench voxel --side 1", folder.path()).code != 0);
 }
 

@@ -35,7 +35,8 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
   CHECK(voxel.offset_layers == 1);
   CHECK(voxel.field == 0);
   CHECK(voxel.open_as_sheet == 1);
-  CHECK(voxel.band == kBandVoxels * voxel.size);
+  // one layer, and what is beyond it
+  CHECK(voxel.band == (1 + kBandVoxels) * voxel.size);
   CHECK(voxel.point_spacing == voxel.size);
   CHECK(voxel.stiffness == 2000);
   CHECK(voxel.braking == 0.5);
@@ -55,7 +56,7 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
       "x.toml");
   CHECK(dense.tool.density == 2000);
   CHECK(view(parse_config(kScene, "x.toml").tool.mesh).empty());
-  CHECK(parse_config(kScene, "x.toml").voxel.band == kBandVoxels * VoxelConfig{}.size);
+  CHECK(parse_config(kScene, "x.toml").voxel.band == (2 + kBandVoxels) * VoxelConfig{}.size);
 }
 
 TEST_CASE("config: how a tool is moved reaches its fields") {
