@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "clients/check_outputs.h"
@@ -31,6 +32,13 @@ constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
 constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // until hapticd answers
 constexpr double kNoNewsLimit = 10;                    // a session that falls silent is broken [s]
 constexpr int kExitInterrupted = 130;
+
+/// Scenes by name, and their session files.
+const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
+                                                 {"peg", "peg-in-hole.toml"},
+                                                 {"gears", "gears.toml"},
+                                                 {"teeth", "teeth.toml"},
+                                                 {"bunnies", "bunny-on-bunny.toml"}};
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
@@ -259,6 +267,11 @@ void add_demo_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
   add_common(*command, *options);
+  command
+      ->add_option("scene", options->config,
+                   "bunny (a point), peg, gears, teeth, bunnies (bodies that push and turn)")
+      ->transform(CLI::CheckedTransformer(kScenes))
+      ->excludes(command->get_option("--config"));
   command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");
   command->add_option("--for", options->duration, "how long the hand explores [s]")
       ->check(seconds_option())
