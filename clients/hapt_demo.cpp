@@ -267,16 +267,21 @@ void add_demo_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
   add_common(*command, *options);
+  const auto scene = std::make_shared<std::string>();
   command
-      ->add_option("scene", options->config,
-                   "bunny (a point), peg, gears, teeth, bunnies (bodies that push and turn)")
-      ->transform(CLI::CheckedTransformer(kScenes))
+      ->add_option(
+          "scene", *scene,
+          "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn")
+      ->check(CLI::IsMember(kScenes))
       ->excludes(command->get_option("--config"));
   command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");
   command->add_option("--for", options->duration, "how long the hand explores [s]")
       ->check(seconds_option())
       ->capture_default_str();
-  command->callback([options] { play(*options); });
+  command->callback([options, scene] {
+    if (!scene->empty()) options->config = kScenes.at(*scene);
+    play(*options);
+  });
 }
 
 void add_replay_command(CLI::App& app) {
