@@ -7,6 +7,8 @@ target_sources(haptic_lab PRIVATE
   eval_judge.cpp
   eval_oracle.cpp
   eval_place.cpp
+  eval_quality.cpp
+  eval_quality_scenes.cpp
   eval_renderer.cpp
   eval_ruffaldi.cpp
   eval_sphere_oracle.cpp

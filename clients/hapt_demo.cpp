@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "clients/check_outputs.h"
@@ -31,6 +32,13 @@ constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
 constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // until hapticd answers
 constexpr double kNoNewsLimit = 10;                    // a session that falls silent is broken [s]
 constexpr int kExitInterrupted = 130;
+
+/// Scenes by name, and their session files.
+const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
+                                                 {"peg", "peg-in-hole.toml"},
+                                                 {"gears", "gears.toml"},
+                                                 {"teeth", "teeth.toml"},
+                                                 {"bunnies", "bunny-on-bunny.toml"}};
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
@@ -259,11 +267,21 @@ void add_demo_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
   add_common(*command, *options);
+  const auto scene = std::make_shared<std::string>();
+  command
+      ->add_option(
+          "scene", *scene,
+          "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn")
+      ->check(CLI::IsMember(kScenes))
+      ->excludes(command->get_option("--config"));
   command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");
   command->add_option("--for", options->duration, "how long the hand explores [s]")
       ->check(seconds_option())
       ->capture_default_str();
-  command->callback([options] { play(*options); });
+  command->callback([options, scene] {
+    if (!scene->empty()) options->config = kScenes.at(*scene);
+    play(*options);
+  });
 }
 
 void add_replay_command(CLI::App& app) {

@@ -9,6 +9,7 @@
 
 #include "clients/check_outputs.h"
 #include "clients/eval_artefacts.h"
+#include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
 #include "clients/eval_ruffaldi.h"
 #include "clients/eval_table.h"
@@ -34,7 +35,7 @@ struct EvalOptions {
   RendererEval renderer;
   std::vector<std::string> meshes;
   std::vector<double> radii{1e-3};  // of the proxy [m]
-  std::string protocol;
+  std::string protocol, suite;
   RuffaldiEval ruffaldi;
 };
 
@@ -223,6 +224,12 @@ void add_protocol_options(CLI::App& command, EvalOptions& options) {
                       "what penalty3 does at an edge and through a thin plate, beside the proxies")
           ->check(CLI::IsMember({"ruffaldi", "artefacts"}))
           ->excludes(command.get_option("--config"));
+  command
+      .add_option("--suite", options.suite,
+                  "quality: each renderer with six degrees of freedom in scenes whose answer "
+                  "symmetry knows")
+      ->check(CLI::IsMember({"quality"}))
+      ->excludes(command.get_option("--config"), protocol, command.get_option("--mesh"));
   command.add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
       ->needs(protocol)
       ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
@@ -244,6 +251,10 @@ void add_eval_command(CLI::App& app) {
   add_renderer_options(*command, *options);
   add_protocol_options(*command, *options);
   command->callback([options, command] {
+    if (!options->suite.empty()) {
+      print_judged(eval_quality(QualityGrain{}), options->json);
+      return;
+    }
     if (!options->protocol.empty()) {
       options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);
       return;

@@ -139,7 +139,7 @@ BakedVolume bake_tool(const BakedShape& shape, const VoxelConfig& options,
                       const BakeProgress& progress) {
   refuse_finer(shape, options.point_spacing, kMostPoints, "points", "point_spacing");
   std::ostringstream what;
-  what << std::hexfloat << "shell " << options.point_spacing;
+  what << std::hexfloat << "shell 2 " << options.point_spacing;
   const TriangleMesh& mesh = shape.shape.mesh;
   const uint64_t key = volume_key(mesh, what.str());
   return cached_volume(key, [&](BakedVolume& volume) {

@@ -19,10 +19,12 @@ Vec3 normal_T(const Pointshell& shell, uint32_t i) {
           static_cast<double>(shell.nz[i])};
 }
 
-/// Gives every push its share of the stiffness, `touching` points of which push.
-void share(std::span<PointPush> pushes, const ShellForce& force, double touching) {
-  const double stiffness = shared_stiffness(force, touching);
-  for (PointPush& push : pushes) push.stiffness *= stiffness;
+/// Gives every push its share of the stiffness among `touching` points; those that approach, `near`
+/// of them, share as if they touched too: else what is about to be met is far harder than what is.
+void share(std::span<PointPush> pushes, const ShellForce& force, double touching, double near) {
+  const double of_touching = shared_stiffness(force, touching);
+  const double of_near = shared_stiffness(force, touching + near);
+  for (PointPush& push : pushes) push.stiffness *= push.depth > 0 ? of_touching : of_near;
 }
 
 }  // namespace
@@ -37,7 +39,7 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
                           std::span<PointPush> pushes) {
   const double deepest = kHalfDiagonal * map.size;
   size_t n = 0;
-  double touching = 0;
+  double touching = 0, near = 0;
   for (const VoxelHit& hit : hits) {
     if (n == pushes.size()) break;
     PointPush& push = pushes[n];
@@ -49,10 +51,10 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
       const Vec3 middle_O = map.centre_of(map.index_of(push.point_W));
       push.depth = dot(middle_O - push.point_W, push.normal_W);
     }
-    touching += push.depth > 0;
+    (push.depth > 0 ? touching : near) += 1;
     ++n;
   }
-  share(pushes.first(n), force, touching);
+  share(pushes.first(n), force, touching, near);
   return n;
 }
 
@@ -65,7 +67,7 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
             force.offset - touch.distance, count, count};
   };
   size_t n = 0;
-  double touching = 0;
+  double touching = 0, near = 0;
   ShellTouch nearest;
   double n_near = 0;  // that the nearest stands for
   const auto tell_nearest = [&] {
@@ -82,9 +84,10 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
     if (touch.point / kNeighbours != nearest.point / kNeighbours) tell_nearest();
     if (n_near == 0 || touch.distance < nearest.distance) nearest = touch;
     n_near += count;
+    near += count;
   }
   tell_nearest();
-  share(pushes.first(n), force, touching);
+  share(pushes.first(n), force, touching, near);
   return n;
 }
 

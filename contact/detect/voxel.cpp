@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kClustersAnObject = 16;
+constexpr size_t kLeastClusters = 16;   // of an object
 constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
 constexpr double kMostCells = 16;       // that an extent is looked for
 constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
@@ -18,6 +18,12 @@ constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
   const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
   return static_cast<uint32_t>(left / (model.objects.size() - object));
+}
+
+/// How many clusters an object may have. Where normals across each other had to share one for want
+/// of room, their torque would be lost to a solver that sees clusters alone.
+size_t clusters_an_object(size_t n_objects) {
+  return std::max(kLeastClusters, kMaxContacts / std::max(n_objects, size_t{1}));
 }
 
 /// The points of one object that touch or approach, in its own frame.
@@ -121,12 +127,13 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
   set.K = set.B = {};
   set.trust_radius = 0;
   double hardest = 0;
+  const size_t share = clusters_an_object(model.objects.size());
   for (uint32_t object = 0; object < model.objects.size(); ++object) {
     const auto pushes = pushes_on(model, state, question, object, set);
-    std::array<PushCluster, kClustersAnObject> clusters;
-    const size_t room = std::min(clusters.size(), size_t{kMaxContacts} - set.n_contacts);
+    std::array<PushCluster, kMaxContacts> clusters;
+    const size_t room = std::min(share, size_t{kMaxContacts} - set.n_contacts);
     const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
-    if (n == room && room < clusters.size()) set.flags |= kContactTruncated;
+    if (n == room && room < share) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
       pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);

@@ -10,11 +10,12 @@ namespace {
 constexpr double kSamplesAcross = 3;      // of a cube
 constexpr double kMostCubes = 1 << 20;    // along a side
 constexpr double kMostSamples = 1 << 12;  // along the side of one triangle
+constexpr double kTie = 1e-6;             // [cubes²]
 constexpr double kRoundUp = 1 + 1e-6;
 
 struct Sample {
   uint64_t code;      // Morton code of its cube
-  double off_middle;  // squared [cubes²]
+  double off_middle;  // squared, in units of kTie
   uint32_t triangle;
   Vec3 p;
 };
@@ -34,11 +35,26 @@ Sample sample_at(const Vec3& p, uint32_t triangle, const Vec3& lower, double spa
   const Vec3 cube{std::floor(q.x), std::floor(q.y), std::floor(q.z)};
   const auto bits = [](double v) { return spread_bits(static_cast<uint64_t>(std::max(v, 0.0))); };
   const uint64_t code = bits(cube.x) | bits(cube.y) << 1 | bits(cube.z) << 2;
-  return {code, norm_squared(q - cube - Vec3{0.5, 0.5, 0.5}), triangle, p};
+  // faces that share a corner or an edge tie there: rounding must not choose between them
+  const double off_middle = norm_squared(q - cube - Vec3{0.5, 0.5, 0.5});
+  return {code, std::round(off_middle / kTie), triangle, p};
+}
+
+/// Corner of the first cube. The cubes lie evenly about the middle of the mesh, so that what is
+/// symmetric has symmetric points, and such that its outermost faces are off the borders of cubes.
+Vec3 first_cube(const TriangleMesh& mesh, double spacing) {
+  const auto along = [&](double lower, double upper) {
+    const double half = 0.5 * (upper - lower) / spacing, part = half - std::floor(half);
+    const bool middle_is_border = part > 0.25 && part < 0.75;
+    const double cubes = middle_is_border ? std::ceil(half) : std::floor(half + 0.5) + 0.5;
+    return 0.5 * (lower + upper) - spacing * cubes;
+  };
+  const Vec3 &a = mesh.lower, &b = mesh.upper;
+  return {along(a.x, b.x), along(a.y, b.y), along(a.z, b.z)};
 }
 
 /// Samples on a grid over the triangle, its corners and middle among them.
-void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, double spacing,
+void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& lower, double spacing,
                      std::vector<Sample>& out) {
   const auto& [ia, ib, ic] = mesh.triangles[triangle];
   const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
@@ -48,15 +64,16 @@ void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, double spacing
   for (int i = 0; i <= n; ++i) {
     for (int j = 0; i + j <= n; ++j) {
       const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
-      out.push_back(sample_at(a + u * (b - a) + v * (c - a), triangle, mesh.lower, spacing));
+      out.push_back(sample_at(a + u * (b - a) + v * (c - a), triangle, lower, spacing));
     }
   }
-  out.push_back(sample_at((a + b + c) / 3, triangle, mesh.lower, spacing));
+  out.push_back(sample_at((a + b + c) / 3, triangle, lower, spacing));
 }
 
 /// One sample of each cube, in Morton order.
 std::vector<Sample> choose_samples(const TriangleMesh& mesh, double spacing) {
   std::vector<Sample> samples;
+  const Vec3 lower = first_cube(mesh, spacing);
   const auto before = [](const Sample& a, const Sample& b) {
     if (a.code != b.code) return a.code < b.code;
     if (a.off_middle != b.off_middle) return a.off_middle < b.off_middle;
@@ -71,7 +88,7 @@ std::vector<Sample> choose_samples(const TriangleMesh& mesh, double spacing) {
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     // a triangle without area has no normal
     if (mesh.face_normals[t] == Vec3{}) continue;
-    sample_triangle(mesh, t, spacing, samples);
+    sample_triangle(mesh, t, lower, spacing, samples);
     if (samples.size() < 2 * thinned) continue;
     thin_out();
     thinned = std::max(samples.size(), thinned);

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostHalvings = 6;
+constexpr int kMostHalvings = 20;  // a hard contact that begins here ends a long step at once
 constexpr double kEnergyRounding = 1e-14;
 constexpr double kStillTurning = 1e-3;  // of the stiffness: what keeps the matrix regular
 

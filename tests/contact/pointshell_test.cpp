@@ -41,6 +41,24 @@ TEST_CASE("pointshell: on the true surface, normals inwards", "[contact][trap]")
   }
 }
 
+TEST_CASE("pointshell: a symmetric body has symmetric points", "[contact][trap]") {
+  // sides that are whole numbers of cubes, and such that are not
+  const Vec3 extent = GENERATE(Vec3{0.02, 0.02, 0.02}, Vec3{0.02, 0.0213, 0.0172});
+  const MeshShapeData shape = build_shape(make_box(extent));
+  const PointshellData data = build_pointshell(shape.mesh.view(), 4e-4);
+  const Pointshell shell = data.view();
+  Vec3 points, normals, size;
+  for (uint32_t i = 0; i < shell.x.size(); ++i) {
+    const Vec3 p = point_of(shell, i);
+    points += p, normals += normal_of(shell, i);
+    size += {std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)};
+  }
+  for (const int k : {0, 1, 2}) {
+    CHECK(std::fabs(points[k]) <= 1e-3 * size[k]);
+    CHECK(std::fabs(normals[k]) <= 1e-9 * static_cast<double>(shell.x.size()));
+  }
+}
+
 TEST_CASE("pointshell: every place of the surface has a point nearby, none is twice", "[contact]") {
   const MeshShapeData shape = build_shape(make_icosphere(0.05, 3));
   const double spacing = 3e-3;
@@ -54,13 +72,20 @@ TEST_CASE("pointshell: every place of the surface has a point nearby, none is tw
       nearest = std::min(nearest, norm(point_of(shell, k) - q));
     REQUIRE(nearest <= std::sqrt(3.0) * spacing);
   }
-  std::set<std::array<int, 3>> cubes;
-  for (uint32_t k = 0; k < shell.x.size(); ++k) {
-    const Vec3 c = (point_of(shell, k) - shape.mesh.lower) / spacing;
-    cubes.insert({static_cast<int>(c.x), static_cast<int>(c.y), static_cast<int>(c.z)});
+  // the middle of the mesh is the corner or the middle of a cube, along each axis
+  const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
+  size_t most = 0;
+  for (int choice = 0; choice < 8; ++choice) {
+    const Vec3 off{0.5 * (choice & 1), 0.25 * (choice & 2), 0.125 * (choice & 4)};
+    std::set<std::array<double, 3>> cubes;
+    for (uint32_t n = 0; n < shell.x.size(); ++n) {
+      const Vec3 c = (point_of(shell, n) - middle) / spacing + off;
+      cubes.insert({std::floor(c.x), std::floor(c.y), std::floor(c.z)});
+    }
+    most = std::max(most, cubes.size());
   }
   // rounding to float may put a point on the border of a cube into the next
-  CHECK(cubes.size() >= shell.x.size() - 2);
+  CHECK(most >= shell.x.size() - 2);
 }
 
 TEST_CASE("pointshell: levels are nested, and their balls hold what is below", "[contact]") {

@@ -61,6 +61,21 @@ TEST_CASE("voxmap-pointshell: from ten points on 10·K_ff·d, continuous at ten"
   }
 }
 
+TEST_CASE("distance-field penalty: what approaches is no harder than what touches",
+          "[contact][trap]") {
+  const PointshellData shell = flat_shell(64);
+  std::vector<ShellTouch> touches;
+  for (uint32_t i = 0; i < 64; ++i) touches.push_back({i, 1, i < 4 ? -1e-4 : 1e-4});
+  std::vector<PointPush> pushes(touches.size());
+  const size_t n = pushes_from_field(shell.view(), {}, touches, {1000, 10}, pushes);
+  REQUIRE(n == 64);
+  double touching = 0, near = 0;
+  for (const PointPush& p : pushes) (p.depth > 0 ? touching : near) += p.stiffness;
+  CHECK(touching == Approx(4000));
+  // 60 of 64 that would share 10·K_ff
+  CHECK(near == Approx(10000 * 60.0 / 64));
+}
+
 TEST_CASE("voxmap-pointshell: the normal is the point's, not the voxel's", "[contact][trap]") {
   const MeshShapeData block = build_shape(make_box({0.2, 0.2, 0.05}));
   const VoxmapData data = build_voxmap(block.mesh.view(), {1e-3, 2});

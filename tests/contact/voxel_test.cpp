@@ -84,6 +84,31 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
   CHECK(pressed > static_cast<int>(trials(60)) / 3);
 }
 
+TEST_CASE("voxel: a face on a plate has its torque in the clusters alone", "[contact][trap]") {
+  // more places than 16 clusters have room for, and sides whose normals are across
+  Scene scene(VoxelForce::kField);
+  const DistanceFieldData plate =
+      build_distance_field({-0.05, -0.05, -2e-3}, {0.05, 0.05, 0},
+                           [](const Vec3& p) { return p.z; }, {1e-3, 4e-3, 4e-3});
+  scene.objects[0].field = plate.view();
+  scene.model.objects = {scene.objects.data(), 1};
+  VoxelState state(scene.model);
+  for (const double tilt : {0.0, 0.01, -0.01}) {
+    scene.question.X_WT = {{0, 0, 0.0098}, from_rotation_vector({tilt, 0, 0.3})};
+    const auto set = std::make_unique<ContactSet>();
+    detect_voxel(scene.model, state, scene.question, *set);
+    REQUIRE(set->n_active > 0);
+    Vec3 torque;
+    for (uint32_t i = 0; i < set->n_active; ++i) {
+      const Contact& c = set->contacts[i];
+      const Vec3 arm = rotate(scene.question.X_WT.q, c.tool_point_T);
+      const double depth = dot(c.normal_O, c.object_point_O - scene.question.X_WT * c.tool_point_T);
+      torque += cross(arm, c.stiffness * depth * c.normal_O);
+    }
+    CHECK_THAT(torque, IsNear(set->F0_W.t, 2e-4 * norm(set->F0_W.f) * 0.02));
+  }
+}
+
 TEST_CASE("voxel: what approaches is reported, and pushes nothing", "[contact]") {
   Scene scene(VoxelForce::kField);
   VoxelState state(scene.model);

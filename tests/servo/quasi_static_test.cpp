@@ -26,6 +26,19 @@ TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") 
   CHECK_THAT(felt.f, IsNear({0, 0, 800.0 * 3000 / 3800 * 5e-3}, 1e-9));
 }
 
+TEST_CASE("quasi-static: a hard wall a micrometre ahead of a long step", "[servo][trap]") {
+  // the step is 300 times as long as the wall lets it be
+  const RigidBody tool;
+  const VirtualCoupling coupling{1000, 0, 1, 0, 0, 0};
+  const double k = GENERATE(3e4, 3e5, 1e6);
+  const SoftContact wall{{}, {0, 0, -1e-6}, {0, 0, 1}, {}, 1 * k, 0};
+  const Pose X_WT{{2e-4, 0, -5e-4}, {}};
+  const auto out = solve_quasi_static(coupling, tool, X_WT, {&wall, 1}, {}, {5e-4});
+  CHECK(out.converged);
+  const double z = (1000 * -5e-4 + k * -1e-6) / (1000 + k);
+  CHECK_THAT(out.X_WP.p, IsNear({2e-4, 0, z}, 1e-9));
+}
+
 TEST_CASE("quasi-static: free space is exactly free", "[servo][trap]") {
   Random random(3);
   RigidBody tool;
