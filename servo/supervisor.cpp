@@ -72,11 +72,12 @@ std::string how_it_ended(int status) {
 }  // namespace
 
 Supervisor::Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log)
-    : log_(log),
+    : config_(config),
+      log_(log),
       folder_(program_folder()),
       server_(session),
       commands_(session),
-      config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&config, 1)))),
+      config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&config_, 1)))),
       signals_(take_signals()),
       control_frame_(initial_control(config)),
       processes_{{{"haptic-sim", SegmentId::kSim, "sim", period_ns(config.sim_rate)},

@@ -88,6 +88,7 @@ class Supervisor {
   void stop_children();
   bool wait_for_exit(Process& process, int64_t deadline_ns);
 
+  const SessionConfig config_;
   HapticdLog& log_;
   std::string folder_;  // of the programs
   HandoutServer server_;

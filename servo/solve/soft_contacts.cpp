@@ -109,7 +109,8 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
     out.objects[i] = c.object;
     const Vec3 away_O = norm_squared(c.shading_normal_O) > 0 ? c.shading_normal_O : c.normal_O;
     out.away_W[i] = rotate(carry.X_WO[c.object].q, away_O);
-    out.finite = is_sound(out.contacts[i]) && is_finite(out.away_W[i]);
+    out.finite =
+        is_sound(out.contacts[i]) && is_finite(out.away_W[i]) && std::isfinite(c.stiffness);
     if (c.object == set.wrench_object) out.n_springs = i + 1;
   }
   if (!out.finite) {

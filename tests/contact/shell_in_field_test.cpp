@@ -209,7 +209,7 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
   size_t cut_short = 0;
   for (size_t k = 0; k < trials(2000); ++k) {
     // the budget comes and goes: what was not asked for want of it is not believed to be free
-    const uint32_t budget = k % 3 == 0 ? ~0u : 64 + static_cast<uint32_t>(k % 500);
+    const uint32_t budget = k % 3 == 0 ? ~0u : 16 + static_cast<uint32_t>(k % 100);
     const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0355);
     const ShellAnswer a = pair.ask(X_OT, &coherence, {1e-3, budget});
     REQUIRE(a.tested <= budget);

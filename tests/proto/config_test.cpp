@@ -437,7 +437,9 @@ TEST_CASE("config: a file that is not there is one line") {
 TEST_CASE("config: the scenes that are shipped load") {
   const test::TemporaryFolder temporary;
   const fs::path meshes = temporary.path();
-  touch(meshes / "bunny00.off");
+  for (const char* mesh : {"bunny00.off", "teeth-top.obj", "teeth-bottom.obj"}) {
+    touch(meshes / mesh);
+  }
   const Environment environment("HAPTICD_MESHES", meshes.string());
   size_t n = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(HAPTIC_SOURCE_DIR) / "configs")) {
