@@ -2,6 +2,7 @@
 # the judge of renderers: workloads, oracles, what they say of a run
 target_sources(haptic_lab PRIVATE
   eval_artefacts.cpp
+  eval_drag.cpp
   eval_facets.cpp
   eval_friction.cpp
   eval_judge.cpp

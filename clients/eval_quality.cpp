@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "clients/eval_drag.h"
 #include "contact/detect/cluster_contact.h"
 #include "contact/detect/exact.h"
 #include "contact/shape/tool_body.h"
@@ -158,6 +159,7 @@ std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& rendere
 std::vector<Row> eval_quality(const QualityGrain& grain) {
   Rows rows("quality");
   rows.note("machine", machine_line());
+  rows.append(eval_drag());
   for (const QualityScene scene : kScenes) {
     const QualityShapes shapes = bake_quality(scene, grain);
     for (const QualityRenderer& renderer : quality_renderers()) {

@@ -9,7 +9,7 @@ cmake_minimum_required(VERSION 3.25)
 # of libc and libm, nothing that allocates, locks or sets more than errno
 set(allowed
   "mem(cpy|move|set|cmp)"
-  "(sin|cos|sincos|tan|asin|acos|atan|atan2|sqrt|cbrt|exp|log|pow|hypot|fmod|floor|ceil|round|trunc)f?"
+  "(sin|cos|sincos|tan|asin|acos|atan|atan2|sqrt|cbrt|exp|log|pow|hypot|ldexp|fmod|floor|ceil|round|trunc)f?"
   "(llround|lround|fmax|fmin|remainder|copysign)f?"
   "_GLOBAL_OFFSET_TABLE_"
   "__stack_chk_fail")

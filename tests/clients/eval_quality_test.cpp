@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "clients/eval_drag.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace haptic;
@@ -154,4 +155,24 @@ TEST_CASE("eval quality: a peg in its hole", "[lab]") {
   CHECK(figure(rows, "centred: force") == 0);
   CHECK(figure(rows, "aside: R² of force over e − c") >= 0.99);
   CHECK(figure(rows, "tilted: places where the couple does not turn back") == 0);
+}
+
+TEST_CASE("eval quality: drag in free space is the mass times its acceleration, in closed form",
+          "[lab]") {
+  for (const double mass : {0.01, 0.1, 1.0}) {
+    for (const double frequency : {0.5, 2.0, 6.0}) {
+      SoftProxyModel model;
+      model.solver = SoftSolver::kPenaltyDynamics;
+      model.tool.mass = mass;
+      model.coupling = {800, 5, 1, 1e-3, 0, 0};
+      const FreeMotion motion{0.2, frequency, 1e-3};
+      CAPTURE(mass, frequency);
+      CHECK(free_space_drag(model, motion) ==
+            Approx(drag_in_closed_form(model, motion)).epsilon(0.05));
+      model.solver = SoftSolver::kQuasiStatic;
+      CHECK(free_space_drag(model, motion) == 0);
+      model.solver = SoftSolver::kDirect;
+      CHECK(free_space_drag(model, motion) == 0);
+    }
+  }
 }

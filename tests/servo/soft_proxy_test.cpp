@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/soft_proxy.h"
 
-#include "servo/solve/free_space_drag.h"
-
 #include "tests/support/near.h"
 #include "tests/support/rigid.h"
 
@@ -94,25 +92,6 @@ TEST_CASE("soft proxy: free space is exactly free for the massless, almost for t
   }
   // what moves the proxy's mass: m·a = 0.1 kg · 0.8 m/s²
   CHECK(most == Approx(0.08).epsilon(0.3));
-}
-
-TEST_CASE("soft proxy: drag in free space is the mass times its acceleration, in closed form",
-          "[servo]") {
-  for (const double mass : {0.01, 0.1, 1.0}) {
-    for (const double frequency : {0.5, 2.0, 6.0}) {
-      SoftProxyModel model = model_of(SoftSolver::kPenaltyDynamics);
-      model.tool.mass = mass;
-      model.coupling.translational_damping = 5;
-      const FreeMotion motion{0.2, frequency, 1e-3};
-      CAPTURE(mass, frequency);
-      CHECK(free_space_drag(model, motion) ==
-            Approx(drag_in_closed_form(model, motion)).epsilon(0.05));
-      model.solver = SoftSolver::kQuasiStatic;
-      CHECK(free_space_drag(model, motion) == 0);
-      model.solver = SoftSolver::kDirect;
-      CHECK(free_space_drag(model, motion) == 0);
-    }
-  }
 }
 
 TEST_CASE("soft proxy: no point goes further in a tick than the speed limit", "[servo][trap]") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "servo/solve/free_space_drag.h"
+#include "clients/eval_drag.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,6 +38,26 @@ double drag_in_closed_form(const SoftProxyModel& model, const FreeMotion& motion
   const std::complex<double> coupling{model.coupling.translational_stiffness,
                                       omega * model.coupling.translational_damping};
   return m * omega * motion.speed * std::abs(coupling) / std::abs(coupling - m * omega * omega);
+}
+
+std::vector<Row> eval_drag() {
+  Rows rows("free space at 0.2 m/s");
+  SoftProxyModel model;
+  model.coupling = {1000, 9, 2, 3e-3, 0, 0};
+  for (const auto& [solver, name] :
+       {std::pair{SoftSolver::kDirect, "direct"}, {SoftSolver::kQuasiStatic, "quasi-static"}}) {
+    model.solver = solver;
+    const double drag = free_space_drag(model, {});
+    rows.add(std::string(name) + ", drag", drag, "N", 0, drag == 0);
+  }
+  model.solver = SoftSolver::kPenaltyDynamics;
+  for (const double mass : {0.02, 0.1}) {
+    model.tool.mass = mass;
+    const std::string name = "penalty dynamics, " + readable(mass, "kg");
+    rows.add(name + ", drag", free_space_drag(model, {}), "N");
+    rows.add(name + ", drag in closed form", drag_in_closed_form(model, {}), "N");
+  }
+  return rows.rows();
 }
 
 }  // namespace haptic
