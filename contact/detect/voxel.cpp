@@ -102,11 +102,12 @@ void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32
   set.trust_radius = model.trust_radius;
 }
 
-/// Puts the contacts of the object whose wrench is told first.
+/// Puts the contacts of the object whose wrench is told first; those of an object are in a row.
 void put_first(uint32_t object, ContactSet& set) {
   const auto end = set.contacts.begin() + set.n_contacts;
-  std::stable_partition(set.contacts.begin(), end,
-                        [&](const Contact& c) { return c.object == object; });
+  const auto is_its = [&](const Contact& c) { return c.object == object; };
+  const auto first = std::find_if(set.contacts.begin(), end, is_its);
+  std::rotate(set.contacts.begin(), first, std::find_if_not(first, end, is_its));
 }
 
 }  // namespace

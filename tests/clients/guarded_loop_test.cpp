@@ -18,20 +18,33 @@
 #include <utility>
 #include <vector>
 
-#include "contact/bake.h"
+#include "contact/bake_session.h"
 
 namespace haptic {
 namespace {
 
-GuardedLoopResult run(const GuardedLoopOptions& options) {
-  const SessionConfig config = load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
-  std::vector<BakedShape> baked;
-  std::vector<MeshShape> shapes;
-  for (uint32_t i = 0; i < config.n_objects; ++i) {
-    baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-    shapes.push_back(baked.back().shape);
+SessionConfig plane() {
+  return load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
+}
+
+GuardedLoopResult run(const GuardedLoopOptions& options, const SessionConfig& config = plane()) {
+  const BakedSession baked = bake_session(config);
+  return run_guarded_loop(config, baked.shapes(), options);
+}
+
+void check_clean(const GuardedLoopResult& result) {
+  CAPTURE(result.report.explain(), result.rights.explain());
+  for (size_t kind = 0; kind < kViolations; ++kind) {
+    const auto violation = static_cast<Violation>(kind);
+    const bool is_fault =
+        violation == Violation::kMinorFault || violation == Violation::kMajorFault;
+    if (is_fault && (result.rights.bits & kRealtimeMemoryLocked) == 0) {
+      WARN("SKIPPED: page faults, memory cannot be locked here");
+      continue;
+    }
+    CAPTURE(name_of(violation));
+    CHECK(result.report.caught[kind].count == 0);
   }
-  return run_guarded_loop(config, shapes, options);
 }
 
 bool hooks_are_here() {
@@ -45,23 +58,32 @@ bool hooks_are_here() {
 TEST_CASE("guarded loop: 100,000 ticks neither allocate, lock, fault nor ask the kernel", "[lab]") {
   if (!hooks_are_here()) return;
   const GuardedLoopResult result = run({.ticks = 100'000});
-  CAPTURE(result.report.explain(), result.rights.explain());
   CHECK(result.ticks == 101'000);
   CHECK(result.contact_ticks > 10'000);
-  for (size_t kind = 0; kind < kViolations; ++kind) {
-    const auto violation = static_cast<Violation>(kind);
-    const bool is_fault =
-        violation == Violation::kMinorFault || violation == Violation::kMajorFault;
-    if (is_fault && (result.rights.bits & kRealtimeMemoryLocked) == 0) {
-      WARN("SKIPPED: page faults, memory cannot be locked here");
-      continue;
-    }
-    CAPTURE(name_of(violation));
-    CHECK(result.report.caught[kind].count == 0);
-  }
+  check_clean(result);
   CHECK(result.timed_ticks == 1000);
   CHECK(result.stray_sleeps() == 0);
   CHECK(result.lost_ticks == 0);
+}
+
+TEST_CASE("guarded loop: nor do the renderers of a tool with six degrees of freedom", "[lab]") {
+  if (!hooks_are_here()) return;
+  SessionConfig config = plane();
+  config.renderer = GENERATE(Renderer::kVoxel, Renderer::kDirect6);
+  config.proxy.solver = GENERATE(SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
+  config.coupling.rotational_stiffness = 1;
+  assign(config.tool.mesh, "primitive:sphere");
+  config.tool.extent = {0.02, 0.02, 0.02};
+  config.tool.size = 0.02;
+  config.tool.subdivisions = 3;
+  // the second object is touched as well, and harder
+  config.n_objects = 2;
+  config.objects[1] = config.objects[0];
+  config.objects[1].X_WO.p = {1e-3, 1e-3, 1e-3};
+  const GuardedLoopResult result =
+      run({.ticks = 3000, .timed_ticks = 100, .warm_up = 2000}, config);
+  CHECK(result.contact_ticks > 500);
+  check_clean(result);
 }
 
 TEST_CASE("guarded loop: a lock that is waited for in mid-run is caught and the run ends",
