@@ -12,7 +12,7 @@
 #include "clients/step_budget.h"
 #include "clients/thread_cpu.h"
 #include "contact/bake_volume.h"
-#include "contact/detect/voxel.h"
+#include "contact/detect/body_detectors.h"
 #include "contact/query/triangle_pairs.h"
 #include "contact/shape/machine_parts.h"
 #include "proto/environment.h"
@@ -44,7 +44,9 @@ BakedShape baked(const Soup& soup) {
 VoxelConfig voxels_of(double size, double spacing) {
   VoxelConfig voxel;
   voxel.size = size;
-  voxel.band = kBandVoxels * size;
+  // gaps are narrower than layers
+  voxel.offset_layers = 0;
+  voxel.band = default_band(voxel);
   voxel.point_spacing = spacing;
   return voxel;
 }
@@ -142,10 +144,12 @@ struct Contest {
   explicit Contest(const Pair& pair)
       : tool(bake_tool(pair.tool, pair.voxel)), object(bake_obstacle(pair.object, pair.voxel)) {
     objects[0] = {object.content.map, object.content.field};
-    model.shell = tool.content.shell;
+    model = voxel_model(pair.voxel, tool.content.shell);
     model.objects = objects;
-    model.force.stiffness = pair.voxel.stiffness;
   }
+  // the model looks at objects here
+  Contest(const Contest&) = delete;
+  Contest& operator=(const Contest&) = delete;
 
   TimedStep step(VoxelState& state, const Pose& X_OT, double reach) {
     VoxelQuestion question;
@@ -161,9 +165,9 @@ double way(const Pose& a, const Pose& b, double radius) {
   return norm(b.p - a.p) + radius * norm(to_rotation_vector(b.q * conjugate(a.q)));
 }
 
-/// What may touch before the answer to the next tick is there.
+/// How far ahead a session looks at 1 kHz: the way of three ticks.
 double reach_of(const Contest& contest, const Pose& before, const Pose& X_OT) {
-  return way(before, X_OT, contest.model.shell.radius);
+  return std::max(3 * way(before, X_OT, contest.model.shell.radius), kLeastBodyReach);
 }
 
 /// What became of a path.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "clients/eval_drag.h"
+#include "contact/detect/body_detectors.h"
 #include "contact/detect/cluster_contact.h"
 #include "contact/detect/exact.h"
 #include "contact/shape/tool_body.h"
@@ -28,6 +29,16 @@ BakedShape bake(const Soup& soup, std::string_view name) {
   ShapeConfig shape;
   assign(shape.name, std::string(name));
   return bake_soup(soup.vertices, soup.triangles, shape);
+}
+
+VoxelConfig options_of(const QualityGrain& grain) {
+  VoxelConfig options;
+  options.size = grain.voxel;
+  options.band = 4 * grain.voxel;
+  options.stiffness = kPointStiffness;
+  // real surfaces are to touch where the closed form has them
+  options.offset_layers = 0;
+  return options;
 }
 
 RigidBody body_of(const TriangleMesh& mesh) {
@@ -58,12 +69,8 @@ std::span<const QualityRenderer> quality_renderers() {
 
 QualityShapes bake_quality(QualityScene scene, const QualityGrain& grain) {
   const QualityBodies bodies = bodies_of(scene, grain);
-  VoxelConfig options;
-  options.size = grain.voxel;
-  options.band = 4 * grain.voxel;
+  VoxelConfig options = options_of(grain);
   options.point_spacing = spacing_of(scene, grain);
-  // real surfaces are to touch where the closed form has them
-  options.offset_layers = 0;
   QualityShapes shapes{bake(bodies.object, "object"), bake(bodies.tool, "tool"), {}, {}};
   shapes.object_volume = bake_obstacle(shapes.object, options);
   shapes.tool_volume = bake_tool(shapes.tool, options);
@@ -76,12 +83,10 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
       object_(shapes.object.shape),
       tool_(shapes.tool.shape),
       voxels_{shapes.object_volume.content.map, shapes.object_volume.content.field} {
-  voxel_model_.shell = shapes.tool_volume.content.shell;
+  VoxelConfig config = options_of(grain);
+  config.field = renderer.detector == QualityDetector::kTangentPlanes ? 0 : 1;
+  voxel_model_ = voxel_model(config, shapes.tool_volume.content.shell);
   voxel_model_.objects = {&voxels_, 1};
-  voxel_model_.reading = renderer.detector == QualityDetector::kTangentPlanes
-                             ? VoxelForce::kTangentPlanes
-                             : VoxelForce::kField;
-  voxel_model_.force.stiffness = kPointStiffness;
   voxel_state_ = std::make_unique<VoxelState>(voxel_model_);
   pairs_.resize(kRoom);
   pushes_.resize(kPushesPerPair * kRoom);
@@ -89,7 +94,7 @@ QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes&
   model_.tool = body_of(tool_.mesh);
   model_.coupling = {kStiffness, kDamping, kTurnStiffness, kTurnDamping, 0, 0};
   model_.contact_stiffness = kPointStiffness;
-  model_.max_travel = grain.voxel;
+  model_.max_travel = 0.5 * options_of(grain).band;
 }
 
 void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {

@@ -36,7 +36,7 @@ double parse_length(const std::string& option, const std::string& text) {
 VoxelConfig voxel_options(const BakeOptions& options) {
   VoxelConfig voxel;
   voxel.size = voxel.point_spacing = parse_length("--voxel", options.voxel);
-  voxel.band = kBandVoxels * voxel.size;
+  voxel.band = default_band(voxel);
   if (!options.band.empty()) voxel.band = parse_length("--band", options.band);
   if (!options.spacing.empty()) voxel.point_spacing = parse_length("--spacing", options.spacing);
   voxel.field = options.map_alone ? 0 : 1;

@@ -53,7 +53,7 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   // a proxy is where the last tick left it
   question.X_WP = question.X_WT;
   if (tick_ > 0 && is_of_body(config_.renderer) &&
-      solver_of(servo_model_, config_.renderer) != SoftSolver::kDirect) {
+      solver_of(config_.proxy, config_.renderer) != SoftSolver::kDirect) {
     question.X_WP = frame_.X_WP;
     question.V_WP = frame_.V_WP;
   }

@@ -156,7 +156,8 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
     }
   }
   speed += scene_speed;
-  return std::clamp(speed * (2 * state.period + model.servo_period), kMinReach, kMaxReach);
+  const double least = is_of_body(state.renderer) ? kLeastBodyReach : kMinReach;
+  return std::clamp(speed * (2 * state.period + model.servo_period), least, kMaxReach);
 }
 
 /// The penalty method: the nearest surfaces of where the tool is now.

@@ -249,6 +249,24 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   ++config.n_objects;
 }
 
+/// A body has a mesh, and where it has a proxy, springs that bring it back.
+void check_body(Section& root, const SessionConfig& config) {
+  if (!is_of_body(config.renderer)) return;
+  if (view(config.tool.mesh).empty()) {
+    root.section("session")->fail_at(
+        "renderer",
+        "moves a tool with six degrees of freedom, and there is none; add [tool] with "
+        "mesh = \"bunny00.off\" or primitive = \"sphere\"");
+  }
+  const CouplingConfig& coupling = config.coupling;
+  if (solver_of(config.proxy, config.renderer) == SoftSolver::kDirect) return;
+  if (coupling.translational_stiffness > 0 && coupling.rotational_stiffness > 0) return;
+  root.section("session")->fail_at(
+      "renderer",
+      "has a proxy that moves and turns, and no spring for it; set stiffness = \"800 N/m\" and "
+      "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
+}
+
 toml::table parse_toml(std::string_view text, const std::string& origin) {
   try {
     return toml::parse(text, std::string_view(origin));
@@ -280,12 +298,7 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   read_proxy(root, config.proxy);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
-  if (is_of_body(config.renderer) && view(config.tool.mesh).empty()) {
-    root.section("session")->fail_at(
-        "renderer",
-        "moves a tool with six degrees of freedom, and there is none; add [tool] with "
-        "mesh = \"bunny00.off\" or primitive = \"sphere\"");
-  }
+  check_body(root, config);
   return config;
 }
 

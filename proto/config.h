@@ -182,6 +182,12 @@ struct ProxyConfig {
   double contact_damping = 0;       // of each contact along its normal [N·s/m]
 };
 
+/// The solver of a renderer with six degrees of freedom: the session's, or its own.
+inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
+  const bool is_direct = renderer == Renderer::kDirect6;
+  return proxy.solver.value_or(is_direct ? SoftSolver::kDirect : SoftSolver::kQuasiStatic);
+}
+
 /// Which braking force of the paper's two readings.
 enum class Braking : uint32_t {
   kAlongVelocity = 0,  // −b v (−n̂·v̂), McNeely's own
@@ -190,11 +196,11 @@ enum class Braking : uint32_t {
 
 /// Maps, field and points of the detector `voxel`.
 struct VoxelConfig {
-  double size = 1e-3;                // of a voxel, and a cell of the field [m]
-  double band = 4e-3;                // within which the field is stored [m]
-  double point_spacing = 1e-3;       // of the tool's points [m]
-  double stiffness = 1000;           // of a point [N/m]
-  double braking = 0;                // of approaching points [N·s/m]
+  double size = 1e-3;           // of a voxel, and a cell of the field [m]
+  double band = 4e-3;           // within which the field is stored [m]
+  double point_spacing = 1e-3;  // of the tool's points [m]
+  double stiffness = 1000;      // of a point [N/m]
+  double braking = 0;           // of approaching points [N·s/m]
   Braking braking_along = Braking::kAlongVelocity;
   uint32_t offset_layers = 2;  // by which surfaces lie outside the real ones, in voxels
   uint32_t field = 1;          // 1: a distance field is baked, 0: the map of voxels alone
@@ -202,6 +208,11 @@ struct VoxelConfig {
   uint32_t budget = 200000;    // of points that a step may look up; 0: any number
   uint32_t is_wanted = 0;      // the section is there: baked even where another renderer begins
 };
+
+/// The band of a field where nobody says otherwise: the layer, and two voxels beyond it.
+inline double default_band(const VoxelConfig& voxel) {
+  return (voxel.offset_layers + kBandVoxels) * voxel.size;
+}
 
 struct CouplingConfig {
   double translational_stiffness = 800;  // [N/m], scene units

@@ -73,7 +73,7 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   voxel.offset_layers = static_cast<uint32_t>(layers);
   section->read_flag("field", voxel.field);
   const double layer = voxel.offset_layers * voxel.size;
-  voxel.band = layer + kBandVoxels * voxel.size;
+  voxel.band = default_band(voxel);
   // the field is read by cells: it must reach one beyond the layer
   section->read_quantity("band", Dimension::kLength, {layer + voxel.size, 100 * voxel.size},
                          voxel.band);

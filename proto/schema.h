@@ -111,7 +111,7 @@ uint32 n_active                  # the first n_active carry the proxy
 haptic_msgs/Contact[64] contacts
 geometry_msgs/Wrench F0_W        # on the tool about its origin, of all points on wrench_object
 float64[36] K                    # its change with a small motion of the tool, in W
-float64[36] B                    # its change with the tool's twist, in W
+float64[36] B                    # braking, by the tool's twist relative to that object, in W
 float64 trust_radius             # [m] where the linearisation holds
 haptic_msgs/ToolBody tool        # what the tool is
 int64 busy_ns                    # [ns]

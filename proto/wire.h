@@ -122,7 +122,7 @@ struct Contact {
   Vec3 normal_O;          // unit, from object to tool
   Vec3 shading_normal_O;  // unit, interpolated; equals normal_O where there is none
   double curvature;       // mean curvature of the object there [1/m]
-  double extent;          // the plane holds within this radius of object_point_O [m]
+  double extent;  // it holds within this radius of object_point_O [m]; 0 of a body: no bound
   std::array<double, 2> texture_uv;
   double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane, nothing more
   uint32_t object;    // index in the scene
@@ -160,11 +160,11 @@ struct ContactSet {
   Pose X_WG;                           // verified proxy: proven free of every object
   double free_fraction;                // of the way to the tool that was free [0, 1]
   uint32_t n_contacts;
-  uint32_t n_active;  // the first n_active carry the proxy
+  uint32_t n_active;  // the first n_active carry the proxy; of a body: so many touch
   std::array<Contact, kMaxContacts> contacts;
   Wrench F0_W;               // on the tool about its origin, of all points that touch wrench_object
   std::array<double, 36> K;  // its change with a small motion of the tool, in W
-  std::array<double, 36> B;  // its change with the tool's twist relative to the object, in W
+  std::array<double, 36> B;  // braking, by the tool's twist relative to the object, in W
   double trust_radius;       // of any point of the tool: where it holds [m]; 0: there is none
   ToolBody tool;             // what the tool is, for the proxies that have mass
   int64_t busy_ns;

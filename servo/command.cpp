@@ -42,7 +42,7 @@ double plain_number(std::string_view text) {
 }
 
 /// What this session lacks for a renderer; empty: nothing.
-std::string lack_of(const SessionConfig& config, Renderer renderer) {
+std::string lack_of(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
   if (!is_of_body(renderer)) return "";
   if (view(config.tool.mesh).empty()) {
     return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
@@ -52,7 +52,10 @@ std::string lack_of(const SessionConfig& config, Renderer renderer) {
   if (renderer == Renderer::kVoxel && !has_maps) {
     return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
   }
-  return "";
+  if (solver_of(config.proxy, renderer) == SoftSolver::kDirect) return "";
+  if (wanted.translational_stiffness > 0 && wanted.rotational_stiffness > 0) return "";
+  return "has a proxy that moves and turns, and needs stiffness and rotational-stiffness above "
+         "zero";
 }
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
@@ -60,7 +63,7 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
   for (const auto& [word, renderer] : kRenderers) {
     known += (known.empty() ? "" : ", ") + std::string(word);
     if (word != name) continue;
-    const std::string lack = lack_of(config, renderer);
+    const std::string lack = lack_of(config, renderer, wanted);
     if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
     wanted.renderer = static_cast<uint32_t>(renderer);
     return {CommandKind::kChange, false, ""};
@@ -102,6 +105,8 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
                    std::to_string(static_cast<long>(most)) + " (SI)");
   }
   *target = value;
+  const std::string lack = lack_of(config, static_cast<Renderer>(wanted.renderer), wanted);
+  if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
   return {CommandKind::kChange, false, ""};
 }
 

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/rendered.h"
 
+#include <algorithm>
+
 namespace haptic {
 namespace {
+
+constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared among
 
 /// What the session says, with the coupling in force and the tool that contact has baked.
 SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
                            const ContactSet& contacts) {
   SoftProxyModel proxy = model.body;
   const auto renderer = static_cast<Renderer>(contacts.renderer);
-  proxy.solver = solver_of(model, renderer);
+  proxy.solver = solver_of(model.proxy, renderer);
   proxy.coupling.translational_stiffness = state.coupling.translational_stiffness;
   proxy.coupling.translational_damping = state.coupling.translational_damping;
   proxy.coupling.rotational_stiffness = state.coupling.rotational_stiffness;
@@ -56,8 +60,11 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
   tick.carry.V_WO = scene.V_WO;
   tick.carry.weight = scene.weight;
   tick.dt = model.dt;
-  const SoftProxySolution solution =
-      solve_soft_proxy(proxy_model(model, state, contacts), state.body, tick);
+  SoftProxyModel proxy = proxy_model(model, state, contacts);
+  // what contact has seen ahead is for all the ticks since
+  const double age = static_cast<double>(input.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
+  if (scene.weight > 0) proxy.max_travel /= std::clamp(age, 1.0, kMostTicks);
+  const SoftProxySolution solution = solve_soft_proxy(proxy, state.body, tick);
 
   Rendered out;
   out.X_WP = solution.proxy.X_WT;
@@ -66,14 +73,15 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
   out.surface_W = surface_of(solution, scene);
   out.n_pushing = solution.n_pushing;
   // springs begin at nothing; what comes at once is contact as such
-  out.is_new = solution.n_pushing > 0 && state.n_active == 0;
+  out.is_new = solution.n_pushing > 0 && !state.body_pushed;
   out.finite = solution.finite;
   out.converged = solution.converged;
   out.object_impulse_W = state.object_impulse_W;
   add_impulses(solution, scene, model.dt, out.object_impulse_W);
   state.virtual_proxy = {};
   state.active = {};
-  state.n_active = solution.n_pushing;
+  state.n_active = 0;
+  state.body_pushed = solution.n_pushing > 0;
   return out;
 }
 

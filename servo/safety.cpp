@@ -51,9 +51,13 @@ Fault find_fault(const SafetyLimits& limits, SafetyState& state, const SafetyInp
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
   if (state.jumped) return Fault::kPoseJump;
   // not by its norm: that of a huge but finite vector is infinite
-  const Vec3& f = input.F_B.f;
-  const double largest = std::max({std::fabs(f.x), std::fabs(f.y), std::fabs(f.z)});
-  return largest > kHuge * limits.max_force ? Fault::kForceHuge : Fault::kNone;
+  const auto largest = [](const Vec3& a) {
+    return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
+  };
+  // a device without motors for torque drops it
+  const bool is_huge = largest(input.F_B.f) > kHuge * limits.max_force ||
+                       (limits.max_torque > 0 && largest(input.F_B.t) > kHuge * limits.max_torque);
+  return is_huge ? Fault::kForceHuge : Fault::kNone;
 }
 
 /// A fault stays until somebody clears it, and until the handle is calm.

@@ -205,7 +205,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.virtual_proxy.materials[i] = config.objects[i].material;
   }
-  model.solver = config.proxy.solver;
+  model.proxy = config.proxy;
   model.body = body_model(config);
   SafetyLimits& limits = model.limits;
   limits.max_force = std::min(config.safety.max_force, device.max_force);

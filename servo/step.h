@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
-
 #include "proto/config.h"
 #include "proto/wire.h"
 #include "servo/contact_age.h"
@@ -22,8 +20,8 @@ struct ServoModel {
   int32_t dead_man_button = -1;
   Renderer renderer = Renderer::kGodObject3;  // as configured; the ControlFrame may change it
   VirtualProxyModel virtual_proxy;
-  SoftProxyModel body;               // of the renderers with six degrees of freedom
-  std::optional<SoftSolver> solver;  // none: each renderer's own
+  SoftProxyModel body;  // of the renderers with six degrees of freedom
+  ProxyConfig proxy;    // its solver is each renderer's own, or this one
 };
 
 /// Which placing of contact's proxy the force is built on.
@@ -40,6 +38,7 @@ struct ServoState {
   Renderer renderer = Renderer::kGodObject3;  // wanted
   VirtualProxyState virtual_proxy;
   SoftProxyState body;
+  bool body_pushed = false;  // in the last tick
   ContactAge age;
   SafetyState safety;
   Clutch clutch;
@@ -76,12 +75,6 @@ struct ActuatorLimits {
   double max_torque = 0;
 };
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device);
-
-/// The solver of a renderer with six degrees of freedom: the session's, or its own.
-inline SoftSolver solver_of(const ServoModel& model, Renderer renderer) {
-  const bool is_direct = renderer == Renderer::kDirect6;
-  return model.solver.value_or(is_direct ? SoftSolver::kDirect : SoftSolver::kQuasiStatic);
-}
 
 /// One tick: tool pose → carried contacts → proxy of the solver that goes with the detector of the
 /// contacts → coupling wrench → device wrench → safety. Always returns a frame with a finite

@@ -16,6 +16,27 @@ constexpr double kClusterShare = 0.25;       // radius of a cluster of triangles
 constexpr double kClusterVoxels = 5;         // radius of a cluster of points
 constexpr uint32_t kAnyNumber = 0xffffffff;  // of points in a step
 
+void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
+                  const VoxelQuestion& question, ContactSet& set) {
+  for (uint32_t object = 0; object < objects.size(); ++object) {
+    const Pose& X_WO = question.X_WO[object];
+    std::array<PushCluster, kClustersAnObject> clusters;
+    // what the objects before have left is for all that come
+    const size_t left = (kMaxContacts - set.n_contacts) / (objects.size() - object);
+    const size_t room = std::min(clusters.size(), left);
+    const ExactAnswer answer =
+        exact_contacts(objects[object], model.tool, inverse(X_WO) * question.X_WT, model.exact,
+                       {state.pairs, state.pushes}, {clusters.data(), room});
+    if (answer.left_out > 0 || answer.n_clusters == room) set.flags |= kContactTruncated;
+    for (size_t i = 0; i < answer.n_clusters; ++i) {
+      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, X_WO, question.X_WT);
+    }
+  }
+  set.n_active = set.n_contacts;
+}
+
+}  // namespace
+
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   VoxelModel model;
   model.shell = shell;
@@ -30,25 +51,6 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   model.trust_radius = config.size;
   return model;
 }
-
-void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
-                  const VoxelQuestion& question, ContactSet& set) {
-  for (uint32_t object = 0; object < objects.size(); ++object) {
-    const Pose& X_WO = question.X_WO[object];
-    std::array<PushCluster, kClustersAnObject> clusters;
-    const size_t room = std::min(clusters.size(), size_t{kMaxContacts} - set.n_contacts);
-    const ExactAnswer answer =
-        exact_contacts(objects[object], model.tool, inverse(X_WO) * question.X_WT, model.exact,
-                       {state.pairs, state.pushes}, {clusters.data(), room});
-    if (answer.left_out > 0) set.flags |= kContactTruncated;
-    for (size_t i = 0; i < answer.n_clusters; ++i) {
-      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, X_WO, question.X_WT);
-    }
-  }
-  set.n_active = set.n_contacts;
-}
-
-}  // namespace
 
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes) {
   BodyModel model;

@@ -34,6 +34,12 @@ struct BodyShapes {
   Pointshell shell;                  // of the tool
 };
 
+/// The look-ahead of a tool that rests [m].
+inline constexpr double kLeastBodyReach = 20e-6;
+
+/// The voxel detector as a session has it, without objects.
+VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
+
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes);
 
 /// What survives a step, and its room: nothing is allocated later.

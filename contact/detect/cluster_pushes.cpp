@@ -19,7 +19,6 @@ struct Gathering {
   Vec3 leader_W, leader_normal_W;
   Vec3 weighted_point_W, weighted_normal_W;
   double weight = 0;
-  double reach_squared = 0;  // of its points from the leader
   bool approaches = false;
 };
 
@@ -82,8 +81,6 @@ void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
   gathering.weight += weight;
   cluster.stiffness += push.stiffness;
   ++cluster.count;
-  gathering.reach_squared =
-      std::max(gathering.reach_squared, norm_squared(push.point_W - gathering.leader_W));
   // of approaching points the nearest
   if (push.depth > 0) return;
   cluster.depth = cluster.count == 1 ? push.depth : std::max(cluster.depth, push.depth);
@@ -128,7 +125,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
       if (i == n && n == room) continue;
       recent.add(push, i);
       if (i == n) {
-        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, 0, approaches};
+        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, approaches};
         clusters[n++] = {};
       }
       gather(push, gatherings[i], clusters[i]);
@@ -138,7 +135,6 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
     const Gathering& g = gatherings[i];
     clusters[i].point_W = g.weighted_point_W / g.weight;
     clusters[i].normal_W = normalized(g.weighted_normal_W);
-    clusters[i].radius = std::sqrt(g.reach_squared) + norm(clusters[i].point_W - g.leader_W);
     if (!g.approaches) {
       clusters[i].depth = std::max(norm(g.weighted_normal_W) / clusters[i].stiffness - kFloor, 0.0);
     }

@@ -23,7 +23,6 @@ struct PushCluster {
   Vec3 normal_W;
   double depth = 0;      // such that stiffness · depth is the length of the sum of the forces [m]
   double stiffness = 0;  // sum of those of its points [N/m]
-  double radius = 0;     // furthest of its points from point_W [m]
   uint32_t count = 0;
 };
 

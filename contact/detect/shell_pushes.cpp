@@ -91,9 +91,9 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
   return n;
 }
 
-Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
-                      double damping, Braking reading) {
-  Wrench sum;
+Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
+                    double damping, Braking reading) {
+  Mat6 B;
   for (const PointPush& push : pushes) {
     if (push.depth > 0) continue;
     const Vec3 arm = push.point_W - about_O;
@@ -101,11 +101,24 @@ Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, cons
     const double speed = norm(v), approach = -dot(push.normal_W, v);
     if (!(approach > 0)) continue;
     const double b = damping * push.count;
-    const Vec3 f = reading == Braking::kAlongVelocity ? (-b * approach / speed) * v
-                                                      : (b * approach) * push.normal_W;
-    sum = sum + Wrench{f, cross(arm, f)};
+    const auto add_along = [&](const Vec3& u, double by) {
+      const Vec3 turn = cross(arm, u);
+      add_outer(B, {u, turn}, {-by * u, -by * turn});
+    };
+    if (reading == Braking::kAlongNormal) {
+      add_along(push.normal_W, b);
+      continue;
+    }
+    for (const Vec3& u : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+      add_along(u, b * approach / speed);
+    }
   }
-  return sum;
+  return B;
+}
+
+Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
+                      double damping, Braking reading) {
+  return braking_matrix(pushes, V_OT, about_O, damping, reading) * V_OT;
 }
 
 }  // namespace haptic

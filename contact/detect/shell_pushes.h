@@ -42,6 +42,9 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
 
 /// Braking wrench of the approaching points (depth ≤ 0, moving against their inward normal) about
 /// about_O; v is a point's velocity relative to the object.
+/// by_twist: B with B·V_OT = that wrench, its shares (−n̂·v̂) held: symmetric, never positive.
+Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
+                    double damping, Braking reading);
 Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
                       double damping, Braking reading);
 

@@ -2,13 +2,13 @@
 #include "contact/detect/voxel.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "contact/detect/cluster_contact.h"
 
 namespace haptic {
 namespace {
 
-constexpr size_t kLeastClusters = 16;   // of an object
 constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
 constexpr double kMostCells = 16;       // that an extent is looked for
 constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
@@ -18,12 +18,6 @@ constexpr double kLeastGradient = 0.1;  // of a field that has a direction
 uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
   const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
   return static_cast<uint32_t>(left / (model.objects.size() - object));
-}
-
-/// How many clusters an object may have. Where normals across each other had to share one for want
-/// of room, their torque would be lost to a solver that sees clusters alone.
-size_t clusters_an_object(size_t n_objects) {
-  return std::max(kLeastClusters, kMaxContacts / std::max(n_objects, size_t{1}));
 }
 
 /// The points of one object that touch or approach, in its own frame.
@@ -82,22 +76,27 @@ double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   return extent;
 }
 
-/// The linearised wrench of these points on the tool, about its origin, in W.
-void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
-                  std::span<const PointPush> pushes, ContactSet& set) {
+/// How the points that approach an object are braked, about the tool's origin, in O.
+Mat6 braking_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
+                std::span<const PointPush> pushes) {
+  if (!(model.damping > 0)) return {};
   const Pose& X_WO = question.X_WO[object];
   const Pose X_OW = inverse(X_WO);
-  const Vec3 origin_O = X_OW * question.X_WT.p;
-  const LinearPush sum = sum_pushes(pushes, origin_O);
-  Wrench F = sum.F0_W;
-  if (model.damping > 0) {
-    const Twist& V_WO = question.V_WO[object];
-    const Vec3 v_W = question.V_WT.v - velocity_at(V_WO, question.X_WT.p - X_WO.p);
-    const Twist V_O{rotate(X_OW.q, v_W), rotate(X_OW.q, question.V_WT.w - V_WO.w)};
-    F = F + braking_wrench(pushes, V_O, origin_O, model.damping, model.braking);
-  }
-  set.F0_W = {rotate(X_WO.q, F.f), rotate(X_WO.q, F.t)};
-  set.K = rotated(to_matrix(X_WO.q), sum.K).a;
+  const Twist& V_WO = question.V_WO[object];
+  const Vec3 v_W = question.V_WT.v - velocity_at(V_WO, question.X_WT.p - X_WO.p);
+  const Twist V_O{rotate(X_OW.q, v_W), rotate(X_OW.q, question.V_WT.w - V_WO.w)};
+  return braking_matrix(pushes, V_O, X_OW * question.X_WT.p, model.damping, model.braking);
+}
+
+/// The linearised wrench of these points on the tool, about its origin, in W.
+void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
+                  std::span<const PointPush> pushes, const Mat6& B_O, ContactSet& set) {
+  const Pose& X_WO = question.X_WO[object];
+  const LinearPush sum = sum_pushes(pushes, inverse(X_WO) * question.X_WT.p);
+  const Mat3 R = to_matrix(X_WO.q);
+  set.F0_W = {R * sum.F0_W.f, R * sum.F0_W.t};
+  set.K = rotated(R, sum.K).a;
+  set.B = rotated(R, B_O).a;
   set.wrench_object = object;
   set.trust_radius = model.trust_radius;
 }
@@ -127,17 +126,19 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
   set.F0_W = {};
   set.K = set.B = {};
   set.trust_radius = 0;
-  double hardest = 0;
-  const size_t share = clusters_an_object(model.objects.size());
+  // pressed hardest, or where none is, braked hardest
+  std::pair hardest{0.0, 0.0};
   for (uint32_t object = 0; object < model.objects.size(); ++object) {
     const auto pushes = pushes_on(model, state, question, object, set);
     std::array<PushCluster, kMaxContacts> clusters;
-    const size_t room = std::min(share, size_t{kMaxContacts} - set.n_contacts);
+    // what the objects before have left is for all that come; where normals across each other had
+    // to share a cluster for want of room, a solver that sees clusters alone would lose their
+    // torque
+    const size_t room = (kMaxContacts - set.n_contacts) / (model.objects.size() - object);
     const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
-    if (n == room && room < share) set.flags |= kContactTruncated;
+    if (n == room) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
-      pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
       // a side of the tool beside the place where it touches would hold, or pull, a tool that
       // leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
@@ -147,12 +148,15 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
       c.shading_normal_O = away_O;
       c.extent = extent_at(model.objects[object], clusters[i]);
       set.n_active += clusters[i].depth > 0;
+      pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
     }
-    if (!(pressed > hardest)) continue;
-    hardest = pressed;
-    linearise_on(model, question, object, pushes, set);
+    const Mat6 B_O = braking_on(model, question, object, pushes);
+    const std::pair hard{pressed, -(B_O(0, 0) + B_O(1, 1) + B_O(2, 2))};
+    if (!(hard > hardest)) continue;
+    hardest = hard;
+    linearise_on(model, question, object, pushes, B_O, set);
   }
-  if (hardest > 0) put_first(set.wrench_object, set);
+  if (set.trust_radius > 0) put_first(set.wrench_object, set);
 }
 
 }  // namespace haptic

@@ -27,7 +27,7 @@ struct VoxelModel {
   VoxelForce reading = VoxelForce::kField;
   ShellForce force;
   ClusterOptions clusters;
-  uint32_t budget = 0xffffffff;  // of points looked up in one step
+  uint32_t budget = 0xffffffff;  // of points looked up in one step; of a distance field
   double damping = 0;            // of approaching points, against their velocity [N·s/m]
   Braking braking = Braking::kAlongVelocity;
   double trust_radius = 1e-3;  // of the linearised wrench [m]
@@ -52,7 +52,8 @@ struct VoxelQuestion {
   Twist V_WT;
   std::array<Pose, kMaxObjects> X_WO;
   std::array<Twist, kMaxObjects> V_WO;
-  double reach = 1e-3;  // points nearer than this are reported, though they do not touch [m]
+  double reach = 1e-3;  // points nearer than this are reported though they do not touch, as far as
+                        // the band goes [m]
 };
 
 /// The voxmap–pointshell detector: fills in the contacts of the set (clusters of the points that

@@ -13,7 +13,7 @@ namespace {
 // the rounding of what is stored
 constexpr double kFieldError = 0.87;
 // of the interpolation, on its way by the same rounding
-constexpr double kSteepest = 1.733;
+constexpr double kSteepest = 1.74;
 constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
 constexpr double kNotAsked = std::numeric_limits<double>::infinity();
 
@@ -169,6 +169,8 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches) {
   if (shell.nodes.empty() || field.index.empty() || visited.size() <= shell.nodes.size()) return {};
+  // the way across it could not be told
+  if (!is_finite(X_OT)) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
   Search search{field, shell, X_OT, query, coherence, visited, {}, 0, {}, {}, 0};
   ShellAnswer& answer = search.answer;

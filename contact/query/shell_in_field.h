@@ -56,8 +56,9 @@ struct ShellAnswer {
 /// partial derivative of the interpolation exceeds that of a distance) nor than s + √3 h: the
 /// smaller holds, so points that are free stay out however narrow the gap. Out of budget the search
 /// ends with the finest level that is complete, and each of its points stands for all below it.
-/// With coherence the answer is the same to the bit. `visited` is scratch for one more
-/// node than the shell has. Points are those of the shell in float, moved in double.
+/// With coherence the answer is the same to the bit, unless the budget ends it. `visited` is
+/// scratch for one more node than the shell has. Points are those of the shell in float, moved in
+/// double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches);

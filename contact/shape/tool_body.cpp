@@ -29,7 +29,8 @@ ToolBody tool_body(const TriangleMesh& mesh, const ToolConfig& config) {
       is_filled ? mass_properties(mesh) : filled_box(mesh.lower, mesh.upper);
   ToolBody body{};
   body.centre_T = filled.centre_O;
-  body.mass = config.density > 0 ? config.density * filled.volume : config.mass;
+  body.mass =
+      config.density > 0 && filled.volume > 0 ? config.density * filled.volume : config.mass;
   body.inertia_T = config.inertia;
   if (body.inertia_T == Vec3{} && filled.volume > 0) {
     const double density = body.mass / filled.volume;

@@ -53,7 +53,7 @@ Twist descent(const BodyWrench& at, double radius, double stiffness) {
 bool is_free(const RigidBody& tool, const Pose& X_WC, const Pose& X_hand,
              std::span<const SoftContact> contacts, const QuasiStaticStep& step) {
   for (const SoftContact& c : contacts) {
-    if (gap_of(c, X_WC) < 0 || gap_of(c, X_hand) < 0) return false;
+    if (c.stiffness > 0 && (gap_of(c, X_WC) < 0 || gap_of(c, X_hand) < 0)) return false;
   }
   const Twist way{X_hand.p - X_WC.p, to_rotation_vector(X_hand.q * conjugate(X_WC.q))};
   return !(step.max_travel > 0) || !limit_travel(way, tool.radius, step.max_travel).was_cut;

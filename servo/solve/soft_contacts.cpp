@@ -51,6 +51,10 @@ bool is_sound(const SoftContact& c) {
          is_finite(c.velocity_W) && std::isfinite(c.stiffness);
 }
 
+bool all_finite(const Mat6& m) {
+  return std::all_of(m.a.begin(), m.a.end(), [](double v) { return std::isfinite(v); });
+}
+
 /// The linearised wrench about C, where its object is now, less the springs.
 void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
                 SoftContacts& out) {
@@ -76,9 +80,22 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
     add_outer(out.K_rest, unit, {c.stiffness * c.normal_W, c.stiffness * turn});
     out.push0 += push;
   }
-  out.has_rest = out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) &&
-                 std::all_of(out.K_rest.a.begin(), out.K_rest.a.end(),
-                             [](double v) { return std::isfinite(v); });
+  out.has_rest =
+      out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest);
+}
+
+void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+                 SoftContacts& out) {
+  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
+  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+  Mat6 B;
+  B.a = set.B;
+  if (B == Mat6{}) return;
+  const Vec3 arm_W = -rotate((moved_by * set.X_WT).q, tool.centre_T);
+  out.B = carry.weight * about_centre(rotated(to_matrix(moved_by.q), B), arm_W);
+  out.X_WO_brake = carry.X_WO[object];
+  out.V_WO_brake = carry.V_WO[object];
+  out.has_brake = all_finite(out.B);
 }
 
 /// F_rest + K_rest δ.
@@ -90,7 +107,6 @@ BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Po
   BodyWrench rest;
   rest.F_W = contacts.F_rest_W + change;
   if (!limited.was_cut) rest.by_motion = contacts.K_rest;
-  rest.energy = -(dot(contacts.F_rest_W, limited.motion) + 0.5 * dot(change, limited.motion));
   return rest;
 }
 
@@ -117,7 +133,10 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
     out.size = 0;
     return out;
   }
-  if (set.trust_radius > 0) carry_rest(set, tool, carry, out);
+  if (set.trust_radius > 0) {
+    carry_rest(set, tool, carry, out);
+    carry_brake(set, tool, carry, out);
+  }
   return out;
 }
 
@@ -157,11 +176,24 @@ BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, cons
   }
   rest = rest_at(contacts, tool, X_WC);
   rest.F_W = {force_share * rest.F_W.f, share * rest.F_W.t};
-  rest.energy *= share;
   for (size_t i = 0; i < 6; ++i) {
     for (size_t j = 0; j < 6; ++j) rest.by_motion(i, j) *= i < 3 ? force_share : share;
   }
   return rest;
+}
+
+BodyWrench brake_wrench(const SoftContacts& contacts, const BodyMotion& body) {
+  BodyWrench brake;
+  if (!contacts.has_brake) return brake;
+  const Twist& V_WO = contacts.V_WO_brake;
+  const Vec3 v_O_W = velocity_at(V_WO, body.X_WC.p - contacts.X_WO_brake.p);
+  const Wrench F = contacts.B * Twist{body.V_WC.v - v_O_W, body.V_WC.w - V_WO.w};
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    if (dot(F.f, contacts.away_W[i]) < 0) return brake;
+  }
+  brake.F_W = F;
+  brake.by_twist = contacts.B;
+  return brake;
 }
 
 }  // namespace haptic

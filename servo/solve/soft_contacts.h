@@ -24,6 +24,11 @@ struct SoftContacts {
   double push0 = 0;         // of the springs on that object, there [N]
   size_t n_springs = 0;     // of them: the first contacts
 
+  bool has_brake = false;
+  Mat6 B;           // of the tool's twist about C, relative to rest_object
+  Pose X_WO_brake;  // of that object
+  Twist V_WO_brake;
+
   std::span<const SoftContact> view() const { return {contacts.data(), size}; }
 };
 
@@ -37,7 +42,7 @@ struct SoftCarry {
 
 /// Carries a set to this tick: contacts move with their objects, and so does the linearised wrench
 /// W(δ) = F0 + K δ of a dense detector. Of it the springs of its clusters take their part, so that
-/// what is rendered is never attractive (soft_wrench) and touches nothing twice:
+/// what is rendered is never attractive (rest_wrench) and touches nothing twice:
 ///   F_rest = F0 − Σ k d w,  K_rest = K + Σ k w wᵀ,  w = (n, r × n)
 /// Contacts of wrench_object stand first in the set.
 SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
@@ -56,5 +61,10 @@ void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& con
 /// springs of view().
 BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
                        const BodyMotion& end);
+
+/// What brakes the points that approach, B (V − V_object) about C: viscous, so that a tool about to
+/// touch is slowed (McNeely, Puterbaugh, Troy 1999). Nothing where that would hold a tool which
+/// leaves: against the object's normal at any of its contacts.
+BodyWrench brake_wrench(const SoftContacts& contacts, const BodyMotion& body);
 
 }  // namespace haptic

@@ -30,7 +30,8 @@ Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
                      const ToolMotion& hand) {
   const BodyMotion body = motion_of_centre(model.tool, hand);
   const Wrench F = soft_contact_wrench(contacts.view(), body).F_W +
-                   rest_wrench(contacts, model.tool, body.X_WC, body).F_W;
+                   rest_wrench(contacts, model.tool, body.X_WC, body).F_W +
+                   brake_wrench(contacts, body).F_W;
   return shift(F, body.X_WC.p - hand.X_WT.p);
 }
 
@@ -38,6 +39,9 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
                    const SoftProxyTick& tick, SoftProxySolution& out) {
   const BodyMotion body = motion_of_centre(model.tool, out.proxy);
   BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
+  const BodyWrench brake = brake_wrench(contacts, body);
+  smooth.F_W = smooth.F_W + brake.F_W;
+  smooth.by_twist += brake.by_twist;
   const auto step = [&] {
     return penalty_dynamics_step(model.tool, body, smooth, contacts.view(), model.integrator,
                                  {tick.dt, model.max_travel});
@@ -85,8 +89,11 @@ SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& 
   if (tick.contacts != nullptr) {
     SoftCarry carry = tick.carry;
     carry.stiffness = model.contact_stiffness;
-    carry.damping = model.contact_damping;
+    // without mass there is nothing that dampers, or the rest of a wrench, could be weighed with
+    const bool is_still = model.solver == SoftSolver::kQuasiStatic;
+    carry.damping = is_still ? 0 : model.contact_damping;
     contacts = carry_soft_contacts(*tick.contacts, model.tool, carry);
+    if (is_still) contacts.has_rest = contacts.has_brake = false;
   }
   out.finite = contacts.finite;
   if (!state.started || !out.finite) state.proxy = tick.hand;

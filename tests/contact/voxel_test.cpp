@@ -239,3 +239,71 @@ TEST_CASE("voxel: the linearised wrench against asking again within the trust ra
     CHECK(std::fabs(off) <= 0.02 * norm(change.f) + 1e-3 * here->F0_W.f.z);
   }
 }
+
+TEST_CASE("voxel: what approaches is braked before it touches, by the relative velocity",
+          "[contact][trap]") {
+  Scene scene(VoxelForce::kField);
+  scene.model.damping = 2;
+  scene.model.braking = GENERATE(Braking::kAlongVelocity, Braking::kAlongNormal);
+  VoxelState state(scene.model);
+  // a millimetre over the ball, which moves towards it
+  scene.question.X_WT.p = {0, 0, kRadius + 0.011};
+  scene.question.reach = 3e-3;
+  scene.question.V_WO[0].v = {0, 0, 0.1};
+  const auto ask = [&] {
+    auto set = std::make_unique<ContactSet>();
+    detect_voxel(scene.model, state, scene.question, *set);
+    return set;
+  };
+  const auto near = ask();
+  REQUIRE(near->n_contacts > 0);
+  CHECK(near->n_active == 0);
+  CHECK(near->F0_W == Wrench{});
+  CHECK(near->wrench_object == 0);
+  Mat6 B;
+  B.a = near->B;
+  const Wrench brake = B * Twist{{0, 0, -0.1}, {}};
+  CHECK(brake.f.z > 0.1);
+  // the ball flees
+  scene.question.V_WO[0].v = {0, 0, -0.1};
+  CHECK(ask()->B == ContactSet{}.B);
+}
+
+TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
+  Scene scene(VoxelForce::kField);
+  scene.model.damping = 2;
+  VoxelState state(scene.model);
+  scene.question.X_WT = {{0.002, -0.003, kRadius + 0.009}, from_rotation_vector({0.05, 0.1, 0.3})};
+  scene.question.V_WT = {{0.01, 0.02, -0.1}, {0.3, 0.1, 0}};
+  const VoxelQuestion here = scene.question;
+  const auto ask = [&] {
+    auto set = std::make_unique<ContactSet>();
+    detect_voxel(scene.model, state, scene.question, *set);
+    return set;
+  };
+  const auto a = ask();
+  REQUIRE(a->n_active > 0);
+  const Pose X = Random(3).pose(0.1);
+  for (Pose* pose : {&scene.question.X_WT, &scene.question.X_WO[0], &scene.question.X_WO[1]}) {
+    *pose = X * *pose;
+  }
+  scene.question.V_WT = {rotate(X.q, here.V_WT.v), rotate(X.q, here.V_WT.w)};
+  const auto b = ask();
+  REQUIRE(b->n_contacts == a->n_contacts);
+  const double force = norm(a->F0_W.f);
+  CHECK_THAT(b->F0_W.f, IsNear(rotate(X.q, a->F0_W.f), 1e-5 * force));
+  CHECK_THAT(b->F0_W.t, IsNear(rotate(X.q, a->F0_W.t), 1e-5 * force * 0.02));
+  const auto turned = [&](const std::array<double, 36>& m) {
+    Mat6 M;
+    M.a = m;
+    return rotated(to_matrix(X.q), M);
+  };
+  const Mat6 K = turned(a->K), B = turned(a->B);
+  for (size_t i = 0; i < 36; ++i) {
+    CHECK(std::fabs(b->K[i] - K.a[i]) <= 1e-4 * 5000);
+    CHECK(std::fabs(b->B[i] - B.a[i]) <= 1e-4 * (1 + std::fabs(B.a[0])));
+  }
+  for (uint32_t i = 0; i < a->n_contacts; ++i) {
+    CHECK_THAT(b->contacts[i].object_point_O, IsNear(a->contacts[i].object_point_O, 1e-6));
+  }
+}

@@ -61,8 +61,12 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
 
 TEST_CASE("config: how a tool is moved reaches its fields") {
   const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto turning = [](std::string scene) {
+    const std::string stiffness = "stiffness = \"800 N/m\"\n";
+    return scene.insert(scene.find(stiffness), "rotational_stiffness = \"1 N·m/rad\"\n");
+  };
   const SessionConfig config = parse_config(
-      scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"voxel\"\n") + tool +
+      turning(scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"voxel\"\n")) + tool +
           "[proxy]\nsolver = \"penalty-dynamics\"\nintegrator = \"semi-implicit\"\n"
           "contact_stiffness = \"3 kN/m\"\ncontact_damping = \"0.5 N·s/m\"\n"
           "[contact.voxel]\nbraking_along = \"normal\"\n",
@@ -90,6 +94,20 @@ TEST_CASE("config: a renderer of bodies without a tool is refused at its place")
   CAPTURE(error);
   CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
   CHECK(error.find("add [tool]") != std::string::npos);
+}
+
+TEST_CASE("config: a proxy without a spring for its turning is refused") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto scene = [&](const std::string& renderer) {
+    return scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n") +
+           tool;
+  };
+  const std::string error = error_of(scene("voxel"));
+  CAPTURE(error);
+  CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+  CHECK(error.find("rotational_stiffness") != std::string::npos);
+  CHECK(error_of(scene("direct6")).empty());
+  CHECK(error_of(scene("voxel") + "[proxy]\nsolver = \"direct\"\n").empty());
 }
 
 TEST_CASE("config: a coupling too stiff for its device is warned of with the numbers") {

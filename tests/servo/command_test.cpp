@@ -79,6 +79,13 @@ TEST_CASE("command: a renderer is had where the session has a tool and maps for 
   CHECK(refused.kind == CommandKind::kRefused);
   CHECK(refused.problem.find("[contact.voxel]") != std::string::npos);
   config.voxel.is_wanted = 1;
+  // its proxy turns: there must be a spring for that
+  CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kRefused);
+  apply_command("set stiffness 800 N/m", config, wanted);
+  apply_command("set rotational-stiffness 1 N·m/rad", config, wanted);
   CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kChange);
   CHECK(wanted.renderer == static_cast<uint32_t>(haptic::Renderer::kVoxel));
+  CHECK(apply_command("set rotational-stiffness 0 N·m/rad", config, wanted).kind ==
+        CommandKind::kRefused);
+  CHECK(wanted.rotational_stiffness == 1);
 }

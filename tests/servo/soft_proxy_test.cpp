@@ -122,3 +122,27 @@ TEST_CASE("soft proxy: what is not finite puts it to the hand and renders nothin
   CHECK(out.F_hand_W == Wrench{});
   CHECK(out.proxy.X_WT == X_WT);
 }
+
+TEST_CASE("soft proxy: points that approach are braked, those that leave are not",
+          "[servo][trap]") {
+  // algorithms.md 3.1: braking viscosity; a set that was asked while the tool came down
+  ContactSet set = floor_contacts(4);
+  set.trust_radius = 1e-3;
+  Mat6 B;
+  for (size_t i = 0; i < 3; ++i) B(i, i) = -5;
+  set.B = B.a;
+  set.X_WT.p = {0, 0, 0.025};
+  const auto felt = [&](SoftSolver solver, double speed) {
+    SoftProxyState state;
+    SoftProxyTick tick;
+    tick.hand = {{{0, 0, 0.025}, {}}, {{0, 0, speed}, {}}};
+    tick.contacts = &set;
+    return solve_soft_proxy(model_of(solver), state, tick);
+  };
+  // −B v
+  CHECK_THAT(felt(SoftSolver::kDirect, -0.1).F_hand_W.f, IsNear({0, 0, 0.5}, 1e-12));
+  CHECK(felt(SoftSolver::kDirect, 0.1).F_hand_W == Wrench{});
+  const double free_fall = -0.1;
+  CHECK(felt(SoftSolver::kPenaltyDynamics, -0.1).proxy.V_WT.v.z > free_fall + 1e-3);
+  CHECK(felt(SoftSolver::kQuasiStatic, -0.1).F_hand_W == Wrench{});
+}

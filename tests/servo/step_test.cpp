@@ -521,7 +521,7 @@ TEST_CASE("servo: a tool with six degrees of freedom feels coupling and contact 
   using haptic::SoftSolver;
   const SoftSolver solver =
       GENERATE(SoftSolver::kDirect, SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
-  model.solver = solver;
+  model.proxy.solver = solver;
   model.coupling.translational_damping = 2;
   const ServoFrame f = settled(model, *set, {0, 0, -depth});
   const double k = solver == SoftSolver::kDirect ? k_c : k_vc * k_c / (k_vc + k_c);
@@ -541,7 +541,7 @@ TEST_CASE("servo: a contact beside the tool's origin turns it, about the grip", 
   const double k_c = 3000, depth = 1e-3, arm = 0.01;
   const auto set = soft_set({arm, 0, 0}, k_c);
   ServoModel model = plain_model(800);
-  model.solver = haptic::SoftSolver::kDirect;
+  model.proxy.solver = haptic::SoftSolver::kDirect;
   const ServoFrame f = settled(model, *set, {0, 0, -depth});
   CHECK_THAT(f.F_coupling_W.t, IsNear({0, -arm * k_c * depth, 0}, 1e-12));
   // the handle is 5 cm beside the tool: the force has that arm as well
@@ -565,4 +565,76 @@ TEST_CASE("servo: contacts of a tool that are not finite are a fault", "[servo]"
   const ServoFrame f = step_armed(plain_model(800), state, input_at(1, {0, 0, -1e-3}, set.get()));
   CHECK(f.F_device_B == haptic::Wrench{});
   CHECK(f.fault == static_cast<uint32_t>(haptic::Fault::kContactsNotFinite));
+}
+
+TEST_CASE("servo: a point that takes over from a body begins anew", "[servo][trap]") {
+  // many contacts of a body must not be taken for features of a point
+  auto soft = soft_set({}, 3000);
+  for (uint32_t i = 1; i < 8; ++i) soft->contacts[soft->n_contacts++] = soft->contacts[0];
+  ServoModel model = plain_model(800);
+  model.limits.slew = 1;
+  ServoState state;
+  step_armed(model, state, input_at(1, {0, 0, -1e-3}, soft.get()));
+  CHECK(state.body_pushed);
+  CHECK(state.n_active == 0);
+  const auto hard = set_of({plane({0, 0, 1}, {})});
+  const ServoFrame f = step_armed(model, state, input_at(2, {0, 0, -1e-3}, hard.get()));
+  CHECK_FALSE(state.body_pushed);
+  // what appears is new, so it slews
+  CHECK((f.flags & haptic::kServoSlewing) != 0);
+}
+
+TEST_CASE("servo: while nothing is felt a body's proxy is at the hand", "[servo]") {
+  const auto set = soft_set({}, 3000);
+  ServoModel model = plain_model(800);
+  ServoState state;
+  haptic::ControlFrame control{};
+  control.armed = 1;
+  control.translational_stiffness = 800;
+  for (int64_t k = 1; k <= 20; ++k) {
+    ServoInput input = input_at(k, {0, 0, -1e-3}, set.get());
+    input.control = &control;
+    const ServoFrame f = step_armed(model, state, input);
+    CHECK(state.body.started);
+    CHECK(f.X_WP.p.z > -1e-3);
+  }
+  control.paused = 1;
+  ServoInput paused = input_at(21, {0, 0, -2e-3}, set.get());
+  paused.control = &control;
+  CHECK(step_armed(model, state, paused).F_device_B == haptic::Wrench{});
+  CHECK_FALSE(state.body.started);
+}
+
+TEST_CASE("servo: what the objects are pushed with is what the hand feels", "[servo]") {
+  using haptic::SoftSolver;
+  const SoftSolver solver =
+      GENERATE(SoftSolver::kDirect, SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
+  // a linearised wrench that says more than the springs, of which quasi-static knows nothing
+  auto set = soft_set({0.005, 0, 0}, 2000);
+  set->trust_radius = 1e-3;
+  set->X_WT.p = {0, 0, -1e-3};
+  set->F0_W = {{0, 0, 3}, {0, -0.01, 0}};
+  ServoModel model = plain_model(800);
+  model.proxy.solver = solver;
+  model.coupling = {800, 2, 2, 2e-3};
+  ServoState state;
+  haptic::Wrench before{};
+  ServoFrame f{};
+  for (int64_t k = 1; k <= 3000; ++k) {
+    before = state.object_impulse_W[0];
+    f = step_armed(model, state, input_at(k, {0, 0, -1e-3}, set.get()));
+  }
+  const haptic::Wrench pushed = state.object_impulse_W[0];
+  CHECK_THAT((pushed.f - before.f) / 1e-3, IsNear(-f.F_coupling_W.f, 1e-6));
+}
+
+TEST_CASE("servo: a huge torque is a fault, as a huge force is", "[servo]") {
+  const auto set = soft_set({100, 0, 0}, 1e6);
+  ServoModel model = plain_model(800);
+  model.proxy.solver = haptic::SoftSolver::kDirect;
+  model.limits.max_force = 1e9;
+  ServoState state;
+  const ServoFrame f = step_armed(model, state, input_at(1, {0, 0, -1e-3}, set.get()));
+  CHECK(f.fault == static_cast<uint32_t>(haptic::Fault::kForceHuge));
+  CHECK(f.F_device_B == haptic::Wrench{});
 }
