@@ -4,17 +4,23 @@
 #include <sstream>
 
 #include "proto/coupling_margin.h"
+#include "proto/renderer.h"
 
 namespace haptic {
 namespace {
+
+constexpr double kSharing = 10;  // points that share a stiffness, at most
 
 /// What an axis is called and measured in.
 struct AxisWords {
   const char *stiffness, *damping;            // keys of [coupling]
   const char *stiffness_unit, *damping_unit;  // of both
 };
-constexpr AxisWords kLinear{"stiffness", "damping", "N/m", "N·s/m"};
-constexpr AxisWords kAngular{"rotational_stiffness", "rotational_damping", "N·m/rad", "N·m·s/rad"};
+constexpr AxisWords kLinear{"stiffness in [coupling]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kContact{"contact_stiffness in [proxy]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kPoints{"ten points' stiffness in [contact.voxel]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kAngular{"rotational_stiffness in [coupling]", "rotational_damping", "N·m/rad",
+                             "N·m·s/rad"};
 
 CoupledAxis linear_axis(const SessionConfig& config) {
   const DeviceConfig& device = config.device;
@@ -38,10 +44,10 @@ void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std
   if (!(axis.damping > 0) || axis.stiffness == 0) return;
   const double most = passive_stiffness(axis);
   std::ostringstream text;
-  text.precision(3);
-  text << "[coupling] " << words.stiffness << " is " << axis.stiffness << " "
-       << words.stiffness_unit << " at the device, whose own damping is " << axis.damping << " "
-       << words.damping_unit << ": ";
+  text.precision(5);
+  text << words.stiffness << " is " << axis.stiffness << " " << words.stiffness_unit
+       << " at the device, whose own damping is " << axis.damping << " " << words.damping_unit
+       << ": ";
   const double margin = two_port_margin(axis);
   if (axis.stiffness >= most) {
     text << "passive is less than 2 (b - b_c)/T = " << most << " " << words.stiffness_unit
@@ -51,7 +57,7 @@ void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std
   } else {
     return;
   }
-  text << ", and it may sing in a light hand; lower " << words.stiffness << " or " << words.damping
+  text << ", and it may sing in a light hand; lower it, or " << words.damping
        << ", or raise rate in [servo]";
   lines.push_back(text.str());
 }
@@ -62,8 +68,21 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
   // a recording is led by nobody: nothing can sing
   if (config.device.kind == DeviceKind::kReplay) return lines;
-  check_axis(linear_axis(config), kLinear, lines);
-  if (config.device.max_torque > 0) check_axis(angular_axis(config), kAngular, lines);
+  const bool is_direct = is_of_body(config.renderer) &&
+                         solver_of(config.proxy, config.renderer) == SoftSolver::kDirect;
+  CoupledAxis linear = linear_axis(config);
+  if (!is_direct) {
+    check_axis(linear, kLinear, lines);
+  } else {
+    // no coupling between: the hand feels each contact as it is
+    const bool by_points = config.renderer == Renderer::kVoxel;
+    const double gain = config.map.motion_scale * config.map.force_scale;
+    linear.stiffness =
+        gain * (by_points ? kSharing * config.voxel.stiffness : config.proxy.contact_stiffness);
+    linear.coupling_damping = 0;
+    check_axis(linear, by_points ? kPoints : kContact, lines);
+  }
+  if (config.device.max_torque > 0 && !is_direct) check_axis(angular_axis(config), kAngular, lines);
   return lines;
 }
 

@@ -121,7 +121,7 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(warned(hand, "stiffness = \"1990 N/m\"\n").empty());
   const auto stiff = warned(hand, "stiffness = \"2 kN/m\"\n");
   REQUIRE(stiff.size() == 1);
-  CHECK(stiff[0].find("2e+03 N/m") != std::string::npos);
+  CHECK(stiff[0].find("2000 N/m") != std::string::npos);
   CHECK(stiff[0].find("two-port margin") != std::string::npos);
   CHECK(warned(hand, "stiffness = \"1100 N/m\"\ndamping = \"0.4 N·s/m\"\n").empty());
   CHECK(warned(hand, "stiffness = \"1200 N/m\"\ndamping = \"0.4 N·s/m\"\n").size() == 1);
@@ -129,6 +129,17 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(
       warned(hand, "stiffness = \"600 N/m\"\n[map]\nmotion_scale = 2\nforce_scale = 2\n").size() ==
       1);
+  // without a proxy it is the contacts that the hand feels
+  const std::string direct = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n[proxy]\n";
+  const auto felt = [&](const std::string& stiffness) {
+    return config_warnings(
+        parse_config(scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"direct6\"\n") +
+                         direct + "contact_stiffness = \"" + stiffness + "\"\n",
+                     "x.toml"));
+  };
+  CHECK(felt("1900 N/m").empty());
+  REQUIRE(felt("2 kN/m").size() == 1);
+  CHECK(felt("2 kN/m")[0].find("contact_stiffness in [proxy]") != std::string::npos);
   // turning has margins of its own where the device has torque and says what it is made of
   const std::string torque =
       "max_torque = \"0.1 N·m\"\ninertia = \"1e-4 kg·m²\"\n"
@@ -136,7 +147,7 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(warned(torque, "rotational_stiffness = \"1 N·m/rad\"\n").empty());
   const auto turning = warned(torque, "rotational_stiffness = \"3 N·m/rad\"\n");
   REQUIRE(turning.size() == 1);
-  CHECK(turning[0].find("rotational_stiffness is 3 N·m/rad") != std::string::npos);
+  CHECK(turning[0].find("rotational_stiffness in [coupling] is 3 N·m/rad") != std::string::npos);
 }
 
 TEST_CASE("config: parts of machines are read with their dimensions") {
