@@ -44,8 +44,7 @@ VoxelConfig options_of(const QualityGrain& grain) {
 RigidBody body_of(const TriangleMesh& mesh) {
   ToolConfig config;
   config.mass = kMass;
-  const ToolBody body = tool_body(mesh, config);
-  return {body.mass, body.inertia_T, body.centre_T, body.radius};
+  return rigid_body_of(tool_body(mesh, config));
 }
 
 }  // namespace

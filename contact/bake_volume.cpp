@@ -15,9 +15,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostVoxels = 4096;     // along a side of a map
-constexpr double kMostPoints = 1 << 20;  // along a side of a shell
-constexpr double kFarAway = 1e6;         // further than anything in a scene [m]
+constexpr double kFarAway = 1e6;  // further than anything in a scene [m]
 
 /// Distance to a mesh, signed where it is closed. Neighbours are asked one after the other: each
 /// thread keeps a witness.
@@ -137,7 +135,7 @@ BakedVolume bake_obstacle(const BakedShape& shape, const VoxelConfig& options,
 
 BakedVolume bake_tool(const BakedShape& shape, const VoxelConfig& options,
                       const BakeProgress& progress) {
-  refuse_finer(shape, options.point_spacing, kMostPoints, "points", "point_spacing");
+  refuse_finer(shape, options.point_spacing, kMostCubes, "points", "point_spacing");
   std::ostringstream what;
   what << std::hexfloat << "shell 2 " << options.point_spacing;
   const TriangleMesh& mesh = shape.shape.mesh;

@@ -19,7 +19,7 @@ SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   proxy.coupling.rotational_stiffness = state.coupling.rotational_stiffness;
   proxy.coupling.rotational_damping = state.coupling.rotational_damping;
   const ToolBody& tool = contacts.tool;
-  if (tool.mass > 0) proxy.tool = {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
+  if (tool.mass > 0) proxy.tool = rigid_body_of(tool);
   // triangles that meet have no band to leave
   if (renderer == Renderer::kDirect6) proxy.max_travel = 0;
   return proxy;

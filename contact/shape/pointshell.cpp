@@ -8,7 +8,6 @@ namespace haptic {
 namespace {
 
 constexpr double kSamplesAcross = 3;      // of a cube
-constexpr double kMostCubes = 1 << 20;    // along a side
 constexpr double kMostSamples = 1 << 12;  // along the side of one triangle
 constexpr double kTie = 1e-6;             // [cubes²]
 constexpr double kRoundUp = 1 + 1e-6;

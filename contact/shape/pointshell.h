@@ -9,6 +9,8 @@
 
 namespace haptic {
 
+inline constexpr double kMostCubes = 1 << 20;  // with a point each, along a side of a tool
+
 /// A run of neighbouring points with a ball around it. Its own point is one of the run; a node's
 /// point is that of one of its children, so the points of a level are among those of the next.
 struct ShellNode {
@@ -41,7 +43,7 @@ struct PointshellData {
 
 /// Bakes the shell; start-up only. One point for each cube of edge `spacing` that the surface
 /// passes, the nearest to its middle of samples a third of the spacing apart, with the normal of
-/// its face turned inwards. Empty where the mesh is, or where a side has more than 2²⁰ cubes.
+/// its face turned inwards. Empty where the mesh is, or where a side has kMostCubes.
 PointshellData build_pointshell(const TriangleMesh& mesh, double spacing);
 
 }  // namespace haptic

@@ -24,9 +24,8 @@ MassProperties filled_box(const Vec3& lower, const Vec3& upper) {
 }  // namespace
 
 ToolBody tool_body(const TriangleMesh& mesh, const ToolConfig& config) {
-  const bool is_filled = mesh.closed && mass_properties(mesh).volume > 0;
-  const MassProperties filled =
-      is_filled ? mass_properties(mesh) : filled_box(mesh.lower, mesh.upper);
+  MassProperties filled = mesh.closed ? mass_properties(mesh) : MassProperties{};
+  if (!(filled.volume > 0)) filled = filled_box(mesh.lower, mesh.upper);
   ToolBody body{};
   body.centre_T = filled.centre_O;
   body.mass =

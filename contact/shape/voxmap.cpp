@@ -10,7 +10,6 @@ namespace haptic {
 namespace {
 
 constexpr double kSlack = 1e-6;  // of a voxel
-constexpr int kLongest = 4096;   // voxels along a side
 constexpr uint32_t kAllFree = 0, kAllInterior = 1;
 
 constexpr std::array<VoxelIndex, 6> kFaces{
@@ -211,7 +210,7 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
   VoxmapData map;
   if (mesh.triangles.empty() || !(options.size > 0)) return map;
   const Vec3 side = (mesh.upper - mesh.lower) / options.size;
-  if (!(std::max({side.x, side.y, side.z}) <= kLongest)) return map;
+  if (!(std::max({side.x, side.y, side.z}) <= kMostVoxels)) return map;
   map.size = options.size;
   // room for the offset, a ring around it, and free voxels for the flood
   const int margin = options.offset_layers + 3;

@@ -10,6 +10,8 @@
 
 namespace haptic {
 
+inline constexpr double kMostVoxels = 4096;  // along a side of a map
+
 /// What a voxel is, in two bits.
 enum class Voxel : uint8_t { kFree = 0, kInterior = 1, kSurface = 2, kProximity = 3 };
 
@@ -96,7 +98,7 @@ struct VoxmapOptions {
 /// not reach is interior; free 26-neighbours of the surface are proximity. Then so many times:
 /// proximity becomes surface, surface becomes interior, and a new ring becomes proximity: forces
 /// begin before the real surfaces can touch. An open mesh has no interior but its own voxels: ask
-/// mesh.closed first. Empty where the mesh is, or where a side has more than 4096 voxels.
+/// mesh.closed first. Empty where the mesh is, or where a side has more than kMostVoxels.
 VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options);
 
 }  // namespace haptic

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "servo/solve/rim_weight.h"
+
 namespace haptic {
 namespace {
-
-constexpr double kExtentFade = 0.1;  // of the extent: width of the rim over which a plane fades
 
 double sideways(const ContactPlane& plane, const Vec3& x_W) {
   const Vec3 along_W = x_W - plane.point_W;
@@ -36,10 +36,7 @@ bool carry_planes(const ContactSet& contacts, const std::array<Pose, kMaxObjects
 double extent_weight(const ContactPlane& plane, std::span<const Vec3> places_W) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vec3& place_W : places_W) nearest = std::min(nearest, sideways(plane, place_W));
-  const double rim = kExtentFade * plane.extent;
-  const double beyond = nearest - plane.extent;
-  if (beyond <= 0) return 1;
-  return beyond < rim ? 1 - beyond / rim : 0;
+  return rim_weight(nearest, plane.extent);
 }
 
 HalfSpace relaxed(const ContactPlane& plane, const Vec3& tool_W) {

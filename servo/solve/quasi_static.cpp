@@ -34,6 +34,13 @@ Balance balance_at(const VirtualCoupling& coupling, const RigidBody& tool, const
   return b;
 }
 
+double energy_at(const VirtualCoupling& coupling, const RigidBody& tool, const Pose& X_WT,
+                 std::span<const SoftContact> contacts, const Pose& X_WC) {
+  const BodyMotion rest{X_WC, {}};
+  return coupling_energy(coupling, {X_WT, {}}, motion_of_tool(tool, rest)) +
+         soft_contact_energy(contacts, rest);
+}
+
 /// The Newton step; where the springs give way along a direction, a stiffness is added until it
 /// leads downhill.
 Twist descent(const BodyWrench& at, double radius, double stiffness) {
@@ -86,11 +93,12 @@ QuasiStaticResult solve_quasi_static(const VirtualCoupling& coupling, const Rigi
     for (int k = 0; k <= kMostHalvings && !sinks; ++k) {
       const double share = std::ldexp(1.0, -k);
       const Pose X_there = moved(X_WC, {share * way.v, share * way.w});
-      const Balance there = balance_at(coupling, tool, X_WT, contacts, X_there);
-      sinks = there.sum.energy <= here.sum.energy * (1 + kEnergyRounding);
-      if (sinks) here = there, X_WC = X_there;
+      sinks = energy_at(coupling, tool, X_WT, contacts, X_there) <=
+              here.sum.energy * (1 + kEnergyRounding);
+      if (sinks) X_WC = X_there;
     }
     if (!sinks) break;
+    here = balance_at(coupling, tool, X_WT, contacts, X_WC);
   }
   result.X_WP = tool_of_centre(tool, X_WC);
   return result;

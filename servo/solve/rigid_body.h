@@ -2,6 +2,7 @@
 #pragma once
 
 #include "proto/math/spatial.h"
+#include "proto/wire.h"
 
 namespace haptic {
 
@@ -41,6 +42,16 @@ inline BodyMotion motion_of_centre(const RigidBody& body, const ToolMotion& tool
 
 inline Pose tool_of_centre(const RigidBody& body, const Pose& X_WC) {
   return {X_WC.p - rotate(X_WC.q, body.centre_T), X_WC.q};
+}
+
+inline ToolMotion motion_of_tool(const RigidBody& body, const BodyMotion& centre) {
+  const Vec3 arm_W = -rotate(centre.X_WC.q, body.centre_T);  // from C to the origin of T
+  return {{centre.X_WC.p + arm_W, centre.X_WC.q}, {velocity_at(centre.V_WC, arm_W), centre.V_WC.w}};
+}
+
+/// The tool that contact has baked.
+inline RigidBody rigid_body_of(const ToolBody& tool) {
+  return {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
 }
 
 /// The pose after a small motion.

@@ -28,12 +28,26 @@ void add_row(const ContactRow& row, double push, BodyWrench& sum) {
   if (push > 0) add_block(sum.by_motion, 3, 3, skew(push * row.unit.f) * skew(row.lever_W));
 }
 
-double add_soft_contact(const SoftContact& contact, const BodyMotion& body, BodyWrench& sum) {
+std::optional<ContactRow> pushing_row(const SoftContact& contact, const BodyMotion& body) {
   const ContactRow row = linearise(contact, body);
-  if (!(row.gap < 0) || !(row.push > 0)) return 0;
-  add_row(row, row.push, sum);
-  sum.energy += 0.5 * contact.stiffness * row.gap * row.gap;
-  return row.push;
+  return row.gap < 0 && row.push > 0 ? std::optional(row) : std::nullopt;
+}
+
+double add_soft_contact(const SoftContact& contact, const BodyMotion& body, BodyWrench& sum) {
+  const std::optional<ContactRow> row = pushing_row(contact, body);
+  if (!row) return 0;
+  add_row(*row, row->push, sum);
+  sum.energy += 0.5 * contact.stiffness * row->gap * row->gap;
+  return row->push;
+}
+
+double soft_contact_energy(std::span<const SoftContact> contacts, const BodyMotion& body) {
+  double energy = 0;
+  for (const SoftContact& contact : contacts) {
+    const std::optional<ContactRow> row = pushing_row(contact, body);
+    if (row) energy += 0.5 * contact.stiffness * row->gap * row->gap;
+  }
+  return energy;
 }
 
 BodyWrench soft_contact_wrench(std::span<const SoftContact> contacts, const BodyMotion& body) {

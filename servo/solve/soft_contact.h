@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "servo/solve/rigid_body.h"
@@ -31,6 +32,9 @@ struct ContactRow {
 };
 ContactRow linearise(const SoftContact& contact, const BodyMotion& body);
 
+/// The row of a contact that overlaps and pushes; none where it does nothing.
+std::optional<ContactRow> pushing_row(const SoftContact& contact, const BodyMotion& body);
+
 /// Adds what a row of push f > 0 does to the Jacobians of the sum; the lever turns with the body.
 void add_row(const ContactRow& row, double push, BodyWrench& sum);
 
@@ -41,6 +45,9 @@ void add_row(const ContactRow& row, double push, BodyWrench& sum);
 /// N = n nᵀ (Otaduy & Lin 2006; the seed's −k d n has its normal pointing into the obstacle).
 /// Returns the push f [N].
 double add_soft_contact(const SoftContact& contact, const BodyMotion& body, BodyWrench& sum);
+
+/// Stored in the springs of all that push [J]; soft_contact_wrench says it too, with much else.
+double soft_contact_energy(std::span<const SoftContact> contacts, const BodyMotion& body);
 
 /// The penalty force of all.
 BodyWrench soft_contact_wrench(std::span<const SoftContact> contacts, const BodyMotion& body);

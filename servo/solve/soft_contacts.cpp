@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "servo/solve/rim_weight.h"
+
 namespace haptic {
 namespace {
 
 constexpr double kMostOfSprings = 0.5;
-constexpr double kExtentFade = 0.1;
 
 double push_of(const SoftContact& contact, const Pose& X_WC) {
   return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
@@ -147,7 +148,7 @@ void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& con
     SoftContact& c = contacts.contacts[i];
     const Vec3 way_W = X_WC * c.tool_point_C - c.object_point_W;
     const double along = norm(way_W - dot(way_W, c.normal_W) * c.normal_W);
-    const double weight = std::clamp(1 - (along - extent) / (kExtentFade * extent), 0.0, 1.0);
+    const double weight = rim_weight(along, extent);
     c.stiffness *= weight;
     c.damping *= weight;
   }
@@ -160,10 +161,10 @@ BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, cons
   double push = 0;
   Vec3 springs_W;
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    BodyWrench ignored;
-    const double force = add_soft_contact(contacts.contacts[i], end, ignored);
-    push += force;
-    springs_W += force * contacts.contacts[i].normal_W;
+    const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], end);
+    if (!row) continue;
+    push += row->push;
+    springs_W += row->push * contacts.contacts[i].normal_W;
   }
   const double share = std::min(push / contacts.push0, 1.0);
   if (!(share > 0)) return rest;

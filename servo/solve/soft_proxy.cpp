@@ -9,20 +9,15 @@ void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const Body
                  SoftProxySolution& out) {
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < contacts.size; ++i) {
-    BodyWrench push;
-    if (!(add_soft_contact(contacts.contacts[i], body, push) > 0)) continue;
+    const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
+    if (!row) continue;
     ++out.n_pushing;
     Wrench& sum = out.push_W[contacts.objects[i]];
-    sum = sum + shift(push.F_W, arm_W);
+    sum = sum + shift(row->push * row->unit, arm_W);
   }
   if (!contacts.has_rest) return;
   Wrench& sum = out.push_W[contacts.rest_object];
   sum = sum + shift(rest_wrench(contacts, tool, body.X_WC, body).F_W, arm_W);
-}
-
-ToolMotion tool_of(const RigidBody& tool, const BodyMotion& body) {
-  const Pose X_WT = tool_of_centre(tool, body.X_WC);
-  return {X_WT, {velocity_at(body.V_WC, X_WT.p - body.X_WC.p), body.V_WC.w}};
 }
 
 /// Contacts on the tool where the hand holds it, about the tool's origin.
@@ -55,7 +50,7 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
     next = step();
   }
   out.converged = next.is_solved;
-  out.proxy = tool_of(model.tool, next.body);
+  out.proxy = motion_of_tool(model.tool, next.body);
 }
 
 /// The way to a pose, cut at the speed limit: iterations may add up to more than one of them.

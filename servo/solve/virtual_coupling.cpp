@@ -62,9 +62,7 @@ CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
 BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
                            const ToolMotion& hand, const BodyMotion& proxy) {
   const Vec3 arm_W = -rotate(proxy.X_WC.q, body.centre_T);  // from C to the origin of T
-  const CouplingTerms t = terms_of(
-      coupling, hand,
-      {{proxy.X_WC.p + arm_W, proxy.X_WC.q}, {velocity_at(proxy.V_WC, arm_W), proxy.V_WC.w}});
+  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
   const Mat3 r = skew(arm_W);
   const Mat3 k = t.linear.by_stretch;
   const double b = coupling.translational_damping;
@@ -84,6 +82,12 @@ BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& bod
   add_block(sum.by_twist, 3, 3, b * (r * r));
   add_block(sum.by_twist, 3, 3, -coupling.rotational_damping * Mat3{});
   return sum;
+}
+
+double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
+                       const ToolMotion& proxy) {
+  const CouplingTerms t = terms_of(coupling, hand, proxy);
+  return t.linear.energy + t.angular.energy;
 }
 
 Wrench wrench_on_hand(const VirtualCoupling& coupling, const ToolMotion& hand,

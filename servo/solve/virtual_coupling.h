@@ -23,6 +23,10 @@ struct VirtualCoupling {
 BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
                            const ToolMotion& hand, const BodyMotion& proxy);
 
+/// Stored in its springs [J]; coupling_wrench says it too, with much else.
+double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
+                       const ToolMotion& proxy);
+
 /// What the hand feels: the opposite, −f and −τ, at the origin of the tool as the hand holds it; f
 /// is along the line between the two origins, so that shifting it there adds no moment, but for the
 /// part of the damper across that line. Exactly zero where both move as one.

@@ -3,17 +3,15 @@
 #include "clients/lockstep.h"
 
 #include "clients/summary.h"
-#include "contact/bake.h"
 #include "contact/bake_inside.h"
+#include "contact/bake_session.h"
 #include "proto/hand_trace.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 
-using haptic::BakedShape;
 using haptic::Device;
 using haptic::Lockstep;
 using haptic::LockstepOptions;
-using haptic::MeshShape;
 using haptic::ServoFrame;
 using haptic::SessionConfig;
 using haptic::SessionData;
@@ -25,17 +23,15 @@ const std::string kConfigs = std::string(HAPTIC_SOURCE_DIR) + "/configs/";
 
 struct Stage {
   SessionConfig config;
-  std::vector<BakedShape> baked;
-  std::vector<MeshShape> shapes;
+  haptic::BakedSession baked;
+  haptic::ContactShapes shapes;
   std::unique_ptr<Device> device;
 
-  explicit Stage(SessionConfig session) : config(session) {
-    for (uint32_t i = 0; i < config.n_objects; ++i) {
-      baked.push_back(bake_object(config.objects[i], config.mesh_memory_limit));
-      shapes.push_back(baked.back().shape);
-    }
-    device = open_device(config.device);
-  }
+  explicit Stage(SessionConfig session)
+      : config(session),
+        baked(haptic::bake_session(config)),
+        shapes(baked.shapes()),
+        device(open_device(config.device)) {}
 };
 
 uint64_t hash_of(const SessionConfig& config, const LockstepOptions& options, int ticks) {
@@ -64,8 +60,8 @@ TEST_CASE("lockstep: another seed is another session", "[lab]") {
 TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never inside", "[lab]") {
   if (!haptic::test::find_mesh("bunny00.off")) return;
   Stage stage(haptic::load_config(kConfigs + "bunny.toml"));
-  REQUIRE(stage.shapes[0].mesh.triangles.size() == 75408);
-  const haptic::InsideOracle oracle(stage.shapes[0].mesh);
+  REQUIRE(stage.shapes.objects[0].mesh.triangles.size() == 75408);
+  const haptic::InsideOracle oracle(stage.shapes.objects[0].mesh);
   const double limit = stage.config.safety.max_force;
   Lockstep lockstep(stage.config, stage.shapes, *stage.device);
   SessionData data;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "contact/detect/cluster_contact.h"
 #include "contact/detect/exact.h"
 #include "contact/detect/voxel.h"
 #include "contact/query/closest_point.h"
@@ -92,11 +93,7 @@ class SoftLoop {
     const ExactAnswer answer = exact_contacts(pair_.object.view(), pair_.tool.view(), X_OT, options,
                                               {pairs_, pushes_}, clusters);
     for (size_t i = 0; i < answer.n_clusters; ++i) {
-      Contact& c = set_->contacts[set_->n_contacts++];
-      c.tool_point_T = inverse(X_OT) * clusters[i].point_W;
-      c.object_point_O = clusters[i].point_W + clusters[i].depth * clusters[i].normal_W;
-      c.normal_O = clusters[i].normal_W;
-      c.stiffness = clusters[i].stiffness;
+      set_->contacts[set_->n_contacts++] = contact_of(clusters[i], 0, {}, X_OT);
     }
     set_->n_active = set_->n_contacts;
   }
