@@ -42,10 +42,12 @@ struct FaultedSession {
     return outcome;
   }
 
-  /// Whether the hand feels more than half of what the block gives at rest.
+  /// Whether the hand feels more than half of what the block gives at rest, in a while: a busy
+  /// machine may have let the force fade a moment ago.
   bool is_pressing() {
-    session.update();
-    return !session.records().empty() && session.records().back().force_B.z > 1;
+    return session.wait_until(
+        [this] { return !session.records().empty() && session.records().back().force_B.z > 1; },
+        kPatienceNs);
   }
 
  private:
