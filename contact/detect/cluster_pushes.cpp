@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/query/lanes.h"
+
 namespace haptic {
 namespace {
 
@@ -16,7 +18,6 @@ constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that
 
 /// What is summed while points come in.
 struct Gathering {
-  Vec3 leader_W, leader_normal_W;
   Vec3 weighted_point_W, weighted_normal_W;
   double weight = 0;
   bool approaches = false;
@@ -42,23 +43,60 @@ double weight_of(const PointPush& push) {
                         : push.stiffness / (kFloor - push.depth);
 }
 
-/// The cluster a push belongs to; n where it begins one.
-size_t fitting(const PointPush& push, const ClusterOptions& options,
-               std::span<const Gathering> gatherings, bool has_room) {
-  size_t best = gatherings.size();
-  double best_misfit = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < gatherings.size(); ++i) {
-    const Gathering& g = gatherings[i];
-    if (g.approaches != (push.depth <= 0)) continue;
-    const double away = norm(push.point_W - g.leader_W);
-    const double agreement = dot(push.normal_W, g.leader_normal_W);
-    const bool fits = away <= options.radius && agreement >= options.least_agreement;
-    if (has_room && !fits) continue;
-    const double misfit = away + options.radius * (1 - agreement);
-    if (misfit < best_misfit) best = i, best_misfit = misfit;
+/// The first points of clusters, four side by side: most time goes into comparing with them.
+class Leaders {
+ public:
+  void add(const PointPush& push) {
+    const std::array own = in_floats(push);
+    for (size_t k = 0; k < own.size(); ++k) blocks_[n_ / 4][k][n_ % 4] = own[k];
+    ++n_;
   }
-  return best;
-}
+
+  /// The one a push fits best: with the least |p − p'|² + radius² |n − n'|², of those that are near
+  /// enough and agree where it must fit. kMostClusters: there is none.
+  size_t fitting(const PointPush& push, const ClusterOptions& options, bool must_fit) const {
+    const auto square = static_cast<float>(options.radius * options.radius),
+               least = static_cast<float>(options.least_agreement);
+    const auto [x, y, z, nx, ny, nz] = in_floats(push);
+    Lanes best = kFar;
+    IntLanes at = {kNone, kNone, kNone, kNone};
+    for (size_t i = 0; 4 * i < n_; ++i) {
+      const auto& [px, py, pz, mx, my, mz] = blocks_[i];
+      const Lanes dx = px - x, dy = py - y, dz = pz - z;
+      const Lanes away = dx * dx + dy * dy + dz * dz, agreement = mx * nx + my * ny + mz * nz;
+      const Lanes misfit = away + 2 * square * (1 - agreement);
+      IntLanes is_better = misfit < best;
+      if (must_fit) is_better &= (away <= square) & (agreement >= least);
+      best = is_better ? misfit : best;
+      at = is_better ? IntLanes{} + static_cast<int32_t>(i) : at;
+    }
+    size_t lane = 0;
+    for (size_t k = 1; k < 4; ++k) {
+      if (best[k] < best[lane] || (best[k] == best[lane] && at[k] < at[lane])) lane = k;
+    }
+    return at[lane] == kNone ? kMostClusters : 4 * static_cast<size_t>(at[lane]) + lane;
+  }
+
+ private:
+  static constexpr int32_t kNone = kMostClusters;
+  static constexpr float kInfinite = std::numeric_limits<float>::infinity();
+  static constexpr Lanes kFar = {kInfinite, kInfinite, kInfinite, kInfinite};
+  using Block = std::array<Lanes, 6>;  // points and normals
+
+  static std::array<float, 6> in_floats(const PointPush& push) {
+    const Vec3 &p = push.point_W, &n = push.normal_W;
+    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z),
+            static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  }
+  static constexpr std::array<Block, kMostClusters / 4> nobody() {
+    std::array<Block, kMostClusters / 4> blocks{};
+    for (Block& block : blocks) block[0] = kFar;
+    return blocks;
+  }
+
+  std::array<Block, kMostClusters / 4> blocks_ = nobody();
+  size_t n_ = 0;
+};
 
 /// The cluster of a neighbour that was sorted just before; `none` where there is none.
 size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, const Recent& recent,
@@ -113,19 +151,21 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   size_t n = 0;
   // what pushes comes first, and never goes without for what approaches
   for (const bool approaches : {false, true}) {
+    const size_t first = n;
+    Leaders leaders;
     Recent recent;
     for (const PointPush& push : pushes) {
       if ((push.depth <= 0) != approaches) continue;
       size_t i = cluster_next_to(push, options, recent, room);
-      if (i < room) {
-        gather(push, gatherings[i], clusters[i]);
-        continue;
+      if (i == room) {
+        const size_t leader = leaders.fitting(push, options, n < room);
+        if (leader == kMostClusters && n == room) continue;
+        i = leader == kMostClusters ? n : first + leader;
+        recent.add(push, i);
       }
-      i = fitting(push, options, {gatherings.data(), n}, n < room);
-      if (i == n && n == room) continue;
-      recent.add(push, i);
       if (i == n) {
-        gatherings[n] = {push.point_W, push.normal_W, {}, {}, 0, approaches};
+        leaders.add(push);
+        gatherings[n] = {{}, {}, 0, approaches};
         clusters[n++] = {};
       }
       gather(push, gatherings[i], clusters[i]);

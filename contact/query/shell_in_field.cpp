@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "contact/query/field_lanes.h"
 
@@ -60,6 +61,7 @@ struct Search {
   const ShellQuery& query;
   ShellCoherence* coherence;
   std::span<ShellVisit> visited;
+  std::span<ShellTouch> touches;
   ShellAnswer answer;
   size_t n_visited = 0;
   FieldBatch batch;
@@ -70,27 +72,32 @@ struct Search {
   };
   std::array<Candidate, FieldBatch::kRoom> candidates;
   size_t n_candidates = 0;
+  std::array<uint32_t, FieldBatch::kRoom> points;  // of the finest level, in the batch
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->travel < coherence->free_until[index];
   }
+  bool is_in_vain(uint32_t index) const {
+    return coherence != nullptr && coherence->travel < -coherence->free_until[index];
+  }
+
+  uint32_t children_to_ask(const ShellNode& node) const {
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < node.n_children; ++k) n += is_free(node.first_child + k) ? 0 : 1;
+    return n;
+  }
 
   /// Whether most of a node's children are free though it is not: then the others are asked in its
-  /// place, which has been in vain before.
+  /// place.
   bool has_few_to_ask(const ShellNode& node) const {
-    if (coherence == nullptr) return false;
-    uint32_t to_ask = 0;
-    for (uint32_t k = 0; k < node.n_children; ++k) to_ask += is_free(node.first_child + k) ? 0 : 1;
-    return kFewOf * to_ask <= node.n_children && node.n_children > 0;
+    return kFewOf * children_to_ask(node) <= node.n_children && node.n_children > 0;
   }
 
   /// Has a node looked up, together with those that come next, or kept as it is.
   void visit(uint32_t index) {
-    if (is_free(index)) return;
-    const ShellNode& node = shell.nodes[index];
-    const bool is_asked = !has_few_to_ask(node);
+    const bool is_asked = !is_in_vain(index) && !has_few_to_ask(shell.nodes[index]);
     candidates[n_candidates++] = {index, is_asked};
-    if (is_asked) put_in_batch(node.point);
+    if (is_asked) put_in_batch(shell.nodes[index].point);
     if (n_candidates == candidates.size()) finish_batch();
   }
 
@@ -101,9 +108,20 @@ struct Search {
     ++batch.n;
   }
 
+  void look_up_batch() {
+    look_up(field, X_OT, batch);
+    answer.tested += static_cast<uint32_t>(batch.n);
+  }
+
+  /// Until when what is so clear of the reach is free; negative: until when what is not clear is
+  /// asked in vain.
+  double until(double clear) const {
+    return clear > 0 ? coherence->travel + clear : clear - coherence->travel;
+  }
+
   /// Keeps of the candidates what may have anything within reach.
   void finish_batch() {
-    look_up(field, X_OT, batch);
+    look_up_batch();
     size_t asked = 0;
     for (const auto& [index, is_asked] : std::span(candidates.data(), n_candidates)) {
       if (!is_asked) {
@@ -113,43 +131,101 @@ struct Search {
       const FieldDistance& at = batch.found[asked++];
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
-      const bool is_clear = clear > 0;
       // which are clear cannot be foretold: written in any case, counted where it is kept
       visited[n_visited] = {index, at.distance};
-      n_visited += is_clear ? 0 : 1;
-      if (coherence != nullptr) {
-        coherence->free_until[index] = is_clear ? coherence->travel + clear : 0;
-      }
+      n_visited += clear > 0 ? 0 : 1;
+      if (coherence != nullptr) coherence->free_until[index] = until(clear);
     }
-    answer.tested += static_cast<uint32_t>(batch.n);
     batch.n = n_candidates = 0;
   }
 
-  /// Looks up what was kept without: the search ends with it.
-  void ask_all(std::span<ShellVisit> kept) {
-    for (ShellVisit& visit : kept) {
-      if (visit.distance != kNotAsked) continue;
-      put_in_batch(shell.nodes[visit.node].point);
-      look_up(field, X_OT, batch);
-      visit.distance = batch.found[0].distance;
-      ++answer.tested;
-      batch.n = 0;
+  /// Nodes of the next level, below these.
+  void ask_nodes(std::span<const ShellVisit> parents) {
+    for (const ShellVisit& parent : parents) {
+      const ShellNode& node = shell.nodes[parent.node];
+      uint32_t free = 0;
+      for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
+        if (is_free(k)) {
+          ++free;
+        } else {
+          visit(k);
+        }
+      }
+      if (free == node.n_children) note_free(parent.node);
     }
+    finish_batch();
+  }
+
+  /// Points of the finest level below these nodes: what is within reach is told. False where there
+  /// is no more room.
+  bool ask_points(std::span<const ShellVisit> parents) {
+    for (const ShellVisit& parent : parents) {
+      const ShellNode& node = shell.nodes[parent.node];
+      uint32_t free = 0;
+      for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
+        // which are free cannot be foretold either
+        points[batch.n] = shell.point_of(k);
+        free += is_free(k) ? 1 : 0;
+        batch.n += is_free(k) ? 0 : 1;
+        if (batch.n == points.size() && !finish_points()) return false;
+      }
+      if (free == node.n_children) note_free(parent.node);
+    }
+    return finish_points();
+  }
+
+  /// A node whose children are all free is so as long as they are.
+  void note_free(uint32_t index) {
+    const ShellNode& node = shell.nodes[index];
+    const auto first = coherence->free_until.begin() + node.first_child;
+    coherence->free_until[index] = *std::min_element(first, first + node.n_children);
+  }
+
+  bool finish_points() {
+    const size_t n = std::exchange(batch.n, 0);
+    for (const uint32_t point : std::span(points.data(), n)) put_in_batch(point);
+    look_up_batch();
+    batch.n = 0;
+    for (size_t k = 0; k < n; ++k) {
+      const FieldDistance& at = batch.found[k];
+      if (coherence != nullptr) {
+        const double way = way_to(query.reach, at, field.cell);
+        coherence->free_until[shell.leaf_of(points[k])] = way > 0 ? coherence->travel + way : 0;
+      }
+      if (!(at.distance < query.reach)) continue;
+      if (answer.n == touches.size()) return false;
+      touches[answer.n++] = {points[k], 1, at.distance};
+    }
+    return true;
+  }
+
+  /// Whether the next level, below these nodes, is within the budget.
+  bool affords(size_t level, std::span<const ShellVisit> nodes) const {
+    const uint32_t left = query.budget - std::min(query.budget, answer.tested);
+    if (shell.levels[level + 1] - shell.levels[level] <= left) return true;
+    uint32_t n = 0;
+    for (const ShellVisit& visit : nodes) n += children_to_ask(shell.nodes[visit.node]);
+    return n <= left;
+  }
+
+  /// Tells of coarser nodes, of which each stands for all below; those that were kept without are
+  /// looked up first.
+  bool tell_of(std::span<ShellVisit> kept) {
+    for (ShellVisit& visit : kept) {
+      const ShellNode& node = shell.nodes[visit.node];
+      if (visit.distance == kNotAsked) {
+        put_in_batch(node.point);
+        look_up_batch();
+        visit.distance = batch.found[0].distance;
+        batch.n = 0;
+      }
+      if (!(visit.distance < query.reach)) continue;
+      if (answer.n == touches.size()) return false;
+      touches[answer.n++] = {node.point, node.count, visit.distance};
+    }
+    return true;
   }
 };
-
-/// A node that was looked into is free as long as all its children are.
-void note_free(const Pointshell& shell, std::span<const ShellVisit> looked_into,
-               ShellCoherence& coherence) {
-  for (size_t i = looked_into.size(); i-- > 0;) {
-    const ShellNode& node = shell.nodes[looked_into[i].node];
-    double free_until = std::numeric_limits<double>::infinity();
-    for (uint32_t k = 0; k < node.n_children; ++k) {
-      free_until = std::min(free_until, coherence.free_until[node.first_child + k]);
-    }
-    coherence.free_until[looked_into[i].node] = free_until;
-  }
-}
 
 }  // namespace
 
@@ -172,41 +248,29 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   // the way across it could not be told
   if (!is_finite(X_OT)) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, {}, 0, {}, {}, 0};
+  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}};
   ShellAnswer& answer = search.answer;
   const size_t last = shell.levels.size() - 2;
   // level by level, the nodes that nothing keeps from being looked into
   size_t begin = 0;
-  search.visit(0);
+  if (!search.is_free(0)) search.visit(0);
   search.finish_batch();
   for (; answer.level < last && begin < search.n_visited; ++answer.level) {
     const size_t end = search.n_visited;
-    size_t children = 0;
-    for (size_t i = begin; i < end; ++i) children += shell.nodes[visited[i].node].n_children;
+    const std::span<ShellVisit> parents = visited.subspan(begin, end - begin);
     // a level is begun only where it can be ended
-    if (answer.tested + children > query.budget) {
+    if (!search.affords(answer.level + 1, parents)) {
       answer.is_complete = false;
-      search.ask_all(visited.subspan(begin, end - begin));
       break;
     }
-    for (size_t i = begin; i < end; ++i) {
-      const ShellNode& node = shell.nodes[visited[i].node];
-      for (uint32_t k = 0; k < node.n_children; ++k) search.visit(node.first_child + k);
-    }
-    search.finish_batch();
     begin = end;
-  }
-  const std::span<const ShellVisit> finest = visited.subspan(begin, search.n_visited - begin);
-  for (const ShellVisit& visit : finest) {
-    if (!(visit.distance < query.reach)) continue;
-    if (answer.n == touches.size()) {
-      answer.is_complete = false;
-      break;
+    if (answer.level + 1 == last) {
+      answer.is_complete = search.ask_points(parents);
+      continue;
     }
-    const ShellNode& node = shell.nodes[visit.node];
-    touches[answer.n++] = {node.point, node.count, visit.distance};
+    search.ask_nodes(parents);
   }
-  if (coherence != nullptr) note_free(shell, visited.first(begin), *coherence);
+  if (!search.tell_of(visited.subspan(begin, search.n_visited - begin))) answer.is_complete = false;
   return answer;
 }
 

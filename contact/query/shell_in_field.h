@@ -27,7 +27,8 @@ struct ShellVisit {
 /// What is known of a shell and a field from queries before: a node that was so far away stays free
 /// until some point of the shell has travelled as far. Sized once, for one shell.
 struct ShellCoherence {
-  std::vector<double> free_until;  // travel at which a node of the shell is to be asked again [m]
+  std::vector<double> free_until;  // travel at which a node of the shell is to be asked again;
+                                   // negative: until which it is asked in vain [m]
   double travel = 0;               // of the point that went furthest, so far [m]
   Pose X_OT;                       // of the last query
   double reach = 0;                // of the last query [m]
