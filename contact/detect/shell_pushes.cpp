@@ -7,7 +7,6 @@
 namespace haptic {
 namespace {
 
-constexpr uint32_t kNeighbours = 16;                // in Morton order
 const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // of a voxel
 
 Vec3 point_T(const Pointshell& shell, uint32_t i) {
@@ -62,31 +61,15 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes) {
   const Mat3 R_OT = to_matrix(X_OT.q);
-  const auto push_of = [&](const ShellTouch& touch, double count) -> PointPush {
-    return {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
-            force.offset - touch.distance, count, count};
-  };
-  size_t n = 0;
+  const size_t n = std::min(touches.size(), pushes.size());
   double touching = 0, near = 0;
-  ShellTouch nearest;
-  double n_near = 0;  // that the nearest stands for
-  const auto tell_nearest = [&] {
-    if (n_near > 0 && n < pushes.size()) pushes[n++] = push_of(nearest, n_near);
-    n_near = 0;
-  };
-  for (const ShellTouch& touch : touches) {
+  for (size_t i = 0; i < n; ++i) {
+    const ShellTouch& touch = touches[i];
     const double count = touch.count;
-    if (touch.distance < force.offset) {
-      if (n < pushes.size()) pushes[n++] = push_of(touch, count);
-      touching += count;
-      continue;
-    }
-    if (touch.point / kNeighbours != nearest.point / kNeighbours) tell_nearest();
-    if (n_near == 0 || touch.distance < nearest.distance) nearest = touch;
-    n_near += count;
-    near += count;
+    pushes[i] = {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
+                 force.offset - touch.distance, count, count};
+    (pushes[i].depth > 0 ? touching : near) += count;
   }
-  tell_nearest();
   share(pushes.first(n), force, touching, near);
   return n;
 }

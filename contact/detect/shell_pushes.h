@@ -32,10 +32,10 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
 
 /// The distance field's: force K_ff (offset − φ) n along the point's inward normal n where φ <
 /// offset, not along the gradient: continuous, and without flips where the nearest surface changes
-/// (Barbič & James 2008). Others approach; of those next to each other in the shell (each sixteen)
-/// the nearest stands for all. In O. A touch that stands for several has their stiffness. The
-/// offset is the force layer of McNeely, Puterbaugh, Troy 1999: where it is at least the depth that
-/// the coupling can press to and the distance between the points, the real surfaces stay apart.
+/// (Barbič & James 2008). Others approach. In O. A touch that stands for several has their
+/// stiffness. The offset is the force layer of McNeely, Puterbaugh, Troy 1999: where it is at least
+/// the depth that the coupling can press to and the distance between the points, the real surfaces
+/// stay apart.
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes);

@@ -37,7 +37,8 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
   } else {
     const double reach = std::min(model.force.offset + question.reach, shape.field.band);
     const ShellAnswer answer =
-        find_touches(shape.field, model.shell, X_OT, {reach, share_of_budget(model, state, object)},
+        find_touches(shape.field, model.shell, X_OT,
+                     {reach, share_of_budget(model, state, object), model.force.offset},
                      &state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;
     if (!answer.is_complete) set.flags |= kContactIterationLimit;

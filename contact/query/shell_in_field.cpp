@@ -2,7 +2,6 @@
 #include "contact/query/shell_in_field.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "contact/query/field_lanes.h"
@@ -16,7 +15,9 @@ constexpr double kFieldError = 0.87;
 // of the interpolation, on its way by the same rounding
 constexpr double kSteepest = 1.74;
 constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
-constexpr double kNotAsked = std::numeric_limits<double>::infinity();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kNotAsked = kInfinite;
+constexpr size_t kPatchLevels = 2;  // above the points; a node there holds at most a batch of them
 
 /// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
 /// went further.
@@ -31,14 +32,17 @@ double travel_between(const Pose& before, const Pose& after, std::span<const Vec
 void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
   if (coherence.is_fresh) {
     std::fill(coherence.free_until.begin(), coherence.free_until.end(), 0.0);
-    coherence.travel = 0;
+    std::fill(coherence.low.begin(), coherence.low.end(), -kInfinite);
+    std::fill(coherence.high.begin(), coherence.high.end(), kInfinite);
+    coherence.slack = coherence.wear = 0;
     coherence.is_fresh = false;
   } else {
     // a little more, for what is rounded away
-    coherence.travel +=
+    const double travel =
         travel_between(coherence.X_OT, X_OT, coherence.corners_T) * (1 + 1e-12) + 1e-15;
+    coherence.slack += kSteepest * travel;
     // a longer reach finds what is free now as a way nearer would
-    coherence.travel += std::max(reach - coherence.reach, 0.0);
+    coherence.wear += travel + std::max(reach - coherence.reach, 0.0);
   }
   coherence.X_OT = X_OT;
   coherence.reach = reach;
@@ -53,6 +57,24 @@ double way_to(double reach, const FieldDistance& at, double cell) {
   return std::max(less / kSteepest, less - 2 * kFieldError * cell);
 }
 
+/// What the field says there at least, after it has changed by a slack: no less than the result
+/// less the slack, as far as anything within the band is concerned.
+double low_end(const DistanceField& field, const FieldDistance& at) {
+  if (at.is_near) return at.distance;
+  // of what is far the true distance is known, which changes by no more than the travel
+  const double low = at.distance - kFieldError * field.cell, beyond = low - field.band;
+  return beyond > 0 ? field.band + kSteepest * beyond : low;
+}
+
+/// Points of the shell that are looked up together.
+struct PointBatch {
+  FieldBatch at;
+  std::array<uint32_t, FieldBatch::kRoom> points;
+
+  size_t room() const { return points.size() - at.n; }
+  void add(uint32_t point) { points[at.n++] = point; }
+};
+
 /// The search under way.
 struct Search {
   const DistanceField& field;
@@ -64,7 +86,7 @@ struct Search {
   std::span<ShellTouch> touches;
   ShellAnswer answer;
   size_t n_visited = 0;
-  FieldBatch batch;
+  PointBatch batch;
   /// Nodes in order, and whether each is in the batch.
   struct Candidate {
     uint32_t node = 0;
@@ -72,13 +94,25 @@ struct Search {
   };
   std::array<Candidate, FieldBatch::kRoom> candidates;
   size_t n_candidates = 0;
-  std::array<uint32_t, FieldBatch::kRoom> points;  // of the finest level, in the batch
+  /// Where the points of a patch are in the batch: all that may be nearer than `cut`.
+  struct Patch {
+    uint32_t node = 0;
+    size_t begin = 0, end = 0;
+    double cut = 0;
+  };
+  std::array<Patch, FieldBatch::kRoom> patches;
+  size_t n_patches = 0;
 
   bool is_free(uint32_t index) const {
-    return coherence != nullptr && coherence->travel < coherence->free_until[index];
+    return coherence != nullptr && coherence->wear < coherence->free_until[index];
   }
   bool is_in_vain(uint32_t index) const {
-    return coherence != nullptr && coherence->travel < -coherence->free_until[index];
+    return coherence != nullptr && coherence->wear < -coherence->free_until[index];
+  }
+  /// Until when what is so clear of the reach is free; negative: until when what is not clear is
+  /// asked in vain.
+  double until(double clear) const {
+    return clear > 0 ? coherence->wear + clear : clear - coherence->wear;
   }
 
   uint32_t children_to_ask(const ShellNode& node) const {
@@ -93,42 +127,35 @@ struct Search {
     return kFewOf * children_to_ask(node) <= node.n_children && node.n_children > 0;
   }
 
+  void look_up_batch(PointBatch& points) {
+    FieldBatch& at = points.at;
+    for (size_t k = 0; k < at.n; ++k) {
+      const uint32_t i = points.points[k];
+      at.x[k] = shell.x[i], at.y[k] = shell.y[i], at.z[k] = shell.z[i];
+    }
+    look_up(field, X_OT, at);
+    answer.tested += static_cast<uint32_t>(at.n);
+  }
+
   /// Has a node looked up, together with those that come next, or kept as it is.
   void visit(uint32_t index) {
-    const bool is_asked = !is_in_vain(index) && !has_few_to_ask(shell.nodes[index]);
+    const ShellNode& node = shell.nodes[index];
+    const bool is_asked = !is_in_vain(index) && !has_few_to_ask(node);
     candidates[n_candidates++] = {index, is_asked};
-    if (is_asked) put_in_batch(shell.nodes[index].point);
-    if (n_candidates == candidates.size()) finish_batch();
-  }
-
-  void put_in_batch(uint32_t point) {
-    batch.x[batch.n] = shell.x[point];
-    batch.y[batch.n] = shell.y[point];
-    batch.z[batch.n] = shell.z[point];
-    ++batch.n;
-  }
-
-  void look_up_batch() {
-    look_up(field, X_OT, batch);
-    answer.tested += static_cast<uint32_t>(batch.n);
-  }
-
-  /// Until when what is so clear of the reach is free; negative: until when what is not clear is
-  /// asked in vain.
-  double until(double clear) const {
-    return clear > 0 ? coherence->travel + clear : clear - coherence->travel;
+    if (is_asked) batch.add(node.point);
+    if (n_candidates == candidates.size()) finish_nodes();
   }
 
   /// Keeps of the candidates what may have anything within reach.
-  void finish_batch() {
-    look_up_batch();
+  void finish_nodes() {
+    look_up_batch(batch);
     size_t asked = 0;
     for (const auto& [index, is_asked] : std::span(candidates.data(), n_candidates)) {
       if (!is_asked) {
         visited[n_visited++] = {index, kNotAsked};
         continue;
       }
-      const FieldDistance& at = batch.found[asked++];
+      const FieldDistance& at = batch.at.found[asked++];
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
       // which are clear cannot be foretold: written in any case, counted where it is kept
@@ -136,88 +163,151 @@ struct Search {
       n_visited += clear > 0 ? 0 : 1;
       if (coherence != nullptr) coherence->free_until[index] = until(clear);
     }
-    batch.n = n_candidates = 0;
+    batch.at.n = n_candidates = 0;
   }
 
   /// Nodes of the next level, below these.
   void ask_nodes(std::span<const ShellVisit> parents) {
     for (const ShellVisit& parent : parents) {
       const ShellNode& node = shell.nodes[parent.node];
-      uint32_t free = 0;
+      double free_until = kInfinite;
       for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
-        if (is_free(k)) {
-          ++free;
-        } else {
-          visit(k);
-        }
+        if (coherence != nullptr) free_until = std::min(free_until, coherence->free_until[k]);
+        if (!is_free(k)) visit(k);
       }
-      if (free == node.n_children) note_free(parent.node);
+      // a node whose children are all free is so as long as they are
+      if (coherence != nullptr && coherence->wear < free_until) {
+        coherence->free_until[parent.node] = free_until;
+      }
     }
-    finish_batch();
+    finish_nodes();
   }
 
-  /// Points of the finest level below these nodes: what is within reach is told. False where there
-  /// is no more room.
-  bool ask_points(std::span<const ShellVisit> parents) {
-    for (const ShellVisit& parent : parents) {
-      const ShellNode& node = shell.nodes[parent.node];
-      uint32_t free = 0;
-      for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
-        // which are free cannot be foretold either
-        points[batch.n] = shell.point_of(k);
-        free += is_free(k) ? 1 : 0;
-        batch.n += is_free(k) ? 0 : 1;
-        if (batch.n == points.size() && !finish_points()) return false;
-      }
-      if (free == node.n_children) note_free(parent.node);
+  /// Adds the points of a node that may be nearer than `cut`.
+  void gather_points(const ShellNode& node, double cut, PointBatch& to) const {
+    if (coherence == nullptr) {
+      for (uint32_t i = node.first; i < node.first + node.count; ++i) to.add(i);
+      return;
     }
-    return finish_points();
+    const double* low = coherence->low.data();
+    const double least = cut + coherence->slack;
+    size_t n = to.at.n;
+    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      // which are near cannot be foretold either
+      to.points[n] = i;
+      n += low[i] < least ? 1 : 0;
+    }
+    to.at.n = n;
   }
 
-  /// A node whose children are all free is so as long as they are.
+  /// Points below these nodes: what is within reach is told. False where there is no more room.
+  bool ask_points(std::span<const ShellVisit> nodes) {
+    for (const ShellVisit& visit : nodes) {
+      const ShellNode& node = shell.nodes[visit.node];
+      if (batch.room() < node.count && !finish_patches()) return false;
+      double cut = query.reach;
+      if (coherence != nullptr) {
+        cut = std::min(cut, std::max(query.touch, coherence->high[visit.node] + coherence->slack));
+      }
+      const size_t begin = batch.at.n;
+      gather_points(node, cut, batch);
+      if (batch.at.n > begin) {
+        patches[n_patches++] = {visit.node, begin, batch.at.n, cut};
+      } else {
+        note_free(visit.node);
+      }
+    }
+    return finish_patches();
+  }
+
+  /// A node without a point that may be within reach is free as long as they are.
   void note_free(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
-    const auto first = coherence->free_until.begin() + node.first_child;
-    coherence->free_until[index] = *std::min_element(first, first + node.n_children);
+    const auto first = coherence->low.begin() + node.first;
+    const double least = *std::min_element(first, first + node.count) - coherence->slack;
+    coherence->free_until[index] = coherence->wear + (least - query.reach) / kSteepest;
   }
 
-  bool finish_points() {
-    const size_t n = std::exchange(batch.n, 0);
-    for (const uint32_t point : std::span(points.data(), n)) put_in_batch(point);
-    look_up_batch();
-    batch.n = 0;
-    for (size_t k = 0; k < n; ++k) {
-      const FieldDistance& at = batch.found[k];
-      if (coherence != nullptr) {
-        const double way = way_to(query.reach, at, field.cell);
-        coherence->free_until[shell.leaf_of(points[k])] = way > 0 ? coherence->travel + way : 0;
-      }
-      if (!(at.distance < query.reach)) continue;
-      if (answer.n == touches.size()) return false;
-      touches[answer.n++] = {points[k], 1, at.distance};
+  bool finish_patches() {
+    look_up_points(batch);
+    bool has_room = true;
+    for (size_t i = 0; i < n_patches && has_room; ++i) has_room = tell_of(patches[i], batch);
+    batch.at.n = n_patches = 0;
+    return has_room;
+  }
+
+  void look_up_points(PointBatch& points) {
+    look_up_batch(points);
+    if (coherence == nullptr) return;
+    for (size_t k = 0; k < points.at.n; ++k) {
+      coherence->low[points.points[k]] = low_end(field, points.at.found[k]) + coherence->slack;
     }
+  }
+
+  /// Tells of the points of a patch that touch, and of the nearest of the others.
+  bool tell_of(const Patch& patch, const PointBatch& points) {
+    const ShellNode& node = shell.nodes[patch.node];
+    ShellTouch nearest{0, node.count, query.reach};
+    for (size_t k = patch.begin; k < patch.end; ++k) {
+      const double distance = points.at.found[k].distance;
+      if (distance >= query.touch && distance < nearest.distance) {
+        nearest.point = points.points[k], nearest.distance = distance;
+      }
+    }
+    if (nearest.distance > patch.cut) return look_again(patch);
+    if (coherence != nullptr) coherence->high[patch.node] = nearest.distance - coherence->slack;
+    for (size_t k = patch.begin; k < patch.end; ++k) {
+      const double distance = points.at.found[k].distance;
+      if (!(distance < std::min(query.touch, query.reach))) continue;
+      if (answer.n == touches.size()) return false;
+      touches[answer.n++] = {points.points[k], 1, distance};
+    }
+    if (!(nearest.distance < query.reach)) return true;
+    if (answer.n == touches.size()) return false;
+    touches[answer.n++] = nearest;
     return true;
   }
 
-  /// Whether the next level, below these nodes, is within the budget.
-  bool affords(size_t level, std::span<const ShellVisit> nodes) const {
+  /// The nearest before has gone, or touches: any other may be it.
+  bool look_again(const Patch& patch) {
+    const ShellNode& node = shell.nodes[patch.node];
+    if (answer.tested + node.count > query.budget) return false;
+    PointBatch again;
+    gather_points(node, query.reach, again);
+    look_up_points(again);
+    return tell_of({patch.node, 0, again.at.n, query.reach}, again);
+  }
+
+  /// Whether all points below these nodes are within the budget.
+  bool affords_points(std::span<const ShellVisit> nodes) const {
     const uint32_t left = query.budget - std::min(query.budget, answer.tested);
-    if (shell.levels[level + 1] - shell.levels[level] <= left) return true;
+    if (shell.x.size() <= left) return true;
     uint32_t n = 0;
-    for (const ShellVisit& visit : nodes) n += children_to_ask(shell.nodes[visit.node]);
+    PointBatch may_be_near;
+    for (const ShellVisit& visit : nodes) {
+      gather_points(shell.nodes[visit.node], query.reach, may_be_near);
+      n += static_cast<uint32_t>(std::exchange(may_be_near.at.n, 0));
+    }
     return n <= left;
   }
 
-  /// Tells of coarser nodes, of which each stands for all below; those that were kept without are
-  /// looked up first.
-  bool tell_of(std::span<ShellVisit> kept) {
+  /// Whether the next level, below these nodes, is within the budget.
+  bool affords_nodes(std::span<const ShellVisit> nodes) const {
+    uint32_t n = answer.tested;
+    for (const ShellVisit& visit : nodes) n += children_to_ask(shell.nodes[visit.node]);
+    return n <= query.budget;
+  }
+
+  /// Tells of nodes, of which each stands for all below; those that were kept without are looked up
+  /// first.
+  bool tell_of_nodes(std::span<ShellVisit> kept) {
     for (ShellVisit& visit : kept) {
       const ShellNode& node = shell.nodes[visit.node];
       if (visit.distance == kNotAsked) {
-        put_in_batch(node.point);
-        look_up_batch();
-        visit.distance = batch.found[0].distance;
-        batch.n = 0;
+        batch.add(node.point);
+        look_up_batch(batch);
+        visit.distance = batch.at.found[0].distance;
+        batch.at.n = 0;
       }
       if (!(visit.distance < query.reach)) continue;
       if (answer.n == touches.size()) return false;
@@ -229,7 +319,8 @@ struct Search {
 
 }  // namespace
 
-ShellCoherence::ShellCoherence(const Pointshell& shell) : free_until(shell.nodes.size(), 0) {
+ShellCoherence::ShellCoherence(const Pointshell& shell)
+    : free_until(shell.nodes.size(), 0), low(shell.x.size(), 0), high(shell.nodes.size(), 0) {
   if (shell.x.empty()) return;
   const auto [x0, x1] = std::minmax_element(shell.x.begin(), shell.x.end());
   const auto [y0, y1] = std::minmax_element(shell.y.begin(), shell.y.end());
@@ -248,29 +339,29 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   // the way across it could not be told
   if (!is_finite(X_OT)) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}};
+  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}, 0};
   ShellAnswer& answer = search.answer;
   const size_t last = shell.levels.size() - 2;
-  // level by level, the nodes that nothing keeps from being looked into
-  size_t begin = 0;
   if (!search.is_free(0)) search.visit(0);
-  search.finish_batch();
-  for (; answer.level < last && begin < search.n_visited; ++answer.level) {
+  search.finish_nodes();
+  // level by level, the nodes that nothing keeps from being looked into
+  for (size_t begin = 0; begin < search.n_visited; ++answer.level) {
     const size_t end = search.n_visited;
-    const std::span<ShellVisit> parents = visited.subspan(begin, end - begin);
+    const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
+    if (answer.level + kPatchLevels >= last && search.affords_points(nodes)) {
+      answer.is_complete = search.ask_points(nodes);
+      answer.level = last;
+      break;
+    }
     // a level is begun only where it can be ended
-    if (!search.affords(answer.level + 1, parents)) {
+    if (answer.level + 1 >= last || !search.affords_nodes(nodes)) {
+      search.tell_of_nodes(nodes);
       answer.is_complete = false;
       break;
     }
+    search.ask_nodes(nodes);
     begin = end;
-    if (answer.level + 1 == last) {
-      answer.is_complete = search.ask_points(parents);
-      continue;
-    }
-    search.ask_nodes(parents);
   }
-  if (!search.tell_of(visited.subspan(begin, search.n_visited - begin))) answer.is_complete = false;
   return answer;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace haptic {
 /// A point of the shell that is inside the object, or near it.
 struct ShellTouch {
   uint32_t point = 0;
-  uint32_t count = 1;   // points that it stands for, where the search ended early
+  uint32_t count = 1;   // points that it stands for
   double distance = 0;  // to the object, signed [m]
 };
 
@@ -24,16 +25,20 @@ struct ShellVisit {
   double distance = 0;  // of its point; infinite where that was not looked up [m]
 };
 
-/// What is known of a shell and a field from queries before: a node that was so far away stays free
-/// until some point of the shell has travelled as far. Sized once, for one shell.
+/// What is known of a shell and a field from queries before. What the field says at a point changes
+/// by no more than the point travels, times a constant: so a node stays free, a point is no nearer,
+/// and the nearest of a patch no further than that. Sized once, for one shell.
 struct ShellCoherence {
-  std::vector<double> free_until;  // travel at which a node of the shell is to be asked again;
+  std::vector<double> free_until;  // wear at which a node of the shell is to be asked again;
                                    // negative: until which it is asked in vain [m]
-  double travel = 0;               // of the point that went furthest, so far [m]
-  Pose X_OT;                       // of the last query
-  double reach = 0;                // of the last query [m]
-  bool is_fresh = true;            // nothing is known
-  std::array<Vec3, 8> corners_T;   // of the box around the shell
+  std::vector<double> low;         // of each point: its distance is at least low − slack [m]
+  std::vector<double> high;        // of each node: its nearest is at most high + slack [m]
+  double slack = 0;                // what distances may have changed since the first query [m]
+  double wear = 0;                // travel of the point that went furthest, and growth of reach [m]
+  Pose X_OT;                      // of the last query
+  double reach = 0;               // of the last query [m]
+  bool is_fresh = true;           // nothing is known
+  std::array<Vec3, 8> corners_T;  // of the box around the shell
 
   explicit ShellCoherence(const Pointshell& shell);
   void forget() { is_fresh = true; }
@@ -42,6 +47,8 @@ struct ShellCoherence {
 struct ShellQuery {
   double reach = 0;              // points nearer than this are reported; at most the band [m]
   uint32_t budget = 0xffffffff;  // of points that may be looked up, the root's always
+  // points nearer than this one by one, of the others of a patch the nearest for all below it [m]
+  double touch = std::numeric_limits<double>::infinity();
 };
 
 struct ShellAnswer {
@@ -55,11 +62,11 @@ struct ShellAnswer {
 /// whose point is further away than its ball reaches is left out with all that is below (Barbič &
 /// James 2008). What a field of cells h says at two points s apart differs by no more than √3 s (no
 /// partial derivative of the interpolation exceeds that of a distance) nor than s + √3 h: the
-/// smaller holds, so points that are free stay out however narrow the gap. Out of budget the search
-/// ends with the finest level that is complete, and each of its points stands for all below it.
-/// With coherence the answer is the same to the bit, unless the budget ends it. `visited` is
-/// scratch for one more node than the shell has. Points are those of the shell in float, moved in
-/// double.
+/// smaller holds, so points that are free stay out however narrow the gap. A patch is a node two
+/// levels above the points. Out of budget the search ends with the finest level that is complete,
+/// and each of its points stands for all below it. With coherence the answer is the same to the
+/// bit, unless the budget ends it. `visited` is scratch for one more node than the shell has.
+/// Points are those of the shell in float, moved in double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches);

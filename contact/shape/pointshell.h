@@ -30,10 +30,6 @@ struct Pointshell {
   std::span<const float> nx, ny, nz;  // unit
   std::span<const ShellNode> nodes;   // level by level, the root first
   std::span<const uint32_t> levels;   // first node of each level, and their number at the end
-
-  /// The point that a node of the finest level is: they are in the same order.
-  uint32_t point_of(uint32_t leaf) const { return leaf - levels[levels.size() - 2]; }
-  uint32_t leaf_of(uint32_t point) const { return levels[levels.size() - 2] + point; }
 };
 
 struct PointshellData {
