@@ -248,15 +248,17 @@ struct Search {
   bool tell_of(const Patch& patch, const PointBatch& points) {
     const ShellNode& node = shell.nodes[patch.node];
     ShellTouch nearest{0, node.count, query.reach};
+    bool touching = false;
     for (size_t k = patch.begin; k < patch.end; ++k) {
       const double distance = points.at.found[k].distance;
-      if (distance >= query.touch && distance < nearest.distance) {
-        nearest.point = points.points[k], nearest.distance = distance;
-      }
+      touching |= distance < query.touch;
+      const bool is_nearer = distance >= query.touch && distance < nearest.distance;
+      nearest.point = is_nearer ? points.points[k] : nearest.point;
+      nearest.distance = is_nearer ? distance : nearest.distance;
     }
     if (nearest.distance > patch.cut) return look_again(patch);
     if (coherence != nullptr) coherence->high[patch.node] = nearest.distance - coherence->slack;
-    for (size_t k = patch.begin; k < patch.end; ++k) {
+    for (size_t k = patch.begin; touching && k < patch.end; ++k) {
       const double distance = points.at.found[k].distance;
       if (!(distance < std::min(query.touch, query.reach))) continue;
       if (answer.n == touches.size()) return false;
@@ -294,6 +296,8 @@ struct Search {
   /// Whether the next level, below these nodes, is within the budget.
   bool affords_nodes(std::span<const ShellVisit> nodes) const {
     uint32_t n = answer.tested;
+    const size_t next = answer.level + 1;
+    if (n + size_t{shell.levels[next + 1]} - shell.levels[next] <= query.budget) return true;
     for (const ShellVisit& visit : nodes) n += children_to_ask(shell.nodes[visit.node]);
     return n <= query.budget;
   }
