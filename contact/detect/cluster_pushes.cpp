@@ -12,7 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr size_t kMostClusters = 64;
-constexpr double kNextTo = 0.25;      // of the radius
+constexpr double kNextTo = 0.5;       // of the radius
 constexpr double kSameNormal = 0.95;  // cosine
 constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that it has a place [m]
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/field_lanes.h"
 
+#include <algorithm>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -8,14 +10,17 @@
 namespace haptic {
 namespace {
 
-FieldDistance look_up_one(const DistanceField& field, const Pose& X_OT, const FieldBatch& batch,
-                          size_t i) {
-  return sample_distance(
-      field, X_OT * Vec3{static_cast<double>(batch.x[i]), static_cast<double>(batch.y[i]),
-                         static_cast<double>(batch.z[i])});
+void look_up_one(const DistanceField& field, const Pose& X_OT, size_t i, FieldBatch& batch) {
+  const Vec3 p_T{static_cast<double>(batch.x[i]), static_cast<double>(batch.y[i]),
+                 static_cast<double>(batch.z[i])};
+  const FieldDistance at = sample_distance(field, X_OT * p_T);
+  batch.distance[i] = at.distance;
+  batch.near |= uint64_t{at.is_near} << i;
 }
 
 #if defined(__x86_64__)
+constexpr unsigned kAllFour = 0xf;
+
 struct Lanes3 {
   __m256d x, y, z;
 };
@@ -88,7 +93,7 @@ struct Along {
   const int is_far = _mm_movemask_ps(_mm_castsi128_ps(far));
   const int is_inside =
       _mm256_movemask_pd(_mm256_and_pd(_mm256_and_pd(x.inside, y.inside), z.inside));
-  const int near = is_inside & ~is_far;
+  const auto near = static_cast<unsigned>(is_inside & ~is_far);
 
   const __m128i node = _mm_add_epi32(
       _mm_add_epi32(_mm_mullo_epi32(within(z.cell), _mm_set1_epi32(kFieldNodes * kFieldNodes)),
@@ -103,12 +108,12 @@ struct Along {
   const __m256d a00 = edge(data, offset, 0, x.share), a10 = edge(data, offset, kY, x.share);
   const __m256d a01 = edge(data, offset, kZ, x.share), a11 = edge(data, offset, kY + kZ, x.share);
   const __m256d b0 = a00 + y.share * (a10 - a00), b1 = a01 + y.share * (a11 - a01);
-  alignas(32) std::array<double, 4> distance;
-  _mm256_store_pd(distance.data(),
-                  _mm256_set1_pd(field.band / kFieldUnits) * (b0 + z.share * (b1 - b0)));
-  for (size_t k = 0; k < 4 && i + k < batch.n; ++k) {
-    batch.found[i + k] = (near >> k & 1) != 0 ? FieldDistance{distance[k], true}
-                                              : look_up_one(field, X_OT, batch, i + k);
+  _mm256_storeu_pd(&batch.distance[i],
+                   _mm256_set1_pd(field.band / kFieldUnits) * (b0 + z.share * (b1 - b0)));
+  batch.near |= uint64_t{near} << i;
+  if (near == kAllFour) return;
+  for (size_t k = i; k < std::min(i + 4, batch.n); ++k) {
+    if ((near >> (k - i) & 1) == 0) look_up_one(field, X_OT, k, batch);
   }
 }
 #endif
@@ -116,13 +121,15 @@ struct Along {
 }  // namespace
 
 void look_up_one_by_one(const DistanceField& field, const Pose& X_OT, FieldBatch& batch) {
-  for (size_t i = 0; i < batch.n; ++i) batch.found[i] = look_up_one(field, X_OT, batch, i);
+  batch.near = 0;
+  for (size_t i = 0; i < batch.n; ++i) look_up_one(field, X_OT, i, batch);
 }
 
 void look_up(const DistanceField& field, const Pose& X_OT, FieldBatch& batch) {
 #if defined(__x86_64__)
   static const bool has_lanes = __builtin_cpu_supports("avx2") != 0;
   if (has_lanes && !field.data.empty()) {
+    batch.near = 0;
     for (size_t i = 0; i < batch.n; i += 4) look_up_four(field, X_OT, i, batch);
     return;
   }

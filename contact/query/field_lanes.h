@@ -13,7 +13,10 @@ struct FieldBatch {
   static constexpr size_t kRoom = 64;
   size_t n = 0;
   std::array<float, kRoom> x{}, y{}, z{};  // in T [m]
-  std::array<FieldDistance, kRoom> found{};
+  std::array<double, kRoom> distance{};    // what was found [m]
+  uint64_t near = 0;                       // a bit for each that is near
+
+  FieldDistance found(size_t i) const { return {distance[i], (near >> i & 1) != 0}; }
 };
 
 /// Fills in what the field says at each point, moved in double: sample_distance, to the bit. Four

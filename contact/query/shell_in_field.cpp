@@ -155,7 +155,7 @@ struct Search {
         visited[n_visited++] = {index, kNotAsked};
         continue;
       }
-      const FieldDistance& at = batch.at.found[asked++];
+      const FieldDistance at = batch.at.found(asked++);
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
       // which are clear cannot be foretold: written in any case, counted where it is kept
@@ -240,7 +240,7 @@ struct Search {
     look_up_batch(points);
     if (coherence == nullptr) return;
     for (size_t k = 0; k < points.at.n; ++k) {
-      coherence->low[points.points[k]] = low_end(field, points.at.found[k]) + coherence->slack;
+      coherence->low[points.points[k]] = low_end(field, points.at.found(k)) + coherence->slack;
     }
   }
 
@@ -250,7 +250,7 @@ struct Search {
     ShellTouch nearest{0, node.count, query.reach};
     bool touching = false;
     for (size_t k = patch.begin; k < patch.end; ++k) {
-      const double distance = points.at.found[k].distance;
+      const double distance = points.at.distance[k];
       touching |= distance < query.touch;
       const bool is_nearer = distance >= query.touch && distance < nearest.distance;
       nearest.point = is_nearer ? points.points[k] : nearest.point;
@@ -259,7 +259,7 @@ struct Search {
     if (nearest.distance > patch.cut) return look_again(patch);
     if (coherence != nullptr) coherence->high[patch.node] = nearest.distance - coherence->slack;
     for (size_t k = patch.begin; touching && k < patch.end; ++k) {
-      const double distance = points.at.found[k].distance;
+      const double distance = points.at.distance[k];
       if (!(distance < std::min(query.touch, query.reach))) continue;
       if (answer.n == touches.size()) return false;
       touches[answer.n++] = {points.points[k], 1, distance};
@@ -286,8 +286,8 @@ struct Search {
     if (shell.x.size() <= left) return true;
     uint32_t n = 0;
     PointBatch may_be_near;
-    for (const ShellVisit& visit : nodes) {
-      gather_points(shell.nodes[visit.node], query.reach, may_be_near);
+    for (size_t i = 0; i < nodes.size() && n <= left; ++i) {
+      gather_points(shell.nodes[nodes[i].node], query.reach, may_be_near);
       n += static_cast<uint32_t>(std::exchange(may_be_near.at.n, 0));
     }
     return n <= left;
@@ -310,7 +310,7 @@ struct Search {
       if (visit.distance == kNotAsked) {
         batch.add(node.point);
         look_up_batch(batch);
-        visit.distance = batch.at.found[0].distance;
+        visit.distance = batch.at.distance[0];
         batch.at.n = 0;
       }
       if (!(visit.distance < query.reach)) continue;

@@ -173,14 +173,14 @@ TEST_CASE("shell in field: lanes tell to the bit what one point after the other 
     look_up(field, X_OT, lanes);
     look_up_one_by_one(field, X_OT, one);
     for (size_t i = 0; i < lanes.n; ++i) {
-      REQUIRE(lanes.found[i].distance == one.found[i].distance);
-      REQUIRE(lanes.found[i].is_near == one.found[i].is_near);
+      REQUIRE(lanes.distance[i] == one.distance[i]);
+      REQUIRE(lanes.found(i).is_near == one.found(i).is_near);
       if (std::isnan(lanes.x[i])) continue;
       const Vec3 p_T{static_cast<double>(lanes.x[i]), static_cast<double>(lanes.y[i]),
                      static_cast<double>(lanes.z[i])};
       const FieldSample sample = sample_field(field, X_OT * p_T);
-      REQUIRE(sample.distance == one.found[i].distance);
-      REQUIRE(sample.is_near == one.found[i].is_near);
+      REQUIRE(sample.distance == one.distance[i]);
+      REQUIRE(sample.is_near == one.found(i).is_near);
     }
   }
 }
