@@ -2,22 +2,26 @@
 #include "clients/step_budget.h"
 
 #include <algorithm>
-#include <limits>
-#include <vector>
+#include <cmath>
 
 namespace haptic {
+namespace {
 
-uint32_t budget_for(std::span<const TimedStep> steps, double deadline) {
-  std::vector<double> costs;
-  for (const TimedStep& step : steps) {
-    if (step.tested > 0) costs.push_back(step.cpu / static_cast<double>(step.tested));
+constexpr double kWithin = 1.1;
+
+}  // namespace
+
+uint32_t budget_for(double deadline, uint32_t most,
+                    const std::function<double(uint32_t)>& time_of) {
+  if (time_of(most) <= deadline) return most;
+  double holds = 0, fails = most;
+  while (fails > 1 && fails > kWithin * holds) {
+    // in the middle of a logarithmic scale
+    const double middle = std::floor(std::sqrt(std::max(holds, 1.0) * fails));
+    if (middle <= holds || middle >= fails) break;
+    (time_of(static_cast<uint32_t>(middle)) <= deadline ? holds : fails) = middle;
   }
-  if (costs.empty()) return 0;
-  const size_t at = (costs.size() - 1) * 99 / 100;
-  std::nth_element(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(at), costs.end());
-  const double most = std::numeric_limits<uint32_t>::max();
-  return costs[at] * most > deadline ? static_cast<uint32_t>(deadline / costs[at])
-                                     : std::numeric_limits<uint32_t>::max();
+  return static_cast<uint32_t>(holds);
 }
 
 }  // namespace haptic

@@ -2,19 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <functional>
 
 namespace haptic {
 
-/// A contact step: what it took and what it looked up.
-struct TimedStep {
-  double cpu = 0;  // [s]
-  uint64_t tested = 0;
-};
-
-/// Points that a step may look up so that it ends within the deadline [s]: deadline / c, c the 99th
-/// percentile of the steps' time a point, all that is done with what was found included. Steps that
-/// looked nothing up say nothing; 0 where none is left.
-uint32_t budget_for(std::span<const TimedStep> steps, double deadline);
+/// The largest budget, to within a tenth and at most `most`, with which a step takes no longer than
+/// the deadline [s], by bisection: `time_of` measures what a step takes with a budget [s], which is
+/// to grow with it. 0 where none holds.
+uint32_t budget_for(double deadline, uint32_t most, const std::function<double(uint32_t)>& time_of);
 
 }  // namespace haptic

@@ -17,7 +17,9 @@ constexpr double kSteepest = 1.74;
 constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNotAsked = kInfinite;
-constexpr size_t kPatchLevels = 2;  // above the points; a node there holds at most a batch of them
+constexpr double kRounding = 1e-12;  // of sums of all that was ever travelled [m]
+constexpr size_t kRanks = 32;        // of what is near, where the budget is short
+constexpr size_t kPatchLevels = 2;   // above the points; a node there holds at most a batch of them
 
 /// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
 /// went further.
@@ -102,6 +104,7 @@ struct Search {
   };
   std::array<Patch, FieldBatch::kRoom> patches;
   size_t n_patches = 0;
+  uint32_t reserved = 0;  // of the budget
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->wear < coherence->free_until[index];
@@ -152,14 +155,14 @@ struct Search {
     size_t asked = 0;
     for (const auto& [index, is_asked] : std::span(candidates.data(), n_candidates)) {
       if (!is_asked) {
-        visited[n_visited++] = {index, kNotAsked};
+        visited[n_visited++] = {index, 0, kNotAsked};
         continue;
       }
       const FieldDistance at = batch.at.found(asked++);
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
       // which are clear cannot be foretold: written in any case, counted where it is kept
-      visited[n_visited] = {index, at.distance};
+      visited[n_visited] = {index, 0, at.distance};
       n_visited += clear > 0 ? 0 : 1;
       if (coherence != nullptr) coherence->free_until[index] = until(clear);
     }
@@ -190,7 +193,7 @@ struct Search {
       return;
     }
     const double* low = coherence->low.data();
-    const double least = cut + coherence->slack;
+    const double least = cut + coherence->slack + kRounding;
     size_t n = to.at.n;
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
       // which are near cannot be foretold either
@@ -200,24 +203,82 @@ struct Search {
     to.at.n = n;
   }
 
-  /// Points below these nodes: what is within reach is told. False where there is no more room.
-  bool ask_points(std::span<const ShellVisit> nodes) {
+  /// Nearer than this are the points of a patch that touch, and the nearest of the others.
+  double cut_of(uint32_t index) const {
+    if (coherence == nullptr) return query.reach;
+    return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));
+  }
+
+  /// Asks the points below a node, together with those that come next. False where there is no
+  /// more room for what is told.
+  bool ask_points(uint32_t index) {
+    const ShellNode& node = shell.nodes[index];
+    if (batch.room() < node.count && !finish_patches()) return false;
+    const double cut = cut_of(index);
+    const size_t begin = batch.at.n;
+    gather_points(node, cut, batch);
+    if (batch.at.n > begin) {
+      patches[n_patches++] = {index, begin, batch.at.n, cut};
+    } else {
+      note_free(index);
+    }
+    return true;
+  }
+
+  bool ask_all_points(std::span<const ShellVisit> nodes) {
     for (const ShellVisit& visit : nodes) {
-      const ShellNode& node = shell.nodes[visit.node];
-      if (batch.room() < node.count && !finish_patches()) return false;
-      double cut = query.reach;
-      if (coherence != nullptr) {
-        cut = std::min(cut, std::max(query.touch, coherence->high[visit.node] + coherence->slack));
-      }
-      const size_t begin = batch.at.n;
-      gather_points(node, cut, batch);
-      if (batch.at.n > begin) {
-        patches[n_patches++] = {visit.node, begin, batch.at.n, cut};
-      } else {
-        note_free(visit.node);
-      }
+      if (!ask_points(visit.node)) return false;
     }
     return finish_patches();
+  }
+
+  /// With a budget that is short: first what may touch, then what may be nearest. A node whose
+  /// points may touch and go without stands for them. Needs a budget of the nodes' number.
+  bool ask_nearest_points(std::span<ShellVisit> nodes) {
+    std::array<uint32_t, kRanks> to_ask{};
+    uint32_t stand_ins = 0;
+    for (ShellVisit& visit : nodes) {
+      survey(visit);
+      const size_t rank = rank_of(visit.distance);
+      to_ask[rank] += visit.to_ask;
+      stand_ins += rank == 0 ? 1 : 0;
+    }
+    reserved = to_ask[0] <= budget_left() ? 0 : stand_ins;
+    size_t last = 0;
+    for (uint32_t n = to_ask[0]; n <= budget_left() && last + 1 < kRanks; n += to_ask[last]) ++last;
+    size_t n_stand_ins = 0;
+    for (const ShellVisit& visit : nodes) {
+      const size_t rank = rank_of(visit.distance);
+      if (rank > last) continue;
+      const uint32_t asked = answer.tested + static_cast<uint32_t>(batch.at.n);
+      if (asked + visit.to_ask + reserved <= query.budget) {
+        if (!ask_points(visit.node)) return false;
+      } else if (rank == 0) {
+        nodes[n_stand_ins++] = {visit.node, 0, kNotAsked};
+      }
+    }
+    return finish_patches() && tell_of_nodes(nodes.first(n_stand_ins));
+  }
+
+  /// What a node's nearest point is away at least, and how many are to be asked.
+  void survey(ShellVisit& visit) const {
+    const ShellNode& node = shell.nodes[visit.node];
+    const std::span low = std::span(coherence->low).subspan(node.first, node.count);
+    const double least = cut_of(visit.node) + coherence->slack + kRounding;
+    visit.to_ask = 0;
+    double nearest = kInfinite;
+    for (const double end : low) {
+      visit.to_ask += end < least ? 1 : 0;
+      nearest = std::min(nearest, end);
+    }
+    visit.distance = nearest - coherence->slack;
+  }
+
+  /// 0: it may touch; the others by how near they may be.
+  size_t rank_of(double distance) const {
+    if (!(distance >= query.touch)) return 0;
+    const double share = (distance - query.touch) / (query.reach - query.touch);
+    return 1 + static_cast<size_t>(std::clamp(share, 0.0, 1.0) * (kRanks - 2));
   }
 
   /// A node without a point that may be within reach is free as long as they are.
@@ -256,7 +317,9 @@ struct Search {
       nearest.point = is_nearer ? points.points[k] : nearest.point;
       nearest.distance = is_nearer ? distance : nearest.distance;
     }
-    if (nearest.distance > patch.cut) return look_again(patch);
+    if (nearest.distance > patch.cut && node.count + reserved <= budget_left()) {
+      return look_again(patch.node);
+    }
     if (coherence != nullptr) coherence->high[patch.node] = nearest.distance - coherence->slack;
     for (size_t k = patch.begin; touching && k < patch.end; ++k) {
       const double distance = points.at.distance[k];
@@ -271,53 +334,78 @@ struct Search {
   }
 
   /// The nearest before has gone, or touches: any other may be it.
-  bool look_again(const Patch& patch) {
-    const ShellNode& node = shell.nodes[patch.node];
-    if (answer.tested + node.count > query.budget) return false;
+  bool look_again(uint32_t index) {
     PointBatch again;
-    gather_points(node, query.reach, again);
+    gather_points(shell.nodes[index], query.reach, again);
     look_up_points(again);
-    return tell_of({patch.node, 0, again.at.n, query.reach}, again);
+    return tell_of({index, 0, again.at.n, query.reach}, again);
   }
 
-  /// Whether all points below these nodes are within the budget.
-  bool affords_points(std::span<const ShellVisit> nodes) const {
-    const uint32_t left = query.budget - std::min(query.budget, answer.tested);
-    if (shell.x.size() <= left) return true;
+  uint32_t budget_left() const { return query.budget - std::min(query.budget, answer.tested); }
+
+  /// How many points of these nodes are to be asked; no further than the budget.
+  uint32_t points_to_ask(std::span<const ShellVisit> nodes) const {
     uint32_t n = 0;
     PointBatch may_be_near;
-    for (size_t i = 0; i < nodes.size() && n <= left; ++i) {
-      gather_points(shell.nodes[nodes[i].node], query.reach, may_be_near);
+    for (size_t i = 0; i < nodes.size() && n <= budget_left(); ++i) {
+      gather_points(shell.nodes[nodes[i].node], cut_of(nodes[i].node), may_be_near);
       n += static_cast<uint32_t>(std::exchange(may_be_near.at.n, 0));
     }
-    return n <= left;
+    return n;
+  }
+
+  bool affords_points(std::span<const ShellVisit> nodes) const {
+    return shell.x.size() <= budget_left() || points_to_ask(nodes) <= budget_left();
   }
 
   /// Whether the next level, below these nodes, is within the budget.
   bool affords_nodes(std::span<const ShellVisit> nodes) const {
     uint32_t n = answer.tested;
     const size_t next = answer.level + 1;
-    if (n + size_t{shell.levels[next + 1]} - shell.levels[next] <= query.budget) return true;
+    if (shell.levels[next + 1] - shell.levels[next] <= budget_left()) return true;
     for (const ShellVisit& visit : nodes) n += children_to_ask(shell.nodes[visit.node]);
     return n <= query.budget;
   }
 
   /// Tells of nodes, of which each stands for all below; those that were kept without are looked up
-  /// first.
+  /// first, as far as the budget goes.
   bool tell_of_nodes(std::span<ShellVisit> kept) {
-    for (ShellVisit& visit : kept) {
-      const ShellNode& node = shell.nodes[visit.node];
-      if (visit.distance == kNotAsked) {
-        batch.add(node.point);
-        look_up_batch(batch);
-        visit.distance = batch.at.distance[0];
-        batch.at.n = 0;
+    const auto is_unknown = [&](const ShellVisit& visit) { return visit.distance == kNotAsked; };
+    for (auto visit = kept.begin(); visit != kept.end();) {
+      const auto first = visit;
+      for (; visit != kept.end() && batch.room() > 0 && batch.at.n < budget_left(); ++visit) {
+        if (is_unknown(*visit)) batch.add(shell.nodes[visit->node].point);
       }
+      if (visit == first) break;
+      look_up_batch(batch);
+      size_t asked = 0;
+      for (auto it = first; it != visit; ++it) {
+        if (is_unknown(*it)) it->distance = batch.at.distance[asked++];
+      }
+      batch.at.n = 0;
+    }
+    for (const ShellVisit& visit : kept) {
+      const ShellNode& node = shell.nodes[visit.node];
       if (!(visit.distance < query.reach)) continue;
       if (answer.n == touches.size()) return false;
       touches[answer.n++] = {node.point, node.count, visit.distance};
     }
     return true;
+  }
+
+  /// The points below patches, or as many as the budget allows.
+  void finish_at_patches(std::span<ShellVisit> nodes) {
+    if (affords_points(nodes)) {
+      answer.is_complete = ask_all_points(nodes);
+      answer.level = shell.levels.size() - 2;
+      return;
+    }
+    answer.is_complete = false;
+    if (coherence == nullptr || budget_left() < nodes.size()) {
+      tell_of_nodes(nodes);
+    } else {
+      ask_nearest_points(nodes);
+    }
   }
 };
 
@@ -343,22 +431,21 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   // the way across it could not be told
   if (!is_finite(X_OT)) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}, 0};
+  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}, 0, 0};
   ShellAnswer& answer = search.answer;
-  const size_t last = shell.levels.size() - 2;
+  const size_t last = shell.levels.size() - 2;  // the points
   if (!search.is_free(0)) search.visit(0);
   search.finish_nodes();
   // level by level, the nodes that nothing keeps from being looked into
   for (size_t begin = 0; begin < search.n_visited; ++answer.level) {
     const size_t end = search.n_visited;
     const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
-    if (answer.level + kPatchLevels >= last && search.affords_points(nodes)) {
-      answer.is_complete = search.ask_points(nodes);
-      answer.level = last;
+    if (answer.level + kPatchLevels >= last) {
+      search.finish_at_patches(nodes);
       break;
     }
     // a level is begun only where it can be ended
-    if (answer.level + 1 >= last || !search.affords_nodes(nodes)) {
+    if (!search.affords_nodes(nodes)) {
       search.tell_of_nodes(nodes);
       answer.is_complete = false;
       break;

@@ -22,6 +22,7 @@ struct ShellTouch {
 /// Room for a node that could not be left out of this search.
 struct ShellVisit {
   uint32_t node = 0;
+  uint32_t to_ask = 0;  // points below that would be looked up, where the budget is short
   double distance = 0;  // of its point; infinite where that was not looked up [m]
 };
 
