@@ -9,64 +9,11 @@
 namespace haptic {
 namespace {
 
-// half the diagonal of a cell: an interpolation of distances is off by no more; and a little for
-// the rounding of what is stored
-constexpr double kFieldError = 0.87;
-// of the interpolation, on its way by the same rounding
-constexpr double kSteepest = 1.74;
 constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNotAsked = kInfinite;
 constexpr double kRounding = 1e-12;  // of sums of all that was ever travelled [m]
-constexpr size_t kRanks = 32;        // of what is near, where the budget is short
 constexpr size_t kPatchLevels = 2;   // above the points; a node there holds at most a batch of them
-
-/// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
-/// went further.
-double travel_between(const Pose& before, const Pose& after, std::span<const Vec3> corners_T) {
-  double travel = 0;
-  for (const Vec3& p_T : corners_T) {
-    travel = std::max(travel, norm(after * p_T - before * p_T));
-  }
-  return travel;
-}
-
-void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
-  if (coherence.is_fresh) {
-    std::fill(coherence.free_until.begin(), coherence.free_until.end(), 0.0);
-    std::fill(coherence.low.begin(), coherence.low.end(), -kInfinite);
-    std::fill(coherence.high.begin(), coherence.high.end(), kInfinite);
-    coherence.slack = coherence.wear = 0;
-    coherence.is_fresh = false;
-  } else {
-    // a little more, for what is rounded away
-    const double travel =
-        travel_between(coherence.X_OT, X_OT, coherence.corners_T) * (1 + 1e-12) + 1e-15;
-    coherence.slack += kSteepest * travel;
-    // a longer reach finds what is free now as a way nearer would
-    coherence.wear += travel + std::max(reach - coherence.reach, 0.0);
-  }
-  coherence.X_OT = X_OT;
-  coherence.reach = reach;
-}
-
-/// How far a point goes at least before the field there says `reach`, and any point that is so far
-/// from it. Negative: nothing is known.
-double way_to(double reach, const FieldDistance& at, double cell) {
-  const double less = at.distance - reach;
-  // of what is far the true distance is known
-  if (!at.is_near) return less - kFieldError * cell;
-  return std::max(less / kSteepest, less - 2 * kFieldError * cell);
-}
-
-/// What the field says there at least, after it has changed by a slack: no less than the result
-/// less the slack, as far as anything within the band is concerned.
-double low_end(const DistanceField& field, const FieldDistance& at) {
-  if (at.is_near) return at.distance;
-  // of what is far the true distance is known, which changes by no more than the travel
-  const double low = at.distance - kFieldError * field.cell, beyond = low - field.band;
-  return beyond > 0 ? field.band + kSteepest * beyond : low;
-}
 
 /// Points of the shell that are looked up together.
 struct PointBatch {
@@ -104,7 +51,7 @@ struct Search {
   };
   std::array<Patch, FieldBatch::kRoom> patches;
   size_t n_patches = 0;
-  uint32_t reserved = 0;  // of the budget
+  bool are_nearest = true;  // what was told of patches; else the budget was short
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->wear < coherence->free_until[index];
@@ -155,14 +102,14 @@ struct Search {
     size_t asked = 0;
     for (const auto& [index, is_asked] : std::span(candidates.data(), n_candidates)) {
       if (!is_asked) {
-        visited[n_visited++] = {index, 0, kNotAsked};
+        visited[n_visited++] = {index, kNotAsked};
         continue;
       }
       const FieldDistance at = batch.at.found(asked++);
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
       // which are clear cannot be foretold: written in any case, counted where it is kept
-      visited[n_visited] = {index, 0, at.distance};
+      visited[n_visited] = {index, at.distance};
       n_visited += clear > 0 ? 0 : 1;
       if (coherence != nullptr) coherence->free_until[index] = until(clear);
     }
@@ -209,84 +156,33 @@ struct Search {
     return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));
   }
 
-  /// Asks the points below a node, together with those that come next. False where there is no
-  /// more room for what is told.
-  bool ask_points(uint32_t index) {
-    const ShellNode& node = shell.nodes[index];
-    if (batch.room() < node.count && !finish_patches()) return false;
-    const double cut = cut_of(index);
-    const size_t begin = batch.at.n;
-    gather_points(node, cut, batch);
-    if (batch.at.n > begin) {
-      patches[n_patches++] = {index, begin, batch.at.n, cut};
-    } else {
-      note_free(index);
-    }
-    return true;
-  }
-
-  bool ask_all_points(std::span<const ShellVisit> nodes) {
+  /// Points below these nodes: what is within reach is told. False where there is no more room.
+  bool ask_points(std::span<const ShellVisit> nodes) {
     for (const ShellVisit& visit : nodes) {
-      if (!ask_points(visit.node)) return false;
-    }
-    return finish_patches();
-  }
-
-  /// With a budget that is short: first what may touch, then what may be nearest. A node whose
-  /// points may touch and go without stands for them. Needs a budget of the nodes' number.
-  bool ask_nearest_points(std::span<ShellVisit> nodes) {
-    std::array<uint32_t, kRanks> to_ask{};
-    uint32_t stand_ins = 0;
-    for (ShellVisit& visit : nodes) {
-      survey(visit);
-      const size_t rank = rank_of(visit.distance);
-      to_ask[rank] += visit.to_ask;
-      stand_ins += rank == 0 ? 1 : 0;
-    }
-    reserved = to_ask[0] <= budget_left() ? 0 : stand_ins;
-    size_t last = 0;
-    for (uint32_t n = to_ask[0]; n <= budget_left() && last + 1 < kRanks; n += to_ask[last]) ++last;
-    size_t n_stand_ins = 0;
-    for (const ShellVisit& visit : nodes) {
-      const size_t rank = rank_of(visit.distance);
-      if (rank > last) continue;
-      const uint32_t asked = answer.tested + static_cast<uint32_t>(batch.at.n);
-      if (asked + visit.to_ask + reserved <= query.budget) {
-        if (!ask_points(visit.node)) return false;
-      } else if (rank == 0) {
-        nodes[n_stand_ins++] = {visit.node, 0, kNotAsked};
+      const ShellNode& node = shell.nodes[visit.node];
+      if (batch.room() < node.count && !finish_patches()) return false;
+      const size_t begin = batch.at.n;
+      double cut = cut_of(visit.node);
+      gather_points(node, cut, batch);
+      if (batch.at.n == begin && cut < query.reach) {
+        cut = query.reach;
+        gather_points(node, cut, batch);
+      }
+      if (batch.at.n > begin) {
+        patches[n_patches++] = {visit.node, begin, batch.at.n, cut};
+      } else {
+        note_free(visit.node);
       }
     }
-    return finish_patches() && tell_of_nodes(nodes.first(n_stand_ins));
-  }
-
-  /// What a node's nearest point is away at least, and how many are to be asked.
-  void survey(ShellVisit& visit) const {
-    const ShellNode& node = shell.nodes[visit.node];
-    const std::span low = std::span(coherence->low).subspan(node.first, node.count);
-    const double least = cut_of(visit.node) + coherence->slack + kRounding;
-    visit.to_ask = 0;
-    double nearest = kInfinite;
-    for (const double end : low) {
-      visit.to_ask += end < least ? 1 : 0;
-      nearest = std::min(nearest, end);
-    }
-    visit.distance = nearest - coherence->slack;
-  }
-
-  /// 0: it may touch; the others by how near they may be.
-  size_t rank_of(double distance) const {
-    if (!(distance >= query.touch)) return 0;
-    const double share = (distance - query.touch) / (query.reach - query.touch);
-    return 1 + static_cast<size_t>(std::clamp(share, 0.0, 1.0) * (kRanks - 2));
+    return finish_patches();
   }
 
   /// A node without a point that may be within reach is free as long as they are.
   void note_free(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
     const auto first = coherence->low.begin() + node.first;
-    const double least = *std::min_element(first, first + node.count) - coherence->slack;
-    coherence->free_until[index] = coherence->wear + (least - query.reach) / kSteepest;
+    const double low = *std::min_element(first, first + node.count);
+    coherence->free_until[index] = coherence->wear + travel_until(low, query.reach, *coherence);
   }
 
   bool finish_patches() {
@@ -317,17 +213,21 @@ struct Search {
       nearest.point = is_nearer ? points.points[k] : nearest.point;
       nearest.distance = is_nearer ? distance : nearest.distance;
     }
-    if (nearest.distance > patch.cut && node.count + reserved <= budget_left()) {
-      return look_again(patch.node);
+    if (nearest.distance > patch.cut) {
+      if (node.count <= budget_left()) return look_again(patch.node);
+      are_nearest = false;
     }
-    if (coherence != nullptr) coherence->high[patch.node] = nearest.distance - coherence->slack;
+    const bool is_near = nearest.distance < query.reach;
+    if (coherence != nullptr) {
+      coherence->high[patch.node] = is_near ? nearest.distance - coherence->slack : kInfinite;
+    }
     for (size_t k = patch.begin; touching && k < patch.end; ++k) {
       const double distance = points.at.distance[k];
       if (!(distance < std::min(query.touch, query.reach))) continue;
       if (answer.n == touches.size()) return false;
       touches[answer.n++] = {points.points[k], 1, distance};
     }
-    if (!(nearest.distance < query.reach)) return true;
+    if (!is_near) return true;
     if (answer.n == touches.size()) return false;
     touches[answer.n++] = nearest;
     return true;
@@ -392,37 +292,9 @@ struct Search {
     }
     return true;
   }
-
-  /// The points below patches, or as many as the budget allows.
-  void finish_at_patches(std::span<ShellVisit> nodes) {
-    if (affords_points(nodes)) {
-      answer.is_complete = ask_all_points(nodes);
-      answer.level = shell.levels.size() - 2;
-      return;
-    }
-    answer.is_complete = false;
-    if (coherence == nullptr || budget_left() < nodes.size()) {
-      tell_of_nodes(nodes);
-    } else {
-      ask_nearest_points(nodes);
-    }
-  }
 };
 
 }  // namespace
-
-ShellCoherence::ShellCoherence(const Pointshell& shell)
-    : free_until(shell.nodes.size(), 0), low(shell.x.size(), 0), high(shell.nodes.size(), 0) {
-  if (shell.x.empty()) return;
-  const auto [x0, x1] = std::minmax_element(shell.x.begin(), shell.x.end());
-  const auto [y0, y1] = std::minmax_element(shell.y.begin(), shell.y.end());
-  const auto [z0, z1] = std::minmax_element(shell.z.begin(), shell.z.end());
-  for (size_t i = 0; i < corners_T.size(); ++i) {
-    corners_T[i] = {static_cast<double>((i & 1) != 0 ? *x1 : *x0),
-                    static_cast<double>((i & 2) != 0 ? *y1 : *y0),
-                    static_cast<double>((i & 4) != 0 ? *z1 : *z0)};
-  }
-}
 
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
@@ -431,7 +303,8 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   // the way across it could not be told
   if (!is_finite(X_OT)) return {};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, touches, {}, 0, {}, {}, 0, {}, 0, 0};
+  Search search{field, shell, X_OT, query, coherence, visited, touches, {},
+                0,     {},    {},   0,     {},        0,       true};
   ShellAnswer& answer = search.answer;
   const size_t last = shell.levels.size() - 2;  // the points
   if (!search.is_free(0)) search.visit(0);
@@ -440,14 +313,16 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   for (size_t begin = 0; begin < search.n_visited; ++answer.level) {
     const size_t end = search.n_visited;
     const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
-    if (answer.level + kPatchLevels >= last) {
-      search.finish_at_patches(nodes);
-      break;
-    }
+    const bool are_patches = answer.level + kPatchLevels >= last;
     // a level is begun only where it can be ended
-    if (!search.affords_nodes(nodes)) {
+    if (!(are_patches ? search.affords_points(nodes) : search.affords_nodes(nodes))) {
       search.tell_of_nodes(nodes);
       answer.is_complete = false;
+      break;
+    }
+    if (are_patches) {
+      answer.is_complete = search.ask_points(nodes) && search.are_nearest;
+      answer.level = last;
       break;
     }
     search.ask_nodes(nodes);

@@ -6,9 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/shape/distance_field.h"
-#include "contact/shape/pointshell.h"
-#include "proto/math/pose.h"
+#include "contact/query/shell_coherence.h"
 
 namespace haptic {
 
@@ -22,27 +20,7 @@ struct ShellTouch {
 /// Room for a node that could not be left out of this search.
 struct ShellVisit {
   uint32_t node = 0;
-  uint32_t to_ask = 0;  // points below that would be looked up, where the budget is short
   double distance = 0;  // of its point; infinite where that was not looked up [m]
-};
-
-/// What is known of a shell and a field from queries before. What the field says at a point changes
-/// by no more than the point travels, times a constant: so a node stays free, a point is no nearer,
-/// and the nearest of a patch no further than that. Sized once, for one shell.
-struct ShellCoherence {
-  std::vector<double> free_until;  // wear at which a node of the shell is to be asked again;
-                                   // negative: until which it is asked in vain [m]
-  std::vector<double> low;         // of each point: its distance is at least low − slack [m]
-  std::vector<double> high;        // of each node: its nearest is at most high + slack [m]
-  double slack = 0;                // what distances may have changed since the first query [m]
-  double wear = 0;                // travel of the point that went furthest, and growth of reach [m]
-  Pose X_OT;                      // of the last query
-  double reach = 0;               // of the last query [m]
-  bool is_fresh = true;           // nothing is known
-  std::array<Vec3, 8> corners_T;  // of the box around the shell
-
-  explicit ShellCoherence(const Pointshell& shell);
-  void forget() { is_fresh = true; }
 };
 
 struct ShellQuery {

@@ -70,6 +70,49 @@ TEST_CASE("shell in field: pruning never changes the result", "[contact][trap]")
   CHECK(touching > 1000);
 }
 
+TEST_CASE("shell in field: of a patch that approaches the nearest point stands for all",
+          "[contact][trap]") {
+  Pair pair(2e-3, 1e-3);
+  const Pointshell shell = pair.shell.view();
+  const uint32_t first = shell.levels[shell.levels.size() - 4],
+                 end = shell.levels[shell.levels.size() - 3];
+  size_t touching = 0, approaching = 0, both = 0;
+  for (size_t k = 0; k < trials(300); ++k) {
+    const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0155);
+    const ShellQuery query{2e-3, ~0u, 0.5e-3};
+    const ShellAnswer answer = pair.ask(X_OT, nullptr, query);
+    // each patch by itself, point after point
+    std::vector<ShellTouch> expected;
+    for (const ShellNode& patch : shell.nodes.subspan(first, end - first)) {
+      ShellTouch nearest{0, patch.count, query.reach};
+      const size_t before = expected.size();
+      for (uint32_t i = patch.first; i < patch.first + patch.count; ++i) {
+        const double d = sample_field(pair.field.view(), X_OT * pair.point(i)).distance;
+        if (d < query.touch) {
+          expected.push_back({i, 1, d});
+        } else if (d < nearest.distance) {
+          nearest.point = i, nearest.distance = d;
+        }
+      }
+      touching += expected.size() - before;
+      if (!(nearest.distance < query.reach)) continue;
+      both += expected.size() > before ? 1 : 0;
+      expected.push_back(nearest);
+      ++approaching;
+    }
+    REQUIRE(answer.is_complete);
+    REQUIRE(answer.n == expected.size());
+    for (size_t i = 0; i < answer.n; ++i) {
+      REQUIRE(pair.touches[i].point == expected[i].point);
+      REQUIRE(pair.touches[i].count == expected[i].count);
+      REQUIRE(pair.touches[i].distance == expected[i].distance);
+    }
+  }
+  CHECK(touching > 0);
+  CHECK(approaching > 0);
+  CHECK(both > 0);
+}
+
 TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten times less",
           "[contact][trap]") {
   Pair with(1e-3, 0.7e-3), without(1e-3, 0.7e-3);
@@ -117,8 +160,10 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
     X_OT.q =
         normalized(from_rotation_vector(random.uniform(0, 0.02) * random.direction()) * X_OT.q);
     if (k % 50 == 0) reach = k % 100 == 0 ? 0 : 5.5e-3;
-    const ShellAnswer a = with.ask(X_OT, &coherence, {reach, ~0u});
-    const ShellAnswer b = without.ask(X_OT, nullptr, {reach, ~0u});
+    // sometimes all within reach, sometimes the nearest of each patch
+    const ShellQuery query{reach, ~0u, k / 150 % 2 == 0 ? reach : 0.2e-3};
+    const ShellAnswer a = with.ask(X_OT, &coherence, query);
+    const ShellAnswer b = without.ask(X_OT, nullptr, query);
     REQUIRE(a.n == b.n);
     bool same = true;
     for (size_t i = 0; i < a.n; ++i) {
@@ -136,20 +181,23 @@ TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever 
   // points nearer to the surface than a cell, cells coarser than the gap
   Pair with(3e-3, 0.7e-3), without(3e-3, 0.7e-3);
   ShellCoherence coherence(with.shell.view());
-  uint64_t asked_with = 0, asked_without = 0;
+  uint64_t asked_with = 0, asked_without = 0, told = 0;
+  const double touch = GENERATE(0.0, 1e-4);
   for (size_t k = 0; k < trials(2000); ++k) {
     const double t = 1e-4 * static_cast<double>(k);
-    const Pose X_OT = slide(t, 0.0352 + 3e-4 * std::sin(200 * t));
-    const ShellQuery query{2e-4 * (1 + std::sin(37 * t)), ~0u};
+    const Pose X_OT = slide(t, 0.0155 + 3e-4 * std::sin(200 * t));
+    const ShellQuery query{2e-4 * (1 + std::sin(37 * t)), ~0u, k % 500 < 250 ? 1e-3 : touch};
     const ShellAnswer a = with.ask(X_OT, &coherence, query), b = without.ask(X_OT, nullptr, query);
     REQUIRE(a.n == b.n);
     for (size_t i = 0; i < a.n; ++i) {
       REQUIRE(with.touches[i].point == without.touches[i].point);
       REQUIRE(with.touches[i].distance == without.touches[i].distance);
     }
+    told += a.n;
     asked_with += a.tested;
     asked_without += b.tested;
   }
+  CHECK(told > 0);
   CHECK(asked_with * 2 < asked_without);
 }
 
