@@ -24,7 +24,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kTick = 1e-3;        // [s]
 constexpr double kGoalStep = 1e-3;    // [s]
 constexpr double kDeadline = 0.8e-3;  // that a budget is for [s]
-constexpr int kTicksATry = 300;       // of a budget
+constexpr int kTicksATry = 3000;      // of a budget
 constexpr double kBatch = 8;          // children of a node, at most
 
 /// A tool that a hand moves in or on an object.
@@ -245,7 +245,7 @@ void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
 /// Pressed in deep: first as it is, then with the budget that holds the deadline.
 void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const Pair& pair,
                   int ticks) {
-  const int few = std::clamp(ticks / 10, 10, kTicksATry);
+  const int few = std::min(ticks, kTicksATry);
   const Course whole = follow(contest, pair.deep, few, nullptr, 0);
   rows.add(prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s");
   rows.add(prefix + "deep, points tested p50", percentile(whole.tested, 50), "");

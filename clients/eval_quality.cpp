@@ -33,6 +33,7 @@ BakedShape bake(const Soup& soup, std::string_view name) {
 
 VoxelConfig options_of(const QualityGrain& grain) {
   VoxelConfig options;
+  options.budget = 0;  // nobody waits here
   options.size = grain.voxel;
   options.band = 4 * grain.voxel;
   options.stiffness = kPointStiffness;

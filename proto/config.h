@@ -205,7 +205,7 @@ struct VoxelConfig {
   uint32_t offset_layers = 2;  // by which surfaces lie outside the real ones, in voxels
   uint32_t field = 1;          // 1: a distance field is baked, 0: the map of voxels alone
   uint32_t open_as_sheet = 0;  // 1: a mesh that is not closed is a sheet one voxel thick
-  uint32_t budget = 200000;    // of points that a step may look up; 0: any number
+  uint32_t budget = 30000;     // of points that a step may look up; 0: any number
   uint32_t is_wanted = 0;      // the section is there: baked even where another renderer begins
 };
 

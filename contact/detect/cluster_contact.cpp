@@ -6,9 +6,9 @@ namespace haptic {
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT) {
   Contact c{};
-  c.tool_point_T = inverse(X_WT) * (X_WO * cluster_O.point_W);
-  c.object_point_O = cluster_O.point_W + cluster_O.depth * cluster_O.normal_W;
-  c.normal_O = c.shading_normal_O = cluster_O.normal_W;
+  c.tool_point_T = inverse(X_WT) * (X_WO * cluster_O.point_O);
+  c.object_point_O = cluster_O.point_O + cluster_O.depth * cluster_O.normal_O;
+  c.normal_O = c.shading_normal_O = cluster_O.normal_O;
   c.object = c.material = object;
   c.stiffness = cluster_O.stiffness;
   return c;

@@ -18,7 +18,7 @@ constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that
 
 /// What is summed while points come in.
 struct Gathering {
-  Vec3 weighted_point_W, weighted_normal_W;
+  Vec3 weighted_point_O, weighted_normal_O;
   double weight = 0;
   bool approaches = false;
 };
@@ -26,14 +26,14 @@ struct Gathering {
 /// The last few points that were compared with all clusters, and where they went.
 struct Recent {
   struct Place {
-    Vec3 point_W, normal_W;
+    Vec3 point_O, normal_O;
     size_t cluster = 0;
   };
   std::array<Place, 4> places;
   size_t n = 0;
 
   void add(const PointPush& push, size_t cluster) {
-    places[n++ % places.size()] = {push.point_W, push.normal_W, cluster};
+    places[n++ % places.size()] = {push.point_O, push.normal_O, cluster};
   }
 };
 
@@ -84,7 +84,7 @@ class Leaders {
   using Block = std::array<Lanes, 6>;  // points and normals
 
   static std::array<float, 6> in_floats(const PointPush& push) {
-    const Vec3 &p = push.point_W, &n = push.normal_W;
+    const Vec3 &p = push.point_O, &n = push.normal_O;
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z),
             static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
   }
@@ -102,10 +102,10 @@ class Leaders {
 size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, const Recent& recent,
                        size_t none) {
   const double near = kNextTo * options.radius;
-  for (size_t i = 0; i < std::min(recent.n, recent.places.size()); ++i) {
-    const Recent::Place& place = recent.places[i];
-    if (norm_squared(push.point_W - place.point_W) <= near * near &&
-        dot(push.normal_W, place.normal_W) >= kSameNormal) {
+  for (size_t i = 1; i <= std::min(recent.n, recent.places.size()); ++i) {
+    const Recent::Place& place = recent.places[(recent.n - i) % recent.places.size()];
+    if (norm_squared(push.point_O - place.point_O) <= near * near &&
+        dot(push.normal_O, place.normal_O) >= kSameNormal) {
       return place.cluster;
     }
   }
@@ -114,8 +114,8 @@ size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, con
 
 void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
   const double weight = weight_of(push);
-  gathering.weighted_point_W += weight * push.point_W;
-  gathering.weighted_normal_W += weight * push.normal_W;
+  gathering.weighted_point_O += weight * push.point_O;
+  gathering.weighted_normal_O += weight * push.normal_O;
   gathering.weight += weight;
   cluster.stiffness += push.stiffness;
   ++cluster.count;
@@ -126,20 +126,27 @@ void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
 
 }  // namespace
 
-LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W) {
+LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O) {
   LinearPush sum;
+  std::array<std::array<Pair, 3>, 6> less{};
   for (const PointPush& push : pushes) {
     if (!(push.depth > 0)) continue;
-    const Wrench unit{push.normal_W, cross(push.point_W - about_W, push.normal_W)};
-    sum.F0_W = sum.F0_W + (push.stiffness * push.depth) * unit;
+    const Wrench unit{push.normal_O, cross(push.point_O - about_O, push.normal_O)};
+    sum.F0_O = sum.F0_O + (push.stiffness * push.depth) * unit;
     const std::array<double, 6> w = components(unit.f, unit.t);
+#pragma GCC unroll 6
     for (size_t i = 0; i < 6; ++i) {
-      const double less = push.stiffness * w[i];
-      for (size_t j = i; j < 6; ++j) sum.K(i, j) -= less * w[j];
+      const double row = push.stiffness * w[i];
+#pragma GCC unroll 3
+      for (size_t j = 0; j < 3; ++j) less[i][j] += Pair{row * w[2 * j], row * w[2 * j + 1]};
     }
   }
   for (size_t i = 0; i < 6; ++i) {
-    for (size_t j = 0; j < i; ++j) sum.K(i, j) = sum.K(j, i);
+    // of what rounding makes of k wi wj and k wj wi one
+    for (size_t j = 0; j < 6; ++j) {
+      const size_t row = std::min(i, j), column = std::max(i, j);
+      sum.K(i, j) = -less[row][column / 2][column % 2];
+    }
   }
   return sum;
 }
@@ -173,10 +180,10 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   }
   for (size_t i = 0; i < n; ++i) {
     const Gathering& g = gatherings[i];
-    clusters[i].point_W = g.weighted_point_W / g.weight;
-    clusters[i].normal_W = normalized(g.weighted_normal_W);
+    clusters[i].point_O = g.weighted_point_O / g.weight;
+    clusters[i].normal_O = normalized(g.weighted_normal_O);
     if (!g.approaches) {
-      clusters[i].depth = std::max(norm(g.weighted_normal_W) / clusters[i].stiffness - kFloor, 0.0);
+      clusters[i].depth = std::max(norm(g.weighted_normal_O) / clusters[i].stiffness - kFloor, 0.0);
     }
   }
   return n;

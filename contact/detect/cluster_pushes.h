@@ -10,8 +10,8 @@ namespace haptic {
 
 /// One of many points that touch: a spring along the normal.
 struct PointPush {
-  Vec3 point_W;
-  Vec3 normal_W;         // unit, from object to tool
+  Vec3 point_O;
+  Vec3 normal_O;         // unit, from object to tool
   double depth = 0;      // > 0 [m]; < 0: it approaches
   double stiffness = 0;  // [N/m]
   double count = 1;      // of points that it stands for
@@ -19,8 +19,8 @@ struct PointPush {
 
 /// A few springs that stand for many.
 struct PushCluster {
-  Vec3 point_W;
-  Vec3 normal_W;
+  Vec3 point_O;
+  Vec3 normal_O;
   double depth = 0;      // such that stiffness · depth is the length of the sum of the forces [m]
   double stiffness = 0;  // sum of those of its points [N/m]
   uint32_t count = 0;
@@ -28,7 +28,7 @@ struct PushCluster {
 
 /// Wrench of all springs about a point, and its linearisation for small motions of the tool.
 struct LinearPush {
-  Wrench F0_W;
+  Wrench F0_O;
   Mat6 K;  // −Σ k w wᵀ, w = (n, r × n): symmetric, never positive
 };
 
@@ -38,8 +38,8 @@ struct ClusterOptions {
                                  // sides of a slot must not cancel
 };
 
-/// F0 = Σ k d (n, r × n) over points with d > 0, about `about_W`.
-LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_W);
+/// F0 = Σ k d (n, r × n) over points with d > 0, about `about_O`.
+LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O);
 
 /// Sorts the points into clusters by distance and by normal, each led by its first point; once
 /// there are as many as there is room for, into the one that fits best. Weighted by the force, or

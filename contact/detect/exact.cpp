@@ -149,7 +149,7 @@ Reach reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge
 
 bool place_before(const PointPush& a, const PointPush& b) {
   const auto key = [](const PointPush& push) {
-    const Vec3 &p = push.point_W, &n = push.normal_W;
+    const Vec3 &p = push.point_O, &n = push.normal_O;
     return std::tuple(p.x, p.y, p.z, n.x, n.y, n.z, push.depth);
   };
   return key(a) < key(b);
@@ -159,10 +159,10 @@ bool place_before(const PointPush& a, const PointPush& b) {
 size_t merge_sorted(std::span<PointPush> pushes) {
   size_t n = 0, first_here = 0;
   for (const PointPush& push : pushes) {
-    if (n > 0 && !(push.point_W == pushes[n - 1].point_W)) first_here = n;
+    if (n > 0 && !(push.point_O == pushes[n - 1].point_O)) first_here = n;
     const auto here = pushes.subspan(first_here, n - first_here);
     const bool is_known = std::any_of(here.begin(), here.end(), [&](const PointPush& other) {
-      return dot(push.normal_W, other.normal_W) > kOnePlane;
+      return dot(push.normal_O, other.normal_O) > kOnePlane;
     });
     if (!is_known) pushes[n++] = push;
   }

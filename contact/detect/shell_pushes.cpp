@@ -42,13 +42,13 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
   for (const VoxelHit& hit : hits) {
     if (n == pushes.size()) break;
     PointPush& push = pushes[n];
-    push.point_W = X_OT * point_T(shell, hit.point());
-    push.normal_W = rotate(X_OT.q, normal_T(shell, hit.point()));
+    push.point_O = X_OT * point_T(shell, hit.point());
+    push.normal_O = rotate(X_OT.q, normal_T(shell, hit.point()));
     push.stiffness = 1;
     push.depth = hit.voxel() == Voxel::kInterior ? deepest : -deepest;
     if (hit.voxel() == Voxel::kSurface) {
-      const Vec3 middle_O = map.centre_of(map.index_of(push.point_W));
-      push.depth = dot(middle_O - push.point_W, push.normal_W);
+      const Vec3 middle_O = map.centre_of(map.index_of(push.point_O));
+      push.depth = dot(middle_O - push.point_O, push.normal_O);
     }
     (push.depth > 0 ? touching : near) += 1;
     ++n;
@@ -79,9 +79,9 @@ Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const 
   Mat6 B;
   for (const PointPush& push : pushes) {
     if (push.depth > 0) continue;
-    const Vec3 arm = push.point_W - about_O;
+    const Vec3 arm = push.point_O - about_O;
     const Vec3 v = velocity_at(V_OT, arm);
-    const double speed = norm(v), approach = -dot(push.normal_W, v);
+    const double speed = norm(v), approach = -dot(push.normal_O, v);
     if (!(approach > 0)) continue;
     const double b = damping * push.count;
     const auto add_along = [&](const Vec3& u, double by) {
@@ -89,7 +89,7 @@ Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const 
       add_outer(B, {u, turn}, {-by * u, -by * turn});
     };
     if (reading == Braking::kAlongNormal) {
-      add_along(push.normal_W, b);
+      add_along(push.normal_O, b);
       continue;
     }
     for (const Vec3& u : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {

@@ -53,23 +53,23 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
 
 /// Away from the object at a cluster: the field's gradient, else the cluster's own normal.
 Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
-  if (shape.field.index.empty()) return cluster.normal_W;
-  const Vec3 gradient = sample_field(shape.field, cluster.point_W).gradient_O;
-  return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_W;
+  if (shape.field.index.empty()) return cluster.normal_O;
+  const Vec3 gradient = sample_field(shape.field, cluster.point_O).gradient_O;
+  return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_O;
 }
 
 /// How far around a cluster the object goes on, by doubling steps: where its distance grows by less
 /// than a third of the step in four directions along the plane. 0: there is no field to ask.
 double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   if (shape.field.index.empty()) return 0;
-  const Vec3 n = cluster.normal_W;
+  const Vec3 n = cluster.normal_O;
   const Vec3 u = normalized(cross(n, std::fabs(n.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
   const Vec3 v = cross(n, u);
-  const double here = sample_field(shape.field, cluster.point_W).distance;
+  const double here = sample_field(shape.field, cluster.point_O).distance;
   double extent = 0.5 * shape.field.cell;
   for (double step = shape.field.cell; step <= kMostCells * shape.field.cell; step *= 2) {
     for (const Vec3& way : {u, v, -u, -v}) {
-      const double there = sample_field(shape.field, cluster.point_W + step * way).distance;
+      const double there = sample_field(shape.field, cluster.point_O + step * way).distance;
       if (there - here > kGrowth * step) return extent;
     }
     extent = step;
@@ -95,7 +95,7 @@ void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32
   const Pose& X_WO = question.X_WO[object];
   const LinearPush sum = sum_pushes(pushes, inverse(X_WO) * question.X_WT.p);
   const Mat3 R = to_matrix(X_WO.q);
-  set.F0_W = {R * sum.F0_W.f, R * sum.F0_W.t};
+  set.F0_W = {R * sum.F0_O.f, R * sum.F0_O.t};
   set.K = rotated(R, sum.K).a;
   set.B = rotated(R, B_O).a;
   set.wrench_object = object;
@@ -143,7 +143,7 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
       // a side of the tool beside the place where it touches would hold, or pull, a tool that
       // leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
-      if (dot(away_O, clusters[i].normal_W) < kLeastFacing) continue;
+      if (dot(away_O, clusters[i].normal_O) < kLeastFacing) continue;
       Contact& c = set.contacts[set.n_contacts++];
       c = contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
       c.shading_normal_O = away_O;

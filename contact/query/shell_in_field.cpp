@@ -156,8 +156,9 @@ struct Search {
     return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));
   }
 
-  /// Points below these nodes: what is within reach is told. False where there is no more room.
-  bool ask_points(std::span<const ShellVisit> nodes) {
+  /// Points below these nodes: what is within reach is told. False where there is no more room, or
+  /// where no more than `reserved` of the budget is left.
+  bool ask_points(std::span<const ShellVisit> nodes, size_t reserved) {
     for (const ShellVisit& visit : nodes) {
       const ShellNode& node = shell.nodes[visit.node];
       if (batch.room() < node.count && !finish_patches()) return false;
@@ -168,6 +169,11 @@ struct Search {
         cut = query.reach;
         gather_points(node, cut, batch);
       }
+      if (batch.at.n + reserved > budget_left()) {
+        batch.at.n = begin;
+        finish_patches();
+        return false;
+      }
       if (batch.at.n > begin) {
         patches[n_patches++] = {visit.node, begin, batch.at.n, cut};
       } else {
@@ -175,6 +181,14 @@ struct Search {
       }
     }
     return finish_patches();
+  }
+
+  /// What the budget leaves beside these nodes goes into what will be known of their points: so
+  /// those that are near come to be few enough.
+  void learn(std::span<const ShellVisit> nodes) {
+    if (coherence == nullptr) return;
+    ask_points(nodes, nodes.size());
+    answer.n = 0;
   }
 
   /// A node without a point that may be within reach is free as long as they are.
@@ -314,15 +328,16 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
     const size_t end = search.n_visited;
     const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
     const bool are_patches = answer.level + kPatchLevels >= last;
-    // a level is begun only where it can be ended
-    if (!(are_patches ? search.affords_points(nodes) : search.affords_nodes(nodes))) {
-      search.tell_of_nodes(nodes);
-      answer.is_complete = false;
+    if (are_patches && search.affords_points(nodes)) {
+      answer.is_complete = search.ask_points(nodes, 0) && search.are_nearest;
+      answer.level = last;
       break;
     }
-    if (are_patches) {
-      answer.is_complete = search.ask_points(nodes) && search.are_nearest;
-      answer.level = last;
+    // a level is begun only where it can be ended
+    if (are_patches || !search.affords_nodes(nodes)) {
+      if (are_patches) search.learn(nodes);
+      search.tell_of_nodes(nodes);
+      answer.is_complete = false;
       break;
     }
     search.ask_nodes(nodes);

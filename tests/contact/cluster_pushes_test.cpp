@@ -25,8 +25,8 @@ std::vector<PointPush> flat_patch(size_t n, double half, double depth, double k)
 Wrench wrench_of(std::span<const PushCluster> clusters) {
   Wrench sum;
   for (const PushCluster& c : clusters) {
-    const Vec3 f = (c.stiffness * std::max(c.depth, 0.0)) * c.normal_W;
-    sum = sum + Wrench{f, cross(c.point_W, f)};
+    const Vec3 f = (c.stiffness * std::max(c.depth, 0.0)) * c.normal_O;
+    sum = sum + Wrench{f, cross(c.point_O, f)};
   }
   return sum;
 }
@@ -40,8 +40,8 @@ TEST_CASE("clusters: the sum of the forces stays, and the torque of what is flat
   CHECK(n > 4);
   const LinearPush all = sum_pushes(pushes, {});
   const Wrench few = wrench_of({clusters.data(), n});
-  CHECK_THAT(few.f, IsNear(all.F0_W.f, 1e-4));
-  CHECK_THAT(few.t, IsNear(all.F0_W.t, 1e-6));
+  CHECK_THAT(few.f, IsNear(all.F0_O.f, 1e-4));
+  CHECK_THAT(few.t, IsNear(all.F0_O.t, 1e-6));
 }
 
 TEST_CASE("clusters: opposite normals do not cancel", "[contact][trap]") {
@@ -54,11 +54,11 @@ TEST_CASE("clusters: opposite normals do not cancel", "[contact][trap]") {
   std::array<PushCluster, 16> clusters;
   const size_t n = cluster_pushes(pushes, {5e-3, 0.5}, clusters);
   REQUIRE(n == 2);
-  CHECK(std::fabs(dot(clusters[0].normal_W, clusters[1].normal_W) + 1) < 1e-9);
+  CHECK(std::fabs(dot(clusters[0].normal_O, clusters[1].normal_O) + 1) < 1e-9);
   CHECK(clusters[0].depth == Approx(1e-4).epsilon(1e-3));
   // the linearisation resists across the slot with both walls
   CHECK(sum_pushes(pushes, {}).K(0, 0) == Approx(-4000));
-  CHECK(norm(sum_pushes(pushes, {}).F0_W.f) < 1e-12);
+  CHECK(norm(sum_pushes(pushes, {}).F0_O.f) < 1e-12);
 }
 
 TEST_CASE("clusters: points that approach have clusters of their own", "[contact]") {
@@ -81,7 +81,7 @@ TEST_CASE("clusters: with no more room each point goes where it fits best", "[co
   uint32_t count = 0;
   for (const PushCluster& c : clusters) count += c.count;
   CHECK(count == 300);
-  CHECK_THAT(wrench_of(clusters).f, IsNear(sum_pushes(pushes, {}).F0_W.f, 1e-4));
+  CHECK_THAT(wrench_of(clusters).f, IsNear(sum_pushes(pushes, {}).F0_O.f, 1e-4));
   CHECK(cluster_pushes({}, {}, clusters) == 0);
 }
 
@@ -98,11 +98,11 @@ TEST_CASE("clusters: the linearised wrench against asking again", "[contact][tra
     const Twist motion{1e-5 * random.direction(), 1e-4 * random.direction()};
     auto moved_pushes = pushes;
     for (PointPush& p : moved_pushes) {
-      p.depth -= dot(p.normal_W, motion.v + cross(motion.w, p.point_W));
+      p.depth -= dot(p.normal_O, motion.v + cross(motion.w, p.point_O));
     }
-    const Wrench again = sum_pushes(moved_pushes, {}).F0_W, change = linear.K * motion;
-    REQUIRE_THAT(again.f, IsNear(linear.F0_W.f + change.f, 1e-12));
-    REQUIRE_THAT(again.t, IsNear(linear.F0_W.t + change.t, 1e-12));
+    const Wrench again = sum_pushes(moved_pushes, {}).F0_O, change = linear.K * motion;
+    REQUIRE_THAT(again.f, IsNear(linear.F0_O.f + change.f, 1e-12));
+    REQUIRE_THAT(again.t, IsNear(linear.F0_O.t + change.t, 1e-12));
   }
 }
 

@@ -78,7 +78,7 @@ TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is boun
   for (const size_t n : {2u, 4u, 10u, 20u}) {
     const MeshShapeData brush = build_shape(make_brush(side, n));
     const auto direct = [&](double z) {
-      return sum_pushes(pushes_of(plane, brush, {{0.05, -0.05, z}, {}}), {}).F0_W.f.z;
+      return sum_pushes(pushes_of(plane, brush, {{0.05, -0.05, z}, {}}), {}).F0_O.f.z;
     };
     const auto points = static_cast<double>(n * n);
     CHECK(stiffness_along_z(direct, -1e-4) == Approx(points * k).epsilon(1e-6));
@@ -91,7 +91,7 @@ TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is boun
             exact_contacts(plane.view(), brush.view(), X_OT, options, room.scratch(), clusters)
                 .n_clusters);
         double sum = 0;
-        for (const PushCluster& c : clusters) sum += c.stiffness * c.depth * c.normal_W.z;
+        for (const PushCluster& c : clusters) sum += c.stiffness * c.depth * c.normal_O.z;
         return sum;
       };
     };
@@ -112,13 +112,13 @@ TEST_CASE("exact: a box sunk into a plane is pushed out at its four corners") {
   const std::vector<PointPush> pushes = pushes_of(plane, box, X_OT);
   REQUIRE(pushes.size() == 4);
   for (const PointPush& push : pushes) {
-    CHECK_THAT(push.normal_W, IsNear({0, 0, 1}, kAlgebraTolerance));
+    CHECK_THAT(push.normal_O, IsNear({0, 0, 1}, kAlgebraTolerance));
     CHECK(push.depth == Approx(depth).epsilon(1e-9));
-    CHECK(std::fabs(push.point_W.x - 0.025) == Approx(0.005));
-    CHECK(std::fabs(push.point_W.y + 0.02) == Approx(0.01));
+    CHECK(std::fabs(push.point_O.x - 0.025) == Approx(0.005));
+    CHECK(std::fabs(push.point_O.y + 0.02) == Approx(0.01));
   }
   // it rests on two triangles in the same way
-  const Wrench F = sum_pushes(pushes_of(plane, box, {{0, 0, 0.005 - depth}, {}}), {}).F0_W;
+  const Wrench F = sum_pushes(pushes_of(plane, box, {{0, 0, 0.005 - depth}, {}}), {}).F0_O;
   CHECK(F.f.z >= 4 * 1000 * depth * (1 - 1e-9));
   CHECK(norm(Vec3{F.f.x, F.f.y, 0}) < tol(kAlgebraTolerance));
 }
@@ -130,13 +130,13 @@ TEST_CASE("exact: a corner of the object in a face of the tool pushes as the oth
   // the tool's corner in the object's upper face
   std::vector<PointPush> pushes = pushes_of(plate, foot, {{0.013, 0.002, 0.01 - depth}, {}});
   REQUIRE(pushes.size() == 1);
-  CHECK_THAT(pushes[0].normal_W, IsNear({0, 0, 1}, kAlgebraTolerance));
+  CHECK_THAT(pushes[0].normal_O, IsNear({0, 0, 1}, kAlgebraTolerance));
   CHECK(pushes[0].depth == Approx(depth));
   // the object's corner in the tool's lower face: the tool is below it and goes down
   pushes = pushes_of(foot, plate, {{0.013, 0.002, -0.01 + depth}, {}});
   REQUIRE(pushes.size() == 1);
-  CHECK_THAT(pushes[0].normal_W, IsNear({0, 0, -1}, kAlgebraTolerance));
-  CHECK_THAT(pushes[0].point_W, IsNear({}, kAlgebraTolerance));
+  CHECK_THAT(pushes[0].normal_O, IsNear({0, 0, -1}, kAlgebraTolerance));
+  CHECK_THAT(pushes[0].point_O, IsNear({}, kAlgebraTolerance));
   CHECK(pushes[0].depth == Approx(depth));
 }
 
@@ -152,14 +152,14 @@ TEST_CASE("exact: two crossed edges push along what is perpendicular to both") {
   const MeshShapeData upper = build_shape(turned(make_box({w, 0.1, w}), {0, eighth, 0}));
   const double up = 2 * half_diagonal;
   const auto force = [&](double d) {
-    return sum_pushes(pushes_of(lower, upper, {{1e-3, 2e-3, up - d}, {}}), {}).F0_W;
+    return sum_pushes(pushes_of(lower, upper, {{1e-3, 2e-3, up - d}, {}}), {}).F0_O;
   };
   CHECK(force(-1e-6).f == Vec3{});
   // one push for four pairs of faces, where the edges pass
   const std::vector<PointPush> pushes = pushes_of(lower, upper, {{1e-3, 2e-3, up - depth}, {}});
   REQUIRE(pushes.size() == 1);
-  CHECK_THAT(pushes[0].point_W, IsNear({1e-3, 0, half_diagonal - depth}, kAlgebraTolerance));
-  CHECK_THAT(pushes[0].normal_W, IsNear({0, 0, 1}, kAlgebraTolerance));
+  CHECK_THAT(pushes[0].point_O, IsNear({1e-3, 0, half_diagonal - depth}, kAlgebraTolerance));
+  CHECK_THAT(pushes[0].normal_O, IsNear({0, 0, 1}, kAlgebraTolerance));
   CHECK(pushes[0].depth == Approx(depth));
   // grows from nothing
   CHECK(force(1e-7).f.z == Approx(1000 * 1e-7));
@@ -174,13 +174,13 @@ TEST_CASE("exact: two balls push along the line of their centres, from object to
     const double depth = random.uniform(5e-4, 3e-3);
     const Pose X_OT{(0.05 - depth) * way, random.pose(1).q};
     const std::vector<PointPush> pushes = pushes_of(object, tool, X_OT);
-    const Vec3 F = sum_pushes(pushes, {}).F0_W.f;
+    const Vec3 F = sum_pushes(pushes, {}).F0_O.f;
     // edges of the balls span 0.15 rad
     CHECK(dot(normalized(F), way) > std::cos(0.15));
     for (const PointPush& push : pushes) {
       CHECK(push.depth >= 0);
       CHECK(push.depth < 1.1 * depth);
-      CHECK(dot(push.normal_W, way) > 0.5);
+      CHECK(dot(push.normal_O, way) > 0.5);
     }
   }
 }
@@ -197,11 +197,11 @@ TEST_CASE("exact: numbering does not matter, and a common motion only moves the 
   std::rotate(ball.triangles.begin(), ball.triangles.begin() + 57, ball.triangles.end());
   const std::vector<PointPush> renumbered = pushes_of(build_shape(sheet), build_shape(ball), X_OT);
   REQUIRE(renumbered.size() == pushes.size());
-  for (size_t i = 0; i < pushes.size(); ++i) CHECK(renumbered[i].point_W == pushes[i].point_W);
+  for (size_t i = 0; i < pushes.size(); ++i) CHECK(renumbered[i].point_O == pushes[i].point_O);
 
   for (Vec3& v : sheet.vertices) v = X * v;
-  const Wrench F = sum_pushes(pushes, {}).F0_W;
-  const Wrench F_moved = sum_pushes(pushes_of(build_shape(sheet), tool, X * X_OT), X.p).F0_W;
+  const Wrench F = sum_pushes(pushes, {}).F0_O;
+  const Wrench F_moved = sum_pushes(pushes_of(build_shape(sheet), tool, X * X_OT), X.p).F0_O;
   CHECK_THAT(F_moved.f, IsNear(rotate(X.q, F.f), 1e-9));
   CHECK_THAT(F_moved.t, IsNear(rotate(X.q, F.t), 1e-9));
 }

@@ -270,3 +270,36 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
   // few trials leave little to cut
   if (kSlowdown == 1) CHECK(cut_short > 0);
 }
+
+TEST_CASE("shell in field: a budget for what is near becomes enough though all is unknown at first",
+          "[contact][trap]") {
+  Pair pair(2e-3, 0.7e-3);
+  ShellCoherence coherence(pair.shell.view());
+  const auto at = [](size_t k) { return slide(1e-4 * static_cast<double>(k), 0.0152); };
+  // known to the last point: how many are looked up then
+  const ShellQuery whole{1e-3, ~0u, 0};
+  uint32_t first = 0, later = 0;
+  for (size_t k = 0; k < 50; ++k) {
+    const uint32_t tested = pair.ask(at(k), &coherence, whole).tested;
+    if (k == 0) first = tested;
+    later = std::max(k < 10 ? 0 : later, tested);
+  }
+  REQUIRE(later * 3 < first);
+  coherence.forget();
+  const ShellQuery query{1e-3, 2 * later, 0};
+  size_t coarse = 0;
+  for (size_t k = 0; k < 50; ++k) {
+    const ShellAnswer a = pair.ask(at(k), &coherence, query);
+    REQUIRE(a.tested <= query.budget);
+    if (k > 40) REQUIRE(a.is_complete);
+    coarse += a.is_complete ? 0 : 1;
+    if (!a.is_complete) continue;
+    const std::vector<ShellTouch> told(pair.touches.begin(), pair.touches.begin() + a.n);
+    REQUIRE(pair.ask(at(k), nullptr, whole).n == told.size());
+    for (size_t i = 0; i < told.size(); ++i) {
+      REQUIRE(told[i].point == pair.touches[i].point);
+      REQUIRE(told[i].distance == pair.touches[i].distance);
+    }
+  }
+  CHECK(coarse > 0);
+}

@@ -51,12 +51,12 @@ TEST_CASE("voxmap-pointshell: from ten points on 10·K_ff·d, continuous at ten"
     const PointshellData shell = flat_shell(n);
     const auto pushes = push_wall(map, shell.view(), height);
     REQUIRE(pushes.size() == n);
-    const Wrench F = sum_pushes(pushes, {}).F0_W;
+    const Wrench F = sum_pushes(pushes, {}).F0_O;
     CAPTURE(n);
     CHECK_THAT(F.f, IsNear({0, 0, 1000 * d * std::min<double>(static_cast<double>(n), 10)}, 1e-6));
     // the torque is shared as well: the force acts in the middle of the points
     Vec3 middle;
-    for (const PointPush& p : pushes) middle += (1.0 / static_cast<double>(n)) * p.point_W;
+    for (const PointPush& p : pushes) middle += (1.0 / static_cast<double>(n)) * p.point_O;
     CHECK_THAT(F.t, IsNear(cross(middle, F.f), 1e-7));
   }
 }
@@ -87,7 +87,7 @@ TEST_CASE("voxmap-pointshell: the normal is the point's, not the voxel's", "[con
   shell.nx[0] = static_cast<float>(tilted.x), shell.nz[0] = static_cast<float>(tilted.z);
   const auto pushes = push_wall(data.view(), shell.view(), data.view().centre_of(top).z - 0.2e-3);
   REQUIRE(pushes.size() == 1);
-  CHECK_THAT(pushes[0].normal_W, IsNear(tilted, 1e-6));
+  CHECK_THAT(pushes[0].normal_O, IsNear(tilted, 1e-6));
 }
 
 TEST_CASE("voxmap-pointshell: interior pushes, proximity only brakes", "[contact]") {
@@ -102,7 +102,7 @@ TEST_CASE("voxmap-pointshell: interior pushes, proximity only brakes", "[contact
   const auto near = push_wall(data.view(), shell.view(), data.view().centre_of(ring).z);
   REQUIRE(near.size() == 4);
   CHECK(near[0].depth < 0);
-  CHECK(sum_pushes(near, {}).F0_W == Wrench{});
+  CHECK(sum_pushes(near, {}).F0_O == Wrench{});
   // 0.1 m/s down and 0.1 m/s aside, two readings of the paper
   const Twist V{{0.1, 0, -0.1}, {}};
   const Wrench along_v = braking_wrench(near, V, {}, 2, Braking::kAlongVelocity);
@@ -135,7 +135,7 @@ TEST_CASE("voxmap-pointshell: a voxel's border is a step of at most K_ff·s a po
                                    1, ScanPath::kScalar, hits, 0);
       const size_t p =
           pushes_from_voxels(data.view(), shell.view(), X_OT, {hits.data(), m}, {1000, 10}, pushes);
-      const double f = norm(sum_pushes({pushes.data(), p}, {}).F0_W.f);
+      const double f = norm(sum_pushes({pushes.data(), p}, {}).F0_O.f);
       largest = std::max(largest, std::fabs(f - last));
       last = f;
     }
@@ -177,7 +177,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
         find_touches(field.view(), shell.view(), X_OT, {0.5e-3}, nullptr, visited, touches);
     const size_t n =
         pushes_from_field(shell.view(), X_OT, {touches.data(), answer.n}, force, pushes);
-    const Wrench F = sum_pushes({pushes.data(), n}, {}).F0_W;
+    const Wrench F = sum_pushes({pushes.data(), n}, {}).F0_O;
     if (k % 500 > 0) {
       const double turn = norm(to_rotation_vector(X_OT.q * conjugate(X_last.q)));
       const double step = norm(X_OT.p - X_last.p) + 0.02 * turn;

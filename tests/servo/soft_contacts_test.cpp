@@ -12,7 +12,7 @@ namespace {
 
 /// A tool with many points pressed into a wavy floor, each with a normal of its own.
 struct Patch {
-  std::vector<PointPush> pushes;
+  std::vector<PointPush> pushes;  // in W: sums are the same in any frame
   ContactSet set{};
   RigidBody tool;
 };
@@ -32,7 +32,7 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
     patch.pushes.push_back({at, n, random.uniform(2e-4, 6e-4), 50});
   }
   const LinearPush sum = sum_pushes(patch.pushes, patch.set.X_WT.p);
-  patch.set.F0_W = sum.F0_W;
+  patch.set.F0_W = sum.F0_O;
   patch.set.K = sum.K.a;
   std::array<PushCluster, 16> clusters;
   const size_t n = cluster_pushes(patch.pushes, {1e-2, 0.5}, clusters);
@@ -40,9 +40,9 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
   const Pose X_OW = inverse(X_WO), X_TW = inverse(patch.set.X_WT);
   for (size_t i = 0; i < n; ++i) {
     Contact& c = patch.set.contacts[i];
-    c.tool_point_T = X_TW * clusters[i].point_W;
-    c.object_point_O = X_OW * (clusters[i].point_W + clusters[i].depth * clusters[i].normal_W);
-    c.normal_O = rotate(X_OW.q, clusters[i].normal_W);
+    c.tool_point_T = X_TW * clusters[i].point_O;
+    c.object_point_O = X_OW * (clusters[i].point_O + clusters[i].depth * clusters[i].normal_O);
+    c.normal_O = rotate(X_OW.q, clusters[i].normal_O);
     c.object = 1;
     c.stiffness = clusters[i].stiffness;
   }
@@ -53,10 +53,10 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
 Wrench all_points(const Patch& patch, const Twist& motion_of_origin, const Vec3& centre_W) {
   std::vector<PointPush> moved = patch.pushes;
   for (PointPush& p : moved) {
-    const Vec3 arm = p.point_W - patch.set.X_WT.p;
-    p.depth -= dot(p.normal_W, motion_of_origin.v + cross(motion_of_origin.w, arm));
+    const Vec3 arm = p.point_O - patch.set.X_WT.p;
+    p.depth -= dot(p.normal_O, motion_of_origin.v + cross(motion_of_origin.w, arm));
   }
-  return sum_pushes(moved, centre_W).F0_W;
+  return sum_pushes(moved, centre_W).F0_O;
 }
 
 Wrench model_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
