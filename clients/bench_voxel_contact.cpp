@@ -49,6 +49,7 @@ VoxelConfig voxels_of(double size, double spacing) {
   voxel.offset_layers = 0;
   voxel.band = default_band(voxel);
   voxel.point_spacing = spacing;
+  voxel.budget = 0;  // what a step takes that looks at all
   return voxel;
 }
 
