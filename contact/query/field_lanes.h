@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <span>
+#include <array>
+#include <cstdint>
 
 #include "contact/shape/distance_field.h"
 #include "proto/math/pose.h"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 namespace haptic {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 constexpr double kFieldError = 0.87;
 // of the interpolation, on its way by the same rounding
 constexpr double kSteepest = 1.74;
+constexpr double kFarthest = 1e3;  // that is added up [m]
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
@@ -40,19 +42,20 @@ ShellCoherence::ShellCoherence(const Pointshell& shell)
 }
 
 void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
-  if (coherence.is_fresh) {
+  // a little more, for what is rounded away
+  const double travel = travel_between(coherence.X_OT, X_OT, coherence.corners_T) * (1 + 1e-12) +
+                        1e-15 * (1 + coherence.slack);
+  coherence.slack += kSteepest * travel;
+  // a longer reach finds what is free now as a way nearer would
+  coherence.wear += travel + std::max(reach - coherence.reach, 0.0);
+  // of sums that large, or of no number, too much is rounded away
+  const bool is_exact = coherence.slack < kFarthest && coherence.wear < kFarthest;
+  if (coherence.is_fresh || !is_exact) {
     std::fill(coherence.free_until.begin(), coherence.free_until.end(), 0.0);
     std::fill(coherence.low.begin(), coherence.low.end(), -kInfinite);
     std::fill(coherence.high.begin(), coherence.high.end(), kInfinite);
     coherence.slack = coherence.wear = 0;
     coherence.is_fresh = false;
-  } else {
-    // a little more, for what is rounded away
-    const double travel =
-        travel_between(coherence.X_OT, X_OT, coherence.corners_T) * (1 + 1e-12) + 1e-15;
-    coherence.slack += kSteepest * travel;
-    // a longer reach finds what is free now as a way nearer would
-    coherence.wear += travel + std::max(reach - coherence.reach, 0.0);
   }
   coherence.X_OT = X_OT;
   coherence.reach = reach;

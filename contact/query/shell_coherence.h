@@ -17,7 +17,7 @@ struct ShellCoherence {
   std::vector<double> free_until;  // wear at which a node of the shell is to be asked again;
                                    // negative: until which it is asked in vain [m]
   std::vector<double> low;         // of each point: its distance is at least low − slack [m]
-  std::vector<double> high;        // of each node: its nearest is at most high + slack [m]
+  std::vector<double> high;        // of each patch: its nearest is at most high + slack [m]
   double slack = 0;                // what distances may have changed since the first query [m]
   double wear = 0;                // travel of the point that went furthest, and growth of reach [m]
   Pose X_OT;                      // of the last query
@@ -29,7 +29,7 @@ struct ShellCoherence {
   void forget() { is_fresh = true; }
 };
 
-/// Notes the way from the last query to this one. Start with nothing known where it is fresh.
+/// Notes the way from the last query to this one. Begins anew where it is fresh, and after 1000 m.
 void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence);
 
 /// How far a point goes at least before the field there says `reach`, and any point that is so far

@@ -33,6 +33,7 @@ struct Search {
   ShellCoherence* coherence;
   std::span<ShellVisit> visited;
   std::span<ShellTouch> touches;
+  uint32_t first_patch = 0;  // node
   ShellAnswer answer;
   size_t n_visited = 0;
   PointBatch batch;
@@ -51,13 +52,14 @@ struct Search {
   };
   std::array<Patch, FieldBatch::kRoom> patches;
   size_t n_patches = 0;
+  uint32_t spare = 0;       // of the budget, for second looks
   bool are_nearest = true;  // what was told of patches; else the budget was short
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->wear < coherence->free_until[index];
   }
   bool is_in_vain(uint32_t index) const {
-    return coherence != nullptr && coherence->wear < -coherence->free_until[index];
+    return index > 0 && coherence != nullptr && coherence->wear < -coherence->free_until[index];
   }
   /// Until when what is so clear of the reach is free; negative: until when what is not clear is
   /// asked in vain.
@@ -72,9 +74,10 @@ struct Search {
   }
 
   /// Whether most of a node's children are free though it is not: then the others are asked in its
-  /// place.
-  bool has_few_to_ask(const ShellNode& node) const {
-    return kFewOf * children_to_ask(node) <= node.n_children && node.n_children > 0;
+  /// place. Below patches there are points alone.
+  bool has_few_to_ask(uint32_t index) const {
+    const ShellNode& node = shell.nodes[index];
+    return index < first_patch && kFewOf * children_to_ask(node) <= node.n_children;
   }
 
   void look_up_batch(PointBatch& points) {
@@ -90,7 +93,7 @@ struct Search {
   /// Has a node looked up, together with those that come next, or kept as it is.
   void visit(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
-    const bool is_asked = !is_in_vain(index) && !has_few_to_ask(node);
+    const bool is_asked = !is_in_vain(index) && !has_few_to_ask(index);
     candidates[n_candidates++] = {index, is_asked};
     if (is_asked) batch.add(node.point);
     if (n_candidates == candidates.size()) finish_nodes();
@@ -116,10 +119,12 @@ struct Search {
     batch.at.n = n_candidates = 0;
   }
 
-  /// Nodes of the next level, below these.
-  void ask_nodes(std::span<const ShellVisit> parents) {
+  /// Nodes of the next level, below these; where some of the budget is reserved, as far as the rest
+  /// goes.
+  void ask_nodes(std::span<const ShellVisit> parents, size_t reserved) {
     for (const ShellVisit& parent : parents) {
       const ShellNode& node = shell.nodes[parent.node];
+      if (reserved > 0 && batch.at.n + node.n_children + reserved > budget_left()) break;
       double free_until = kInfinite;
       for (uint32_t k = node.first_child; k < node.first_child + node.n_children; ++k) {
         if (coherence != nullptr) free_until = std::min(free_until, coherence->free_until[k]);
@@ -165,7 +170,8 @@ struct Search {
       const size_t begin = batch.at.n;
       double cut = cut_of(visit.node);
       gather_points(node, cut, batch);
-      if (batch.at.n == begin && cut < query.reach) {
+      if (batch.at.n == begin && cut < query.reach && node.count <= spare) {
+        spare -= node.count;
         cut = query.reach;
         gather_points(node, cut, batch);
       }
@@ -183,11 +189,17 @@ struct Search {
     return finish_patches();
   }
 
-  /// What the budget leaves beside these nodes goes into what will be known of their points: so
-  /// those that are near come to be few enough.
-  void learn(std::span<const ShellVisit> nodes) {
+  /// What the budget leaves beside these nodes goes into what will be known of what is below: so
+  /// those that are near come to be fewer.
+  void learn(std::span<const ShellVisit> nodes, bool are_patches) {
     if (coherence == nullptr) return;
-    ask_points(nodes, nodes.size());
+    const size_t kept = n_visited;
+    if (are_patches) {
+      ask_points(nodes, nodes.size());
+    } else {
+      ask_nodes(nodes, nodes.size());
+    }
+    n_visited = kept;
     answer.n = 0;
   }
 
@@ -228,7 +240,7 @@ struct Search {
       nearest.distance = is_nearer ? distance : nearest.distance;
     }
     if (nearest.distance > patch.cut) {
-      if (node.count <= budget_left()) return look_again(patch.node);
+      if (node.count <= spare) return look_again(patch.node);
       are_nearest = false;
     }
     const bool is_near = nearest.distance < query.reach;
@@ -249,6 +261,7 @@ struct Search {
 
   /// The nearest before has gone, or touches: any other may be it.
   bool look_again(uint32_t index) {
+    spare -= shell.nodes[index].count;
     PointBatch again;
     gather_points(shell.nodes[index], query.reach, again);
     look_up_points(again);
@@ -268,8 +281,13 @@ struct Search {
     return n;
   }
 
-  bool affords_points(std::span<const ShellVisit> nodes) const {
-    return shell.x.size() <= budget_left() || points_to_ask(nodes) <= budget_left();
+  /// Whether all points below these nodes are within the budget; what is left then is to spare.
+  bool affords_points(std::span<const ShellVisit> nodes) {
+    const auto all = static_cast<uint32_t>(shell.x.size());
+    const uint32_t to_ask = all <= budget_left() / 2 ? all : points_to_ask(nodes);
+    if (to_ask > budget_left()) return false;
+    spare = budget_left() - to_ask;
+    return true;
   }
 
   /// Whether the next level, below these nodes, is within the budget.
@@ -313,14 +331,15 @@ struct Search {
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches) {
-  if (shell.nodes.empty() || field.index.empty() || visited.size() <= shell.nodes.size()) return {};
-  // the way across it could not be told
-  if (!is_finite(X_OT)) return {};
+  if (shell.nodes.empty() || field.index.empty()) return {};
+  // of what is not finite the way across could not be told
+  if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  Search search{field, shell, X_OT, query, coherence, visited, touches, {},
-                0,     {},    {},   0,     {},        0,       true};
-  ShellAnswer& answer = search.answer;
   const size_t last = shell.levels.size() - 2;  // the points
+  const uint32_t first_patch = shell.levels[last - std::min(last, kPatchLevels)];
+  Search search{field, shell, X_OT, query, coherence, visited, touches, first_patch, {},
+                0,     {},    {},   0,     {},        0,       0,       true};
+  ShellAnswer& answer = search.answer;
   if (!search.is_free(0)) search.visit(0);
   search.finish_nodes();
   // level by level, the nodes that nothing keeps from being looked into
@@ -335,12 +354,12 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
     }
     // a level is begun only where it can be ended
     if (are_patches || !search.affords_nodes(nodes)) {
-      if (are_patches) search.learn(nodes);
+      search.learn(nodes, are_patches);
       search.tell_of_nodes(nodes);
       answer.is_complete = false;
       break;
     }
-    search.ask_nodes(nodes);
+    search.ask_nodes(nodes, 0);
     begin = end;
   }
   return answer;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <limits>
 #include <span>
-#include <vector>
 
 #include "contact/query/shell_coherence.h"
+#include "contact/shape/distance_field.h"
+#include "contact/shape/pointshell.h"
 
 namespace haptic {
 
@@ -34,7 +35,8 @@ struct ShellAnswer {
   size_t n = 0;             // touches found
   uint32_t tested = 0;      // points looked up in the field
   size_t level = 0;         // the finest one completed
-  bool is_complete = true;  // false: out of budget or of room; coarser points stand for the rest
+  bool is_complete = true;  // false: out of budget (coarser points stand for the rest) or of room,
+                            // or the pose is not finite
 };
 
 /// The points of a shell nearer to the object than `reach`, level by level from the root: a node

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/shell_in_field.h"
 
+#include <algorithm>
+
 #include "contact/query/field_lanes.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -31,6 +33,15 @@ struct Pair {
   ShellAnswer ask(const Pose& X_OT, ShellCoherence* coherence = nullptr,
                   const ShellQuery& query = {}) {
     return find_touches(field.view(), shell.view(), X_OT, query, coherence, visited, touches);
+  }
+  /// Whether the other was told the same.
+  bool told_as(const ShellAnswer& own, const Pair& other, const ShellAnswer& others) const {
+    const auto is_same = [](const ShellTouch& a, const ShellTouch& b) {
+      return a.point == b.point && a.count == b.count && a.distance == b.distance;
+    };
+    return own.is_complete == others.is_complete && own.n == others.n &&
+           std::equal(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(own.n),
+                      other.touches.begin(), is_same);
   }
   Vec3 point(uint32_t i) const {
     return {static_cast<double>(shell.x[i]), static_cast<double>(shell.y[i]),
@@ -124,11 +135,7 @@ TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten tim
     const double t = 1e-3 * static_cast<double>(k);
     const Pose X_OT = slide(0.5 * t, 0.0162 + 2e-3 * std::sin(3 * t));
     const ShellAnswer a = with.ask(X_OT, &coherence), b = without.ask(X_OT);
-    REQUIRE(a.n == b.n);
-    for (size_t i = 0; i < a.n; ++i) {
-      REQUIRE(with.touches[i].point == without.touches[i].point);
-      REQUIRE(with.touches[i].distance == without.touches[i].distance);
-    }
+    REQUIRE(with.told_as(a, without, b));
     touching += a.n;
   }
   if (kSlowdown == 1) CHECK(touching > 0);
@@ -164,13 +171,7 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
     const ShellQuery query{reach, ~0u, k / 150 % 2 == 0 ? reach : 0.2e-3};
     const ShellAnswer a = with.ask(X_OT, &coherence, query);
     const ShellAnswer b = without.ask(X_OT, nullptr, query);
-    REQUIRE(a.n == b.n);
-    bool same = true;
-    for (size_t i = 0; i < a.n; ++i) {
-      same &= with.touches[i].point == without.touches[i].point &&
-              with.touches[i].distance == without.touches[i].distance;
-    }
-    REQUIRE(same);
+    REQUIRE(with.told_as(a, without, b));
     touching += a.n;
   }
   CHECK(touching > frames);
@@ -188,11 +189,7 @@ TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever 
     const Pose X_OT = slide(t, 0.0155 + 3e-4 * std::sin(200 * t));
     const ShellQuery query{2e-4 * (1 + std::sin(37 * t)), ~0u, k % 500 < 250 ? 1e-3 : touch};
     const ShellAnswer a = with.ask(X_OT, &coherence, query), b = without.ask(X_OT, nullptr, query);
-    REQUIRE(a.n == b.n);
-    for (size_t i = 0; i < a.n; ++i) {
-      REQUIRE(with.touches[i].point == without.touches[i].point);
-      REQUIRE(with.touches[i].distance == without.touches[i].distance);
-    }
+    REQUIRE(with.told_as(a, without, b));
     told += a.n;
     asked_with += a.tested;
     asked_without += b.tested;
@@ -273,7 +270,7 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
 
 TEST_CASE("shell in field: a budget for what is near becomes enough though all is unknown at first",
           "[contact][trap]") {
-  Pair pair(2e-3, 0.7e-3);
+  Pair pair(2e-3, 0.7e-3), other(2e-3, 0.7e-3);
   ShellCoherence coherence(pair.shell.view());
   const auto at = [](size_t k) { return slide(1e-4 * static_cast<double>(k), 0.0152); };
   // known to the last point: how many are looked up then
@@ -294,12 +291,75 @@ TEST_CASE("shell in field: a budget for what is near becomes enough though all i
     if (k > 40) REQUIRE(a.is_complete);
     coarse += a.is_complete ? 0 : 1;
     if (!a.is_complete) continue;
-    const std::vector<ShellTouch> told(pair.touches.begin(), pair.touches.begin() + a.n);
-    REQUIRE(pair.ask(at(k), nullptr, whole).n == told.size());
-    for (size_t i = 0; i < told.size(); ++i) {
-      REQUIRE(told[i].point == pair.touches[i].point);
-      REQUIRE(told[i].distance == pair.touches[i].distance);
-    }
+    REQUIRE(pair.told_as(a, other, other.ask(at(k), nullptr, whole)));
   }
   CHECK(coarse > 0);
+}
+
+TEST_CASE("shell in field: whatever the budget, what touches is told where points are",
+          "[contact][trap]") {
+  // known to the last point, then pressed in at once: many nearest points begin to touch
+  Pair pair(2e-3, 1e-3);
+  const ShellQuery whole{1e-3, ~0u, 0};
+  size_t short_ones = 0, touching = 0;
+  for (size_t k = 0; k < trials(300); ++k) {
+    const double height = 0.0154 - 4e-5 * static_cast<double>(k % 10);
+    const auto at = [&](double depth) { return slide(0.02 + 4 * depth, height - depth); };
+    ShellCoherence known(pair.shell.view());
+    for (int i = 0; i < 3; ++i) pair.ask(at(1e-6 * i), &known, whole);
+    const Pose X_OT = at(0.02e-3);
+    ShellCoherence copy = known;
+    const uint32_t enough = pair.ask(X_OT, &copy, whole).tested;
+    // from enough to a little less than is asked at first
+    const uint32_t budget = enough - std::min(enough, static_cast<uint32_t>(k / 10));
+    const ShellAnswer a = pair.ask(X_OT, &known, {1e-3, budget, 0});
+    REQUIRE(a.tested <= budget);
+    short_ones += a.is_complete ? 0 : 1;
+    if (a.level < pair.shell.levels.size() - 2) continue;
+    size_t told = 0, expected = 0;
+    for (size_t i = 0; i < a.n; ++i) told += pair.touches[i].distance < 0 ? 1 : 0;
+    for (uint32_t i = 0; i < pair.shell.x.size(); ++i) {
+      expected += sample_field(pair.field.view(), X_OT * pair.point(i)).distance < 0 ? 1 : 0;
+    }
+    REQUIRE(told == expected);
+    touching += told;
+  }
+  CHECK(short_ones > 0);
+  CHECK(touching > 0);
+}
+
+TEST_CASE("shell in field: after a pose out of this world all is as before", "[contact][trap]") {
+  Pair with(2e-3, 1e-3), without(2e-3, 1e-3);
+  ShellCoherence coherence(with.shell.view());
+  const double far = GENERATE(1e200, 1e9, std::numeric_limits<double>::infinity());
+  const ShellQuery query{1e-3, ~0u, 0};
+  with.ask(slide(0, 0.018), &coherence, query);
+  CHECK(with.ask({{far, 0, 0}, {}}, &coherence, query).is_complete == std::isfinite(far));
+  size_t told = 0;
+  for (size_t k = 0; k < 2000; ++k) {
+    const Pose X_OT = slide(0, 0.0161 - 1e-7 * static_cast<double>(k));
+    const ShellAnswer a = with.ask(X_OT, &coherence, query);
+    if (k % 100 > 0) continue;
+    REQUIRE(with.told_as(a, without, without.ask(X_OT, nullptr, query)));
+    told += a.n;
+  }
+  CHECK(told > 0);
+}
+
+TEST_CASE("shell in field: a shell of a few points is searched as well", "[contact]") {
+  const double spacing = GENERATE(0.2, 0.05, 0.02);
+  Pair with(2e-3, spacing), without(2e-3, spacing);
+  CAPTURE(with.shell.x.size(), with.shell.levels.size());
+  ShellCoherence coherence(with.shell.view());
+  Random random(1);
+  size_t told = 0;
+  for (size_t k = 0; k < trials(500); ++k) {
+    const Pose X_OT = random.pose(0.05);
+    const ShellQuery query{5e-3, ~0u, k % 2 == 0 ? 0 : 5e-3};
+    const ShellAnswer a = with.ask(X_OT, &coherence, query);
+    REQUIRE(with.told_as(a, without, without.ask(X_OT, nullptr, query)));
+    told += a.n;
+    with.ask(X_OT, &coherence, {5e-3, 1, 0});
+  }
+  CHECK(told > 0);
 }

@@ -24,6 +24,7 @@ struct FaultedSession {
   TemporaryFolder folder;
   TortureSession session;
   FaultInjector injector{session, 1};
+  uint64_t servo_before = 1, contact_before = 1;  // generations, when the last fault was inflicted
 
   explicit FaultedSession(bool recorded = false)
       : session({folder.path(), recorded ? folder.path() + "/run" : "", false}) {}
@@ -32,6 +33,8 @@ struct FaultedSession {
   FaultOutcome inject(FaultKind kind) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
+      servo_before = session.servo().generation;
+      contact_before = session.contact().generation;
       outcome = injector.inject(kind);
       forgive_slowness(outcome);
       if (outcome.violations.empty()) break;
