@@ -20,7 +20,6 @@ constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that
 struct Gathering {
   Vec3 weighted_point_O, weighted_normal_O;
   double weight = 0;
-  bool approaches = false;
 };
 
 /// The last few points that were compared with all clusters, and where they went.
@@ -155,7 +154,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
                       std::span<PushCluster> clusters) {
   std::array<Gathering, kMostClusters> gatherings;
   const size_t room = std::min(clusters.size(), gatherings.size());
-  size_t n = 0;
+  size_t n = 0, n_pushing = 0;
   // what pushes comes first, and never goes without for what approaches
   for (const bool approaches : {false, true}) {
     const size_t first = n;
@@ -172,17 +171,18 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
       }
       if (i == n) {
         leaders.add(push);
-        gatherings[n] = {{}, {}, 0, approaches};
+        gatherings[n] = {};
         clusters[n++] = {};
       }
       gather(push, gatherings[i], clusters[i]);
     }
+    if (!approaches) n_pushing = n;
   }
   for (size_t i = 0; i < n; ++i) {
     const Gathering& g = gatherings[i];
     clusters[i].point_O = g.weighted_point_O / g.weight;
     clusters[i].normal_O = normalized(g.weighted_normal_O);
-    if (!g.approaches) {
+    if (i < n_pushing) {
       clusters[i].depth = std::max(norm(g.weighted_normal_O) / clusters[i].stiffness - kFloor, 0.0);
     }
   }

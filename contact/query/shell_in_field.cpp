@@ -34,15 +34,15 @@ struct Search {
   std::span<ShellVisit> visited;
   std::span<ShellTouch> touches;
   uint32_t first_patch = 0;  // node
-  ShellAnswer answer;
+  ShellAnswer answer = {};
   size_t n_visited = 0;
-  PointBatch batch;
+  PointBatch batch = {};
   /// Nodes in order, and whether each is in the batch.
   struct Candidate {
     uint32_t node = 0;
     bool is_asked = false;
   };
-  std::array<Candidate, FieldBatch::kRoom> candidates;
+  std::array<Candidate, FieldBatch::kRoom> candidates = {};
   size_t n_candidates = 0;
   /// Where the points of a patch are in the batch: all that may be nearer than `cut`.
   struct Patch {
@@ -50,10 +50,9 @@ struct Search {
     size_t begin = 0, end = 0;
     double cut = 0;
   };
-  std::array<Patch, FieldBatch::kRoom> patches;
+  std::array<Patch, FieldBatch::kRoom> patches = {};
   size_t n_patches = 0;
-  uint32_t spare = 0;       // of the budget, for second looks
-  bool are_nearest = true;  // what was told of patches; else the budget was short
+  uint32_t spare = 0;  // of the budget, for second looks
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->wear < coherence->free_until[index];
@@ -168,13 +167,8 @@ struct Search {
       const ShellNode& node = shell.nodes[visit.node];
       if (batch.room() < node.count && !finish_patches()) return false;
       const size_t begin = batch.at.n;
-      double cut = cut_of(visit.node);
+      const double cut = cut_of(visit.node);
       gather_points(node, cut, batch);
-      if (batch.at.n == begin && cut < query.reach && node.count <= spare) {
-        spare -= node.count;
-        cut = query.reach;
-        gather_points(node, cut, batch);
-      }
       if (batch.at.n + reserved > budget_left()) {
         batch.at.n = begin;
         finish_patches();
@@ -241,7 +235,7 @@ struct Search {
     }
     if (nearest.distance > patch.cut) {
       if (node.count <= spare) return look_again(patch.node);
-      are_nearest = false;
+      answer.is_complete = false;
     }
     const bool is_near = nearest.distance < query.reach;
     if (coherence != nullptr) {
@@ -283,8 +277,11 @@ struct Search {
 
   /// Whether all points below these nodes are within the budget; what is left then is to spare.
   bool affords_points(std::span<const ShellVisit> nodes) {
-    const auto all = static_cast<uint32_t>(shell.x.size());
-    const uint32_t to_ask = all <= budget_left() / 2 ? all : points_to_ask(nodes);
+    size_t all = 0;
+    for (const ShellVisit& visit : nodes) all += shell.nodes[visit.node].count;
+    // counted one by one only where that may matter
+    const uint32_t to_ask =
+        all <= budget_left() / 2 ? static_cast<uint32_t>(all) : points_to_ask(nodes);
     if (to_ask > budget_left()) return false;
     spare = budget_left() - to_ask;
     return true;
@@ -336,9 +333,14 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
   const size_t last = shell.levels.size() - 2;  // the points
-  const uint32_t first_patch = shell.levels[last - std::min(last, kPatchLevels)];
-  Search search{field, shell, X_OT, query, coherence, visited, touches, first_patch, {},
-                0,     {},    {},   0,     {},        0,       0,       true};
+  Search search{.field = field,
+                .shell = shell,
+                .X_OT = X_OT,
+                .query = query,
+                .coherence = coherence,
+                .visited = visited,
+                .touches = touches,
+                .first_patch = shell.levels[last - std::min(last, kPatchLevels)]};
   ShellAnswer& answer = search.answer;
   if (!search.is_free(0)) search.visit(0);
   search.finish_nodes();
@@ -348,7 +350,7 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
     const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
     const bool are_patches = answer.level + kPatchLevels >= last;
     if (are_patches && search.affords_points(nodes)) {
-      answer.is_complete = search.ask_points(nodes, 0) && search.are_nearest;
+      if (!search.ask_points(nodes, 0)) answer.is_complete = false;
       answer.level = last;
       break;
     }

@@ -364,3 +364,27 @@ TEST_CASE("shell in field: a shell of a few points is searched as well", "[conta
   }
   CHECK(told > 0);
 }
+
+TEST_CASE("shell in field: what there was no room for is told by the next query",
+          "[contact][trap]") {
+  Pair with(2e-3, 1e-3), without(2e-3, 1e-3);
+  ShellCoherence coherence(with.shell.view());
+  const ShellQuery query{2e-3, ~0u, 0};
+  const std::span<ShellTouch> few(with.touches.data(), 5);
+  size_t short_ones = 0, told = 0;
+  for (size_t k = 0; k < trials(1000); ++k) {
+    const Pose X_OT = slide(1e-4 * static_cast<double>(k), 0.0156);
+    if (k % 3 > 0) {
+      const ShellAnswer a = find_touches(with.field.view(), with.shell.view(), X_OT, query,
+                                         &coherence, with.visited, few);
+      REQUIRE(a.n <= few.size());
+      short_ones += a.is_complete ? 0 : 1;
+      continue;
+    }
+    const ShellAnswer a = with.ask(X_OT, &coherence, query);
+    REQUIRE(with.told_as(a, without, without.ask(X_OT, nullptr, query)));
+    told += a.n;
+  }
+  CHECK(short_ones > 0);
+  CHECK(told > 0);
+}

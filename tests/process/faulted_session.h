@@ -24,7 +24,8 @@ struct FaultedSession {
   TemporaryFolder folder;
   TortureSession session;
   FaultInjector injector{session, 1};
-  uint64_t servo_before = 1, contact_before = 1;  // generations, when the last fault was inflicted
+  // where no attempt that counts has replaced them
+  uint64_t servo_generation = 1, contact_generation = 1;
 
   explicit FaultedSession(bool recorded = false)
       : session({folder.path(), recorded ? folder.path() + "/run" : "", false}) {}
@@ -33,8 +34,10 @@ struct FaultedSession {
   FaultOutcome inject(FaultKind kind) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
-      servo_before = session.servo().generation;
-      contact_before = session.contact().generation;
+      if (i > 0) {
+        servo_generation = session.servo().generation;
+        contact_generation = session.contact().generation;
+      }
       outcome = injector.inject(kind);
       forgive_slowness(outcome);
       if (outcome.violations.empty()) break;
