@@ -23,4 +23,11 @@ Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {
   return silent_ns > kLatePulseNs + period_ns ? Pulse::kLate : Pulse::kFine;
 }
 
+int64_t Silence::look(uint64_t beat, int64_t beat_ns, int64_t t_ns, int64_t held_up_ns) {
+  if (beat != beat_) held_up_ns_ = 0;
+  beat_ = beat;
+  held_up_ns_ += held_up_ns;
+  return t_ns - beat_ns - held_up_ns_;
+}
+
 }  // namespace haptic

@@ -22,4 +22,17 @@ enum class Pulse { kFine, kLate, kHung };
 /// the machine up for 90 ms), both on top of the period of the loop.
 Pulse judge_pulse(int64_t silent_ns, int64_t period_ns);
 
+/// How long a process has been silent, without the times its observer was held up itself: a machine
+/// that was asleep has not hung.
+class Silence {
+ public:
+  /// One look at the heartbeat, held_up_ns later than it was to be. Returns the silence [ns] since
+  /// beat_ns, less the lateness of this look and of every one before that found the same beat.
+  int64_t look(uint64_t beat, int64_t beat_ns, int64_t t_ns, int64_t held_up_ns);
+
+ private:
+  uint64_t beat_ = 0;
+  int64_t held_up_ns_ = 0;  // since that beat
+};
+
 }  // namespace haptic

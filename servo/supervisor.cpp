@@ -135,8 +135,7 @@ int Supervisor::run() {
     }
     if (t_ns >= next_look_ns) {
       write_events();
-      // where hapticd itself was held up, so was everybody: the next look judges
-      if (t_ns - next_look_ns < kLatePulseNs) watch_pulses(t_ns);
+      for (Process& process : processes_) watch_pulse(process, t_ns, t_ns - next_look_ns);
       watch_device(t_ns);
       tell_waiting(t_ns);
       next_look_ns = t_ns + kLookPeriodNs;
@@ -286,6 +285,7 @@ void Supervisor::start(Process& process) {
   process.pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   process.started_ns = now_ns();
   process.pulse = Pulse::kFine;
+  process.silence = {};
   if (drives(process)) guard_->watch(process.pidfd.get(), process.generation);
 }
 
@@ -380,10 +380,6 @@ void Supervisor::publish_control(int64_t t_ns) {
   control_.beat(control_.channels().frames.published(), t_ns);
 }
 
-void Supervisor::watch_pulses(int64_t t_ns) {
-  for (Process& process : processes_) watch_pulse(process, t_ns);
-}
-
 const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
   switch (process.id) {
     case SegmentId::kSim:
@@ -395,13 +391,16 @@ const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
   }
 }
 
-void Supervisor::watch_pulse(Process& process, int64_t t_ns) {
+void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns) {
   const SegmentHeader* header = header_of(process);
   // before its loop runs a process may bake or home for long: no pulse is expected
   const bool expected = header != nullptr && process.pid >= 0 &&
                         header->generation.load() == process.generation &&
                         header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
-  const int64_t silent_ns = expected ? t_ns - header->heartbeat_ns.load() : 0;
+  const int64_t silent_ns = expected ? process.silence.look(header->heartbeat.load(),
+                                                            header->heartbeat_ns.load(), t_ns,
+                                                            held_up_ns)
+                                     : 0;
   const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
   // one line when it gets worse, not one each look
   if (pulse > process.pulse) {

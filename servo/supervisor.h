@@ -49,6 +49,7 @@ class Supervisor {
     bool ever_ran = false;
     int64_t started_ns = 0;
     int64_t restart_at_ns = 0;  // while it is not running
+    Silence silence = {};
     Pulse pulse = Pulse::kFine;
   };
   /// A change that was asked for and that the servo has not yet echoed.
@@ -80,8 +81,7 @@ class Supervisor {
   std::string status() noexcept;
   void publish_control(int64_t t_ns);
   void watch_device(int64_t t_ns);
-  void watch_pulses(int64_t t_ns);
-  void watch_pulse(Process& process, int64_t t_ns);
+  void watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns);
   void write_events();
   template <typename Events>
   void write_events_of(const char* name, Events& events, uint64_t& lost);

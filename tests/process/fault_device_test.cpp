@@ -113,7 +113,6 @@ TEST_CASE("fault: a device that is silent gets zero on its return, then a soft s
   if (!programs_are_built()) return;
   FaultedSession s;
   s.inject(FaultKind::kDeviceSilent);
-  CHECK(s.session.servo().generation == s.servo_generation);
   CHECK(s.is_pressing());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <string>
 
 #include "clients/faults.h"
@@ -24,27 +25,30 @@ struct FaultedSession {
   TemporaryFolder folder;
   TortureSession session;
   FaultInjector injector{session, 1};
-  // where no attempt that counts has replaced them
-  uint64_t servo_generation = 1, contact_generation = 1;
 
   explicit FaultedSession(bool recorded = false)
       : session({folder.path(), recorded ? folder.path() + "/run" : "", false}) {}
 
-  /// Does a fault and fails the test where the judge finds a violation.
+  /// Does a fault and fails the test where the judge finds a violation, or where servo or contact
+  /// was replaced by a fault that is none of theirs.
   FaultOutcome inject(FaultKind kind) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
-      if (i > 0) {
-        servo_generation = session.servo().generation;
-        contact_generation = session.contact().generation;
-      }
+      const uint64_t servo = session.servo().generation, contact = session.contact().generation;
       outcome = injector.inject(kind);
       forgive_slowness(outcome);
-      if (outcome.violations.empty()) break;
+      if (session.servo().generation != servo && !may_replace_servo(kind)) {
+        outcome.violations.push_back("the servo was replaced");
+      }
+      if (session.contact().generation != contact && !may_replace_contact(kind)) {
+        outcome.violations.push_back("contact was replaced");
+      }
+      if (outcome.violations.empty()) return outcome;
     }
     for (const std::string& violation : outcome.violations) {
       FAIL_CHECK(info_of(kind).name << ": " << violation);
     }
+    FAIL_CHECK("its programs said:\n" << std::ifstream(folder.path() + "/said").rdbuf());
     return outcome;
   }
 
@@ -57,6 +61,19 @@ struct FaultedSession {
   }
 
  private:
+  static bool may_replace_servo(FaultKind kind) {
+    return kind == FaultKind::kServoKill || kind == FaultKind::kServoStop ||
+           kind == FaultKind::kHapticdKill || kind == FaultKind::kMemory ||
+           kind == FaultKind::kBusy;
+  }
+
+  /// Not only its own faults: with 64 clients beside it a core may not reach it for a while.
+  static bool may_replace_contact(FaultKind kind) {
+    return kind == FaultKind::kContactKill || kind == FaultKind::kContactHang ||
+           kind == FaultKind::kHapticdKill || kind == FaultKind::kMemory ||
+           kind == FaultKind::kBusy || kind == FaultKind::kManyClients;
+  }
+
   /// A sanitizer makes the start of a process too slow for a stated time, and 64 clients so heavy
   /// that a servo without real-time rights misses ticks. Force limits, zeros and rises still count.
   static void forgive_slowness(FaultOutcome& outcome) {

@@ -7,6 +7,7 @@
 using haptic::judge_pulse;
 using haptic::Pulse;
 using haptic::restart_delay_ns;
+using haptic::Silence;
 
 constexpr int64_t kMs = 1'000'000;
 
@@ -25,4 +26,17 @@ TEST_CASE("restart policy: a heart is late after 20 ms and has stopped after 250
   CHECK(judge_pulse(90 * kMs, period) == Pulse::kLate);
   CHECK(judge_pulse(250 * kMs + period, period) == Pulse::kLate);
   CHECK(judge_pulse(250 * kMs + period + 1, period) == Pulse::kHung);
+}
+
+TEST_CASE("restart policy: a machine that was asleep has not hung", "[servo]") {
+  const int64_t nap = 3000 * kMs;
+  Silence silence;
+  CHECK(silence.look(7, 100 * kMs, 110 * kMs, 0) == 10 * kMs);
+  // asleep between two looks, and the process has not run again at the second and the third
+  CHECK(silence.look(7, 100 * kMs, 130 * kMs + nap, nap) == 30 * kMs);
+  CHECK(silence.look(7, 100 * kMs, 150 * kMs + nap, 0) == 50 * kMs);
+  // what was forgiven one beat is not forgiven the next
+  CHECK(silence.look(8, 160 * kMs + nap, 470 * kMs + nap, 0) == 310 * kMs);
+  // it beat once more just before the nap
+  CHECK(silence.look(9, 471 * kMs + nap, 490 * kMs + 2 * nap, nap) == 19 * kMs);
 }
