@@ -8,6 +8,7 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kLatePulseNs = 20 * kMs;  // worth a line in the log
 constexpr int64_t kHungNs = 250 * kMs;
 
 }  // namespace

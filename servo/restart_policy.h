@@ -12,9 +12,6 @@ int64_t restart_delay_ns(int deaths_in_a_row);
 /// A process that lived this long has recovered: its next death counts as the first.
 inline constexpr int64_t kHealthyNs = 10'000'000'000;
 
-/// A heartbeat that is late by this is worth a line in the log.
-inline constexpr int64_t kLatePulseNs = 20'000'000;
-
 /// What its heartbeat says about a running process.
 enum class Pulse { kFine, kLate, kHung };
 
