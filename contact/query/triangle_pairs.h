@@ -22,11 +22,6 @@ Corners corners_of(const TriangleMesh& mesh, uint32_t triangle);
 /// The same in A; rounded once, so that neighbours still share their corners.
 Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB);
 
-/// Whether two boxes may have a point in common, X_AB the pose of b's mesh in a's. Never false
-/// where a triangle in one meets a triangle in the other; true now and then where boxes are apart
-/// by 1e-5 of their size. The 15 separating axes of Gottschalk, Lin, Manocha 1996.
-bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const Pose& X_AB);
-
 /// All pairs of triangles of two meshes that meet (triangles_meet: touching and coplanar count)
 /// with B at X_AB in A: both trees at once, the larger box opened first. Exact for the corners of
 /// B as corners_of rounds them. Writes at most out.size(), in the order of the trees, and returns

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "proto/math/vec3.h"
+
+namespace haptic {
+
+/// All reals from lo to hi. Of every operation the result holds what exact arithmetic gives for any
+/// choice from the operands: ends are rounded outward, by less than two steps of doubles.
+struct Interval {
+  double lo = 0, hi = 0;
+
+  constexpr Interval() = default;
+  constexpr Interval(double both) : lo(both), hi(both) {}  // NOLINT: a number is an interval
+  constexpr Interval(double low, double high) : lo(low), hi(high) {}
+
+  constexpr bool contains(double v) const { return lo <= v && v <= hi; }
+  constexpr double width() const { return hi - lo; }
+  constexpr bool operator==(const Interval&) const = default;
+};
+
+/// Below, above what rounding to nearest has made v of: half a step is |v|/2⁵³, and one of the
+/// smallest numbers.
+constexpr double rounded_down(double v) {
+  return v - ((v < 0 ? -v : v) * 0x1p-52 + std::numeric_limits<double>::denorm_min());
+}
+constexpr double rounded_up(double v) {
+  return v + ((v < 0 ? -v : v) * 0x1p-52 + std::numeric_limits<double>::denorm_min());
+}
+
+constexpr Interval outward(double lo, double hi) {
+  return {rounded_down(lo), rounded_up(hi)};
+}
+constexpr Interval hull(const Interval& a, const Interval& b) {
+  return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)};
+}
+
+constexpr Interval operator-(const Interval& a) {
+  return {-a.hi, -a.lo};
+}
+constexpr Interval operator+(const Interval& a, const Interval& b) {
+  return outward(a.lo + b.lo, a.hi + b.hi);
+}
+constexpr Interval operator-(const Interval& a, const Interval& b) {
+  return outward(a.lo - b.hi, a.hi - b.lo);
+}
+constexpr Interval operator*(const Interval& a, const Interval& b) {
+  const double ll = a.lo * b.lo, lh = a.lo * b.hi, hl = a.hi * b.lo, hh = a.hi * b.hi;
+  return outward(std::min(std::min(ll, lh), std::min(hl, hh)),
+                 std::max(std::max(ll, lh), std::max(hl, hh)));
+}
+
+/// The tight one: [−1, 2]² = [0, 4], where the product of two would say [−2, 4].
+constexpr Interval squared(const Interval& a) {
+  const double ll = a.lo * a.lo, hh = a.hi * a.hi;
+  const bool has_zero = a.contains(0);
+  return {has_zero ? 0 : std::max(rounded_down(std::min(ll, hh)), 0.0),
+          rounded_up(std::max(ll, hh))};
+}
+constexpr Interval magnitude(const Interval& a) {
+  if (a.lo >= 0) return a;
+  if (a.hi <= 0) return -a;
+  return {0, std::max(-a.lo, a.hi)};
+}
+
+/// Over all angles in it, with range analysis: the ends, and ±1 where it holds a multiple of π
+/// [rad].
+Interval cos(const Interval& angle);
+Interval sin(const Interval& angle);
+
+struct Interval3 {
+  Interval x, y, z;
+
+  constexpr Interval3() = default;
+  constexpr Interval3(const Interval& a, const Interval& b, const Interval& c) : x(a), y(b), z(c) {}
+  constexpr Interval3(const Vec3& v) : x(v.x), y(v.y), z(v.z) {}  // NOLINT: as a number is
+
+  constexpr bool contains(const Vec3& v) const {
+    return x.contains(v.x) && y.contains(v.y) && z.contains(v.z);
+  }
+};
+
+constexpr Interval3 operator+(const Interval3& a, const Interval3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+constexpr Interval3 operator-(const Interval3& a, const Interval3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+constexpr Interval3 operator*(const Interval& s, const Interval3& a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+constexpr Interval dot(const Interval3& a, const Interval3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+constexpr Interval3 cross(const Interval3& a, const Interval3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+}  // namespace haptic

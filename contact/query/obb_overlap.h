@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contact/query/rigid_motion.h"
+#include "contact/shape/obb_tree.h"
+
+namespace haptic {
+
+/// A mesh B at rest in A, or the stretch of its motion around a pose: every point of it is within
+/// its velocity's way there, give or take what the turn bends it.
+struct ObbSweep {
+  Mat3 R_AB;  // half-way
+  Vec3 p_AB;
+  Vec3 centre_A;       // of the turn, half-way
+  Vec3 way_A, turn_A;  // from half-way to the end: of the centre [m], about it [rad]
+  double angle = 0;    // |turn_A|
+};
+
+ObbSweep at_rest(const Pose& X_AB);
+/// Of the tool T (B) past the object O (A), between two times.
+ObbSweep sweep_between(const RigidMotion& motion, double from, double to);
+
+/// When two boxes may have a point in common, in halves of the sweep: −1 at its start, 1 at its
+/// end.
+struct ObbWindow {
+  double enter = -1, leave = 1;
+
+  bool is_empty() const { return enter > leave; }
+};
+
+/// The times at which a box of A and one of B may meet. No triangle in one meets a triangle in the
+/// other at any other time; boxes that are apart by 1e-5 of their size may be said to meet. Along
+/// each of the 15 separating axes of Gottschalk, Lin, Manocha 1996, as they are half-way, the boxes
+/// are apart while |t·L + s d·L| > reach + ρ|θ| + r θ²/2, with d the way of b's centre, ρ half its
+/// diagonal, r its largest distance from the centre of the turn: what Taylor's rule leaves of the
+/// motion in place of intervals (Redon, Kheddar, Coquillart 2002).
+ObbWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
+
+/// Whether they may meet at all.
+inline bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
+  return !when_boxes_may_meet(a, b, sweep).is_empty();
+}
+
+/// A node of each tree.
+struct NodePair {
+  const ObbNode *a = nullptr, *b = nullptr;
+};
+
+/// Both halves of the pair: the larger box is opened, a leaf never.
+std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B);
+
+inline bool are_leaves(const NodePair& pair) {
+  return pair.a->count > 0 && pair.b->count > 0;
+}
+
+/// Pairs that wait in a descent through both trees, each level opening one into two.
+inline constexpr size_t kMaxWaitingPairs = 2 * kMaxTreeDepth + 2;
+
+}  // namespace haptic

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/swept_pair.h"
+
+#include "contact/query/feature_advance.h"
+#include "contact/query/feature_boxes.h"
+
+namespace haptic {
+namespace {
+
+std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
+                                          const SweptPairOptions& options) {
+  const Advance advanced = advance(path, options.tolerance);
+  if (advanced.end == Advance::End::kApart) return std::nullopt;
+  const bool is_near = advanced.end == Advance::End::kNear;
+  if (options.budget == 0) return SweptMeeting{advanced.time, is_near};
+  const BoxSearch search = first_box(path, advanced.time, options.tolerance, options.budget);
+  if (!search.may_meet) return std::nullopt;
+  return SweptMeeting{search.time,
+                      !search.is_exhausted || (is_near && search.time == advanced.time)};
+}
+
+}  // namespace
+
+std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
+                                                const std::array<SweptPoint, 3>& face,
+                                                const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), options);
+}
+
+std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
+                                              const std::array<SweptPoint, 2>& b,
+                                              const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_edges(a, b), options);
+}
+
+std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
+                                                const std::array<Vec3, 3>& face_O,
+                                                const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_vertex_and_face(stretch, vertex_T, face_O), options);
+}
+
+std::optional<SweptMeeting> face_vertex_meeting(const MotionStretch& stretch,
+                                                const std::array<Vec3, 3>& face_T,
+                                                const Vec3& vertex_O,
+                                                const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_face_and_vertex(stretch, face_T, vertex_O), options);
+}
+
+std::optional<SweptMeeting> edge_edge_meeting(const MotionStretch& stretch,
+                                              const std::array<Vec3, 2>& edge_T,
+                                              const std::array<Vec3, 2>& edge_O,
+                                              const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_edges(stretch, edge_T, edge_O), options);
+}
+
+}  // namespace haptic
