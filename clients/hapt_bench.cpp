@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "clients/bench_bake.h"
+#include "clients/bench_ccd.h"
 #include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
 #include "clients/bench_point_proxy.h"
@@ -51,6 +52,29 @@ void add_closest_command(CLI::App& bench) {
       ->capture_default_str();
   command->add_flag("--json", options->json, "rows as JSON");
   command->callback([options] { print_judged(bench_closest(options->closest), options->json); });
+}
+
+void add_ccd_command(CLI::App& bench) {
+  struct Options {
+    BenchCcdOptions ccd;
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  if (const std::string data = environment("HAPTICD_DATA"); !data.empty()) {
+    options->ccd.queries = data + "/ccd-queries";
+  }
+  CLI::App* command = bench.add_subcommand(
+      "ccd", "Continuous collision of features and of meshes beside FCL and Redon's intervals");
+  command->add_option("--queries", options->ccd.queries, "folder of ground-truth queries")
+      ->capture_default_str();
+  command->add_option("--rounds", options->ccd.rounds, "alternations")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--motions", options->ccd.motions, "of the two tori")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_judged(bench_ccd(options->ccd), options->json); });
 }
 
 void add_point_proxy_command(CLI::App& bench) {
@@ -120,6 +144,7 @@ void add_bench_command(CLI::App& app) {
       app.add_subcommand("bench", "Measure this machine; exit 1 where a goal is missed");
   bench->require_subcommand(1);
   add_ring_command(*bench);
+  add_ccd_command(*bench);
   add_closest_command(*bench);
   add_point_proxy_command(*bench);
   add_voxel_command(*bench);

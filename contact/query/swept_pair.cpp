@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/swept_pair.h"
 
+#include <utility>
+
 #include "contact/query/feature_advance.h"
 #include "contact/query/feature_boxes.h"
 
@@ -19,17 +21,37 @@ std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
                       !search.is_exhausted || (is_near && search.time == advanced.time)};
 }
 
+/// Whether an axis of space keeps the places of one feature from those of the other, exactly.
+template <size_t N, size_t M>
+bool is_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
+  const auto bounds = [](const auto& corners) {
+    Vec3 lower = component_min(corners[0].from, corners[0].to),
+         upper = component_max(corners[0].from, corners[0].to);
+    for (size_t i = 1; i < corners.size(); ++i) {
+      lower = component_min(lower, component_min(corners[i].from, corners[i].to));
+      upper = component_max(upper, component_max(corners[i].from, corners[i].to));
+    }
+    return std::pair(lower, upper);
+  };
+  const auto [lower, upper] = bounds(one);
+  const auto [from, to] = bounds(other);
+  return lower.x > to.x || lower.y > to.y || lower.z > to.z || upper.x < from.x ||
+         upper.y < from.y || upper.z < from.z;
+}
+
 }  // namespace
 
 std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
                                                 const SweptPairOptions& options) {
+  if (is_beside(std::array{vertex}, face)) return std::nullopt;
   return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), options);
 }
 
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b,
                                               const SweptPairOptions& options) {
+  if (is_beside(a, b)) return std::nullopt;
   return first_meeting(FeaturePath::of_edges(a, b), options);
 }
 

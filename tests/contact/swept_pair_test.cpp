@@ -3,9 +3,6 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "tests/support/meshes.h"
 
@@ -16,31 +13,7 @@ namespace {
 
 struct Query {
   std::array<SweptPoint, 4> points;
-  bool meets = false;
 };
-
-/// Eight rows a query: numerator and denominator of three coordinates, and the truth; the four
-/// points at 0, then at 1.
-std::vector<Query> read_queries(const std::filesystem::path& file) {
-  std::vector<Query> queries;
-  std::ifstream in(file);
-  std::array<Vec3, 8> rows;
-  size_t n = 0;
-  for (std::string line; std::getline(in, line);) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream words(line);
-    std::array<double, 7> v{};
-    for (double& value : v) words >> value;
-    rows[n++] = {v[0] / v[1], v[2] / v[3], v[4] / v[5]};
-    if (n < rows.size()) continue;
-    n = 0;
-    Query query;
-    for (size_t i = 0; i < 4; ++i) query.points[i] = {rows[i], rows[i + 4]};
-    query.meets = v[6] != 0;
-    queries.push_back(query);
-  }
-  return queries;
-}
 
 std::optional<SweptMeeting> ask(const Query& query, bool is_face, const SweptPairOptions& options) {
   const auto& [a, b, c, d] = query.points;
@@ -191,26 +164,4 @@ TEST_CASE("swept pair: rigid motions, never late against dense samples", "[conta
   CAPTURE(meetings, unproven);
   CHECK(meetings > trials(5000) / 50);
   CHECK(unproven == 0);
-}
-
-TEST_CASE("swept pair: no false negative on exact ground truth", "[contact][trap]") {
-  const auto folder = find_data("ccd-queries");
-  if (!folder) return;
-  size_t n = 0, truly = 0, missed = 0, false_alarms = 0, unproven = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(*folder)) {
-    if (entry.path().extension() != ".csv") continue;
-    const bool is_face = entry.path().parent_path().filename() == "vertex-face";
-    for (const Query& query : read_queries(entry.path())) {
-      const auto hit = ask(query, is_face, {1e-6, 20000});
-      ++n;
-      truly += query.meets ? 1 : 0;
-      missed += query.meets && !hit ? 1 : 0;
-      false_alarms += !query.meets && hit ? 1 : 0;
-      unproven += hit && !hit->is_proven ? 1 : 0;
-    }
-  }
-  CAPTURE(n, truly, missed, false_alarms, unproven);
-  CHECK(n >= 4000);
-  CHECK(missed == 0);
-  CHECK(false_alarms * 7279 <= 250 * n);
 }
