@@ -69,11 +69,13 @@ Advance advance(const FeaturePath& path, double tolerance) {
   double t = path.begin(), horizon = path.end() - t;
   Slice here = path.first();
   const double rounding = 4 * size_of(path.errors());
+  double near = tolerance;
   for (int step = 0; step < kMostSteps; ++step) {
     const auto [u, v] = closest_of(here, path.is_triangle());
     const Vec3 way = here.base - u * here.e - v * here.f;
     const double distance = norm(way);
-    if (distance <= tolerance) return {t, Advance::End::kNear};
+    if (step == 0) near = std::min(near, 0.5 * distance);
+    if (distance <= near) return {t, Advance::End::kNear};
     const Vec3 n = way / distance;
     const double gap = least_along(n, here, path.is_triangle()) - rounding;
     horizon = std::min(2 * horizon, path.end() - t);

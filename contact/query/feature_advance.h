@@ -9,7 +9,7 @@ namespace haptic {
 std::array<double, 2> closest_of(const Slice& slice, bool is_triangle);
 
 struct Advance {
-  enum class End { kApart, kNear, kUnknown };  // all the way, as near as the tolerance, cut short
+  enum class End { kApart, kNear, kUnknown };  // all the way, to the tolerance, cut short
 
   double time = 0;  // the features are apart at any time before
   End end = End::kUnknown;
@@ -20,7 +20,8 @@ struct Advance {
 /// bend of the way allow for; between the ends of a step it is at least on the line between its
 /// values there, so that the step may go to where that line ends. On the last stretch to a meeting
 /// the steps shrink as Newton's do; they never pass it. Conservative advancement (Mirtich 1996)
-/// with the motion along n in place of its speed. At most 48 steps.
+/// with the motion along n in place of its speed. At most 48 steps. What is nearer than the
+/// tolerance at first may come half as near: it can leave, and slide along.
 Advance advance(const FeaturePath& path, double tolerance);
 
 }  // namespace haptic

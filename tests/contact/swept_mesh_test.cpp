@@ -245,6 +245,25 @@ TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not",
   CHECK(meet(nut.view(), bolt.view(), pull.at(jam.time + 0.02)));
 }
 
+TEST_CASE("swept mesh: what is nearer than the tolerance can leave and slide along",
+          "[contact][trap]") {
+  const MeshShapeData box = build_shape(make_box({20e-3, 20e-3, 20e-3}));
+  // turned about the normal; the faces 0.2 µm apart
+  const Quat turned = from_rotation_vector({0, 0, 0.4});
+  const Vec3 at{1e-3, 2e-3, 20e-3 + 0.2e-6};
+  const auto ask = [&](const Vec3& way, double spin) {
+    const Pose to{at + way, from_rotation_vector({0, 0, spin}) * turned};
+    return impact(box.view(), box.view(), motion_between({at, turned}, to, {}));
+  };
+  CHECK_FALSE(ask({5e-3, -3e-3, 0}, 0).meets);
+  CHECK_FALSE(ask({0, 0, 1e-3}, 0).meets);
+  CHECK_FALSE(ask({1e-3, 0, 1e-5}, 0.5).meets);
+  const MeshMeeting down = ask({0, 0, -1e-3}, 0);
+  REQUIRE(down.meets);
+  CHECK(down.time <= 0.2e-3);
+  CHECK(down.time >= 0.1e-3 * (1 - 1e-6));
+}
+
 TEST_CASE("swept mesh: nothing to meet, and motions that are not finite", "[contact]") {
   const MeshShapeData box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
   const MeshShapeData none = build_shape({});
