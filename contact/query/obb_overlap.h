@@ -41,17 +41,13 @@ inline bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSw
   return !when_boxes_may_meet(a, b, sweep).is_empty();
 }
 
-/// A node of each tree.
+/// A node of each tree, by number.
 struct NodePair {
-  const ObbNode *a = nullptr, *b = nullptr;
+  uint32_t a = 0, b = 0;
 };
 
-/// Both halves of the pair: the larger box is opened, a leaf never.
+/// Both halves of the pair: the larger box is opened, a leaf never; not for two leaves.
 std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B);
-
-inline bool are_leaves(const NodePair& pair) {
-  return pair.a->count > 0 && pair.b->count > 0;
-}
 
 /// Pairs that wait in a descent through both trees, each level opening one into two.
 inline constexpr size_t kMaxWaitingPairs = 2 * kMaxTreeDepth + 2;

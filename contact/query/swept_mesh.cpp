@@ -79,16 +79,16 @@ void SweptMesh::ask(Search& search, const SweptTriangle& swept_tool,
   search.stretch = stretch_of(stretch.motion, stretch.from, meeting->time, reach_);
 }
 
-void SweptMesh::ask_leaves(Search& search, const NodePair& leaves) const {
+void SweptMesh::ask_leaves(Search& search, const ObbNode& a, const ObbNode& b) const {
   std::array<SweptTriangle, kLeafTriangles> swept_tool;
-  for (uint32_t j = 0; j < leaves.b->count; ++j) {
-    const uint32_t triangle = tool_.tree.order[leaves.b->first + j];
+  for (uint32_t j = 0; j < b.count; ++j) {
+    const uint32_t triangle = tool_.tree.order[b.first + j];
     swept_tool[j] = swept(corners_of(tool_.mesh, triangle), search.stretch);
   }
-  for (uint32_t i = 0; i < leaves.a->count; ++i) {
-    const uint32_t triangle = object_.tree.order[leaves.a->first + i];
-    for (uint32_t j = 0; j < leaves.b->count; ++j) {
-      ask(search, swept_tool[j], {triangle, tool_.tree.order[leaves.b->first + j]});
+  for (uint32_t i = 0; i < a.count; ++i) {
+    const uint32_t triangle = object_.tree.order[a.first + i];
+    for (uint32_t j = 0; j < b.count; ++j) {
+      ask(search, swept_tool[j], {triangle, tool_.tree.order[b.first + j]});
     }
   }
 }
@@ -101,18 +101,19 @@ void SweptMesh::descend(Search& search) const {
   std::array<Entry, kMaxWaitingPairs> waiting;
   size_t n_waiting = 0;
   const auto look = [&](const NodePair& pair) {
-    return when_boxes_may_meet(pair.a->box, pair.b->box, search.sweep);
+    return when_boxes_may_meet(object_.tree.nodes[pair.a].box, tool_.tree.nodes[pair.b].box,
+                               search.sweep);
   };
   const auto push = [&](const NodePair& pair, const ObbWindow& window) {
     if (!window.is_empty()) waiting[n_waiting++] = {pair, window.enter};
   };
-  const NodePair roots{&object_.tree.nodes[0], &tool_.tree.nodes[0]};
-  push(roots, look(roots));
+  push({}, look({}));
   while (n_waiting > 0) {
     const auto [pair, enter] = waiting[--n_waiting];
     if (enter > search.latest()) continue;
-    if (are_leaves(pair)) {
-      ask_leaves(search, pair);
+    const ObbNode &a = object_.tree.nodes[pair.a], &b = tool_.tree.nodes[pair.b];
+    if (a.count > 0 && b.count > 0) {
+      ask_leaves(search, a, b);
       continue;
     }
     const std::array<NodePair, 2> halves = opened(pair, object_.tree, tool_.tree);

@@ -38,7 +38,7 @@ class SweptMesh {
  private:
   struct Search;
   void ask(Search& search, const SweptTriangle& swept_tool, const TrianglePair& pair) const;
-  void ask_leaves(Search& search, const NodePair& leaves) const;
+  void ask_leaves(Search& search, const ObbNode& a, const ObbNode& b) const;
   void descend(Search& search) const;
   double lever_of(const RigidMotion& motion) const;
   int stretches_of(const RigidMotion& motion) const;

@@ -37,12 +37,13 @@ size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const 
   const ObbSweep sweep = at_rest(X_AB);
   std::array<NodePair, kMaxWaitingPairs> waiting;
   size_t n_waiting = 0;
-  waiting[n_waiting++] = {&tree_A.nodes[0], &tree_B.nodes[0]};
+  waiting[n_waiting++] = {0, 0};
   while (n_waiting > 0) {
     const NodePair pair = waiting[--n_waiting];
-    if (!boxes_may_meet(pair.a->box, pair.b->box, sweep)) continue;
-    if (are_leaves(pair)) {
-      test_leaves(*pair.a, *pair.b);
+    const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
+    if (!boxes_may_meet(a.box, b.box, sweep)) continue;
+    if (a.count > 0 && b.count > 0) {
+      test_leaves(a, b);
       continue;
     }
     for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
