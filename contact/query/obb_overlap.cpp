@@ -96,9 +96,9 @@ ObbWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const Ob
 std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B) {
   const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
   if (b.count > 0 || (a.count == 0 && size_of(a.box) >= size_of(b.box))) {
-    return {NodePair{a.first, pair.b}, NodePair{a.first + 1, pair.b}};
+    return {NodePair{a.first, pair.b}, NodePair{a.first + 1U, pair.b}};
   }
-  return {NodePair{pair.a, b.first}, NodePair{pair.a, b.first + 1}};
+  return {NodePair{pair.a, b.first}, NodePair{pair.a, b.first + 1U}};
 }
 
 }  // namespace haptic
