@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/swept_pair.h"
 
-#include <utility>
+#include <algorithm>
 
 #include "contact/query/feature_advance.h"
 #include "contact/query/feature_boxes.h"
@@ -21,22 +21,31 @@ std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
                       !search.is_exhausted || (is_near && search.time == advanced.time)};
 }
 
+struct Range {
+  double least, most;
+};
+
+/// Of the places of a feature along one axis of space.
+template <size_t N>
+Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
+  Range range{corners[0].from.*axis, corners[0].from.*axis};
+  for (const SweptPoint& corner : corners) {
+    for (const double place : {corner.from.*axis, corner.to.*axis}) {
+      range.least = std::min(range.least, place);
+      range.most = std::max(range.most, place);
+    }
+  }
+  return range;
+}
+
 /// Whether an axis of space keeps the places of one feature from those of the other, exactly.
 template <size_t N, size_t M>
 bool is_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
-  const auto bounds = [](const auto& corners) {
-    Vec3 lower = component_min(corners[0].from, corners[0].to),
-         upper = component_max(corners[0].from, corners[0].to);
-    for (size_t i = 1; i < corners.size(); ++i) {
-      lower = component_min(lower, component_min(corners[i].from, corners[i].to));
-      upper = component_max(upper, component_max(corners[i].from, corners[i].to));
-    }
-    return std::pair(lower, upper);
-  };
-  const auto [lower, upper] = bounds(one);
-  const auto [from, to] = bounds(other);
-  return lower.x > to.x || lower.y > to.y || lower.z > to.z || upper.x < from.x ||
-         upper.y < from.y || upper.z < from.z;
+  for (const auto axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+    const Range a = range_of(one, axis), b = range_of(other, axis);
+    if (a.least > b.most || a.most < b.least) return true;
+  }
+  return false;
 }
 
 }  // namespace
