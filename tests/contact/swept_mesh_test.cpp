@@ -172,9 +172,10 @@ TEST_CASE("swept mesh: A against B is B against A", "[contact][trap]") {
   size_t hits = 0;
   const size_t n = 400;
   for (size_t trial = 0; trial < n; ++trial) {
-    // a straight way, or a turn about a place of the tool: what B sees is of the same kind
+    // a straight way, or a turn about the tool's origin: what B sees is of the same kind
     const bool turns = trial % 2 == 0;
-    const RigidMotion motion = random_motion(random, turns ? 0 : 15e-3, turns ? 3 : 0);
+    const RigidMotion any = random_motion(random, turns ? 0 : 15e-3, turns ? 3 : 0);
+    const RigidMotion motion = motion_between(any.at(0), any.at(1), {});
     if (meet(box.view(), ball.view(), motion.at(0))) continue;
     const Vec3 centre_O = motion.centre_O;
     const RigidMotion seen = motion_between(inverse(motion.at(0)), inverse(motion.at(1)), centre_O);
