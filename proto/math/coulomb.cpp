@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/math/coulomb.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace haptic {
+namespace {
+
+constexpr int kMaxRounds = 60;      // of the fixed point
+constexpr int kMaxCuts = 60;        // of the cones, each round
+constexpr double kWanted = 1e-12;   // violation of a cone, motion from round to round: relative
+constexpr double kAccepted = 1e-8;  // where rounding lets neither become smaller
+constexpr double kWorst = 0.5;      // cones are cut where they lack this part of the worst lack
+constexpr double kMuchWorse = 10;   // from one round to the next
+constexpr size_t kRowsPerContact = 8;
+
+double norm(const Vec6& y) {
+  return std::sqrt(dot(y, y));
+}
+
+Vec6 difference(Vec6 a, const Vec6& b) {
+  add_scaled(a, -1, b);
+  return a;
+}
+
+/// Broyden's first method for Φ(y) = y: an estimate of the inverse of 1 − Φ′, from secants.
+class Broyden {
+ public:
+  /// Where to ask next, after Φ(y) − y = residual at y.
+  Vec6 next(const Vec6& y, const Vec6& residual) {
+    if (asked_) {
+      const Vec6 dy = difference(y, y_), dr = difference(residual_, residual);
+      const Vec6 mapped = multiply(dr), left = multiply_transposed(dy);
+      const double denominator = dot(dy, mapped);
+      // a round that made it much worse, or a secant that says nothing: plain iteration again
+      if (norm(residual) >= kMuchWorse * norm(residual_) ||
+          !(std::fabs(denominator) > 1e-6 * dot(dy, dy))) {
+        inverse_ = identity();
+      } else {
+        const Vec6 gain = difference(dy, mapped);
+        for (size_t i = 0; i < 6; ++i) {
+          for (size_t j = 0; j < 6; ++j) inverse_(i, j) += gain[i] * left[j] / denominator;
+        }
+      }
+    }
+    y_ = y, residual_ = residual, asked_ = true;
+    Vec6 ahead = y;
+    add_scaled(ahead, 1, multiply(residual));
+    return ahead;
+  }
+
+ private:
+  static Mat6 identity() {
+    Mat6 one;
+    for (size_t i = 0; i < 6; ++i) one(i, i) = 1;
+    return one;
+  }
+  Vec6 multiply(const Vec6& x) const {
+    Vec6 out{};
+    for (size_t i = 0; i < 6; ++i) {
+      for (size_t j = 0; j < 6; ++j) out[i] += inverse_(i, j) * x[j];
+    }
+    return out;
+  }
+  Vec6 multiply_transposed(const Vec6& x) const {
+    Vec6 out{};
+    for (size_t i = 0; i < 6; ++i) {
+      for (size_t j = 0; j < 6; ++j) out[j] += inverse_(i, j) * x[i];
+    }
+    return out;
+  }
+
+  Mat6 inverse_ = identity();
+  Vec6 y_{}, residual_{};
+  bool asked_ = false;
+};
+
+/// Whether an error, relative, is as small as wanted or small and no longer shrinking.
+bool settled(double error, double before) {
+  return error <= kWanted || (error <= kAccepted && error > before / 2);
+}
+
+/// Velocity of the contact along its normal and beside it.
+struct PointVelocity {
+  double normal = 0;
+  Vec3 tangential;
+};
+PointVelocity velocity_of(const FrictionContact& contact, const Twist& v) {
+  const Vec3 u = velocity_at(v, contact.r);
+  const double along = dot(contact.normal, u);
+  return {along, u - along * contact.normal};
+}
+
+}  // namespace
+
+CoulombSolver::CoulombSolver(size_t capacity)
+    : capacity_(capacity), shifts_(capacity), lacks_(capacity), impulses_(capacity) {
+  rows_.reserve(kRowsPerContact * (capacity + 1));
+  owners_.reserve(kRowsPerContact * (capacity + 1));
+}
+
+FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free,
+                                 std::span<const FrictionContact> contacts) {
+  FrictionStep out;
+  if (contacts.size() > capacity_ || !metric.valid) return out;
+  metric_ = &metric, v_free_ = v_free, contacts_ = contacts;
+  rows_.clear(), owners_.clear();
+  n_warm_ = 0;
+  std::fill_n(impulses_.begin(), contacts.size(), Vec3{});
+  out.impulses = {impulses_.data(), contacts.size()};
+  speed_ = 0;
+  double sum = 0;
+  for (const FrictionContact& c : contacts) {
+    speed_ = std::max(speed_, norm(velocity_at(v_free, c.r)) + std::fabs(c.least_speed));
+    sum += norm_squared(c.r) + norm_squared(c.normal) + c.friction + std::fabs(c.least_speed);
+  }
+  if (!std::isfinite(sum) || !is_finite(v_free)) return out;
+
+  const ConstrainedMotion convex = solve_cones({}, false, out);
+  ConstrainedMotion motion = convex;
+  const double size =
+      std::max(norm(coordinates(metric, v_free)), std::numeric_limits<double>::min());
+  Twist asked = convex.a;
+  double moved = size;
+  Broyden broyden;
+  while (!out.converged && motion.converged && out.iterations < kMaxRounds) {
+    ++out.iterations;
+    motion = solve_cones(asked, true, out);
+    const Vec6 y = coordinates(metric, asked);
+    const Vec6 residual = difference(coordinates(metric, motion.a), y);
+    const double before = moved;
+    moved = norm(residual) / size;
+    out.converged = motion.converged && settled(moved, before);
+    asked = motion_of(metric, broyden.next(y, residual));
+  }
+  if (!out.converged) motion = solve_cones({}, false, out);
+  add_up(motion, out);
+  return out;
+}
+
+/// The twist nearest to v_free in all cones, each shifted by μ |u_t| of `shift_of`.
+ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted,
+                                             FrictionStep& out) {
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const FrictionContact& c = contacts_[i];
+    shifts_[i] = shifted ? c.friction * norm(velocity_of(c, shift_of).tangential) : 0;
+  }
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    rows_[k].b = contacts_[owners_[k]].least_speed - shifts_[owners_[k]];
+  }
+  ConstrainedMotion motion;
+  double lack = speed_;
+  for (int cut = 0; cut < kMaxCuts; ++cut) {
+    motion = least_constraint(*metric_, v_free_, rows_, {warm_.data(), n_warm_});
+    ++out.solves;
+    if (rows_.size() + contacts_.size() > rows_.capacity()) keep_active(motion);
+    warm_ = motion.active, n_warm_ = static_cast<size_t>(motion.n_active);
+    const double before = lack;
+    lack = worst_lack(motion.a);
+    if (!motion.converged || !(lack > 0) || settled(lack / speed_, before / speed_)) return motion;
+    cut_cones(motion.a, lack);
+  }
+  motion.converged = false;
+  return motion;
+}
+
+/// How far v is out of the cone that it violates most.
+double CoulombSolver::worst_lack(const Twist& v) {
+  double worst = 0;
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    const FrictionContact& c = contacts_[i];
+    const PointVelocity u = velocity_of(c, v);
+    lacks_[i] = c.friction * norm(u.tangential) - shifts_[i] + c.least_speed - u.normal;
+    worst = std::max(worst, lacks_[i]);
+  }
+  return worst;
+}
+
+/// Adds the half-spaces of the cones that v violates most.
+void CoulombSolver::cut_cones(const Twist& v, double worst) {
+  for (size_t i = 0; i < contacts_.size(); ++i) {
+    if (lacks_[i] < kWorst * worst) continue;
+    const FrictionContact& c = contacts_[i];
+    const Vec3 force = c.normal - c.friction * normalized(velocity_of(c, v).tangential);
+    rows_.push_back({{force, cross(c.r, force)}, c.least_speed - shifts_[i]});
+    owners_.push_back(i);
+  }
+}
+
+/// Forgets the half-spaces that carry nothing.
+void CoulombSolver::keep_active(ConstrainedMotion& motion) {
+  const auto n = static_cast<size_t>(motion.n_active);
+  std::array<MotionRow, 6> rows;
+  std::array<size_t, 6> owners{};
+  for (size_t j = 0; j < n; ++j) {
+    const auto k = static_cast<size_t>(motion.active[j]);
+    rows[j] = rows_[k], owners[j] = owners_[k];
+    motion.active[j] = static_cast<int>(j);
+  }
+  rows_.assign(rows.begin(), rows.begin() + motion.n_active);
+  owners_.assign(owners.begin(), owners.begin() + motion.n_active);
+}
+
+void CoulombSolver::add_up(const ConstrainedMotion& motion, FrictionStep& out) {
+  for (size_t j = 0; j < static_cast<size_t>(motion.n_active); ++j) {
+    const auto k = static_cast<size_t>(motion.active[j]);
+    impulses_[owners_[k]] += motion.multiplier[j] * rows_[k].J.v;
+  }
+  out.v = motion.a;
+  out.impulse = motion.constraint;
+  out.contradictory = motion.contradictory;
+}
+
+}  // namespace haptic

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "proto/math/motion_metric.h"
+
+namespace haptic {
+
+/// f ≥ 0, a = A f + b ≥ 0, fᵀ a = 0. The spans lie in the solver's memory until it solves again.
+struct LcpSolution {
+  std::span<const double> f, a;
+  bool converged = false;  // false: not finite, too large, no solution, or the limit of iterations
+  int iterations = 0;      // pivots or sweeps
+};
+
+/// What contacts do to a body in one time step.
+struct ImpulseStep {
+  Twist v;                         // after the step; v_free where not converged
+  std::span<const double> lambda;  // impulse of each row, ≥ 0 [N·s]
+  bool converged = false;
+  int iterations = 0;
+};
+
+enum class LcpMethod { kPivoting, kGaussSeidel };
+
+/// Linear complementarity problems with symmetric positive semidefinite A, which may be singular:
+/// of hundreds of contacts of one body at most six are independent. a is unique, f need not be.
+/// Allocates when it is built, never in a solve.
+class LcpSolver {
+ public:
+  /// For problems of at most `capacity` unknowns.
+  explicit LcpSolver(size_t capacity);
+
+  /// A is b.size() × b.size(), by rows.
+  ///
+  /// kPivoting: one index after the other is driven to zero. Its force grows by one; those of the
+  /// clamped set C (a = 0) answer so that they stay at a = 0, A_CC Δf_C = −A_Cd; the step ends
+  /// where the first of them reaches f = 0 and leaves C, where an index beside C reaches a = 0 and
+  /// enters it, or where a_d = 0. A row that depends on C moves no a, only forces from one row of C
+  /// to itself; so A_CC is never singular. Ties go to the lowest index. A squares the condition of
+  /// the rows: two whose directions differ by less than about 1e-4 may be taken for one or fail,
+  /// which is flagged; least_constraint goes down to 1e-10. Source: Baraff 1994, "Fast contact
+  /// force computation for nonpenetrating rigid bodies".
+  ///
+  /// kGaussSeidel: f_i ← max(0, f_i − a_i / A_ii) in turn, at most `max_sweeps` times, until no a_i
+  /// answers by more than rounding. Linear convergence, slow where rows are redundant.
+  LcpSolution solve(LcpMethod method, std::span<const double> A, std::span<const double> b,
+                    int max_sweeps = 200);
+
+  /// One step of a body at the level of velocities: M (v − v_free) = Σ λ_k J_k,
+  /// 0 ≤ λ_k ⟂ J_k·v − b_k ≥ 0, where v_free = v_before + h M⁻¹ F and b_k = −gap_k / h
+  /// (contact_row). These are the optimality conditions of least_constraint: v is the same, λ need
+  /// not be. A step for several bodies is solve() on their common A.
+  ImpulseStep step(LcpMethod method, const MotionMetric& metric, const Twist& v_free,
+                   std::span<const MotionRow> rows, int max_sweeps = 200);
+
+ private:
+  /// Unseen: f = 0 and any a. Open: f = 0, a ≥ 0. Clamped: f ≥ 0, a = 0.
+  enum class Side : char { kUnseen, kOpen, kClamped };
+
+  bool pivot(int& iterations);
+  bool drive_to_zero(size_t d, int& iterations);
+  bool sweep(int max_sweeps, int& iterations);
+  void find_direction(size_t d);
+  void reverse();
+  size_t first_event(size_t d, size_t first, double& step) const;
+  void enter(size_t i);
+  void leave(size_t i);
+  void factor_from(size_t place);
+  void solve_clamped(std::span<double> x) const;
+  void update_a();
+  bool is_solved() const;
+  double noise() const;
+  double entry(size_t i, size_t j) const { return A_[i * n_ + j]; }
+
+  size_t capacity_, n_ = 0;
+  std::span<const double> A_, b_;
+  double largest_A_ = 0, largest_b_ = 0;
+  std::vector<double> f_, a_, df_, da_;
+  std::vector<size_t> clamped_;  // C in the order of the factor
+  std::vector<Side> side_;
+  std::vector<double> L_, x_;  // Cholesky factor of A_CC, n × n; a right-hand side
+  std::vector<Vec6> g_;        // of step()
+  std::vector<double> own_A_, own_b_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "proto/math/spatial.h"
+
+namespace haptic {
+
+constexpr Twist operator+(const Twist& a, const Twist& b) {
+  return {a.v + b.v, a.w + b.w};
+}
+constexpr Twist operator-(const Twist& a, const Twist& b) {
+  return {a.v - b.v, a.w - b.w};
+}
+constexpr Twist operator*(double s, const Twist& a) {
+  return {s * a.v, s * a.w};
+}
+
+/// One inequality on a small motion or a twist a: J·a ≥ b. All rows and the motion in one frame,
+/// about one point.
+struct MotionRow {
+  Twist J;
+  double b = 0;
+};
+
+/// The row of a contact at lever arm r from that point, unit normal n away from the obstacle:
+/// J = (n, r × n), so that J·a is how far the contact's point moves out of it.
+/// b = min(−gap, most_push): a gap lets it move up to the obstacle; a small overlap, gap < 0,
+/// pushes out, by no more than most_push ≥ 0 in one motion. For a twist both are divided by the
+/// time step.
+constexpr MotionRow contact_row(const Vec3& r, const Vec3& normal, double gap, double most_push) {
+  return {{normal, cross(r, normal)}, -gap < most_push ? -gap : most_push};
+}
+
+/// A metric of motions |a|² = aᵀ M a, such as a body's mass and inertia, factored once: M = L Lᵀ.
+/// In the coordinates y = Lᵀ a it is the identity. L⁻¹ is kept too: six unknowns are multiplied out
+/// without waiting for one another, and a diagonal M gains nothing from a path of its own.
+struct MotionMetric {
+  Mat6 L, inverse_L;   // lower triangular
+  bool valid = false;  // M was symmetric positive definite (to 1e-14 of its diagonal) and finite
+};
+
+/// The factors of M, of which only the lower half is read.
+MotionMetric factor_metric(const Mat6& M);
+
+/// m I about the centre of mass, and the inertia about it.
+constexpr Mat6 mass_matrix(double mass, const Mat3& inertia) {
+  Mat6 M;
+  add_block(M, 0, 0, mass * Mat3{});
+  add_block(M, 3, 3, inertia);
+  return M;
+}
+
+using Vec6 = std::array<double, 6>;
+
+constexpr double dot(const Vec6& a, const Vec6& b) {
+  return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+}
+
+/// a += s b.
+constexpr void add_scaled(Vec6& a, double s, const Vec6& b) {
+  for (size_t i = 0; i < 6; ++i) a[i] += s * b[i];
+}
+
+/// L⁻¹ x: what a row of Jacobian or a wrench is in the coordinates y.
+Vec6 whitened(const MotionMetric& metric, const Vec6& x);
+
+/// y = Lᵀ a: the coordinates of a motion.
+Vec6 coordinates(const MotionMetric& metric, const Twist& a);
+
+/// L⁻ᵀ y: the motion with these coordinates.
+Twist motion_of(const MotionMetric& metric, const Vec6& y);
+
+/// M⁻¹ F: the acceleration by a wrench, the change of twist by an impulse.
+Twist response(const MotionMetric& metric, const Wrench& F);
+
+}  // namespace haptic
