@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # other libraries beside which the collision queries are measured; left out where they are not
 add_library(haptic_bench_peers STATIC
-  bench_ccd_peers.cpp bench_pair_peers.cpp bench_segment_peers.cpp)
+  bench_ccd_peers.cpp bench_pair_peers.cpp bench_qp_peers.cpp bench_segment_peers.cpp)
 target_link_libraries(haptic_bench_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
 if(embree_FOUND)
   target_compile_definitions(haptic_bench_peers PRIVATE HAPTICD_EMBREE)
@@ -11,7 +11,7 @@ find_package(Bullet QUIET)
 if(BULLET_FOUND)
   target_compile_definitions(haptic_bench_peers PRIVATE HAPTICD_BULLET)
   target_include_directories(haptic_bench_peers SYSTEM PRIVATE ${BULLET_INCLUDE_DIRS})
-  target_link_libraries(haptic_bench_peers PRIVATE BulletCollision LinearMath)
+  target_link_libraries(haptic_bench_peers PRIVATE BulletDynamics BulletCollision LinearMath)
 endif()
 find_package(fcl QUIET)
 if(fcl_FOUND)

@@ -8,6 +8,7 @@
 #include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
 #include "clients/bench_point_proxy.h"
+#include "clients/bench_qp.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
 #include "clients/bench_voxel.h"
@@ -151,6 +152,7 @@ void add_bench_command(CLI::App& app) {
   add_bench_jitter(*bench);
   add_bench_segment(*bench);
   add_bench_bake(*bench);
+  add_bench_qp(*bench);
 }
 
 }  // namespace haptic

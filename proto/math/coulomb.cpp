@@ -81,13 +81,13 @@ bool settled(double error, double before) {
   return error <= kWanted || (error <= kAccepted && error > before / 2);
 }
 
-/// Velocity of the contact along its normal and beside it.
+/// Velocity of the contact, relative to the obstacle, along its normal and beside it.
 struct PointVelocity {
   double normal = 0;
   Vec3 tangential;
 };
 PointVelocity velocity_of(const FrictionContact& contact, const Twist& v) {
-  const Vec3 u = velocity_at(v, contact.r);
+  const Vec3 u = velocity_at(v, contact.r) - contact.obstacle_velocity;
   const double along = dot(contact.normal, u);
   return {along, u - along * contact.normal};
 }
@@ -112,8 +112,10 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
   speed_ = 0;
   double sum = 0;
   for (const FrictionContact& c : contacts) {
-    speed_ = std::max(speed_, norm(velocity_at(v_free, c.r)) + std::fabs(c.least_speed));
-    sum += norm_squared(c.r) + norm_squared(c.normal) + c.friction + std::fabs(c.least_speed);
+    const double relative = norm(velocity_at(v_free, c.r)) + norm(c.obstacle_velocity);
+    speed_ = std::max(speed_, relative + std::fabs(c.least_speed));
+    sum += norm_squared(c.r) + norm_squared(c.normal) + c.friction + relative +
+           std::fabs(c.least_speed);
   }
   if (!std::isfinite(sum) || !is_finite(v_free)) return out;
 
@@ -147,7 +149,7 @@ ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted
     shifts_[i] = shifted ? c.friction * norm(velocity_of(c, shift_of).tangential) : 0;
   }
   for (size_t k = 0; k < rows_.size(); ++k) {
-    rows_[k].b = contacts_[owners_[k]].least_speed - shifts_[owners_[k]];
+    rows_[k].b = bound_of(rows_[k].J.v, owners_[k]);
   }
   ConstrainedMotion motion;
   double lack = speed_;
@@ -183,9 +185,15 @@ void CoulombSolver::cut_cones(const Twist& v, double worst) {
     if (lacks_[i] < kWorst * worst) continue;
     const FrictionContact& c = contacts_[i];
     const Vec3 force = c.normal - c.friction * normalized(velocity_of(c, v).tangential);
-    rows_.push_back({{force, cross(c.r, force)}, c.least_speed - shifts_[i]});
+    rows_.push_back({{force, cross(c.r, force)}, bound_of(force, i)});
     owners_.push_back(i);
   }
+}
+
+/// Of the speed along a unit normal and a part beside it, `direction`.
+double CoulombSolver::bound_of(const Vec3& direction, size_t i) const {
+  const FrictionContact& c = contacts_[i];
+  return c.least_speed - shifts_[i] + dot(direction, c.obstacle_velocity);
 }
 
 /// Forgets the half-spaces that carry nothing.

@@ -8,12 +8,13 @@
 
 namespace haptic {
 
-/// A point of a body against an obstacle that stands still, at lever arm r from the point of the
-/// twist. Unit normal away from the obstacle.
+/// A point of a body against an obstacle, at lever arm r from the point of the twist. Unit normal
+/// away from the obstacle.
 struct FrictionContact {
   Vec3 r, normal;
   double least_speed = 0;  // along the normal: −gap / h, see contact_row [m/s]
   double friction = 0;     // μ ≥ 0
+  Vec3 obstacle_velocity;  // of the obstacle at the contact, zero where it stands still
 };
 
 struct FrictionStep {
@@ -26,7 +27,8 @@ struct FrictionStep {
 };
 
 /// One step of a rigid body at the level of velocities with Coulomb's law at its contacts:
-///   M (v − v_free) = Σ J_iᵀ λ_i, v_free = v_before + h M⁻¹ F, u_i the velocity of contact i;
+///   M (v − v_free) = Σ J_iᵀ λ_i, v_free = v_before + h M⁻¹ F; u_i the velocity of contact i
+///   relative to the obstacle;
 ///   0 ≤ λ_n ⟂ u_n − least_speed ≥ 0, |λ_t| ≤ μ λ_n, and where it slips λ_t = −μ λ_n u_t / |u_t|.
 ///
 /// With its shift s_i = μ |u_t| known the law is that of a convex problem: v is the twist nearest
@@ -35,14 +37,14 @@ struct FrictionStep {
 /// on v from s = 0, where plain iteration contracts by μ² / (1 + μ²) or not at all. Each round cone
 /// is cut out of half-spaces u_n − least_speed + s ≥ μ u_t·d where the last answer violates it
 /// most, with d its own direction of slip: no facets are chosen beforehand, and as many are made as
-/// it takes until the cone is violated by no more than 1e-12 of the speeds. What is left is an
-/// error of the direction of friction of about 1e-6 rad where speeds are comparable, and none along
-/// a line.
+/// it takes until the cone is violated by no more than 1e-12 of the speeds (1e-8 where rounding
+/// stops it). What is left is an error of the direction of friction: about 1e-6, at worst 1e-5 rad
+/// where speeds are comparable, none where the slip keeps its direction.
 ///
-/// Bodies come to rest and stick; with gaps ≥ 0 a step never adds kinetic energy, converged or not,
-/// because each v is the projection of v_free onto a convex set that contains v = 0. Not converged:
-/// the convex law's answer, which penetrates nothing. Several solutions may exist (jamming); one is
-/// found. λ need not be unique.
+/// Bodies come to rest and stick; with gaps ≥ 0 and obstacles that stand still a step never adds
+/// kinetic energy, converged or not, because each v is the projection of v_free onto a convex set
+/// that contains v = 0. Not converged: the convex law's answer, which penetrates nothing. Several
+/// solutions may exist (jamming); one is found. λ need not be unique.
 ///
 /// Source: De Saxcé & Feng 1998 (the change of variables); Acary, Cadoux, Lemaréchal & Malick 2011,
 /// "A formulation of the linear discrete Coulomb friction problem via convex optimization".
@@ -58,6 +60,7 @@ class CoulombSolver {
   ConstrainedMotion solve_cones(const Twist& shift_of, bool shifted, FrictionStep& out);
   double worst_lack(const Twist& v);
   void cut_cones(const Twist& v, double worst);
+  double bound_of(const Vec3& direction, size_t i) const;
   void keep_active(ConstrainedMotion& motion);
   void add_up(const ConstrainedMotion& motion, FrictionStep& out);
 

@@ -23,7 +23,7 @@ std::vector<FrictionContact> corners(double friction) {
   std::vector<FrictionContact> contacts;
   for (const double x : {-0.05, 0.05}) {
     for (const double y : {-0.05, 0.05}) {
-      contacts.push_back({{x, y, -0.02}, {0, 0, 1}, 0, friction});
+      contacts.push_back({{x, y, -0.02}, {0, 0, 1}, 0, friction, {}});
     }
   }
   return contacts;
@@ -107,7 +107,7 @@ std::vector<FrictionContact> random_contacts(Random& random, size_t n, double mo
     if (arrangement == 1) normal = normalized(axis + 0.7 * normal);
     if (arrangement == 2) normal = normalized(cross(axis, normal));
     const double gap_speed = random.index(2) == 0 ? 0 : random.uniform(0, 0.3);
-    contacts.push_back({r, normal, -gap_speed, friction});
+    contacts.push_back({r, normal, -gap_speed, friction, {}});
   }
   return contacts;
 }
@@ -163,6 +163,21 @@ TEST_CASE("coulomb: a sliding body slows down by mu g and stops", "[math][trap]"
   CHECK(norm(v.v) <= 1e-12);
 }
 
+TEST_CASE("coulomb: a belt takes a box along, up to its own speed", "[math]") {
+  CoulombSolver solver(4);
+  const double mu = 0.3;
+  const Vec3 belt{0.03, -0.04, 0};
+  std::vector<FrictionContact> contacts = corners(mu);
+  for (FrictionContact& c : contacts) c.obstacle_velocity = belt;
+  Twist v;
+  for (int tick = 1; tick <= 30; ++tick) {
+    v = solver.step(factor_metric(kBox), {v.v + Vec3{0, 0, -kG * kH}, v.w}, contacts).v;
+    const double speed = std::min(norm(belt), mu * kG * kH * tick);
+    CAPTURE(tick);
+    REQUIRE_THAT(v.v, IsNear(speed / norm(belt) * belt, 1e-8));
+  }
+}
+
 TEST_CASE("coulomb: a sliding body is not lifted off", "[math][trap]") {
   // the convex law alone would: u_n = μ |u_t|
   CoulombSolver solver(4);
@@ -180,7 +195,7 @@ TEST_CASE("coulomb: a spinning disc is braked at its rim", "[math]") {
   std::vector<FrictionContact> rim;
   for (int i = 0; i < 32; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / 32;
-    rim.push_back({{kR * std::cos(angle), kR * std::sin(angle), 0}, {0, 0, 1}, 0, kMu});
+    rim.push_back({{kR * std::cos(angle), kR * std::sin(angle), 0}, {0, 0, 1}, 0, kMu, {}});
   }
   CoulombSolver solver(32);
   const FrictionStep out = solver.step(factor_metric(M), {{0, 0, -kG * kH}, {0, 0, 20}}, rim);
@@ -282,7 +297,7 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
   const MotionMetric metric = factor_metric(kBox);
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    for (int what = 0; what < 5; ++what) {
+    for (int what = 0; what < 6; ++what) {
       Twist v_free{{0, 0, -1}, {}};
       std::vector<FrictionContact> contacts = corners(0.5);
       if (what == 0) v_free.v.x = bad;
@@ -290,12 +305,13 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
       if (what == 2) contacts[1].normal.x = bad;
       if (what == 3) contacts[1].least_speed = -bad;
       if (what == 4) contacts[1].friction = bad;
+      if (what == 5) contacts[1].obstacle_velocity.z = bad;
       const FrictionStep out = solver.step(metric, v_free, contacts);
       CHECK_FALSE(out.converged);
       CHECK(is_finite(out.v));
     }
   }
-  const std::vector<FrictionContact> many(5, {{}, {0, 0, 1}, 0, 0.5});
+  const std::vector<FrictionContact> many(5, {{}, {0, 0, 1}, 0, 0.5, {}});
   CHECK_FALSE(solver.step(metric, {{0, 0, -1}, {}}, many).converged);
   CHECK_FALSE(solver.step({}, {{0, 0, -1}, {}}, corners(0.5)).converged);
 }
