@@ -22,6 +22,7 @@ constexpr double kGoal20 = 5e-6, kGoal64 = 20e-6;  // p99 of a solve, as the ser
 constexpr double kRadius = 0.05;                   // of the tool [m]
 constexpr double kMass = 0.2;                      // [kg]
 constexpr double kTick = 1e-3;                     // [s]
+constexpr double kPull = 20;  // speed at which a hand 5 mm away pulls the tool: 0.1 m/s [1/s]
 constexpr double kFriction = 0.3;
 constexpr size_t kSameContacts = 50;  // ticks, then the tool is elsewhere
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
@@ -149,7 +150,7 @@ class Solvers {
   }
   void coulomb(size_t i) {
     const Question& q = work_.questions[i];
-    const FrictionStep out = coulomb_.step(work_.metric, 1 / kTick * q.a_u, *q.contacts);
+    const FrictionStep out = coulomb_.step(work_.metric, kPull * q.a_u, *q.contacts);
     unsettled_friction_ += !out.converged;
   }
 
@@ -248,8 +249,9 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
                                       {"pivoting", [&](size_t i) { solvers.pivoting(i); }}};
   take_turns(contestants, options.ticks, kChunk, options.rounds);
   const double goal = n == 20 ? kGoal20 : n == 64 ? kGoal64 : 0;
-  add_times(rows, contestants[0], goal);
-  add_times(rows, contestants[1], goal);
+  // the goal is the servo's: contacts that stay for some ticks, started from the tick before
+  add_times(rows, contestants[0], 0);
+  add_times(rows, contestants[1], coherent ? goal : 0);
   add_times(rows, contestants[2], 0);
   const auto failed = static_cast<double>(solvers.failed());
   rows.add("not converged", failed, "", 0, failed == 0);

@@ -11,6 +11,7 @@ constexpr int kMaxRounds = 60;      // of the fixed point
 constexpr int kMaxCuts = 60;        // of the cones, each round
 constexpr double kWanted = 1e-12;   // violation of a cone, motion from round to round: relative
 constexpr double kAccepted = 1e-8;  // where rounding lets neither become smaller
+constexpr double kRounder = 1e-5;   // violation of a cone, of the motion in the last round
 constexpr double kWorst = 0.5;      // cones are cut where they lack this part of the worst lack
 constexpr double kMuchWorse = 10;   // from one round to the next
 constexpr size_t kRowsPerContact = 8;
@@ -77,8 +78,8 @@ class Broyden {
 };
 
 /// Whether an error, relative, is as small as wanted or small and no longer shrinking.
-bool settled(double error, double before) {
-  return error <= kWanted || (error <= kAccepted && error > before / 2);
+bool settled(double error, double before, double wanted) {
+  return error <= wanted || (error <= kAccepted && error > before / 2);
 }
 
 /// Velocity of the contact, relative to the obstacle, along its normal and beside it.
@@ -119,30 +120,30 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
   }
   if (!std::isfinite(sum) || !is_finite(v_free)) return out;
 
-  const ConstrainedMotion convex = solve_cones({}, false, out);
-  ConstrainedMotion motion = convex;
+  ConstrainedMotion motion = solve_cones({}, false, kRounder, out);
   const double size =
       std::max(norm(coordinates(metric, v_free)), std::numeric_limits<double>::min());
-  Twist asked = convex.a;
-  double moved = size;
+  Twist asked = motion.a;
+  double moved = 1;
   Broyden broyden;
   while (!out.converged && motion.converged && out.iterations < kMaxRounds) {
     ++out.iterations;
-    motion = solve_cones(asked, true, out);
+    // cones need not be rounder than the rounds are near
+    motion = solve_cones(asked, true, std::clamp(kRounder * moved, kWanted, kRounder), out);
     const Vec6 y = coordinates(metric, asked);
     const Vec6 residual = difference(coordinates(metric, motion.a), y);
     const double before = moved;
     moved = norm(residual) / size;
-    out.converged = motion.converged && settled(moved, before);
+    out.converged = motion.converged && settled(moved, before, kWanted);
     asked = motion_of(metric, broyden.next(y, residual));
   }
-  if (!out.converged) motion = solve_cones({}, false, out);
+  if (!out.converged) motion = solve_cones({}, false, kWanted, out);
   add_up(motion, out);
   return out;
 }
 
 /// The twist nearest to v_free in all cones, each shifted by μ |u_t| of `shift_of`.
-ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted,
+ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted, double wanted,
                                              FrictionStep& out) {
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const FrictionContact& c = contacts_[i];
@@ -160,7 +161,8 @@ ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted
     warm_ = motion.active, n_warm_ = static_cast<size_t>(motion.n_active);
     const double before = lack;
     lack = worst_lack(motion.a);
-    if (!motion.converged || !(lack > 0) || settled(lack / speed_, before / speed_)) return motion;
+    if (!motion.converged || !(lack > 0) || settled(lack / speed_, before / speed_, wanted))
+      return motion;
     cut_cones(motion.a, lack);
   }
   motion.converged = false;

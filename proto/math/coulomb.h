@@ -57,7 +57,8 @@ class CoulombSolver {
                     std::span<const FrictionContact> contacts);
 
  private:
-  ConstrainedMotion solve_cones(const Twist& shift_of, bool shifted, FrictionStep& out);
+  ConstrainedMotion solve_cones(const Twist& shift_of, bool shifted, double wanted,
+                                FrictionStep& out);
   double worst_lack(const Twist& v);
   void cut_cones(const Twist& v, double worst);
   double bound_of(const Vec3& direction, size_t i) const;

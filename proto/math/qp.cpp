@@ -2,6 +2,7 @@
 #include "proto/math/qp.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace haptic {
 namespace {
@@ -9,28 +10,41 @@ namespace {
 constexpr int kMaxIterations = 100;   // rows taken in or given up
 constexpr double kFeasible = 1e-13;   // violation, relative to what it is the difference of
 constexpr double kDependent = 1e-10;  // what is left of a row beside the active ones, relative
-constexpr double kFarthest = 100;     // way out of overlaps, times the deepest
+constexpr double kCancelled = 0.25;   // of a squared length
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kFarthest = 100;  // way out of overlaps, times the deepest
 
-/// The rows that carry the motion, in coordinates y: their normals g as Q R, bounds b on g·y and
-/// multipliers u.
+double square(double x) {
+  return x * x;
+}
+
+void turn(double& a, double& b, double c, double s) {
+  const double turned = c * a + s * b;
+  b = c * b - s * a;
+  a = turned;
+}
+
+/// The rows that carry the motion, in coordinates y: their normals as Q R, bounds b on
+/// them and multipliers u.
 struct ActiveSet {
   size_t n = 0;
   std::array<int, 6> row{};
-  std::array<Vec6, 6> g{}, q{};
-  std::array<Vec6, 6> R{};  // by columns
+  std::array<Vec6, 6> q{}, R{};  // by columns
   Vec6 b{}, u{};
 
-  /// Coordinates of a normal in Q, and what is left of it: twice, which makes it orthogonal.
-  Vec6 split(Vec6& left, size_t columns) const {
-    Vec6 c{};
+  /// Coordinates of a vector in the columns of Q, and what is left of it beside them. All columns
+  /// at once, so that none waits for another; a second time where the first has cancelled digits.
+  Vec6 split(Vec6& left) const {
+    Vec6 sum{};
+    const double before = dot(left, left);
     for (int pass = 0; pass < 2; ++pass) {
-      for (size_t j = 0; j < columns; ++j) {
-        const double more = dot(q[j], left);
-        c[j] += more;
-        add_scaled(left, -more, q[j]);
-      }
+      Vec6 c{};
+      for (size_t j = 0; j < n; ++j) c[j] = dot(q[j], left);
+      for (size_t j = 0; j < n; ++j) add_scaled(left, -c[j], q[j]);
+      add_scaled(sum, 1, c);
+      if (dot(left, left) > kCancelled * before) break;
     }
-    return c;
+    return sum;
   }
 
   /// R⁻¹ c.
@@ -42,25 +56,27 @@ struct ActiveSet {
     return c;
   }
 
-  /// Column j of the factors anew from g.
-  void factor(size_t j) {
-    Vec6 left = g[j];
-    R[j] = split(left, j);
-    R[j][j] = std::sqrt(dot(left, left));
-    for (size_t i = 0; i < 6; ++i) q[j][i] = left[i] / R[j][j];
+  /// One more row, from what `split` made of its normal.
+  void take_in(int index, double bound, const Vec6& along, const Vec6& left) {
+    row[n] = index, b[n] = bound;
+    R[n] = along;
+    R[n][n] = std::sqrt(dot(left, left));
+    q[n] = {};
+    add_scaled(q[n], 1 / R[n][n], left);
+    ++n;
   }
 
-  void take_in(int index, const Vec6& normal, double bound, double multiplier) {
-    row[n] = index, g[n] = normal, b[n] = bound, u[n] = multiplier;
-    factor(n++);
-  }
-
+  /// Row j goes; turns of pairs of columns of Q make R triangular again.
   void give_up(size_t j) {
     --n;
+    for (size_t k = j; k < n; ++k)
+      row[k] = row[k + 1], b[k] = b[k + 1], u[k] = u[k + 1], R[k] = R[k + 1];
     for (size_t k = j; k < n; ++k) {
-      row[k] = row[k + 1], g[k] = g[k + 1], b[k] = b[k + 1], u[k] = u[k + 1];
+      const double length = std::sqrt(square(R[k][k]) + square(R[k][k + 1]));
+      const double c = R[k][k] / length, s = R[k][k + 1] / length;
+      for (size_t m = k; m < n; ++m) turn(R[m][k], R[m][k + 1], c, s);
+      for (size_t i = 0; i < 6; ++i) turn(q[k][i], q[k + 1][i], c, s);
     }
-    for (size_t k = j; k < n; ++k) factor(k);
   }
 
   /// The point nearest to y_u on all of them and the multipliers that put it there:
@@ -68,7 +84,7 @@ struct ActiveSet {
   /// dependent rows, a small R, cost y no digits.
   Vec6 nearest_point(const Vec6& y_u) {
     Vec6 y = y_u;
-    const Vec6 along = split(y, n);
+    const Vec6 along = split(y);
     Vec6 c{};
     for (size_t j = 0; j < n; ++j) {
       double sum = b[j];
@@ -84,10 +100,6 @@ struct ActiveSet {
   }
 };
 
-double square(double x) {
-  return x * x;
-}
-
 class Solver {
  public:
   Solver(const MotionMetric& metric, const Twist& a_u, std::span<const MotionRow> rows,
@@ -97,7 +109,8 @@ class Solver {
         y_u_(coordinates(metric, a_u)),
         rows_(rows),
         relaxed_(relaxed),
-        y_(y_u_) {
+        a_(a_u) {
+    size_u_ = std::sqrt(dot(y_u_, y_u_));
     for (const MotionRow& row : rows) {
       reach_v_ = std::max(reach_v_, norm_squared(row.J.v));
       reach_w_ = std::max(reach_w_, norm_squared(row.J.w));
@@ -113,19 +126,15 @@ class Solver {
 
   ConstrainedMotion run(std::span<const int> warm) {
     ConstrainedMotion out;
-    for (;;) {
-      if (iterations_ >= kMaxIterations) break;
+    while (iterations_ < kMaxIterations && !out.converged && !out.contradictory) {
       const int worst = most_violated(warm);
       if (worst < 0) {
         out.converged = true;
-        break;
-      }
-      if (!satisfy(worst)) {
-        out.contradictory = true;
-        break;
+      } else {
+        out.contradictory = !satisfy(worst);
       }
     }
-    out.a = motion();
+    out.a = a_;
     out.n_active = static_cast<int>(set_.n);
     for (size_t j = 0; j < set_.n; ++j) {
       const Twist& J = rows_[static_cast<size_t>(set_.row[j])].J;
@@ -139,79 +148,77 @@ class Solver {
 
  private:
   double bound(size_t k) const { return relaxed_ ? std::min(rows_[k].b, 0.0) : rows_[k].b; }
-  Twist motion() const { return set_.n == 0 ? a_u_ : motion_of(metric_, y_); }
 
   /// Below this a violation is rounding.
-  double noise(const Twist& a) const {
-    return kFeasible * (reach_v_ * (norm(a_u_.v) + norm(a.v)) +
-                        reach_w_ * (norm(a_u_.w) + norm(a.w)) + farthest_);
+  double noise() const {
+    return kFeasible * (reach_v_ * (norm(a_u_.v) + norm(a_.v)) +
+                        reach_w_ * (norm(a_u_.w) + norm(a_.w)) + farthest_);
   }
 
   /// A violated row of `warm`, which shrinks, else the most violated of all, else −1.
   int most_violated(std::span<const int>& warm) const {
-    const Twist a = motion();
-    const double tolerated = std::max(noise(a), indistinct_);
+    const double tolerated = std::max(noise(), indistinct_);
     for (; !warm.empty(); warm = warm.subspan(1)) {
       if (warm[0] < 0 || static_cast<size_t>(warm[0]) >= rows_.size()) continue;
       const auto k = static_cast<size_t>(warm[0]);
-      if (dot(rows_[k].J, a) - bound(k) < -tolerated) return warm[0];
+      if (dot(rows_[k].J, a_) - bound(k) < -tolerated) return warm[0];
     }
     int worst = -1;
     double least = -tolerated;
     for (size_t k = 0; k < rows_.size(); ++k) {
-      const double slack = dot(rows_[k].J, a) - bound(k);
+      const double slack = dot(rows_[k].J, a_) - bound(k);
       if (slack < least) worst = static_cast<int>(k), least = slack;
     }
     return worst;
   }
 
-  /// Moves y onto the row, giving up those that would have to pull. False where no y within reason
-  /// satisfies it together with those that are left.
+  /// Moves a onto the row, giving up those that would have to pull. False where no motion within
+  /// reason satisfies it together with those that are left.
   bool satisfy(int index) {
     const auto k = static_cast<size_t>(index);
     const Twist& J = rows_[k].J;
     const Vec6 g = whitened(metric_, components(J.v, J.w));
-    const double length2 = dot(g, g);
-    const double missing = bound(k) - dot(J, motion());
-    double slack = -missing, multiplier = 0;
-    const ActiveSet before = set_;
+    const double length = std::sqrt(dot(g, g));
+    const double missing = bound(k) - dot(J, a_);
+    bool changed = false;
+    double rest = missing;
     for (;;) {
       ++iterations_;
-      Vec6 z = g;
-      const Vec6 r = set_.in_rows(set_.split(z, set_.n));
-      const double left2 = dot(z, z);
-      const bool dependent = set_.n == 6 || !(left2 > kDependent * kDependent * length2);
-
-      // as far as the first multiplier lasts
-      size_t first = set_.n;
-      double step = 0;
-      for (size_t j = 0; j < set_.n; ++j) {
-        if (r[j] > 0 && (first == set_.n || set_.u[j] < step * r[j])) {
-          first = j;
-          step = set_.u[j] / r[j];
-        }
-      }
+      Vec6 left = g;
+      const Vec6 along = set_.split(left);
+      const double left2 = dot(left, left);
+      const bool dependent = set_.n == 6 || !(left2 > square(kDependent * length));
       // the rank check cannot tell a violation this small from none
-      if (dependent && missing <= 2 * kDependent * std::sqrt(length2 * dot(y_u_, y_u_))) {
-        set_ = before;
+      if (dependent && missing <= 2 * kDependent * length * size_u_) {
+        if (changed) set_ = before_;
         indistinct_ = std::max(indistinct_, missing);
         return true;
       }
-      if (dependent && first == set_.n) return false;
-      const double full = dependent ? step : -slack / left2;
-      const bool reaches = !dependent && (first == set_.n || full <= step);
-      if (reaches) step = full;
-      multiplier += step;
-      for (size_t j = 0; j < set_.n; ++j) set_.u[j] -= step * r[j];
-      if (reaches) {
-        set_.take_in(index, g, bound(k), multiplier);
-        y_ = set_.nearest_point(y_u_);
-        push_ = std::max(push_, bound(k) / std::sqrt(length2));
-        return dot(y_, y_) <= square(std::sqrt(dot(y_u_, y_u_)) + kFarthest * push_);
+
+      // as far as the first multiplier lasts
+      const Vec6 r = set_.in_rows(along);
+      size_t first = set_.n;
+      double step = dependent ? kInfinite : rest / left2;
+      for (size_t j = 0; j < set_.n; ++j) {
+        if (r[j] > 0 && set_.u[j] < step * r[j]) first = j, step = set_.u[j] / r[j];
       }
-      if (!dependent) slack += step * left2;
+      if (step == kInfinite) return false;
+      if (first < set_.n && !changed) before_ = set_, changed = true;
+      for (size_t j = 0; j < set_.n; ++j) set_.u[j] -= step * r[j];
+      if (first == set_.n) return take_in(index, along, left, length);
+      if (!dependent) rest -= step * left2;
       set_.give_up(first);
     }
+  }
+
+  /// False where that takes a beyond reason.
+  bool take_in(int index, const Vec6& along, const Vec6& left, double length) {
+    const double b = bound(static_cast<size_t>(index));
+    set_.take_in(index, b, along, left);
+    const Vec6 y = set_.nearest_point(y_u_);
+    a_ = motion_of(metric_, y);
+    push_ = std::max(push_, b / length);
+    return dot(y, y) <= square(size_u_ + kFarthest * push_);
   }
 
   const MotionMetric& metric_;
@@ -220,8 +227,9 @@ class Solver {
   const std::span<const MotionRow> rows_;
   const bool relaxed_;
   double reach_v_ = 0, reach_w_ = 0, farthest_ = 0, sum_ = 0;  // largest |J.v|, |J.w|, |b|
-  ActiveSet set_;
-  Vec6 y_;
+  ActiveSet set_, before_;  // before_: to which a row that turns out to be dependent leads back
+  Twist a_;
+  double size_u_ = 0;      // |a_u| in the metric
   double push_ = 0;        // how far a = 0 is behind the rows taken in, at most
   double indistinct_ = 0;  // the largest violation that the rank check took for none
   int iterations_ = 0;
