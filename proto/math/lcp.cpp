@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kRounding = 1e-11;  // of a, relative to what it is the sum of
 constexpr double kDependent = 1e-9;  // of a response to a unit force, relative to the rows' own
-constexpr double kSettled = 1e-13;    // change of an a in a sweep, likewise
+constexpr double kSettled = 1e-13;   // change of an a in a sweep, likewise
 constexpr double kAccepted = 1e-9;   // what may be left of a, likewise
 constexpr int kPivotsPerRow = 20;    // a handful is usual
 

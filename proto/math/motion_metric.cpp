@@ -29,7 +29,7 @@ MotionMetric factor_metric(const Mat6& M) {
         continue;
       }
       // written so that NaN is refused
-      if (!(sum > kSingular * M(j, j)) || !(sum > 0) || !std::isfinite(sum)) return {};
+      if (!(sum > kSingular * M(j, j)) || !std::isfinite(sum)) return {};
       L(j, j) = std::sqrt(sum);
     }
   }

@@ -69,8 +69,9 @@ struct ActiveSet {
   /// Row j goes; turns of pairs of columns of Q make R triangular again.
   void give_up(size_t j) {
     --n;
-    for (size_t k = j; k < n; ++k)
+    for (size_t k = j; k < n; ++k) {
       row[k] = row[k + 1], b[k] = b[k + 1], u[k] = u[k + 1], R[k] = R[k + 1];
+    }
     for (size_t k = j; k < n; ++k) {
       const double length = std::sqrt(square(R[k][k]) + square(R[k][k + 1]));
       const double c = R[k][k] / length, s = R[k][k + 1] / length;
@@ -114,7 +115,6 @@ class Solver {
     for (const MotionRow& row : rows) {
       reach_v_ = std::max(reach_v_, norm_squared(row.J.v));
       reach_w_ = std::max(reach_w_, norm_squared(row.J.w));
-      farthest_ = std::max(farthest_, std::fabs(row.b));
       // a maximum passes NaN over, a sum does not
       sum_ += norm_squared(row.J.v) + norm_squared(row.J.w) + std::fabs(row.b);
     }
@@ -149,25 +149,31 @@ class Solver {
  private:
   double bound(size_t k) const { return relaxed_ ? std::min(rows_[k].b, 0.0) : rows_[k].b; }
 
-  /// Below this a violation is rounding.
-  double noise() const {
-    return kFeasible * (reach_v_ * (norm(a_u_.v) + norm(a_.v)) +
-                        reach_w_ * (norm(a_u_.w) + norm(a_.w)) + farthest_);
+  /// Below this a violation is rounding of the motion, or what the rank check does not see.
+  double tolerated() const {
+    const double speed = reach_v_ * (norm(a_u_.v) + norm(a_.v));
+    const double spin = reach_w_ * (norm(a_u_.w) + norm(a_.w));
+    return std::max(kFeasible * (speed + spin), indistinct_);
+  }
+
+  /// J·a − b, less the rounding of b.
+  double slack(size_t k) const {
+    const double b = bound(k);
+    return dot(rows_[k].J, a_) - b + kFeasible * std::fabs(b);
   }
 
   /// A violated row of `warm`, which shrinks, else the most violated of all, else −1.
   int most_violated(std::span<const int>& warm) const {
-    const double tolerated = std::max(noise(), indistinct_);
+    double least = -tolerated();
     for (; !warm.empty(); warm = warm.subspan(1)) {
       if (warm[0] < 0 || static_cast<size_t>(warm[0]) >= rows_.size()) continue;
       const auto k = static_cast<size_t>(warm[0]);
-      if (dot(rows_[k].J, a_) - bound(k) < -tolerated) return warm[0];
+      if (slack(k) < least) return warm[0];
     }
     int worst = -1;
-    double least = -tolerated;
     for (size_t k = 0; k < rows_.size(); ++k) {
-      const double slack = dot(rows_[k].J, a_) - bound(k);
-      if (slack < least) worst = static_cast<int>(k), least = slack;
+      const double s = slack(k);
+      if (s < least) worst = static_cast<int>(k), least = s;
     }
     return worst;
   }
@@ -189,8 +195,7 @@ class Solver {
       const double left2 = dot(left, left);
       const bool dependent = set_.n == 6 || !(left2 > square(kDependent * length));
       // the rank check cannot tell a violation this small from none
-      if (dependent && missing <= 2 * kDependent * length * size_u_) {
-        if (changed) set_ = before_;
+      if (dependent && !changed && missing <= 2 * kDependent * length * (size_u_ + push_)) {
         indistinct_ = std::max(indistinct_, missing);
         return true;
       }
@@ -203,7 +208,7 @@ class Solver {
         if (r[j] > 0 && set_.u[j] < step * r[j]) first = j, step = set_.u[j] / r[j];
       }
       if (step == kInfinite) return false;
-      if (first < set_.n && !changed) before_ = set_, changed = true;
+      changed = true;
       for (size_t j = 0; j < set_.n; ++j) set_.u[j] -= step * r[j];
       if (first == set_.n) return take_in(index, along, left, length);
       if (!dependent) rest -= step * left2;
@@ -226,8 +231,8 @@ class Solver {
   const Vec6 y_u_;
   const std::span<const MotionRow> rows_;
   const bool relaxed_;
-  double reach_v_ = 0, reach_w_ = 0, farthest_ = 0, sum_ = 0;  // largest |J.v|, |J.w|, |b|
-  ActiveSet set_, before_;  // before_: to which a row that turns out to be dependent leads back
+  double reach_v_ = 0, reach_w_ = 0, sum_ = 0;  // largest |J.v| and |J.w|, sum of all
+  ActiveSet set_;
   Twist a_;
   double size_u_ = 0;      // |a_u| in the metric
   double push_ = 0;        // how far a = 0 is behind the rows taken in, at most

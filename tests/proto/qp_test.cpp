@@ -273,6 +273,16 @@ TEST_CASE("qp: nothing is left over on 100,000 random problems", "[math][propert
   CHECK(most_iterations < 90);
 }
 
+TEST_CASE("qp: nothing is left over where overlaps push a tool at rest", "[math][property]") {
+  Random random(13);
+  for (size_t trial = 0; trial < scaled_trials(10000); ++trial) {
+    MotionProblem problem = random_motion_problem(random, 1, {200, true, 0.5});
+    problem.a_u = (trial % 2 == 0 ? 0 : 1e-6) * problem.a_u;
+    CAPTURE(trial, problem.rows.size());
+    require_optimal(problem, least_constraint(factor_metric(problem.M), problem.a_u, problem.rows));
+  }
+}
+
 TEST_CASE("qp: without overlaps nothing is contradictory", "[math][property]") {
   Random random(3);
   for (size_t trial = 0; trial < trials(20000); ++trial) {
