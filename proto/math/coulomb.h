@@ -38,8 +38,8 @@ struct FrictionStep {
 /// is cut out of half-spaces u_n − least_speed + s ≥ μ u_t·d where the last answer violates it
 /// most, with d its own direction of slip: no facets are chosen beforehand, and as many are made as
 /// it takes until the cone is violated by no more than 1e-12 of the speeds (1e-8 where rounding
-/// stops it). What is left is an error of the direction of friction: about 1e-6, at worst 1e-5 rad
-/// where speeds are comparable, none where the slip keeps its direction.
+/// stops it). What is left is an error of the direction of friction: √(2e-12 speed / (μ |u_t|))
+/// rad, about 1e-6, more where the slip is slow beside the body; none where it keeps its direction.
 ///
 /// Bodies come to rest and stick; with gaps ≥ 0 and obstacles that stand still a step never adds
 /// kinetic energy, converged or not, because each v is the projection of v_free onto a convex set

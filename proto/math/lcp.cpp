@@ -10,7 +10,7 @@ namespace {
 constexpr double kRounding = 1e-11;  // of a, relative to what it is the sum of
 constexpr double kDependent = 1e-9;  // of a response to a unit force, relative to the rows' own
 constexpr double kSettled = 1e-13;   // change of an a in a sweep, likewise
-constexpr double kAccepted = 1e-9;   // what may be left of a, likewise
+constexpr double kAccepted = 1e-10;  // what may be left of a, relative to b
 constexpr int kPivotsPerRow = 20;    // a handful is usual
 
 }  // namespace
@@ -106,7 +106,7 @@ bool LcpSolver::pivot(int& iterations) {
 
 /// Whether it ended with a solution: sets may have been chosen by rounding, or there is none.
 bool LcpSolver::is_solved() const {
-  const double tolerated = kAccepted / kRounding * noise();
+  const double tolerated = kAccepted * largest_b_ + kSettled / kRounding * noise();
   for (size_t i = 0; i < n_; ++i) {
     if (!(a_[i] >= -tolerated) || (f_[i] > 0 && !(a_[i] <= tolerated))) return false;
   }

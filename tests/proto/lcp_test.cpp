@@ -152,7 +152,13 @@ TEST_CASE("lcp: random semidefinite problems with a known answer", "[math][prope
 TEST_CASE("lcp: pivoting, Gauss-Seidel and least constraint agree", "[math][property]") {
   Random random(31);
   LcpSolver solver(200);
-  size_t solved = 0, relaxed = 0;
+  size_t solved = 0, relaxed = 0, apart = 0;
+  // in a flat wedge what either leaves over shows a hundred times: one in ten thousand
+  const auto compare = [&](const MotionProblem& problem, const Twist& a, const Twist& b) {
+    const double difference = row_difference(problem, a, b);
+    REQUIRE(difference <= tol(100 * kAgree));
+    apart += difference > tol(kAgree);
+  };
   const auto n = static_cast<size_t>(static_cast<double>(trials(6000)) * torture_scale());
   for (size_t trial = 0; trial < n; ++trial) {
     const MotionProblem problem = random_motion_problem(random, 1, {200, false, 0});
@@ -163,15 +169,16 @@ TEST_CASE("lcp: pivoting, Gauss-Seidel and least constraint agree", "[math][prop
         solver.step(LcpMethod::kPivoting, metric, problem.a_u, problem.rows);
     solved += pivoting.converged;
     if (pivoting.converged) {
-      REQUIRE(row_difference(problem, pivoting.v, qp.a) <= tol(kAgree));
+      compare(problem, pivoting.v, qp.a);
       for (const double f : pivoting.lambda) REQUIRE(f >= 0);
     }
     if (problem.rows.size() > 24) continue;
     const ImpulseStep seidel =
         solver.step(LcpMethod::kGaussSeidel, metric, problem.a_u, problem.rows, 5000);
     relaxed += seidel.converged;
-    if (seidel.converged) REQUIRE(row_difference(problem, seidel.v, qp.a) <= tol(kAgree));
+    if (seidel.converged) compare(problem, seidel.v, qp.a);
   }
+  CHECK(10000 * apart <= n);
   // what fails is flagged, and rare
   CHECK(1000 * (n - solved) <= n);
   CHECK(2 * relaxed > n);
