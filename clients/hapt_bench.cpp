@@ -8,6 +8,7 @@
 #include "clients/bench_closest.h"
 #include "clients/bench_jitter.h"
 #include "clients/bench_point_proxy.h"
+#include "clients/bench_proximity.h"
 #include "clients/bench_qp.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
@@ -153,6 +154,7 @@ void add_bench_command(CLI::App& app) {
   add_bench_segment(*bench);
   add_bench_bake(*bench);
   add_bench_qp(*bench);
+  add_bench_proximity(*bench);
 }
 
 }  // namespace haptic

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench_proximity.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "clients/bench_pair_peers.h"
+#include "clients/bench_proximity_work.h"
+#include "clients/bench_turns.h"
+#include "clients/print_rows.h"
+#include "contact/query/conservative_advancement.h"
+#include "contact/query/near_contacts.h"
+#include "contact/query/near_front.h"
+#include "proto/rt_guard.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kBand = 0.1e-3;     // [m]
+constexpr double kTolerance = 1e-6;  // of conservative advancement [m]
+constexpr double kTruthTolerance = 1e-8;
+constexpr size_t kChunk = 50, kMotionChunk = 10;
+constexpr size_t kMostPairs = 400'000;
+constexpr double kUnlimited = 1e9;
+
+struct Options {
+  std::vector<std::string> cases{"torus", "bolt", "impact"};
+  size_t torus_poses = 2000, bolt_poses = 120, motions = 40;
+  bool json = false;
+};
+
+/// What one case must hold: p99 of the front, and of front and contacts together [s].
+struct Goals {
+  double pairs, contacts;
+};
+
+using Pairs = std::vector<TrianglePair>;
+
+Pairs sorted(std::span<const NearPair> near) {
+  Pairs pairs;
+  for (const NearPair& pair : near) pairs.push_back(pair.triangles);
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+double worst(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+void add_times(Rows& rows, const Contestant& c, double goal) {
+  rows.add(c.name + ", p50", percentile(c.times, 50), "s");
+  const double p99 = percentile(c.times, 99);
+  if (goal < kUnlimited) {
+    rows.add(c.name + ", p99", p99, "s", goal, p99 <= goal);
+  } else {
+    rows.add(c.name + ", p99", p99, "s");
+  }
+  rows.add(c.name + ", longest", worst(c.times), "s");
+}
+
+/// Each of ours beside each of the peer's, medians over chunks as ratios.
+void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant>& peers) {
+  for (const Contestant& peer : peers) {
+    if (!peer.name.starts_with("FCL")) continue;
+    rows.add_beside(ours.name + ", p50, beside", percentile(ours.times, 50), "s", peer.name,
+                    percentile(peer.times, 50));
+    rows.add(ours.name + " : " + peer.name, median_ratio(ours, peer), "");
+  }
+}
+
+/// How often a front that has been along all poses allocates on the way.
+double allocations(NearFront& front, NearContacts& contacts, const std::vector<Pose>& poses) {
+  const auto follow = [&] {
+    for (const Pose& X_OT : poses) contacts.reduce(front.update(X_OT, kBand), X_OT);
+  };
+  follow();
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  follow();
+  guard.disarm();
+  return static_cast<double>(guard.report().of(Violation::kAllocate).count);
+}
+
+/// The answers at every pose: sets, and yes or no as FCL says.
+struct Agreement {
+  double other_sets = 0, other_answers = 0, touching = 0;
+  std::vector<double> pairs, minima, kept, visited, boxes, triangles;
+};
+
+Agreement compare(const ProximityWork& work, PairPeer* peer) {
+  const MeshShape object = work.object.view(), tool = work.tool.view();
+  NearFront front(object, tool), asked(object, tool);
+  NearContacts contacts(object, tool);
+  std::vector<NearPair> cold(kMostPairs);
+  Agreement found;
+  for (const Pose& X_OT : work.poses) {
+    const std::span<const NearPair> near = front.update(X_OT, kBand);
+    const size_t n = near_pairs(object, tool, X_OT, kBand, cold);
+    const Pairs set = sorted(near);
+    found.other_sets += set != sorted(std::span(cold).first(std::min(n, cold.size())));
+    const NearContactSet reduced = contacts.reduce(near, X_OT);
+    found.pairs.push_back(static_cast<double>(near.size()));
+    found.minima.push_back(static_cast<double>(reduced.minima));
+    found.kept.push_back(static_cast<double>(reduced.contacts.size()));
+    found.visited.push_back(static_cast<double>(front.work().visited));
+    found.boxes.push_back(static_cast<double>(front.work().boxes));
+    found.triangles.push_back(static_cast<double>(front.work().triangles));
+    found.touching += reduced.meeting > 0;
+    const bool any = asked.any_near_pair(X_OT, kBand);
+    found.other_answers += any != (n > 0);
+    if (peer == nullptr) continue;
+    found.other_answers += any != (peer->distance(X_OT) <= kBand);
+    found.other_answers += (reduced.meeting > 0) != peer->collides(X_OT);
+  }
+  return found;
+}
+
+std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
+  Rows rows("proximity, " + work.name);
+  const MeshShape object = work.object.view(), tool = work.tool.view();
+  const auto peer = make_fcl_peer(object.mesh, tool.mesh);
+  rows.add("triangles of the object", static_cast<double>(object.mesh.triangles.size()), "");
+  rows.add("triangles of the tool", static_cast<double>(tool.mesh.triangles.size()), "");
+  rows.add("poses of 1 kHz", static_cast<double>(work.poses.size()), "");
+
+  NearFront front(object, tool), asked(object, tool), reduced(object, tool);
+  NearContacts contacts(object, tool);
+  std::vector<NearPair> cold(kMostPairs);
+  const auto& poses = work.poses;
+  // the first pose finds the front: a session does so before it starts
+  for (NearFront* f : {&front, &asked, &reduced}) f->update(poses[0], kBand);
+  std::vector<Contestant> ours{
+      {"front, all pairs", [&](size_t i) { front.update(poses[i], kBand); }},
+      {"front, pairs and contacts",
+       [&](size_t i) { contacts.reduce(reduced.update(poses[i], kBand), poses[i]); }},
+      {"front, whether any", [&](size_t i) { asked.any_near_pair(poses[i], kBand); }},
+      {"from scratch, all pairs",
+       [&](size_t i) { near_pairs(object, tool, poses[i], kBand, cold); }},
+      {"from scratch, whether any",
+       [&](size_t i) { any_near_pair(object, tool, poses[i], kBand); }},
+      {"from scratch, distance", [&](size_t i) { mesh_distance(object, tool, poses[i]); }}};
+  if (peer) {
+    ours.push_back({"FCL, whether they meet", [&](size_t i) { peer->collides(poses[i]); }});
+    ours.push_back({"FCL, distance", [&](size_t i) { peer->distance(poses[i]); }});
+  } else {
+    rows.note("FCL", "not in this build");
+  }
+  take_turns(ours, poses.size(), kChunk, 1);
+  for (const Contestant& c : ours) {
+    const bool is_front = &c == &ours[0], is_reduced = &c == &ours[1];
+    add_times(rows, c, is_front ? goals.pairs : is_reduced ? goals.contacts : kUnlimited);
+  }
+  for (size_t k = 0; k < 6; ++k) add_beside(rows, ours[k], ours);
+  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[3]), "");
+
+  const Agreement found = compare(work, peer.get());
+  const auto count = static_cast<double>(poses.size());
+  rows.add("poses at which they touch", found.touching / count, "");
+  rows.add("sets that differ from those found from scratch", found.other_sets, "", 0,
+           found.other_sets == 0);
+  rows.add("yes or no that differs", found.other_answers, "", 0, found.other_answers == 0);
+  const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
+    rows.add(what + ", p50", percentile(n, 50), "");
+    rows.add(what + ", most", worst(n), "");
+  };
+  add_counts("near pairs", found.pairs);
+  add_counts("local minima", found.minima);
+  add_counts("contacts kept", found.kept);
+  add_counts("pairs of nodes looked at", found.visited);
+  add_counts("boxes compared", found.boxes);
+  add_counts("triangles measured", found.triangles);
+  rows.add("front, pairs of nodes", static_cast<double>(front.size()), "");
+  const double n = allocations(reduced, contacts, poses);
+  rows.add("allocations once along the path", n, "", 0, n == 0);
+  return rows.rows();
+}
+
+/// The same method on the peer's distance, which knows no limit and no witness. 2: no hit.
+double advance_on(PairPeer& peer, const RigidMotion& motion, double speed) {
+  double t = 0;
+  for (int step = 0; step < 1000; ++step) {
+    const double distance = peer.distance(motion.at(t));
+    if (distance <= kTolerance) return t;
+    t += (distance - 0.5 * kTolerance) / speed;
+    if (t >= 1) return 2;
+  }
+  return t;
+}
+
+double time_of(const Advancement& a) {
+  return a.is_hit ? a.time : 2;
+}
+
+void add_judgement(Rows& rows, const std::string& name, const std::vector<double>& times,
+                   const std::vector<double>& truth) {
+  double other = 0, late = 0, early = 0;
+  for (size_t i = 0; i < times.size(); ++i) {
+    other += (times[i] > 1) != (truth[i] > 1);
+    if (times[i] > 1 || truth[i] > 1) continue;
+    late = std::max(late, times[i] - truth[i]);
+    early = std::max(early, truth[i] - times[i]);
+  }
+  rows.add(name + ", hits missed or false", other, "", 0, other == 0);
+  rows.add(name + ", late by at most", late, "", 0, late <= 0);
+  rows.add(name + ", early by at most", early, "");
+}
+
+std::vector<Row> bench_impact(const ProximityWork& tori, size_t n) {
+  Rows rows("time of impact, torus on torus");
+  const MeshShape object = tori.object.view(), tool = tori.tool.view();
+  const auto peer = make_fcl_peer(object.mesh, tool.mesh);
+  const std::vector<RigidMotion> motions = torus_motions(tori, n);
+  double radius = 0;
+  for (const Vec3& v : tool.mesh.vertices) radius = std::max(radius, norm(v));
+  std::vector<double> truth, ours(n), peers(n), steps(n);
+  for (const RigidMotion& motion : motions) {
+    truth.push_back(time_of(advance(object, tool, motion, {.tolerance = kTruthTolerance})));
+  }
+  std::vector<Contestant> contestants{{"conservative advancement", [&](size_t i) {
+                                         const Advancement a = advance(object, tool, motions[i],
+                                                                       {.tolerance = kTolerance});
+                                         ours[i] = time_of(a), steps[i] = a.steps;
+                                       }}};
+  if (peer) {
+    contestants.push_back({"FCL's distance, the same", [&](size_t i) {
+                             const RigidMotion& m = motions[i];
+                             peers[i] = advance_on(*peer, m, norm(m.way_O) + m.angle * radius);
+                           }});
+  }
+  take_turns(contestants, n, kMotionChunk, 1);
+  rows.add("motions", static_cast<double>(n), "");
+  const auto hits = std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; });
+  rows.add("that hit", static_cast<double>(hits), "");
+  for (const Contestant& c : contestants) add_times(rows, c, kUnlimited);
+  if (peer) rows.add("ours : FCL's", median_ratio(contestants[0], contestants[1]), "");
+  rows.add("steps, most", worst(steps), "");
+  add_judgement(rows, "ours", ours, truth);
+  if (peer) add_judgement(rows, "FCL's", peers, truth);
+  return rows.rows();
+}
+
+std::vector<Row> bench_proximity(const Options& options) {
+  Rows rows("proximity");
+  rows.note("machine", machine_line());
+  const auto wants = [&](const std::string& name) {
+    return std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
+  };
+  if (wants("torus"))
+    rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4, kUnlimited}));
+  if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
+  if (wants("impact")) rows.append(bench_impact(torus_on_torus(1), options.motions));
+  return rows.rows();
+}
+
+}  // namespace
+
+void add_bench_proximity(CLI::App& bench) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand(
+      "proximity", "Pairs of triangles within a band and the time of impact, beside FCL");
+  command->add_option("--case", options->cases, "as often as wanted")
+      ->check(CLI::IsMember({"torus", "bolt", "impact"}));
+  command->add_option("--torus-poses", options->torus_poses, "of 1 kHz")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
+  command->add_option("--bolt-poses", options->bolt_poses, "of 1 kHz")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
+  command->add_option("--motions", options->motions, "of the tori")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "rows as JSON");
+  command->callback([options] { print_judged(bench_proximity(*options), options->json); });
+}
+
+}  // namespace haptic
