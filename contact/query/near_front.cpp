@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -39,10 +40,34 @@ float length1(const std::array<float, 3>& v) {
   return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]);
 }
 
-float least_of(std::span<const float> values) {
-  float least = kInfinity;
-  for (const float v : values) least = v < least ? v : least;
-  return least;
+float least_of(Lanes v) {
+  v = v < __builtin_shufflevector(v, v, 2, 3, 0, 1) ? v : __builtin_shufflevector(v, v, 2, 3, 0, 1);
+  return std::min(v[0], v[1]);
+}
+float least_of(const std::array<float, 16>& values) {
+  Lanes least = load_lanes<Lanes>(&values[0]);
+  for (size_t k = 4; k < values.size(); k += 4) {
+    const Lanes v = load_lanes<Lanes>(&values[k]);
+    least = v < least ? v : least;
+  }
+  return least_of(least);
+}
+
+/// Takes the gaps along where b has gone; returns the least.
+template <class LeafBounds>
+float move_bounds(LeafBounds& bounds, const std::array<float, 3>& way, float lost) {
+  using Shorts [[gnu::vector_size(8)]] = int16_t;
+  Lanes least = Lanes{} + kInfinity;
+  for (size_t k = 0; k < bounds.at_least.size(); k += 4) {
+    Lanes bound = (1 - 4 * kUlp) * load_lanes<Lanes>(&bounds.at_least[k]) - lost;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const auto steps = load_lanes<Shorts>(&bounds.way[axis][k]);
+      bound += kWayStep * way[axis] * __builtin_convertvector(steps, Lanes);
+    }
+    std::memcpy(&bounds.at_least[k], &bound, sizeof bound);
+    least = bound < least ? bound : least;
+  }
+  return least_of(least);
 }
 
 /// At least how far it moves any unit vector.
@@ -266,14 +291,8 @@ void NearFront::look_at_leaves(uint32_t index) {
                      4 * kUlp * (length1(centre) + length1(bounds.centre_A));
   bounds.centre_A = centre;
   bounds.turned = turned;
-  for (size_t k = 0; k < kLeafPairs; ++k) {
-    const float along = static_cast<float>(bounds.way[0][k]) * (kWayStep * x) +
-                        static_cast<float>(bounds.way[1][k]) * (kWayStep * y) +
-                        static_cast<float>(bounds.way[2][k]) * (kWayStep * z);
-    bounds.at_least[k] = (1 - 4 * kUlp) * bounds.at_least[k] + (along - lost);
-  }
+  const float least = move_bounds(bounds, {x, y, z}, lost);
   const float band = static_cast<float>(band_) * (1 + kUlp);
-  const float least = least_of(bounds.at_least);
   if (least > band) {
     leave_leaves(index, static_cast<double>(least));
     return;

@@ -9,14 +9,16 @@
 namespace haptic {
 
 /// near_pairs from pose to pose. It remembers the front of the double descent: the pairs of nodes
-/// that were too far apart to be opened, with how far at least, and the bounds of the triangles in
-/// pairs of leaves that were opened. A pair is looked at again when what B has travelled since may
-/// have used its slack up; pairs wait for that in buckets of travel, so that the others are not
-/// even touched. Travel is counted for each part of B by itself, as the sum over poses of the
-/// furthest way of a corner of the box around it: no point of the part has gone further (the way is
-/// affine in the point). Siblings that are both far are replaced by their parent. Fronts as in
-/// Klosowski et al. 1998 and Ehmann & Lin 2001; motion bounds instead of tests on every step.
-/// Grows until it has held its largest front and allocates nothing more.
+/// that were too far apart to be opened, with how far at least, and in pairs of leaves that were
+/// opened for each two triangles a direction along which they are apart, and how far: sliding past
+/// each other uses none of it up, and where it is they are measured again. A pair is looked at
+/// again when what B has travelled since may have used its slack up; pairs wait for that in buckets
+/// of travel, so that the others are not even touched. Travel is counted for each part of B by
+/// itself, as the sum over poses of the furthest way of a corner of the box around it: no point of
+/// the part has gone further (the way is affine in the point). Siblings that are both far are
+/// replaced by their parent. Fronts as in Klosowski et al. 1998 and Ehmann & Lin 2001; motion
+/// bounds instead of tests on every step. Room for the corners of both meshes is made at
+/// construction; that for the front and its pairs grows until it has held the largest.
 class NearFront {
  public:
   /// Views of both shapes must outlive it.
