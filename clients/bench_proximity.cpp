@@ -3,13 +3,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "clients/bench_pair_peers.h"
 #include "clients/bench_proximity_work.h"
 #include "clients/bench_turns.h"
 #include "clients/print_rows.h"
+#include "clients/thread_cpu.h"
 #include "contact/query/conservative_advancement.h"
 #include "contact/query/near_contacts.h"
 #include "contact/query/near_front.h"
@@ -49,18 +52,29 @@ double worst(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
 
-void add_times(Rows& rows, const Contestant& c, double goal) {
-  rows.add(c.name + ", p50", percentile(c.times, 50), "s");
-  const double p99 = percentile(c.times, 99);
-  if (goal < kUnlimited) {
-    rows.add(c.name + ", p99", p99, "s", goal, p99 <= goal);
-  } else {
-    rows.add(c.name + ", p99", p99, "s");
-  }
-  rows.add(c.name + ", longest", worst(c.times), "s");
+/// CPU time of what a query does [s].
+template <class Query>
+std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
+  return [&cpu, query](size_t i) {
+    const int64_t begin = thread_cpu_ns();
+    query(i);
+    cpu.push_back(1e-9 * static_cast<double>(thread_cpu_ns() - begin));
+  };
 }
 
-/// Each of ours beside each of the peer's, medians over chunks as ratios.
+/// `cpu` does not count what other programs do meanwhile.
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu, double goal) {
+  rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
+  const double p99 = percentile(cpu, 99);
+  if (goal < kUnlimited) {
+    rows.add(name + ", CPU p99", p99, "s", goal, p99 <= goal);
+  } else {
+    rows.add(name + ", CPU p99", p99, "s");
+  }
+  rows.add(name + ", CPU longest", worst(cpu), "s");
+}
+
+/// Each of ours beside each of the peer's; medians over chunks as ratios, on the clock.
 void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant>& peers) {
   for (const Contestant& peer : peers) {
     if (!peer.name.starts_with("FCL")) continue;
@@ -131,26 +145,31 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   const auto& poses = work.poses;
   // the first pose finds the front: a session does so before it starts
   for (NearFront* f : {&front, &asked, &reduced}) f->update(poses[0], kBand);
-  std::vector<Contestant> ours{
-      {"front, all pairs", [&](size_t i) { front.update(poses[i], kBand); }},
-      {"front, pairs and contacts",
-       [&](size_t i) { contacts.reduce(reduced.update(poses[i], kBand), poses[i]); }},
-      {"front, whether any", [&](size_t i) { asked.any_near_pair(poses[i], kBand); }},
-      {"from scratch, all pairs",
-       [&](size_t i) { near_pairs(object, tool, poses[i], kBand, cold); }},
-      {"from scratch, whether any",
-       [&](size_t i) { any_near_pair(object, tool, poses[i], kBand); }},
-      {"from scratch, distance", [&](size_t i) { mesh_distance(object, tool, poses[i]); }}};
+  std::array<std::vector<double>, 8> cpu;
+  std::vector<Contestant> ours;
+  const auto ask = [&](const std::string& name, const std::function<void(size_t)>& query) {
+    ours.push_back({name, with_cpu(cpu[ours.size()], query)});
+  };
+  ask("front, all pairs", [&](size_t i) { front.update(poses[i], kBand); });
+  ask("front, pairs and contacts",
+      [&](size_t i) { contacts.reduce(reduced.update(poses[i], kBand), poses[i]); });
+  ask("front, whether any", [&](size_t i) { asked.any_near_pair(poses[i], kBand); });
+  ask("from scratch, all pairs",
+      [&](size_t i) { near_pairs(object, tool, poses[i], kBand, cold); });
+  ask("from scratch, whether any", [&](size_t i) { any_near_pair(object, tool, poses[i], kBand); });
+  ask("from scratch, distance", [&](size_t i) { mesh_distance(object, tool, poses[i]); });
   if (peer) {
-    ours.push_back({"FCL, whether they meet", [&](size_t i) { peer->collides(poses[i]); }});
-    ours.push_back({"FCL, distance", [&](size_t i) { peer->distance(poses[i]); }});
+    ask("FCL, whether they meet", [&](size_t i) { peer->collides(poses[i]); });
+    ask("FCL, distance", [&](size_t i) { peer->distance(poses[i]); });
   } else {
     rows.note("FCL", "not in this build");
   }
   take_turns(ours, poses.size(), kChunk, 1);
-  for (const Contestant& c : ours) {
-    const bool is_front = &c == &ours[0], is_reduced = &c == &ours[1];
-    add_times(rows, c, is_front ? goals.pairs : is_reduced ? goals.contacts : kUnlimited);
+  for (size_t k = 0; k < ours.size(); ++k) {
+    add_times(rows, ours[k].name, cpu[k],
+              k == 0   ? goals.pairs
+              : k == 1 ? goals.contacts
+                       : kUnlimited);
   }
   for (size_t k = 0; k < 6; ++k) add_beside(rows, ours[k], ours);
   rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[3]), "");
@@ -218,22 +237,26 @@ std::vector<Row> bench_impact(const ProximityWork& tori, size_t n) {
   for (const RigidMotion& motion : motions) {
     truth.push_back(time_of(advance(object, tool, motion, {.tolerance = kTruthTolerance})));
   }
-  std::vector<Contestant> contestants{{"conservative advancement", [&](size_t i) {
-                                         const Advancement a = advance(object, tool, motions[i],
-                                                                       {.tolerance = kTolerance});
-                                         ours[i] = time_of(a), steps[i] = a.steps;
-                                       }}};
+  std::array<std::vector<double>, 2> cpu;
+  std::vector<Contestant> contestants;
+  contestants.push_back({"conservative advancement", with_cpu(cpu[0], [&](size_t i) {
+                           const Advancement a =
+                               advance(object, tool, motions[i], {.tolerance = kTolerance});
+                           ours[i] = time_of(a), steps[i] = a.steps;
+                         })});
   if (peer) {
-    contestants.push_back({"FCL's distance, the same", [&](size_t i) {
+    contestants.push_back({"the same on FCL's distance", with_cpu(cpu[1], [&](size_t i) {
                              const RigidMotion& m = motions[i];
                              peers[i] = advance_on(*peer, m, norm(m.way_O) + m.angle * radius);
-                           }});
+                           })});
   }
   take_turns(contestants, n, kMotionChunk, 1);
   rows.add("motions", static_cast<double>(n), "");
   const auto hits = std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; });
   rows.add("that hit", static_cast<double>(hits), "");
-  for (const Contestant& c : contestants) add_times(rows, c, kUnlimited);
+  for (size_t k = 0; k < contestants.size(); ++k) {
+    add_times(rows, contestants[k].name, cpu[k], kUnlimited);
+  }
   if (peer) rows.add("ours : FCL's", median_ratio(contestants[0], contestants[1]), "");
   rows.add("steps, most", worst(steps), "");
   add_judgement(rows, "ours", ours, truth);

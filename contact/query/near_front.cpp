@@ -15,8 +15,9 @@ constexpr double kBucketsOfBand = 16;  // buckets as wide as the band
 constexpr double kLeastBucket = 1e-5;  // of the size of B
 constexpr double kLeastWidth = 1e-9;   // of a bucket [m]
 constexpr double kRaise = 0.5;         // of the slack that a parent must keep
-constexpr double kLeave = 4;         // bands that triangles are apart before boxes are asked again
-constexpr double kMostTravel = 1e3;  // beyond it the roundings of sums count [m]
+constexpr double kLeave = 4;          // bands that triangles are apart before boxes are asked again
+constexpr size_t kBoxesAsked = 3000;  // for any near pair, before the front is
+constexpr double kMostTravel = 1e3;   // beyond it the roundings of sums count [m]
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // axes of boxes in floats, and roundings of the way itself
 constexpr double kAxes = 1e-5, kRounding = 1e-14;
@@ -414,14 +415,13 @@ bool NearFront::any_near_pair(const Pose& X_AB, double band) {
       return true;
     }
   }
-  update(X_AB, band);
-  has_nearest_ = !near_.empty();
-  if (!has_nearest_) return false;
-  const auto nearer = [](const NearPair& p, const NearPair& q) {
-    return p.at.distance < q.at.distance;
-  };
-  nearest_ = std::min_element(near_.begin(), near_.end(), nearer)->triangles;
-  return true;
+  AnyNear any = find_near_pair(shape_A_, shape_B_, X_AB, band, kBoxesAsked, nearest_);
+  if (any == AnyNear::kUnknown && !update(X_AB, band).empty()) {
+    nearest_ = near_[0].triangles;
+    any = AnyNear::kFound;
+  }
+  has_nearest_ = any == AnyNear::kFound;
+  return has_nearest_;
 }
 
 }  // namespace haptic

@@ -28,8 +28,8 @@ class NearFront {
   /// before costs a pass over the front.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
-  /// Whether there is any: the nearest pair of last time is asked first, and the front is only
-  /// brought up to date where that has gone.
+  /// Whether there is any: the pair of last time is asked first, then a short search from scratch,
+  /// and only where that does not end either the front is brought up to date.
   bool any_near_pair(const Pose& X_AB, double band);
 
   /// Begins anew: nothing is remembered.

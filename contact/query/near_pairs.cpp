@@ -8,6 +8,8 @@
 namespace haptic {
 namespace {
 
+constexpr size_t kAll = ~size_t{0};
+
 float size_of(const CompactObb& box) {
   return box.half[0] + box.half[1] + box.half[2];
 }
@@ -31,12 +33,13 @@ bool measure_waiting(Waiting& waiting, const Pose& X_AB, double band, OnNear&& o
   return true;
 }
 
+/// False where it was ended before it had seen all, by on_near or for the number of boxes.
 template <class OnNear>
-void descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
-             OnNear&& on_near) {
+bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
+             size_t most_boxes, OnNear&& on_near) {
   const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
   const bool is_band = std::isfinite(band) && band >= 0;
-  if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB) || !is_band) return;
+  if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB) || !is_band) return true;
   const BoxDistance boxes(X_AB);
   Waiting found;
   const auto wait = [&](const ObbNode& a, const ObbNode& b) {
@@ -53,19 +56,20 @@ void descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
   std::array<NodePair, 2 * kMaxTreeDepth + 2> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {0, 0};
-  while (n_waiting > 0) {
+  for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
+    if (n_boxes == most_boxes) return false;
     const NodePair pair = waiting[--n_waiting];
     const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
     if (boxes.at_least(a.box, b.box) > band) continue;
     if (a.count > 0 && b.count > 0) {
       wait(a, b);
       const bool has_room = found.batch.n + kLeafTriangles * kLeafTriangles <= DistanceBatch::kRoom;
-      if (!has_room && !measure_waiting(found, X_AB, band, on_near)) return;
+      if (!has_room && !measure_waiting(found, X_AB, band, on_near)) return false;
       continue;
     }
     for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
   }
-  measure_waiting(found, X_AB, band, on_near);
+  return measure_waiting(found, X_AB, band, on_near);
 }
 
 }  // namespace
@@ -83,7 +87,7 @@ std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, cons
 size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
                   std::span<NearPair> out) {
   size_t found = 0;
-  descend(shape_A, shape_B, X_AB, band,
+  descend(shape_A, shape_B, X_AB, band, kAll,
           [&](const TrianglePair& pair, const DistanceBatch& batch, size_t i) {
             if (found < out.size()) out[found] = {pair, measured(batch, i)};
             ++found;
@@ -92,14 +96,22 @@ size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose
   return found;
 }
 
+AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                       double band, size_t most_boxes, TrianglePair& found) {
+  bool is_found = false;
+  const auto keep = [&](const TrianglePair& pair, const DistanceBatch&, size_t) {
+    found = pair;
+    is_found = true;
+    return false;
+  };
+  const bool is_whole = descend(shape_A, shape_B, X_AB, band, most_boxes, keep);
+  return is_found ? AnyNear::kFound : is_whole ? AnyNear::kNone : AnyNear::kUnknown;
+}
+
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band) {
-  bool found = false;
-  descend(shape_A, shape_B, X_AB, band, [&](const TrianglePair&, const DistanceBatch&, size_t) {
-    found = true;
-    return false;
-  });
-  return found;
+  TrianglePair found;
+  return find_near_pair(shape_A, shape_B, X_AB, band, kAll, found) == AnyNear::kFound;
 }
 
 }  // namespace haptic

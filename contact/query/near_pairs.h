@@ -25,6 +25,11 @@ size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band);
 
+/// The same with an end: kUnknown once so many pairs of boxes have been compared.
+enum class AnyNear { kNone, kFound, kUnknown };
+AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                       double band, size_t most_boxes, TrianglePair& found);
+
 /// Both halves of a pair of nodes, the larger one opened; not for two leaves.
 struct NodePair {
   uint32_t a = 0, b = 0;
