@@ -13,7 +13,7 @@
 #include "clients/bench_turns.h"
 #include "clients/print_rows.h"
 #include "clients/thread_cpu.h"
-#include "contact/query/conservative_advancement.h"
+#include "contact/query/mesh_distance.h"
 #include "contact/query/near_contacts.h"
 #include "contact/query/near_front.h"
 #include "proto/rt_guard.h"
@@ -21,16 +21,14 @@
 namespace haptic {
 namespace {
 
-constexpr double kBand = 0.1e-3;     // [m]
-constexpr double kTolerance = 1e-6;  // of conservative advancement [m]
-constexpr double kTruthTolerance = 1e-8;
-constexpr size_t kChunk = 50, kMotionChunk = 10;
+constexpr double kBand = 0.1e-3;  // [m]
+constexpr size_t kChunk = 50;
 constexpr size_t kMostPairs = 400'000;
 constexpr double kUnlimited = 1e9;
 
 struct Options {
-  std::vector<std::string> cases{"torus", "bolt", "impact"};
-  size_t torus_poses = 2000, bolt_poses = 120, motions = 40;
+  std::vector<std::string> cases{"torus", "bolt"};
+  size_t torus_poses = 2000, bolt_poses = 120;
   bool json = false;
 };
 
@@ -196,74 +194,6 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   return rows.rows();
 }
 
-/// The same method on the peer's distance, which knows no limit and no witness. 2: no hit.
-double advance_on(PairPeer& peer, const RigidMotion& motion, double speed) {
-  double t = 0;
-  for (int step = 0; step < 1000; ++step) {
-    const double distance = peer.distance(motion.at(t));
-    if (distance <= kTolerance) return t;
-    t += (distance - 0.5 * kTolerance) / speed;
-    if (t >= 1) return 2;
-  }
-  return t;
-}
-
-double time_of(const Advancement& a) {
-  return a.is_hit ? a.time : 2;
-}
-
-void add_judgement(Rows& rows, const std::string& name, const std::vector<double>& times,
-                   const std::vector<double>& truth) {
-  double other = 0, late = 0, early = 0;
-  for (size_t i = 0; i < times.size(); ++i) {
-    other += (times[i] > 1) != (truth[i] > 1);
-    if (times[i] > 1 || truth[i] > 1) continue;
-    late = std::max(late, times[i] - truth[i]);
-    early = std::max(early, truth[i] - times[i]);
-  }
-  rows.add(name + ", hits missed or false", other, "", 0, other == 0);
-  rows.add(name + ", late by at most", late, "", 0, late <= 0);
-  rows.add(name + ", early by at most", early, "");
-}
-
-std::vector<Row> bench_impact(const ProximityWork& tori, size_t n) {
-  Rows rows("time of impact, torus on torus");
-  const MeshShape object = tori.object.view(), tool = tori.tool.view();
-  const auto peer = make_fcl_peer(object.mesh, tool.mesh);
-  const std::vector<RigidMotion> motions = torus_motions(tori, n);
-  double radius = 0;
-  for (const Vec3& v : tool.mesh.vertices) radius = std::max(radius, norm(v));
-  std::vector<double> truth, ours(n), peers(n), steps(n);
-  for (const RigidMotion& motion : motions) {
-    truth.push_back(time_of(advance(object, tool, motion, {.tolerance = kTruthTolerance})));
-  }
-  std::array<std::vector<double>, 2> cpu;
-  std::vector<Contestant> contestants;
-  contestants.push_back({"conservative advancement", with_cpu(cpu[0], [&](size_t i) {
-                           const Advancement a =
-                               advance(object, tool, motions[i], {.tolerance = kTolerance});
-                           ours[i] = time_of(a), steps[i] = a.steps;
-                         })});
-  if (peer) {
-    contestants.push_back({"the same on FCL's distance", with_cpu(cpu[1], [&](size_t i) {
-                             const RigidMotion& m = motions[i];
-                             peers[i] = advance_on(*peer, m, norm(m.way_O) + m.angle * radius);
-                           })});
-  }
-  take_turns(contestants, n, kMotionChunk, 1);
-  rows.add("motions", static_cast<double>(n), "");
-  const auto hits = std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; });
-  rows.add("that hit", static_cast<double>(hits), "");
-  for (size_t k = 0; k < contestants.size(); ++k) {
-    add_times(rows, contestants[k].name, cpu[k], kUnlimited);
-  }
-  if (peer) rows.add("ours : FCL's", median_ratio(contestants[0], contestants[1]), "");
-  rows.add("steps, most", worst(steps), "");
-  add_judgement(rows, "ours", ours, truth);
-  if (peer) add_judgement(rows, "FCL's", peers, truth);
-  return rows.rows();
-}
-
 std::vector<Row> bench_proximity(const Options& options) {
   Rows rows("proximity");
   rows.note("machine", machine_line());
@@ -273,7 +203,6 @@ std::vector<Row> bench_proximity(const Options& options) {
   if (wants("torus"))
     rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4, kUnlimited}));
   if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
-  if (wants("impact")) rows.append(bench_impact(torus_on_torus(1), options.motions));
   return rows.rows();
 }
 
@@ -282,17 +211,15 @@ std::vector<Row> bench_proximity(const Options& options) {
 void add_bench_proximity(CLI::App& bench) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = bench.add_subcommand(
-      "proximity", "Pairs of triangles within a band and the time of impact, beside FCL");
+      "proximity",
+      "Pairs of triangles within a band, and contacts that stand for them, beside FCL");
   command->add_option("--case", options->cases, "as often as wanted")
-      ->check(CLI::IsMember({"torus", "bolt", "impact"}));
+      ->check(CLI::IsMember({"torus", "bolt"}));
   command->add_option("--torus-poses", options->torus_poses, "of 1 kHz")
       ->check(CLI::Range(2, 100000))
       ->capture_default_str();
   command->add_option("--bolt-poses", options->bolt_poses, "of 1 kHz")
       ->check(CLI::Range(2, 100000))
-      ->capture_default_str();
-  command->add_option("--motions", options->motions, "of the tori")
-      ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "rows as JSON");
   command->callback([options] { print_judged(bench_proximity(*options), options->json); });

@@ -10,10 +10,6 @@ namespace {
 
 constexpr size_t kAll = ~size_t{0};
 
-float size_of(const CompactObb& box) {
-  return box.half[0] + box.half[1] + box.half[2];
-}
-
 /// Pairs that wait for their distances.
 struct Waiting {
   DistanceBatch batch;
@@ -52,8 +48,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
       }
     }
   };
-  // each level opens one pair into two
-  std::array<NodePair, 2 * kMaxTreeDepth + 2> waiting;
+  std::array<NodePair, kMaxWaitingPairs> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {0, 0};
   for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
@@ -73,16 +68,6 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
 }
 
 }  // namespace
-
-std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B) {
-  const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
-  if (b.count > 0 || (a.count == 0 && size_of(a.box) >= size_of(b.box))) {
-    const uint32_t first = a.first;
-    return {NodePair{first, pair.b}, NodePair{first + 1, pair.b}};
-  }
-  const uint32_t first = b.first;
-  return {NodePair{pair.a, first}, NodePair{pair.a, first + 1}};
-}
 
 size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
                   std::span<NearPair> out) {

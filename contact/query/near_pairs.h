@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "contact/query/obb_overlap.h"
 #include "contact/query/triangle_distance.h"
 #include "contact/query/triangle_pairs.h"
 
@@ -29,11 +30,5 @@ bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pos
 enum class AnyNear { kNone, kFound, kUnknown };
 AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                        double band, size_t most_boxes, TrianglePair& found);
-
-/// Both halves of a pair of nodes, the larger one opened; not for two leaves.
-struct NodePair {
-  uint32_t a = 0, b = 0;
-};
-std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B);
 
 }  // namespace haptic
