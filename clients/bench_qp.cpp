@@ -130,18 +130,18 @@ class Solvers {
   void cold(size_t i) {
     const Question& q = work_.questions[i];
     motion_ = least_constraint(work_.metric, q.a_u, *q.rows);
-    keep_failure(motion_.converged);
+    failed_ += !motion_.converged;
   }
   /// Starts from the last answer, which in another set of contacts is but a guess.
   void warm(size_t i) {
     const Question& q = work_.questions[i];
     warm_ = least_constraint(work_.metric, q.a_u, *q.rows,
                              {warm_.active.data(), static_cast<size_t>(warm_.n_active)});
-    keep_failure(warm_.converged);
+    failed_ += !warm_.converged;
   }
   void pivoting(size_t i) {
     const Question& q = work_.questions[i];
-    keep_failure(pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged);
+    unpivoted_ += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
   }
   /// Two hundred sweeps at most: what a fallback would take.
   void seidel(size_t i) {
@@ -156,17 +156,16 @@ class Solvers {
 
   const ConstrainedMotion& motion() const { return motion_; }
   size_t failed() const { return failed_; }
+  size_t unpivoted() const { return unpivoted_; }
   size_t unsettled() const { return unsettled_; }
   size_t unsettled_friction() const { return unsettled_friction_; }
 
  private:
-  void keep_failure(bool converged) { failed_ += !converged; }
-
   const Work& work_;
   ConstrainedMotion motion_, warm_;
   LcpSolver pivoting_, seidel_;
   CoulombSolver coulomb_;
-  size_t failed_ = 0, unsettled_ = 0, unsettled_friction_ = 0;
+  size_t failed_ = 0, unpivoted_ = 0, unsettled_ = 0, unsettled_friction_ = 0;
 };
 
 uint64_t allocations(Solvers& solvers, size_t ticks) {
@@ -255,6 +254,10 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   add_times(rows, contestants[2], 0);
   const auto failed = static_cast<double>(solvers.failed());
   rows.add("not converged", failed, "", 0, failed == 0);
+  rows.add(
+      "pivoting not converged",
+      static_cast<double>(solvers.unpivoted()) / static_cast<double>(contestants[2].times.size()),
+      "");
   if (!coherent) return rows.rows();
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
