@@ -14,8 +14,9 @@ struct ConstrainedMotion {
   int n_active = 0;             // ≤ 6
   std::array<int, 6> active{};  // indices of the rows that carry a
   std::array<double, 6> multiplier{};  // ≥ 0: how hard each pushes
-  bool converged = false;      // false: something is not finite, M is not positive definite (both:
-                               // a = 0, no wrench) or the limit of iterations
+  // false: something is not finite or M not positive definite (both: a = 0, no wrench); or the
+  // limit of iterations, of which a is the last; never seen on a million random problems
+  bool converged = false;
   bool contradictory = false;  // no motion within reason satisfies all rows: a is that of min(b, 0)
   int iterations = 0;          // rows taken in, and given up again
 };
