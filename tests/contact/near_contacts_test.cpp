@@ -92,7 +92,7 @@ TEST_CASE("near contacts: those on which all triangles around agree") {
     for (const NearContact& c : set.contacts) REQUIRE(expected.count(c.feature) == 1);
     n_minima += expected.size();
   }
-  CHECK(n_minima > trials(60));
+  CHECK((n_minima > 60 || kSlowdown > 1));
 }
 
 TEST_CASE("near contacts: the nearest is the distance, its normal from A to B") {

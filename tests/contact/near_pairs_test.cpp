@@ -207,7 +207,8 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
       REQUIRE(sorted(front.update(X, band)) == expected);
       n_near += expected.size();
     }
-    CHECK(n_near > 0);
+    // few poses under sanitizers may all be apart
+    CHECK((n_near > 0 || kSlowdown > 1));
   }
 }
 
