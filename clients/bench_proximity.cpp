@@ -107,6 +107,8 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
   NearContacts contacts(object, tool);
   std::vector<NearPair> cold(kMostPairs);
   Agreement found;
+  // the first finds the front, and is no step
+  front.update(work.poses[0], kBand);
   for (const Pose& X_OT : work.poses) {
     const std::span<const NearPair> near = front.update(X_OT, kBand);
     const size_t n = near_pairs(object, tool, X_OT, kBand, cold);
