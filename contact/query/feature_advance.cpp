@@ -42,6 +42,29 @@ double least_along(const Vec3& n, const Slice& s, bool is_triangle) {
   return dot(n, s.base) - (is_triangle ? std::max(e, f) : e + f);
 }
 
+/// A direction that keeps two features apart, and by how much.
+struct Parting {
+  Vec3 n;
+  double gap, distance;
+};
+
+/// That of their closest points; where they are so near that rounding decides it, their normal.
+Parting part(const Slice& s, bool is_triangle) {
+  const auto [u, v] = closest_of(s, is_triangle);
+  const Vec3 way = s.base - u * s.e - v * s.f;
+  const double distance = norm(way);
+  if (!(distance > 0)) return {way, 0, distance};
+  const Vec3 n = way / distance;
+  const double gap = least_along(n, s, is_triangle);
+  if (gap > 0.5 * distance) return {n, gap, distance};
+  Vec3 normal = cross(s.e, s.f);
+  const double size = norm(normal);
+  if (!(size > 0)) return {n, gap, distance};
+  normal = (dot(normal, way) < 0 ? -1 : 1) / size * normal;
+  const double across = least_along(normal, s, is_triangle);
+  return across > gap ? Parting{normal, across, distance} : Parting{n, gap, distance};
+}
+
 double size_of(const SliceErrors& off) {
   const Vec3 sum = off.base + off.e + off.f;
   return sum.x + sum.y + sum.z;
@@ -66,33 +89,32 @@ std::array<double, 2> closest_of(const Slice& slice, bool is_triangle) {
 }
 
 Advance advance(const FeaturePath& path, double tolerance) {
-  double t = path.begin(), horizon = path.end() - t;
+  double t = path.begin(), horizon = path.end() - t, near = tolerance;
   Slice here = path.first();
   const double rounding = 4 * size_of(path.errors());
-  double near = tolerance;
   for (int step = 0; step < kMostSteps; ++step) {
-    const auto [u, v] = closest_of(here, path.is_triangle());
-    const Vec3 way = here.base - u * here.e - v * here.f;
-    const double distance = norm(way);
-    if (step == 0) near = std::min(near, 0.5 * distance);
-    if (distance <= near) return {t, Advance::End::kNear};
-    const Vec3 n = way / distance;
-    const double gap = least_along(n, here, path.is_triangle()) - rounding;
+    const Parting parting = part(here, path.is_triangle());
+    if (step == 0) near = std::min(near, 0.5 * parting.distance);
+    if (parting.distance <= near) return {t, Advance::End::kNear};
+    const double gap = parting.gap - rounding;
+    if (!(gap > 0)) return {t, Advance::End::kUnknown};
     horizon = std::min(2 * horizon, path.end() - t);
     // where the way bends by more than a part of the gap, not so far at once
     while (path.deviation(horizon) > 0.25 * gap && horizon > 0) horizon *= 0.5;
-    if (!(gap > 0) || !(horizon > 0)) return {t, Advance::End::kUnknown};
+    if (!(horizon > 0)) return {t, Advance::End::kUnknown};
     const double bend = path.deviation(horizon);
     const bool is_last = t + horizon >= path.end();
     const Slice there = is_last ? path.last() : path.at(t + horizon);
-    const double left = least_along(n, there, path.is_triangle()) - rounding;
+    const double left = least_along(parting.n, there, path.is_triangle()) - rounding;
     if (left > bend) {
       if (is_last) return {path.end(), Advance::End::kApart};
       t += horizon;
       here = there;
       continue;
     }
-    t += kShortOf * horizon * (gap - bend) / (gap - left);
+    // to where the line ends, or is as near as is asked for: what has met is to part again
+    const double room = gap - bend;
+    t += kShortOf * horizon * std::max(room - 0.5 * near, 0.25 * room) / (gap - left);
     here = path.at(t);
   }
   return {t, Advance::End::kUnknown};

@@ -21,7 +21,7 @@ struct Advance {
 /// values there, so that the step may go to where that line ends. On the last stretch to a meeting
 /// the steps shrink as Newton's do; they never pass it. Conservative advancement (Mirtich 1996)
 /// with the motion along n in place of its speed. At most 48 steps. What is nearer than the
-/// tolerance at first may come half as near: it can leave, and slide along.
+/// tolerance at the beginning of the path may come half as near: it can leave, and slide along.
 Advance advance(const FeaturePath& path, double tolerance);
 
 }  // namespace haptic

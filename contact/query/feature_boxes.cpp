@@ -8,7 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kRoom = 512;  // of boxes that wait
+constexpr size_t kRoom = 512;            // of boxes that wait
+constexpr double kPerAxis = 0.57735026;  // 1/√3
 
 struct Range {
   double lo = std::numeric_limits<double>::infinity(), hi = -lo;
@@ -147,8 +148,8 @@ BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint
   uint32_t looked = 1;
   while (waiting.n > 0) {
     auto [box, seen] = waiting.pop();
-    // no box begins earlier
-    if (seen.size <= tolerance) return {box.t0, true, false};
+    // no box begins earlier; sizes are along each axis
+    if (seen.size <= kPerAxis * tolerance) return {box.t0, true, false};
     if (looked + 2 > budget || waiting.n + 2 > kRoom) return {box.t0, true, true};
     const Box later = halve(box, seen.across);
     for (const Box& half : {box, later}) {

@@ -10,7 +10,8 @@
 namespace haptic {
 
 /// All reals from lo to hi. Of every operation the result holds what exact arithmetic gives for any
-/// choice from the operands: ends are rounded outward, by less than two steps of doubles.
+/// choice from the operands, as long as nothing overflows: ends are rounded outward, by less than
+/// three steps of doubles.
 struct Interval {
   double lo = 0, hi = 0;
 

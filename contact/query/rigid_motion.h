@@ -36,7 +36,8 @@ struct MotionStretch {
 MotionStretch stretch_of(const RigidMotion& motion, double from, double to, double reach);
 
 /// How far a point at this distance from the centre is off the straight line between its places at
-/// two times so far apart, at most: r (1 − cos(θ Δt/2)) ≤ r (θ Δt)²/8, and never more than r [m].
+/// two times so far apart, at most: r (θ Δt)²/8, and never more than r for less than 3 rad, else 2
+/// r [m].
 double off_the_chord(const RigidMotion& motion, double distance, double time);
 
 }  // namespace haptic

@@ -127,7 +127,8 @@ void SweptMesh::descend(Search& search) const {
 
 /// So many that what turning bends in each is small beside a leaf.
 int SweptMesh::stretches_of(const RigidMotion& motion) const {
-  const double per_angle = std::max(5.0, std::sqrt(lever_of(motion) / leaf_size_));
+  const double bent = leaf_size_ > 0 ? std::sqrt(lever_of(motion) / leaf_size_) : 0;
+  const double per_angle = std::max(5.0, bent);
   const double wanted = std::ceil(motion.angle * per_angle);
   return static_cast<int>(std::clamp(wanted, 1.0, 1.0 * kMostStretches));
 }

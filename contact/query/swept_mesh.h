@@ -24,7 +24,8 @@ struct MeshMeeting {
 ///
 /// Both OBB trees at once, over stretches of the motion that are short beside the boxes, earliest
 /// first; every meeting ends the time that is still asked about, for all that follows; the pair
-/// that met last time is asked first. Works on any soup of triangles. Allocates only when it is
+/// that met last time is asked first, which may only change by how much within the tolerance an
+/// answer is early. Works on any soup of triangles. Allocates only when it is
 /// made; bounded by the number of pairs of triangles and the budget of each pair of features.
 class SweptMesh {
  public:

@@ -2,6 +2,7 @@
 #include "contact/query/swept_pair.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "contact/query/feature_advance.h"
 #include "contact/query/feature_boxes.h"
@@ -9,8 +10,13 @@
 namespace haptic {
 namespace {
 
+bool is_sound(const Slice& s) {
+  return is_finite(s.base) && is_finite(s.e) && is_finite(s.f);
+}
+
 std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
                                           const SweptPairOptions& options) {
+  if (!is_sound(path.first()) || !is_sound(path.last())) return SweptMeeting{path.begin(), false};
   const Advance advanced = advance(path, options.tolerance);
   if (advanced.end == Advance::End::kApart) return std::nullopt;
   const bool is_near = advanced.end == Advance::End::kNear;
@@ -23,6 +29,7 @@ std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
 
 struct Range {
   double least, most;
+  double sum = 0;  // not finite where a place is not
 };
 
 /// Of the places of a feature along one axis of space.
@@ -31,6 +38,7 @@ Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
   Range range{corners[0].from.*axis, corners[0].from.*axis};
   for (const SweptPoint& corner : corners) {
     for (const double place : {corner.from.*axis, corner.to.*axis}) {
+      range.sum += place;
       range.least = std::min(range.least, place);
       range.most = std::max(range.most, place);
     }
@@ -40,12 +48,14 @@ Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
 
 /// Whether an axis of space keeps the places of one feature from those of the other, exactly.
 template <size_t N, size_t M>
-bool is_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
+bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
+  bool is_beside = false;
   for (const auto axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
     const Range a = range_of(one, axis), b = range_of(other, axis);
-    if (a.least > b.most || a.most < b.least) return true;
+    if (!std::isfinite(a.sum + b.sum)) return false;
+    is_beside |= a.least > b.most || a.most < b.least;
   }
-  return false;
+  return is_beside;
 }
 
 }  // namespace
@@ -53,14 +63,14 @@ bool is_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint
 std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
                                                 const SweptPairOptions& options) {
-  if (is_beside(std::array{vertex}, face)) return std::nullopt;
+  if (are_beside(std::array{vertex}, face)) return std::nullopt;
   return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), options);
 }
 
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b,
                                               const SweptPairOptions& options) {
-  if (is_beside(a, b)) return std::nullopt;
+  if (are_beside(a, b)) return std::nullopt;
   return first_meeting(FeaturePath::of_edges(a, b), options);
 }
 

@@ -10,8 +10,9 @@
 namespace haptic {
 
 struct SweptPairOptions {
-  double tolerance = 1e-6;  // nearer than this, and than half of what it was at first, may count
-                            // as meeting [m]
+  // nearer than this, and than half of what it was where the stretch begins, may count as meeting
+  // [m]
+  double tolerance = 1e-6;
   // boxes of time and place looked at to tell what only comes near from what meets; 0: what comes
   // as near as the tolerance meets
   uint32_t budget = 0;
