@@ -397,10 +397,10 @@ void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns)
   const bool expected = header != nullptr && process.pid >= 0 &&
                         header->generation.load() == process.generation &&
                         header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
-  const int64_t silent_ns = expected ? process.silence.look(header->heartbeat.load(),
-                                                            header->heartbeat_ns.load(), t_ns,
-                                                            held_up_ns)
-                                     : 0;
+  const int64_t silent_ns =
+      expected ? process.silence.look(header->heartbeat.load(), header->heartbeat_ns.load(), t_ns,
+                                      held_up_ns)
+               : 0;
   const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
   // one line when it gets worse, not one each look
   if (pulse > process.pulse) {

@@ -14,7 +14,6 @@ constexpr double kAccepted = 1e-8;  // where rounding lets neither become smalle
 constexpr double kRounder = 1e-5;   // violation of a cone, of the motion in the last round
 constexpr double kWorst = 0.5;      // cones are cut where they lack this part of the worst lack
 constexpr double kMuchWorse = 10;   // from one round to the next
-constexpr size_t kRowsPerContact = 8;
 
 double norm(const Vec6& y) {
   return std::sqrt(dot(y, y));
@@ -95,19 +94,12 @@ PointVelocity velocity_of(const FrictionContact& contact, const Twist& v) {
 
 }  // namespace
 
-CoulombSolver::CoulombSolver(size_t capacity)
-    : capacity_(capacity), shifts_(capacity), lacks_(capacity), impulses_(capacity) {
-  rows_.reserve(kRowsPerContact * (capacity + 1));
-  owners_.reserve(kRowsPerContact * (capacity + 1));
-}
-
 FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free,
                                  std::span<const FrictionContact> contacts) {
   FrictionStep out;
   if (contacts.size() > capacity_ || !metric.valid) return out;
   metric_ = &metric, v_free_ = v_free, contacts_ = contacts;
-  rows_.clear(), owners_.clear();
-  n_warm_ = 0;
+  n_rows_ = n_warm_ = 0;
   std::fill_n(impulses_.begin(), contacts.size(), Vec3{});
   out.impulses = {impulses_.data(), contacts.size()};
   speed_ = 0;
@@ -149,15 +141,15 @@ ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted
     const FrictionContact& c = contacts_[i];
     shifts_[i] = shifted ? c.friction * norm(velocity_of(c, shift_of).tangential) : 0;
   }
-  for (size_t k = 0; k < rows_.size(); ++k) {
+  for (size_t k = 0; k < n_rows_; ++k) {
     rows_[k].b = bound_of(rows_[k].J.v, owners_[k]);
   }
   ConstrainedMotion motion;
   double lack = speed_;
   for (int cut = 0; cut < kMaxCuts; ++cut) {
-    motion = least_constraint(*metric_, v_free_, rows_, {warm_.data(), n_warm_});
+    motion = least_constraint(*metric_, v_free_, rows(), {warm_.data(), n_warm_});
     ++out.solves;
-    if (rows_.size() + contacts_.size() > rows_.capacity()) keep_active(motion);
+    if (n_rows_ + contacts_.size() > rows_.size()) keep_active(motion);
     warm_ = motion.active, n_warm_ = static_cast<size_t>(motion.n_active);
     const double before = lack;
     lack = worst_lack(motion.a);
@@ -187,8 +179,9 @@ void CoulombSolver::cut_cones(const Twist& v, double worst) {
     if (lacks_[i] < kWorst * worst) continue;
     const FrictionContact& c = contacts_[i];
     const Vec3 force = c.normal - c.friction * normalized(velocity_of(c, v).tangential);
-    rows_.push_back({{force, cross(c.r, force)}, bound_of(force, i)});
-    owners_.push_back(i);
+    rows_[n_rows_] = {{force, cross(c.r, force)}, bound_of(force, i)};
+    owners_[n_rows_] = i;
+    ++n_rows_;
   }
 }
 
@@ -208,8 +201,9 @@ void CoulombSolver::keep_active(ConstrainedMotion& motion) {
     rows[j] = rows_[k], owners[j] = owners_[k];
     motion.active[j] = static_cast<int>(j);
   }
-  rows_.assign(rows.begin(), rows.begin() + motion.n_active);
-  owners_.assign(owners.begin(), owners.begin() + motion.n_active);
+  std::copy_n(rows.begin(), n, rows_.begin());
+  std::copy_n(owners.begin(), n, owners_.begin());
+  n_rows_ = n;
 }
 
 void CoulombSolver::add_up(const ConstrainedMotion& motion, FrictionStep& out) {

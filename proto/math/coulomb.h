@@ -51,7 +51,13 @@ struct FrictionStep {
 class CoulombSolver {
  public:
   /// For at most `capacity` contacts. Allocates here, never in a step.
-  explicit CoulombSolver(size_t capacity);
+  explicit CoulombSolver(size_t capacity)
+      : capacity_(capacity),
+        rows_(kRowsPerContact * (capacity + 1)),
+        owners_(rows_.size()),
+        shifts_(capacity),
+        lacks_(capacity),
+        impulses_(capacity) {}
 
   FrictionStep step(const MotionMetric& metric, const Twist& v_free,
                     std::span<const FrictionContact> contacts);
@@ -64,14 +70,18 @@ class CoulombSolver {
   double bound_of(const Vec3& direction, size_t i) const;
   void keep_active(ConstrainedMotion& motion);
   void add_up(const ConstrainedMotion& motion, FrictionStep& out);
+  std::span<const MotionRow> rows() const { return {rows_.data(), n_rows_}; }
+
+  static constexpr size_t kRowsPerContact = 8;
 
   size_t capacity_;
   const MotionMetric* metric_ = nullptr;
   Twist v_free_;
   double speed_ = 0;  // the largest that a contact has without the others
   std::span<const FrictionContact> contacts_;
-  std::vector<MotionRow> rows_;  // half-spaces cut so far
+  std::vector<MotionRow> rows_;  // half-spaces cut so far, n_rows_ of them
   std::vector<size_t> owners_;   // their contacts
+  size_t n_rows_ = 0;
   std::vector<double> shifts_, lacks_;
   std::vector<Vec3> impulses_;
   std::array<int, 6> warm_{};

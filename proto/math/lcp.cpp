@@ -15,21 +15,6 @@ constexpr int kPivotsPerRow = 20;    // a handful is usual
 
 }  // namespace
 
-LcpSolver::LcpSolver(size_t capacity)
-    : capacity_(capacity),
-      f_(capacity),
-      a_(capacity),
-      df_(capacity),
-      da_(capacity),
-      side_(capacity),
-      L_(capacity * capacity),
-      x_(capacity),
-      g_(capacity),
-      own_A_(capacity * capacity),
-      own_b_(capacity) {
-  clamped_.reserve(capacity);
-}
-
 LcpSolution LcpSolver::solve(LcpMethod method, std::span<const double> A, std::span<const double> b,
                              int max_sweeps) {
   n_ = b.size();
@@ -87,7 +72,7 @@ void LcpSolver::update_a() {
 }
 
 bool LcpSolver::pivot(int& iterations) {
-  clamped_.clear();
+  n_clamped_ = 0;
   std::fill_n(side_.begin(), n_, Side::kUnseen);
   for (size_t d = 0; d < n_; ++d) {
     if (!drive_to_zero(d, iterations)) return false;
@@ -95,9 +80,9 @@ bool LcpSolver::pivot(int& iterations) {
   }
   // steps add rounding to rounding: what is left of a_C is solved for once more
   update_a();
-  for (size_t k = 0; k < clamped_.size(); ++k) x_[k] = -a_[clamped_[k]];
-  solve_clamped({x_.data(), clamped_.size()});
-  for (size_t k = 0; k < clamped_.size(); ++k) {
+  for (size_t k = 0; k < n_clamped_; ++k) x_[k] = -a_[clamped_[k]];
+  solve_clamped({x_.data(), n_clamped_});
+  for (size_t k = 0; k < n_clamped_; ++k) {
     f_[clamped_[k]] = std::max(f_[clamped_[k]] + x_[k], 0.0);
   }
   update_a();
@@ -168,36 +153,38 @@ void LcpSolver::reverse() {
 /// Δf with Δf_d = 1 and Δa_C = 0, and Δa = A Δf.
 void LcpSolver::find_direction(size_t d) {
   std::fill_n(df_.begin(), n_, 0.0);
-  for (size_t k = 0; k < clamped_.size(); ++k) x_[k] = -entry(clamped_[k], d);
-  solve_clamped({x_.data(), clamped_.size()});
-  for (size_t k = 0; k < clamped_.size(); ++k) df_[clamped_[k]] = x_[k];
+  for (size_t k = 0; k < n_clamped_; ++k) x_[k] = -entry(clamped_[k], d);
+  solve_clamped({x_.data(), n_clamped_});
+  for (size_t k = 0; k < n_clamped_; ++k) df_[clamped_[k]] = x_[k];
   df_[d] = 1;
   for (size_t i = 0; i < n_; ++i) {
     da_[i] = entry(i, d);
-    for (const size_t k : clamped_) da_[i] += entry(i, k) * df_[k];
+    for (const size_t k : clamped_set()) da_[i] += entry(i, k) * df_[k];
   }
-  for (const size_t k : clamped_) da_[k] = 0;
+  for (const size_t k : clamped_set()) da_[k] = 0;
 }
 
 void LcpSolver::enter(size_t i) {
   a_[i] = 0;
   side_[i] = Side::kClamped;
-  clamped_.push_back(i);
-  factor_from(clamped_.size() - 1);
+  clamped_[n_clamped_++] = i;
+  factor_from(n_clamped_ - 1);
 }
 
 void LcpSolver::leave(size_t i) {
   f_[i] = 0;
   side_[i] = Side::kOpen;
-  const auto place = std::find(clamped_.begin(), clamped_.end(), i);
-  const auto k = static_cast<size_t>(place - clamped_.begin());
-  clamped_.erase(place);
+  const std::span<size_t> all = clamped_set();
+  const auto place = std::find(all.begin(), all.end(), i);
+  const auto k = static_cast<size_t>(place - all.begin());
+  std::copy(place + 1, all.end(), place);
+  --n_clamped_;
   factor_from(k);
 }
 
 /// Rows of the Cholesky factor of A_CC from `place` on.
 void LcpSolver::factor_from(size_t place) {
-  for (size_t i = place; i < clamped_.size(); ++i) {
+  for (size_t i = place; i < n_clamped_; ++i) {
     double* row = &L_[i * n_];
     for (size_t j = 0; j <= i; ++j) {
       const double* other = &L_[j * n_];

@@ -31,7 +31,19 @@ enum class LcpMethod { kPivoting, kGaussSeidel };
 class LcpSolver {
  public:
   /// For problems of at most `capacity` unknowns.
-  explicit LcpSolver(size_t capacity);
+  explicit LcpSolver(size_t capacity)
+      : capacity_(capacity),
+        f_(capacity),
+        a_(capacity),
+        df_(capacity),
+        da_(capacity),
+        clamped_(capacity),
+        side_(capacity),
+        L_(capacity * capacity),
+        x_(capacity),
+        g_(capacity),
+        own_A_(capacity * capacity),
+        own_b_(capacity) {}
 
   /// A is b.size() × b.size(), by rows.
   ///
@@ -73,13 +85,15 @@ class LcpSolver {
   void update_a();
   bool is_solved() const;
   double noise() const;
+  std::span<size_t> clamped_set() { return {clamped_.data(), n_clamped_}; }
   double entry(size_t i, size_t j) const { return A_[i * n_ + j]; }
 
   size_t capacity_, n_ = 0;
   std::span<const double> A_, b_;
   double largest_A_ = 0, largest_b_ = 0;
   std::vector<double> f_, a_, df_, da_;
-  std::vector<size_t> clamped_;  // C in the order of the factor
+  std::vector<size_t> clamped_;  // C in the order of the factor, n_clamped_ of them
+  size_t n_clamped_ = 0;
   std::vector<Side> side_;
   std::vector<double> L_, x_;  // Cholesky factor of A_CC, n × n; a right-hand side
   std::vector<Vec6> g_;        // of step()

@@ -145,9 +145,14 @@ TEST_CASE("device guard: a servo that stands still is let go, and again after it
   // a busy machine may have held the beats up
   b.line.hear(0);
   CHECK(times(hear_all(b.line)) >= 1);
-  b.beat_for(20 * kMs);
-  b.line.hear(0);
-  CHECK(times(hear_all(b.line)) >= 1);
+  // a guard that a busy machine has not let run meanwhile has not seen it go on
+  int again = 0;
+  for (int attempt = 0; attempt < 5 && again == 0; ++attempt) {
+    b.beat_for(20 * kMs);
+    b.line.hear(0);
+    again = times(hear_all(b.line));
+  }
+  CHECK(again >= 1);
 }
 
 TEST_CASE("device guard: a servo that has stopped in order, or not yet begun, is left alone",
