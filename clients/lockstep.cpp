@@ -52,8 +52,7 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   question.held_back_W = frame_.held_back_W;
   // a proxy is where the last tick left it
   question.X_WP = question.X_WT;
-  if (tick_ > 0 && is_of_body(config_.renderer) &&
-      solver_of(config_.proxy, config_.renderer) != SoftSolver::kDirect) {
+  if (tick_ > 0 && is_of_body(config_.renderer) && has_springs(config_.proxy, config_.renderer)) {
     question.X_WP = frame_.X_WP;
     question.V_WP = frame_.V_WP;
   }

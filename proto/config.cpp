@@ -61,6 +61,7 @@ void read_rates(Section& root, SessionConfig& config) {
     contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
     read_voxel(*contact, config.voxel);
+    read_rigid(*contact, config.rigid);
     contact->finish();
   }
   if (auto sim = root.section("sim")) {
@@ -259,7 +260,7 @@ void check_body(Section& root, const SessionConfig& config) {
         "mesh = \"bunny00.off\" or primitive = \"sphere\"");
   }
   const CouplingConfig& coupling = config.coupling;
-  if (solver_of(config.proxy, config.renderer) == SoftSolver::kDirect) return;
+  if (!has_springs(config.proxy, config.renderer)) return;
   if (coupling.translational_stiffness > 0 && coupling.rotational_stiffness > 0) return;
   root.section("session")->fail_at(
       "renderer",

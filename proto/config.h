@@ -188,6 +188,11 @@ inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
   return proxy.solver.value_or(is_direct ? SoftSolver::kDirect : SoftSolver::kQuasiStatic);
 }
 
+/// Whether springs lead a proxy of the tool, instead of the hand meeting the contacts itself.
+inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
+  return is_rigid(renderer) || solver_of(proxy, renderer) != SoftSolver::kDirect;
+}
+
 /// Which braking force of the paper's two readings.
 enum class Braking : uint32_t {
   kAlongVelocity = 0,  // −b v (−n̂·v̂), McNeely's own
@@ -207,6 +212,13 @@ struct VoxelConfig {
   uint32_t open_as_sheet = 0;  // 1: a mesh that is not closed is a sheet one voxel thick
   uint32_t budget = 30000;     // of points that a step may look up; 0: any number
   uint32_t is_wanted = 0;      // the section is there: baked even where another renderer begins
+};
+
+/// The verified pose of the renderers god-object6 and constrained6.
+struct RigidConfig {
+  double share = 0.5;  // k_s: of the way left to the hand, in one move
+  double margin = 0;   // kept to every surface [m]; 0: 1e-4 of the tool's radius
+  uint32_t moves = 8;  // in one step of contact, at most
 };
 
 /// The band of a field where nobody says otherwise: the layer, and two voxels beyond it.
@@ -246,6 +258,7 @@ struct SessionConfig {
   Renderer renderer = Renderer::kGodObject3;
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   VoxelConfig voxel;
+  RigidConfig rigid;
   ToolConfig tool;
   ProxyConfig proxy;
   DeviceMap map;

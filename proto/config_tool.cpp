@@ -17,6 +17,9 @@ constexpr Words<Braking, 2> kBrakings{
 constexpr Range kVoxelSizes{1e-5, 0.1};
 constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
 constexpr Range kDensities{1, 25e3};
+constexpr Range kShares{0.05, 1};
+constexpr Range kMargins{1e-7, 1e-3};
+constexpr int64_t kMaxMoves = 64;
 constexpr int64_t kMaxOffsetLayers = 8;
 constexpr int64_t kMaxBudget = 1 << 30;
 
@@ -84,6 +87,17 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
   section->read_integer("budget", 0, kMaxBudget, budget);
   voxel.budget = static_cast<uint32_t>(budget);
+  section->finish();
+}
+
+void read_rigid(Section& contact, RigidConfig& rigid) {
+  auto section = contact.section("rigid");
+  if (!section) return;
+  section->read_number("share", kShares, rigid.share);
+  section->read_quantity("margin", Dimension::kLength, kMargins, rigid.margin);
+  int64_t moves = rigid.moves;
+  section->read_integer("moves", 1, kMaxMoves, moves);
+  rigid.moves = static_cast<uint32_t>(moves);
   section->finish();
 }
 

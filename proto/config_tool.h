@@ -17,4 +17,7 @@ void read_proxy(Section& root, ProxyConfig& proxy);
 /// Reads [contact.voxel]. Throws ConfigError.
 void read_voxel(Section& contact, VoxelConfig& voxel);
 
+/// Reads [contact.rigid]. Throws ConfigError.
+void read_rigid(Section& contact, RigidConfig& rigid);
+
 }  // namespace haptic

@@ -68,8 +68,7 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
   // a recording is led by nobody: nothing can sing
   if (config.device.kind == DeviceKind::kReplay) return lines;
-  const bool is_direct = is_of_body(config.renderer) &&
-                         solver_of(config.proxy, config.renderer) == SoftSolver::kDirect;
+  const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
   CoupledAxis linear = linear_axis(config);
   if (!is_direct) {
     check_axis(linear, kLinear, lines);

@@ -24,6 +24,8 @@ enum class Renderer : uint32_t {
   kVirtualProxy3 = 2,
   kDirect6 = 3,
   kVoxel = 4,
+  kGodObject6 = 5,
+  kConstrained6 = 6,
 };
 
 /// DeviceState::flags.

@@ -52,7 +52,7 @@ std::string lack_of(const SessionConfig& config, Renderer renderer, const Contro
   if (renderer == Renderer::kVoxel && !has_maps) {
     return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
   }
-  if (solver_of(config.proxy, renderer) == SoftSolver::kDirect) return "";
+  if (!has_springs(config.proxy, renderer)) return "";
   if (wanted.translational_stiffness > 0 && wanted.rotational_stiffness > 0) return "";
   return "has a proxy that moves and turns, and needs stiffness and rotational-stiffness above "
          "zero";
