@@ -11,6 +11,7 @@
 
 #include "proto/mapping.h"
 #include "proto/proxy_solver.h"
+#include "proto/renderer.h"
 #include "proto/wire.h"
 
 namespace haptic {
@@ -216,7 +217,7 @@ struct VoxelConfig {
 
 /// The verified pose of the renderers god-object6 and constrained6.
 struct RigidConfig {
-  double share = 0.5;  // k_s: of the way left to the hand, in one move
+  double k_s = 2;      // of the paper: a move goes k_s/2 of what is left of the way
   double margin = 0;   // kept to every surface [m]; 0: 1e-4 of the tool's radius
   uint32_t moves = 8;  // in one step of contact, at most
 };

@@ -17,7 +17,7 @@ constexpr Words<Braking, 2> kBrakings{
 constexpr Range kVoxelSizes{1e-5, 0.1};
 constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
 constexpr Range kDensities{1, 25e3};
-constexpr Range kShares{0.05, 1};
+constexpr Range kRigidGains{0.05, 2};
 constexpr Range kMargins{1e-7, 1e-3};
 constexpr int64_t kMaxMoves = 64;
 constexpr int64_t kMaxOffsetLayers = 8;
@@ -93,7 +93,7 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
 void read_rigid(Section& contact, RigidConfig& rigid) {
   auto section = contact.section("rigid");
   if (!section) return;
-  section->read_number("share", kShares, rigid.share);
+  section->read_number("k_s", kRigidGains, rigid.k_s);
   section->read_quantity("margin", Dimension::kLength, kMargins, rigid.margin);
   int64_t moves = rigid.moves;
   section->read_integer("moves", 1, kMaxMoves, moves);
