@@ -221,6 +221,28 @@ void answer_with_body(const ContactModel& model, const PointScene& scene, const 
   set.free_fraction = 1;
 }
 
+RigidToolModel rigid_model(const ContactModel& model) {
+  return {{model.shapes.data(), model.n_objects},
+          model.bodies.tool,
+          model.bodies.body,
+          model.rigid,
+          model.crease_cosine,
+          model.has_friction};
+}
+
+/// A tool with six degrees of freedom that never enters an object.
+void answer_with_rigid(const ContactModel& model, const PointScene& scene, const ServoFrame& servo,
+                       double reach, bool changed, ContactState& state, ContactSet& set) {
+  state.proxy.seeded = false;
+  set.X_WG = servo.X_WP;
+  if (!state.rigid) {
+    set.flags |= kContactNoDetector | kContactNoFreePose;
+    return;
+  }
+  if (changed) state.rigid->lose();
+  state.rigid->answer(rigid_model(model), servo, {scene.X_WO.data(), model.n_objects}, reach, set);
+}
+
 struct ProxyAsk {
   PointScene then;  // when the answer is used
   double reach;     // of the look-ahead [m]
@@ -256,12 +278,19 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.shapes[i] = shapes.objects[i];
     model.X_WO[i] = config.objects[i].X_WO;
-    model.crease_cosine[i] = std::cos(config.objects[i].material.crease_angle);
+    const MaterialConfig& material = config.objects[i].material;
+    model.crease_cosine[i] = std::cos(material.crease_angle);
+    model.has_friction |= material.friction_static > 0 || material.friction_dynamic > 0;
     largest = std::max(largest, norm(model.shapes[i].mesh.upper - model.shapes[i].mesh.lower));
   }
   model.epsilon = kRelativeEpsilon * largest;
   model.bodies = build_body_model(config, shapes.bodies);
+  model.rigid = god_object_options(config, model.bodies.body);
   return model;
+}
+
+ContactState::ContactState(const ContactModel& model) : bodies(model.bodies) {
+  if (model.bodies.has_tool()) rigid.emplace(rigid_model(model));
 }
 
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
@@ -295,6 +324,9 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   if (usable && renderer == Renderer::kPenalty3) {
     if (changed) set.flags |= kContactReseeded;
     answer_stateless(now, servo, reach, state, set);
+  } else if (usable && is_rigid(renderer)) {
+    if (changed) set.flags |= kContactReseeded;
+    answer_with_rigid(model, now, servo, reach, changed, state, set);
   } else if (usable && is_of_body(renderer)) {
     if (changed) set.flags |= kContactReseeded;
     answer_with_body(model, now, servo, scene, reach, state, set);
@@ -304,6 +336,9 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     then.radius = now.radius;
     answer_with_proxy(model, now, servo, {then, reach, changed}, state, set);
   }
+  if (!is_rigid(renderer)) {
+    set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
+  }
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) {
     state.proxy.seeded = false;
@@ -311,7 +346,6 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   }
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;
-  set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
   return set;
 }
 

@@ -9,6 +9,7 @@
 #include "contact/detect/body_detectors.h"
 #include "contact/detect/near_features.h"
 #include "contact/detect/point_proxy.h"
+#include "contact/detect/rigid_tool.h"
 #include "proto/config.h"
 #include "proto/wire.h"
 
@@ -39,12 +40,14 @@ struct ContactModel {
   double servo_period = 1e-3;                       // [s]
   double prediction = 1e-3;  // from the question to the tick that uses the answer [s]
   BodyModel bodies;
+  GodObject6Options rigid;
+  bool has_friction = false;  // of any object
 };
 
 /// All that survives a step. Without a model it has no room for tools with six degrees of freedom.
 struct ContactState {
   ContactState() = default;
-  explicit ContactState(const ContactModel& model) : bodies(model.bodies) {}
+  explicit ContactState(const ContactModel& model);
 
   PointProxy proxy;
   Renderer renderer = Renderer::kGodObject3;  // whose detector answered last
@@ -55,6 +58,7 @@ struct ContactState {
   NearScratch scratch;
   std::array<NearFeature, kMaxContacts> features;
   BodyState bodies;
+  std::optional<RigidTool> rigid;
 };
 
 ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);
@@ -66,8 +70,10 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
 /// answers, within v·(2·T_contact + T). A slide that was cut short is held where it ended, by one
 /// plane across the way to the tool. penalty3 reports the nearest surface of each object, and keeps
 /// nothing. Tools with six degrees of freedom are asked about where the servo has their proxy, and
-/// what may touch before the next two answers is reported too. A restarted contact takes the proxy
-/// up where the servo last saw it. `scene` may be null. Allocates nothing.
+/// what may touch before the next two answers is reported too; the rigid renderers keep a verified
+/// pose of them here (rigid_tool.h). A restarted contact takes the proxy up where the servo last
+/// saw it. `scene` may be null. Allocates nothing, but for what a rigid tool remembers of the
+/// surfaces near it, which grows until it has held the most.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 

@@ -103,7 +103,8 @@ void NearContacts::add(const NearPair& pair, const TriangleDistance& at, const P
   }
   const Side side_B{shape_B_.mesh, rings_B_, &X_AB};
   if (!is_nearest(side_B, b, at.point_b, -normal_A, options.cone_slack)) return;
-  minima_.push_back({at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b)});
+  minima_.push_back(
+      {at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b), pair.triangles});
 }
 
 /// Faces that are parallel: each part of one may be as near as any other.

@@ -11,10 +11,11 @@ namespace haptic {
 
 /// Where two surfaces are locally nearest.
 struct NearContact {
-  Vec3 point_a, point_b;  // in A
-  Vec3 normal_A;          // unit, from A to B
-  double distance = 0;    // [m]
-  uint64_t feature = 0;   // of both meshes: the same contact keeps it from pose to pose
+  Vec3 point_a, point_b;   // in A
+  Vec3 normal_A;           // unit, from A to B
+  double distance = 0;     // [m]
+  uint64_t feature = 0;    // of both meshes: the same contact keeps it from pose to pose
+  TrianglePair triangles;  // one of those that share it
 };
 
 /// The features of both meshes in one number: kind and index of A's in the upper half.

@@ -105,6 +105,7 @@ void NearFront::make_parts(uint32_t node, int depth) {
 
 std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
   near_.clear();
+  suspects_.clear();
   work_ = {};
   const bool is_band = std::isfinite(band) && band >= 0;
   if (part_of_.empty() || corners_A_.empty() || !is_finite(X_AB) || !is_band) return {};
@@ -122,6 +123,13 @@ std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
   }
   measure_waiting();
   return near_;
+}
+
+std::span<const NearPair> NearFront::follow(const Pose& X_AB, double band) {
+  is_followed_ = true;
+  const std::span<const NearPair> near = update(X_AB, band);
+  is_followed_ = false;
+  return near;
 }
 
 /// An empty front: the roots, in no bucket.
@@ -160,7 +168,9 @@ void NearFront::note_travel(const Pose& X_AB) {
     }
     const double size = norm(part.centre_B) + norm(part.spokes_B[0]) + norm(part.spokes_B[1]) +
                         norm(part.spokes_B[2]);
-    part.travel += std::sqrt(most) + rounding + kRounding * size;
+    const double way = std::sqrt(most) + rounding + kRounding * size;
+    part.travel += way;
+    part.way = is_followed_ ? way : 0;
     // a box without bounds, or too long a way for sums
     is_fresh_ = is_fresh_ || !(part.travel < kMostTravel);
   }
@@ -226,8 +236,9 @@ void NearFront::visit(uint32_t index) {
   } else if (pair.until - band_ > part_of(pair).travel) {
     put_in_bucket(index, pair.until - band_);
   } else {
+    // so far that they cannot have been near on the way here either
     const double apart = at_least(pair.nodes);
-    apart > band_ ? raise(index, apart) : open(index);
+    apart > band_ + part_of(pair).way ? raise(index, apart) : open(index);
   }
 }
 
@@ -256,7 +267,8 @@ void NearFront::open(uint32_t index) {
   }
   for (uint32_t k = 0; k < 2; ++k) {
     const double apart = at_least(halves[k]);
-    apart > band_ ? wait_far(first + k, apart) : open(first + k);
+    const bool is_far = apart > band_ + part_of(pairs_[first + k]).way;
+    is_far ? wait_far(first + k, apart) : open(first + k);
   }
 }
 
@@ -322,10 +334,13 @@ void NearFront::measure_waiting() {
     }
     const auto gap = static_cast<float>(per_length * batch_.gap[i]);
     bounds.at_least[k] = (1 - kWayError) * std::max(gap, 0.F) - bounds.rounding;
-    if (distance2 > band_ * band_) continue;
+    const double suspect = band_ + part_of(pair).way;
+    if (distance2 > suspect * suspect) continue;
     const size_t a = shape_A_.tree.nodes[pair.nodes.a].first + k % kLeafTriangles;
     const size_t b = shape_B_.tree.nodes[pair.nodes.b].first + k / kLeafTriangles;
-    near_.push_back({{shape_A_.tree.order[a], shape_B_.tree.order[b]}, measured(batch_, i)});
+    const TrianglePair triangles{shape_A_.tree.order[a], shape_B_.tree.order[b]};
+    if (is_followed_) suspects_.push_back(triangles);
+    if (distance2 <= band_ * band_) near_.push_back({triangles, measured(batch_, i)});
   }
   batch_.n = 0;
   // all that were looked at since the last time are measured now
@@ -356,7 +371,9 @@ void NearFront::raise(uint32_t index, double apart) {
   while (index != 0 && pairs_[index ^ 1].state == State::kFar) {
     const uint32_t parent = pairs_[index].parent;
     const double of_parent = at_least(pairs_[parent].nodes);
-    if (of_parent - band_ <= kRaise * (apart - band_)) break;
+    // the other half may not have been looked at since the pose before
+    const double least = std::max(kRaise * (apart - band_), part_of(pairs_[parent]).way);
+    if (of_parent - band_ <= least) break;
     // the other half is in a bucket: both are free when that comes
     pairs_[index].state = State::kUnused;
     pairs_[index ^ 1].state = State::kReplaced;

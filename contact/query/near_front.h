@@ -28,6 +28,13 @@ class NearFront {
   /// before costs a pass over the front.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
+  /// The same, and what may have met on the way from the pose before: while each point of B went
+  /// straight, give or take less than the band, no two triangles did but the suspects. Costs more
+  /// the longer the way is. Nothing is known of the first way: is_first().
+  std::span<const NearPair> follow(const Pose& X_AB, double band);
+  std::span<const TrianglePair> suspects() const { return suspects_; }
+  bool is_first() const { return is_fresh_; }
+
   /// Whether there is any: the pair of last time is asked first, then a short search from scratch,
   /// and only where that does not end either the front is brought up to date.
   bool any_near_pair(const Pose& X_AB, double band);
@@ -72,6 +79,7 @@ class NearFront {
   struct Part {
     Vec3 centre_B, spokes_B[3];  // half axes of its box
     double travel = 0;           // [m]
+    double way = 0;              // of it, since the pose before, where that is followed [m]
     int64_t bucket = 0;          // that this travel is in
     std::array<uint32_t, kBuckets> first;
   };
@@ -109,6 +117,7 @@ class NearFront {
   std::array<uint32_t, DistanceBatch::kRoom> leaves_{};  // whose triangles wait, in no bucket
   size_t n_leaves_ = 0;
   std::vector<NearPair> near_;
+  std::vector<TrianglePair> suspects_;
   DistanceBatch batch_;
   struct Waiting {
     uint32_t pair, triangle;
@@ -118,7 +127,7 @@ class NearFront {
   Pose X_AB_;
   BoxDistance boxes_{Pose{}};
   double band_ = 0, bucket_width_ = 0, turned_ = 0;
-  bool is_fresh_ = true;
+  bool is_fresh_ = true, is_followed_ = false;
   TrianglePair nearest_;
   bool has_nearest_ = false;
 };

@@ -154,4 +154,15 @@ MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, const SweptPair
   return search.found;
 }
 
+MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, const SweptPairOptions& options,
+                                      std::span<const TrianglePair> pairs) {
+  if (!is_finite(motion)) return {0, true, false, {}};
+  Search search{options, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
+  for (const TrianglePair& pair : pairs) {
+    ask(search, swept(corners_of(tool_.mesh, pair.b), search.stretch), pair);
+  }
+  if (search.found.meets) witness_ = search.found.pair;
+  return search.found;
+}
+
 }  // namespace haptic

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+
 #include "contact/query/obb_overlap.h"
 #include "contact/query/swept_triangles.h"
 #include "contact/query/triangle_pairs.h"
@@ -35,6 +37,10 @@ class SweptMesh {
   /// Of the tool along the motion, with the object still. A motion that is not finite meets at 0,
   /// unproven.
   MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options);
+
+  /// The same among these pairs alone, where others are known not to meet.
+  MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options,
+                             std::span<const TrianglePair> pairs);
 
  private:
   struct Search;

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/god_object6.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "contact/query/closest_point.h"
+#include "contact/query/near_pairs.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kArrived = 0.05;    // of the margin: what is left of a way that is done
+constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
+constexpr double kStop = 0.01;       // of the margin: before a meeting
+constexpr int kMostBand = 20;        // powers of two
+constexpr uint32_t kRetry = 1024;    // steps after which a wider band is tried again
+constexpr int kLevelsKept = 2;       // that the band may be too wide
+constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
+constexpr double kLongWay = 0.02;    // of the tool's radius: all are asked when they meet
+constexpr double kLeastBand = 4;     // margins
+constexpr size_t kMostPairs = 1000;  // before the band shrinks
+constexpr size_t kMostRows = 128;    // in one move
+constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
+
+Twist way_between(const Pose& from, const Pose& to) {
+  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
+}
+
+/// About the origin of T.
+Pose moved(const Pose& X_WT, const Twist& motion) {
+  return {X_WT.p + motion.v, normalized(from_rotation_vector(motion.w) * X_WT.q)};
+}
+
+Mat6 springs(double translational, double rotational) {
+  Mat6 K;
+  add_block(K, 0, 0, translational * Mat3{});
+  add_block(K, 3, 3, rotational * Mat3{});
+  return K;
+}
+
+/// Whether a vertex of one closed mesh lies in another.
+bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner) {
+  if (!outer.mesh.closed || inner.mesh.vertices.empty()) return false;
+  const double any_distance = std::numeric_limits<double>::infinity();
+  return closest_point(outer, X_outer_inner * inner.mesh.vertices[0], any_distance).inside;
+}
+
+}  // namespace
+
+GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool,
+                       const ToolBody& body, const GodObject6Options& options)
+    : options_(options),
+      tool_(tool),
+      body_(body),
+      reach_(norm(body.centre_T) + body.radius),
+      metric_(
+          factor_metric(springs(options.translational_stiffness, options.rotational_stiffness))) {
+  obstacles_.reserve(objects.size());
+  for (const MeshShape& object : objects) obstacles_.emplace_back(object, tool);
+  rows_.reserve(kMostRows);
+  motion_rows_.reserve(kMostRows);
+  order_.reserve(kMostRows);
+  contacts_.reserve(kMaxContacts);
+}
+
+double GodObject6::length_of(const Twist& motion) const {
+  return norm(motion.v) + reach_ * norm(motion.w);
+}
+
+/// |motion|_M as a translation [m].
+double GodObject6::distance_of(const Twist& motion) const {
+  const double turn = options_.rotational_stiffness * norm_squared(motion.w);
+  return std::sqrt(norm_squared(motion.v) + turn / options_.translational_stiffness);
+}
+
+bool GodObject6::is_free(const Pose& X_WT) const {
+  return std::none_of(obstacles_.begin(), obstacles_.end(), [&](const Obstacle& o) {
+    const Pose X_OT = inverse(o.X_WO) * X_WT;
+    return any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) ||
+           holds(o.shape, tool_, X_OT) || holds(tool_, o.shape, inverse(X_OT));
+  });
+}
+
+bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
+  for (size_t i = 0; i < obstacles_.size(); ++i) obstacles_[i].X_WO = X_WO[i];
+  if (!is_free(X_WT)) return false;
+  contacts_.clear();
+  n_active_ = 0;
+  is_placed_ = was_placed_ = true;
+  stand_at(X_WT);
+  return true;
+}
+
+bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
+  if (place(X_WO, X_WT) || (was_placed_ && place(X_WO, X_WG_))) return true;
+  double way = reach_ / 32;
+  for (int i = 0; i < kDistancesTried; ++i, way *= 2) {
+    // to the 26 neighbours of a cube
+    for (int k = 0; k < 27; ++k) {
+      const Vec3 to{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
+      if (k != 13 && place(X_WO, {X_WT.p + way * normalized(to), X_WT.q})) return true;
+    }
+  }
+  return false;
+}
+
+void GodObject6::stand_at(const Pose& X_WT) {
+  X_WG_ = X_WT;
+  for (Obstacle& o : obstacles_) o.X_OG = inverse(o.X_WO) * X_WT;
+}
+
+/// All pairs within the band, less of it where there are too many.
+void GodObject6::look_around() {
+  for (;; --band_, most_band_ = band_) {
+    for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
+    if (n_near() <= kMostPairs || band_ == 0) return;
+  }
+}
+
+size_t GodObject6::n_near() const {
+  size_t n = 0;
+  for (const Obstacle& o : obstacles_) n += o.near.size();
+  return n;
+}
+
+/// The part of the way to this pose that is free of every object, along the way that these have
+/// gone since. The fronts go to its end, and those pairs that they do not know to be apart all
+/// along are asked when they meet.
+double GodObject6::free_part(const Pose& to_W) {
+  const SweptPairOptions options{kApart * options_.margin, 0};
+  double time = 1;
+  for (Obstacle& o : obstacles_) {
+    const Pose X_OT = inverse(o.X_WO) * to_W;
+    const RigidMotion way = motion_between(o.X_OG, X_OT, body_.centre_T);
+    const double length = norm(way.way_O) + body_.radius * way.angle;
+    const bool is_followed = !o.front.is_first() && length <= kLongWay * body_.radius &&
+                             off_the_chord(way, body_.radius, 1) <= kBend * band();
+    o.near = is_followed ? o.front.follow(X_OT, band()) : o.front.update(X_OT, band());
+    const MeshMeeting meeting = is_followed
+                                    ? o.sweep.time_of_impact(way, options, o.front.suspects())
+                                    : o.sweep.time_of_impact(way, options);
+    if (!meeting.meets) continue;
+    o.meet(meeting.pair);
+    time = std::min(time, meeting.time);
+  }
+  return time;
+}
+
+bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
+  bool any_moved = false;
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    any_moved |= obstacles_[i].X_WO != X_WO[i];
+    obstacles_[i].X_WO = X_WO[i];
+  }
+  if (!any_moved) return true;
+  const auto carried_by = [&](uint32_t object) {
+    return obstacles_[object].X_WO * obstacles_[object].X_OG;
+  };
+  const auto goes = [&](const Pose& X_WT) {
+    const bool is_free = free_part(X_WT) == 1;
+    if (is_free) stand_at(X_WT);
+    return is_free;
+  };
+  if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
+  if (goes(X_WG_)) return true;
+  for (uint32_t i = 0; i < obstacles_.size(); ++i) {
+    if (goes(carried_by(i))) return true;
+  }
+  return false;
+}
+
+void GodObject6::add_row(const NearContact& contact, uint32_t object) {
+  if (rows_.size() == kMostRows) return;
+  const Pose& X_WO = obstacles_[object].X_WO;
+  const Vec3 r_W = X_WO * contact.point_b - X_WG_.p, normal_W = rotate(X_WO.q, contact.normal_A);
+  const double gap = contact.distance - options_.margin;
+  rows_.push_back({contact, object});
+  motion_rows_.push_back(contact_row(r_W, normal_W, gap, options_.margin));
+}
+
+void GodObject6::gather_rows() {
+  rows_.clear();
+  motion_rows_.clear();
+  for (uint32_t i = 0; i < obstacles_.size(); ++i) {
+    Obstacle& o = obstacles_[i];
+    const NearContactSet set = o.minima.reduce(o.near, o.X_OG, {1e-3, 0.0873, 0.01});
+    for (const NearContact& contact : set.contacts) add_row(contact, i);
+    add_met(o, i);
+  }
+}
+
+/// What has just been met holds even where it is thinned out or a neighbour should be nearer.
+void GodObject6::add_met(const Obstacle& o, uint32_t object) {
+  for (const TrianglePair& met : o.met()) {
+    const auto known = std::find_if(o.near.begin(), o.near.end(),
+                                    [&](const NearPair& p) { return p.triangles == met; });
+    if (known == o.near.end() || !(known->at.distance > 0)) continue;
+    const TriangleDistance& at = known->at;
+    const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
+    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, met}, object);
+  }
+}
+
+ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
+  const ConstrainedMotion motion = least_constraint(metric_, way, motion_rows_, {});
+  active_ = motion.active;
+  n_active_ = motion.n_active;
+  return motion;
+}
+
+/// That bends no point off its chord by more than a part of the band: r θ²/8 [rad].
+double GodObject6::longest_turn() const {
+  return std::sqrt(8 * kBend * band() / body_.radius);
+}
+
+/// The first level whose band is as wide as this [m].
+int GodObject6::level_of(double length) const {
+  const double level = std::ceil(std::log2(std::max(length / options_.margin, 1.0)));
+  return std::min(static_cast<int>(level), kMostBand);
+}
+
+/// As far as it is free. Returns the part of the motion gone.
+double GodObject6::advance(const Twist& motion) {
+  const Pose to_W = moved(X_WG_, motion);
+  const double meets = free_part(to_W);
+  if (meets == 1) {
+    stand_at(to_W);
+    if (n_near() > kMostPairs) look_around();
+    return 1;
+  }
+  const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
+  if (time > 0) stand_at(motion_between(X_WG_, to_W, body_.centre_T).at(time));
+  look_around();
+  return time;
+}
+
+GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, double reach) {
+  GodObjectMove result;
+  if (!follow_objects(X_WO)) {
+    is_placed_ = false;
+    result.is_lost = true;
+    return result;
+  }
+  for (Obstacle& o : obstacles_) o.n_met = 0;
+  result.is_settled = false;
+  if (++steps_ % kRetry == 0) most_band_ = std::min(most_band_ + 1, kMostBand);
+  // each change costs a pass over the fronts
+  const int level = level_of(std::max(reach, kLeastBand * options_.margin));
+  if (level > band_ || level < band_ - kLevelsKept) band_ = level;
+  band_ = std::min(band_, most_band_);
+  look_around();
+  double left = kFar;
+  for (uint32_t i = 0; i <= options_.moves; ++i) {
+    gather_rows();
+    const Twist way = way_between(X_WG_, led_W);
+    const Twist motion = constrained_way(0.5 * options_.k_s * way).a;
+    const double length = length_of(motion), before = std::exchange(left, distance_of(way));
+    // the end of the way; or pushed to and fro where it is tight
+    const double least = kArrived * options_.margin;
+    result.is_settled = length <= least || left > before - least;
+    if (result.is_settled || i == options_.moves) break;
+    // what turns further goes round a bend that the fronts do not know
+    const double share = std::min(longest_turn() / norm(motion.w), 1.0);
+    const double gone = advance(share * motion);
+    if (i == 0) result.free_fraction = gone * share;
+  }
+  result.n_active = static_cast<uint32_t>(n_active_);
+  return result;
+}
+
+std::span<const RigidContact> GodObject6::contacts(const Pose& answered_W) {
+  const Twist way = way_between(X_WG_, answered_W);
+  order_.clear();
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    const auto active_end = active_.begin() + n_active_;
+    const bool is_active =
+        std::find(active_.begin(), active_end, static_cast<int>(k)) != active_end;
+    // how far it is kept by: what is broken comes before what is far
+    const double slack = dot(motion_rows_[k].J, way) - motion_rows_[k].b;
+    const double rank = is_active ? -kFar : slack < 0 ? slack : rows_[k].at.distance;
+    order_.push_back({rank, k});
+  }
+  std::sort(order_.begin(), order_.end());
+  contacts_.clear();
+  for (const auto& [rank, k] : order_) {
+    const bool is_known =
+        std::any_of(contacts_.begin(), contacts_.end(), [&](const RigidContact& c) {
+          return c.object == rows_[k].object && c.at.triangles == rows_[k].at.triangles &&
+                 c.at.point_a == rows_[k].at.point_a;
+        });
+    if (is_known) continue;
+    if (contacts_.size() == kMaxContacts) break;
+    contacts_.push_back(rows_[k]);
+  }
+  return contacts_;
+}
+
+}  // namespace haptic

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "contact/query/near_contacts.h"
+#include "contact/query/near_front.h"
+#include "contact/query/swept_mesh.h"
+#include "proto/math/qp.h"
+#include "proto/wire.h"
+
+namespace haptic {
+
+struct GodObject6Options {
+  double k_s = 2;        // a move goes k_s/2 of what is left of the way (algorithms.md 0.2)
+  double margin = 1e-6;  // kept to every surface [m]
+  uint32_t moves = 8;    // in one step, at most
+  // what the distance between two poses is measured in, about the origin of T
+  double translational_stiffness = 800;  // [N/m]
+  double rotational_stiffness = 2;       // [N·m/rad]
+};
+
+/// A contact of the tool at its verified pose.
+struct RigidContact {
+  NearContact at;  // in O; the way to the tool is its normal
+  uint32_t object = 0;
+};
+
+struct GodObjectMove {
+  double free_fraction = 1;  // of the first move
+  bool is_settled = true;    // false: the moves were used up on the way
+  bool is_lost = false;      // objects have moved and left it no pose that is proven free
+  uint32_t n_active = 0;     // contacts that hold it back
+};
+
+/// The god-object of six degrees of freedom: a pose of the tool that is free of every object, was
+/// reached from the pose before by motions that are proven free along their whole way, and is as
+/// near to where it is led as constraints allow. In each of some moves
+///   a_u = k_s (x_led − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
+///   x ← x ⊕ ½ a, as far as continuous collision proves it free,
+/// M = diag(k_T, k_R) about the tool's origin, the springs that the hand feels. Where a motion
+/// meets something, that is a constraint from then on; so few of many near surfaces are ever looked
+/// at one by one, and none can be missed. Slides in the same step, as the paper says it may. An
+/// object that moves takes the tool along where its contacts are, if the others leave it free; else
+/// the tool stays where it is, if it may.
+///
+/// Source: Ortega, Redon & Coquillart 2007; continuous collision as in Redon, Kheddar & Coquillart
+/// 2002 (swept_mesh.h).
+class GodObject6 {
+ public:
+  /// Views: the shapes must outlive this. Allocates when it is made, never in a step.
+  GodObject6(std::span<const MeshShape> objects, const MeshShape& tool, const ToolBody& body,
+             const GodObject6Options& options);
+
+  /// Begins at a pose that must be free: false where a surface is nearer than half the margin, or
+  /// one body holds the other; then nothing changes.
+  bool place(std::span<const Pose> X_WO, const Pose& X_WT);
+
+  /// The same at the pose nearest to this one among those tried: back along the way to where it
+  /// was before, then away from the objects in all directions.
+  bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
+
+  bool is_placed() const { return is_placed_; }
+  void lose() { is_placed_ = false; }
+
+  /// Towards a pose. Must be placed. What is nearer than `reach` [m] is looked for, if it is not
+  /// too much.
+  GodObjectMove move(std::span<const Pose> X_WO, const Pose& led_W, double reach);
+
+  /// Those that hold it back at the end of the last move, then those that this pose would break the
+  /// most, then the nearest; in O. The distance is to the surface, margin included.
+  std::span<const RigidContact> contacts(const Pose& answered_W);
+
+  const Pose& X_WG() const { return X_WG_; }
+
+ private:
+  struct Obstacle {
+    Obstacle(const MeshShape& object, const MeshShape& tool)
+        : shape(object), front(object, tool), sweep(object, tool), minima(object, tool) {}
+    MeshShape shape;
+    NearFront front;
+    SweptMesh sweep;
+    NearContacts minima;
+    Pose X_WO, X_OG;
+    std::span<const NearPair> near;           // at X_OG, within the band
+    std::array<TrianglePair, 8> met_pairs{};  // in this step
+    size_t n_met = 0;
+
+    void meet(const TrianglePair& pair) { met_pairs[n_met++ % met_pairs.size()] = pair; }
+    std::span<const TrianglePair> met() const {
+      return {met_pairs.data(), std::min(n_met, met_pairs.size())};
+    }
+  };
+
+  bool is_free(const Pose& X_WT) const;
+  bool follow_objects(std::span<const Pose> X_WO);
+  double free_part(const Pose& to_W);
+  void stand_at(const Pose& X_WT);
+  int level_of(double length) const;
+  void look_around();
+  size_t n_near() const;
+  double longest_turn() const;
+  void gather_rows();
+  void add_met(const Obstacle& obstacle, uint32_t object);
+  void add_row(const NearContact& contact, uint32_t object);
+  ConstrainedMotion constrained_way(const Twist& way);
+  double advance(const Twist& motion);
+  double length_of(const Twist& motion) const;
+  double distance_of(const Twist& motion) const;
+  double band() const { return options_.margin * static_cast<double>(1u << band_); }
+
+  GodObject6Options options_;
+  MeshShape tool_;
+  ToolBody body_;
+  double reach_;  // from the origin of T to its furthest point [m]
+  int band_ = 1;  // all that is nearer than 2^band_ margins is known
+  int most_band_ = 20;
+  uint32_t steps_ = 0;
+  MotionMetric metric_;
+  std::vector<Obstacle> obstacles_;
+  bool is_placed_ = false, was_placed_ = false;
+  Pose X_WG_;
+  std::vector<RigidContact> rows_;
+  std::vector<MotionRow> motion_rows_;
+  std::array<int, 6> active_{};
+  int n_active_ = 0;
+  std::vector<std::pair<double, size_t>> order_;
+  std::vector<RigidContact> contacts_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/rigid_tool.h"
+
+#include "contact/query/shading_normal.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kMarginOfRadius = 1e-4;
+
+Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
+  const bool by_servo =
+      model.has_friction || servo.renderer == static_cast<uint32_t>(Renderer::kConstrained6);
+  return by_servo ? servo.X_WP : servo.X_WT;
+}
+
+Contact contact_of(const RigidContact& contact, const RigidToolModel& model, const Pose& X_OG) {
+  const NearContact& at = contact.at;
+  const double crease_cosine = model.crease_cosine[contact.object];
+  Contact c{};
+  c.tool_point_T = inverse(X_OG) * at.point_b;
+  // the margin belongs to the object: what is at it touches
+  c.object_point_O = at.point_a + model.options.margin * at.normal_A;
+  c.normal_O = at.normal_A;
+  c.shading_normal_O = crease_cosine < 1 ? shading_normal(model.objects[contact.object].mesh,
+                                                          at.triangles.a, at.point_a, crease_cosine)
+                                         : at.normal_A;
+  c.object = c.material = contact.object;
+  c.feature = at.feature;
+  return c;
+}
+
+}  // namespace
+
+GodObject6Options god_object_options(const SessionConfig& config, const ToolBody& body) {
+  GodObject6Options options;
+  options.k_s = config.rigid.k_s;
+  options.margin = config.rigid.margin > 0 ? config.rigid.margin : kMarginOfRadius * body.radius;
+  options.moves = config.rigid.moves;
+  const CouplingConfig& springs = config.coupling;
+  if (springs.translational_stiffness > 0) {
+    options.translational_stiffness = springs.translational_stiffness;
+  }
+  if (springs.rotational_stiffness > 0) {
+    options.rotational_stiffness = springs.rotational_stiffness;
+  }
+  return options;
+}
+
+RigidTool::RigidTool(const RigidToolModel& model)
+    : god_object_(model.objects, model.tool, model.body, model.options) {}
+
+void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, ContactSet& set) {
+  if ((servo.flags & kServoClosed) != 0) {
+    if (!god_object_.place(X_WO, servo.X_WT)) set.flags |= kContactNoFreePose;
+    return;
+  }
+  // a contact that was started anew takes it up where the servo has it
+  const bool is_known = (servo.flags & kServoNoContactSet) == 0;
+  if (is_known && god_object_.place(X_WO, servo.X_WG)) return;
+  if (god_object_.place(X_WO, servo.X_WT)) return;
+  const bool is_found = god_object_.place_near(X_WO, servo.X_WT);
+  set.flags |= is_found ? kContactReseeded : kContactNoFreePose;
+}
+
+void RigidTool::report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set) {
+  for (const RigidContact& contact : god_object_.contacts(servo.X_WP)) {
+    const Pose X_OG = inverse(set.X_WO[contact.object]) * set.X_WG;
+    set.contacts[set.n_contacts++] = contact_of(contact, model, X_OG);
+  }
+}
+
+void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
+                       std::span<const Pose> X_WO, double reach, ContactSet& set) {
+  set.tool = model.body;
+  set.X_WG = set.X_WT = led_to(model, servo);
+  if ((servo.flags & kServoClosed) != 0) god_object_.lose();
+  if (!god_object_.is_placed()) place(servo, X_WO, set);
+  if (!god_object_.is_placed()) return;
+  const GodObjectMove move = god_object_.move(X_WO, set.X_WT, reach);
+  if (move.is_lost) {
+    set.flags |= kContactNoFreePose;
+    return;
+  }
+  if (!move.is_settled) set.flags |= kContactIterationLimit;
+  set.X_WG = god_object_.X_WG();
+  set.free_fraction = move.free_fraction;
+  report(model, servo, set);
+  set.n_active = std::min(move.n_active, set.n_contacts);
+}
+
+}  // namespace haptic
