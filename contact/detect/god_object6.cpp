@@ -20,7 +20,10 @@ constexpr int kMostBand = 20;        // powers of two
 constexpr uint32_t kRetry = 1024;    // steps after which a wider band is tried again
 constexpr int kLevelsKept = 2;       // that the band may be too wide
 constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
-constexpr double kLongWay = 0.02;    // of the tool's radius: all are asked when they meet
+constexpr double kLongWay = 0.05;    // of the tool's radius: no move is longer
+constexpr double kTrustHit = 2;      // of what a move went until it met something: the next one
+constexpr double kTrustFree = 4;     // of a move that met nothing
+constexpr double kLeastTrust = 16;   // margins
 constexpr double kLeastBand = 4;     // margins
 constexpr size_t kMostPairs = 1000;  // before the band shrinks
 constexpr size_t kMostRows = 128;    // in one move
@@ -90,6 +93,7 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
   if (!is_free(X_WT)) return false;
   contacts_.clear();
   n_active_ = 0;
+  trust_ = kLongWay * body_.radius;
   is_placed_ = was_placed_ = true;
   stand_at(X_WT);
   return true;
@@ -136,10 +140,9 @@ double GodObject6::free_part(const Pose& to_W) {
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
     const RigidMotion way = motion_between(o.X_OG, X_OT, body_.centre_T);
-    const double length = norm(way.way_O) + body_.radius * way.angle;
-    const bool is_followed = !o.front.is_first() && length <= kLongWay * body_.radius &&
-                             off_the_chord(way, body_.radius, 1) <= kBend * band();
-    o.near = is_followed ? o.front.follow(X_OT, band()) : o.front.update(X_OT, band());
+    const double bend = off_the_chord(way, body_.radius, 1);
+    const bool is_followed = !o.front.is_first() && bend <= kBend * band();
+    o.near = is_followed ? o.front.follow(way, band()) : o.front.update(X_OT, band());
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
                                     : o.sweep.time_of_impact(way, options);
@@ -162,7 +165,7 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   };
   const auto goes = [&](const Pose& X_WT) {
     const bool is_free = free_part(X_WT) == 1;
-    if (is_free) stand_at(X_WT);
+    is_free ? stand_at(X_WT) : look_around();
     return is_free;
   };
   if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
@@ -263,9 +266,12 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const double least = kArrived * options_.margin;
     result.is_settled = length <= least || left > before - least;
     if (result.is_settled || i == options_.moves) break;
-    // what turns further goes round a bend that the fronts do not know
-    const double share = std::min(longest_turn() / norm(motion.w), 1.0);
+    // what turns further goes round a bend that the fronts do not know; what goes on far is cut
+    // short where it has met something of late
+    const double share = std::min({longest_turn() / norm(motion.w), trust_ / length, 1.0});
     const double gone = advance(share * motion);
+    trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
+                      : std::min(kTrustFree * trust_, kLongWay * body_.radius);
     if (i == 0) result.free_fraction = gone * share;
   }
   result.n_active = static_cast<uint32_t>(n_active_);

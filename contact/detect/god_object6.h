@@ -118,6 +118,7 @@ class GodObject6 {
   double reach_;  // from the origin of T to its furthest point [m]
   int band_ = 1;  // all that is nearer than 2^band_ margins is known
   int most_band_ = 20;
+  double trust_ = 0;  // how long the next move may be [m]
   uint32_t steps_ = 0;
   MotionMetric metric_;
   std::vector<Obstacle> obstacles_;

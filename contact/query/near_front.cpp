@@ -125,10 +125,11 @@ std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
   return near_;
 }
 
-std::span<const NearPair> NearFront::follow(const Pose& X_AB, double band) {
-  is_followed_ = true;
-  const std::span<const NearPair> near = update(X_AB, band);
-  is_followed_ = false;
+std::span<const NearPair> NearFront::follow(const RigidMotion& motion, double band) {
+  const ObbSweep sweep = sweep_between(motion, 0, 1);
+  sweep_ = &sweep;
+  const std::span<const NearPair> near = update(motion.at(1), band);
+  sweep_ = nullptr;
   return near;
 }
 
@@ -170,11 +171,11 @@ void NearFront::note_travel(const Pose& X_AB) {
                         norm(part.spokes_B[2]);
     const double way = std::sqrt(most) + rounding + kRounding * size;
     part.travel += way;
-    part.way = is_followed_ ? way : 0;
+    part.way = sweep_ != nullptr ? way : 0;
     // a box without bounds, or too long a way for sums
     is_fresh_ = is_fresh_ || !(part.travel < kMostTravel);
   }
-  X_AB_ = X_AB;
+  X_AB_before_ = std::exchange(X_AB_, X_AB);
 }
 
 /// Puts everything that waits in buckets for the new band.
@@ -236,9 +237,8 @@ void NearFront::visit(uint32_t index) {
   } else if (pair.until - band_ > part_of(pair).travel) {
     put_in_bucket(index, pair.until - band_);
   } else {
-    // so far that they cannot have been near on the way here either
     const double apart = at_least(pair.nodes);
-    apart > band_ + part_of(pair).way ? raise(index, apart) : open(index);
+    is_far(pair, apart) ? raise(index, apart) : open(index);
   }
 }
 
@@ -267,8 +267,7 @@ void NearFront::open(uint32_t index) {
   }
   for (uint32_t k = 0; k < 2; ++k) {
     const double apart = at_least(halves[k]);
-    const bool is_far = apart > band_ + part_of(pairs_[first + k]).way;
-    is_far ? wait_far(first + k, apart) : open(first + k);
+    is_far(pairs_[first + k], apart) ? wait_far(first + k, apart) : open(first + k);
   }
 }
 
@@ -339,7 +338,7 @@ void NearFront::measure_waiting() {
     const size_t a = shape_A_.tree.nodes[pair.nodes.a].first + k % kLeafTriangles;
     const size_t b = shape_B_.tree.nodes[pair.nodes.b].first + k / kLeafTriangles;
     const TrianglePair triangles{shape_A_.tree.order[a], shape_B_.tree.order[b]};
-    if (is_followed_) suspects_.push_back(triangles);
+    if (sweep_ != nullptr && !was_apart(i, a, b)) suspects_.push_back(triangles);
     if (distance2 <= band_ * band_) near_.push_back({triangles, measured(batch_, i)});
   }
   batch_.n = 0;
@@ -423,6 +422,28 @@ uint32_t NearFront::new_bounds() {
 double NearFront::at_least(const NodePair& nodes) {
   ++work_.boxes;
   return boxes_.at_least(shape_A_.tree.nodes[nodes.a].box, shape_B_.tree.nodes[nodes.b].box);
+}
+
+/// Whether boxes that are so far apart now were so on the way here too.
+bool NearFront::is_far(const Pair& pair, double apart) const {
+  if (!(apart > band_)) return false;
+  const Part& part = parts_[pair.part];
+  return apart > band_ + part.way ||
+         !boxes_may_meet(shape_A_.tree.nodes[pair.nodes.a].box,
+                         shape_B_.tree.nodes[pair.nodes.b].box, *sweep_);
+}
+
+/// Whether two measured triangles were apart at the pose before too, across the same way: then so
+/// they were between. What that leaves open is no proof that they met.
+bool NearFront::was_apart(size_t i, size_t corners_A, size_t corners_B) const {
+  const double distance = std::sqrt(batch_.distance_squared[i]), least = 0.5 * band_;
+  if (!(distance > least) || !(batch_.gap[i] > least * distance)) return false;
+  const Vec3 n_A = Vec3{batch_.way[0][i], batch_.way[1][i], batch_.way[2][i]} / distance;
+  const Vec3 n_B = rotate(conjugate(X_AB_before_.q), n_A);
+  const Corners &a = corners_A_[corners_A], &b = corners_B_[corners_B];
+  const double from = std::max({dot(n_A, a[0]), dot(n_A, a[1]), dot(n_A, a[2])});
+  const double to = std::min({dot(n_B, b[0]), dot(n_B, b[1]), dot(n_B, b[2])});
+  return to + dot(n_A, X_AB_before_.p) - from > least;
 }
 
 bool NearFront::any_near_pair(const Pose& X_AB, double band) {

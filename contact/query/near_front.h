@@ -28,10 +28,11 @@ class NearFront {
   /// before costs a pass over the front.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
-  /// The same, and what may have met on the way from the pose before: while each point of B went
-  /// straight, give or take less than the band, no two triangles did but the suspects. Costs more
-  /// the longer the way is. Nothing is known of the first way: is_first().
-  std::span<const NearPair> follow(const Pose& X_AB, double band);
+  /// The same at the end of a motion that begins at the pose of the update before, and what may
+  /// have met on the way: while no point of B is further than `bend` [m], less than half the band,
+  /// off the straight line between its ends, no two triangles did but the suspects. Costs more the
+  /// longer the way is. Of a first update nothing is known: is_first().
+  std::span<const NearPair> follow(const RigidMotion& motion, double band);
   std::span<const TrianglePair> suspects() const { return suspects_; }
   bool is_first() const { return is_fresh_; }
 
@@ -102,6 +103,8 @@ class NearFront {
   uint32_t new_halves();
   uint32_t new_bounds();
   double at_least(const NodePair& nodes);
+  bool is_far(const Pair& pair, double apart) const;
+  bool was_apart(size_t i, size_t corners_A, size_t corners_B) const;
   Part& part_of(const Pair& pair) { return parts_[pair.part]; }
 
   MeshShape shape_A_, shape_B_;
@@ -127,7 +130,9 @@ class NearFront {
   Pose X_AB_;
   BoxDistance boxes_{Pose{}};
   double band_ = 0, bucket_width_ = 0, turned_ = 0;
-  bool is_fresh_ = true, is_followed_ = false;
+  bool is_fresh_ = true;
+  const ObbSweep* sweep_ = nullptr;  // of the motion that is followed
+  Pose X_AB_before_;
   TrianglePair nearest_;
   bool has_nearest_ = false;
 };
