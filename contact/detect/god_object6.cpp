@@ -272,7 +272,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const double gone = advance(share * motion);
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
                       : std::min(kTrustFree * trust_, kLongWay * body_.radius);
-    if (i == 0) result.free_fraction = gone * share;
+    if (i == 0) result.free_fraction = gone;
   }
   result.n_active = static_cast<uint32_t>(n_active_);
   return result;

@@ -30,7 +30,7 @@ struct RigidContact {
 };
 
 struct GodObjectMove {
-  double free_fraction = 1;  // of the first move
+  double free_fraction = 1;  // of the first move, until it met something
   bool is_settled = true;    // false: the moves were used up on the way
   bool is_lost = false;      // objects have moved and left it no pose that is proven free
   uint32_t n_active = 0;     // contacts that hold it back
