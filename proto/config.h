@@ -11,6 +11,7 @@
 
 #include "proto/mapping.h"
 #include "proto/proxy_solver.h"
+#include "proto/renderer.h"
 #include "proto/wire.h"
 
 namespace haptic {
