@@ -78,7 +78,7 @@ RigidContact carried(const FadingPlane& plane, const RigidProxyTick& tick, const
   contact.r_W = rotate(X_WG.q, plane.tool_point_T);
   contact.normal_W = contact.shading_W = rotate(X_WO.q, plane.normal_O);
   contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - X_WO * plane.object_point_O);
-  contact.weight = plane.weight;  // the place has the age in it already
+  contact.weight = plane.weight * tick.weight;
   contact.V_W = object_twist(tick, plane.object, X_WG.p);
   contact.object = plane.object;
   contact.material = plane.material;
@@ -186,7 +186,7 @@ Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, cons
     const MotionRow& row = problem.rows[i];
     if (dot(row.J, a) - row.b > kTouching) continue;
     const RigidContact& contact = problem.contacts.contacts[i];
-    const Twist V = contact.V_W - tick.hand.V_WT;
+    const Twist V = object_twist(tick, contact.object, tick.hand.X_WT.p) - tick.hand.V_WT;
     const Twist way{ahead_v * V.v, ahead_w * V.w};
     touching.add(i, contact.weight * velocity_at(way, contact.r_W));
   }
@@ -259,8 +259,9 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
       plane = before[i - problem.n_lasting];
     } else {
       const Pose X_OW = inverse(tick.X_WO[c.object]);
-      // as far as the proxy is let onto the row
-      const double rise = dot(problem.rows[i].J, answer.a);
+      // as far as the proxy is let onto the row, and as if that had not faded
+      const double low = dot(problem.rows[i].J, problem.hand);
+      const double rise = low + (dot(problem.rows[i].J, answer.a) - low) / c.weight;
       const Vec3 place_W = problem.contacts.X_WG.p + c.r_W + rise * c.normal_W;
       plane = {c.tool_point_T, X_OW * place_W, rotate(X_OW.q, c.normal_W), 1, c.object, c.material};
     }
