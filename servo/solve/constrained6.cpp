@@ -46,11 +46,14 @@ void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Prob
   problem.metric = factor_metric(mass_of(model.tool, X_WG.q));
 }
 
-/// As near to the hand as the contacts let it.
-BodyMotion first_body(const RigidProxyModel& model, const Problem& problem,
-                      const ToolMotion& hand) {
+/// Where the hand was a tick ago, as far as the contacts let it.
+BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
+                      const Problem& problem) {
+  ToolMotion hand = tick.hand;
+  hand.X_WT = extrapolate(hand.X_WT, hand.V_WT, -tick.dt);
   BodyMotion body = motion_of_centre(model.tool, hand);
-  const ConstrainedMotion motion = least_constraint(problem.metric, problem.hand, problem.view());
+  const Twist way = way_between(problem.X_WGC, body.X_WC);
+  const ConstrainedMotion motion = least_constraint(problem.metric, way, problem.view());
   if (motion.n_active > 0) body.X_WC = moved(problem.X_WGC, motion.a);
   return body;
 }
@@ -67,7 +70,10 @@ Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, con
   const ConstrainedMotion motion =
       least_constraint(problem.metric, at, {rows.data(), problem.contacts.size});
   if (motion.n_active == 0) return at;
+  const Quat before = body.X_WC.q;
   body.X_WC = moved(problem.X_WGC, motion.a);
+  // the same spin seen from the body, so the same energy
+  body.V_WC.w = rotate(body.X_WC.q * conjugate(before), body.V_WC.w);
   return motion.a;
 }
 
@@ -131,7 +137,7 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   }
   pose_problem(model, tick, problem);
   BodyMotion& body = state.body;
-  if (!state.started) body = first_body(model, problem, tick.hand);
+  if (!state.started) body = first_body(model, tick, problem);
   state.started = true;
 
   const Twist at = project_back(model, tick, problem, body);

@@ -17,7 +17,7 @@ struct Constrained6State {
 /// of velocities, about its centre of mass C. Rows J_k = (n_k, r_k × n_k) and gaps are those of the
 /// verified pose X_WG; x is the motion from there to the body.
 ///  1. Position: where x is behind a row, x ← argmin ½ |x' − x|_M s.t. J_k x' ≥ −gap_k, of which
-///     dt / blend_time is gone in a tick. The velocity does not know of it.
+///     dt / blend_time is gone in a tick. The velocity only turns along.
 ///  2. Velocity: the coupling implicit in springs and dampers, A = M + h B + h² K, symmetric (the
 ///     turning of the lever and of the springs is left out), A v_free = M v + h F, F the springs
 ///     and the damped velocity of the hand; then CoulombSolver with least speeds −(gap_k + J_k x)/h

@@ -35,7 +35,7 @@ TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
   RigidLoop loop = god_object();
   loop.model.coupling = {1, 0, 1.0 / 6, 0, 0, 0};
   const auto one = rigid_set({}, {{{0.5, -0.5, 0}, {0, 1, 0}, 0}});
-  const BodySolution out = loop.step(at({0, -1, 0}), *one);
+  const BodySolution out = loop.hold(at({0, -1, 0}), *one);
   CHECK_THAT(out.proxy.X_WT.p, IsNear({0, -0.6, 0}, 1e-12));
   CHECK_THAT(to_rotation_vector(out.proxy.X_WT.q), IsNear({0, 0, 1.2}, 1e-12));
   CHECK_THAT(out.F_hand_W.f, IsNear({0, 0.4, 0}, 1e-12));
@@ -48,7 +48,7 @@ TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
   }
   RigidLoop four = god_object();
   four.model.coupling = loop.model.coupling;
-  const BodySolution flat = four.step(at({0, -1, 0}), *rigid_set({}, bottom));
+  const BodySolution flat = four.hold(at({0, -1, 0}), *rigid_set({}, bottom));
   CHECK_THAT(flat.proxy.X_WT.p, IsNear({}, 1e-12));
   CHECK_THAT(flat.F_hand_W.f, IsNear({0, 1, 0}, 1e-12));
   CHECK_THAT(flat.F_hand_W.t, IsNear({}, 1e-12));
@@ -153,7 +153,7 @@ TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]
     REQUIRE_THAT(out.F_hand_W.f, IsNear({-1.6, -0.8, 0}, 1e-6));
   }
   // along the axis nothing is felt
-  const BodySolution free = god_object().step(at({0, 0, 0.01}), *set);
+  const BodySolution free = god_object().hold(at({0, 0, 0.01}), *set);
   CHECK(free.F_hand_W == Wrench{});
 }
 
@@ -165,22 +165,22 @@ TEST_CASE("god-object6: what is new is let in over some ticks, what is gone let 
   const auto none = rigid_set({}, {});
   const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
   const double largest = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
-  double before = loop.step(at({0, 0, -depth}), *none).F_hand_W.f.z;
+  double before = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
   CHECK(before == 0);
   for (int i = 0; i < 60; ++i) {
-    const double now = loop.step(at({0, 0, -depth}), *floor).F_hand_W.f.z;
+    const double now = loop.hold(at({0, 0, -depth}), *floor).F_hand_W.f.z;
     REQUIRE(now >= before);
     REQUIRE(now - before <= largest);
     before = now;
   }
   CHECK(before == Approx(k * depth).epsilon(1e-6));
   for (int i = 0; i < 3; ++i) {
-    const double now = loop.step(at({0, 0, -depth}), *none).F_hand_W.f.z;
+    const double now = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
     REQUIRE(now < before);
     REQUIRE(before - now <= largest);
     before = now;
   }
-  CHECK(loop.step(at({0, 0, -depth}), *none).F_hand_W == Wrench{});
+  CHECK(loop.hold(at({0, 0, -depth}), *none).F_hand_W == Wrench{});
 }
 
 TEST_CASE("god-object6: another feature of the same surface changes nothing", "[servo][trap]") {
@@ -193,7 +193,7 @@ TEST_CASE("god-object6: another feature of the same surface changes nothing", "[
                                          {{-0.02, 0.02, 0}, {0, 0, 1}, 0},
                                          {{-0.02, -0.02, 0}, {0, 0, 1}, 0},
                                          {{0.02, 0, 0}, {0, 0, 1}, 0}});
-    const BodySolution out = loop.step(at({x, 0, -5e-3}), *set);
+    const BodySolution out = loop.hold(at({x, 0, -5e-3}), *set);
     REQUIRE(out.F_hand_W.f.z == Approx(4).epsilon(1e-9));
     if (i > 0) REQUIRE(std::fabs(out.F_hand_W.f.z - before) < 1e-9);
     before = out.F_hand_W.f.z;
@@ -205,13 +205,13 @@ TEST_CASE("god-object6: a verified pose that jumps does not step the force", "[s
   RigidLoop loop = god_object();
   const double step = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
   const Pose hand = at({0, 0, -depth});
-  double before = loop.step(hand, *rigid_set({}, corners_on_floor(0.02, 0))).F_hand_W.f.z;
+  double before = loop.hold(hand, *rigid_set({}, corners_on_floor(0.02, 0))).F_hand_W.f.z;
   CHECK(before == Approx(k * depth));
   // the surface is elsewhere from one tick to the next, up and down
   for (const double height : {jump, -jump, 0.0}) {
     const auto set = rigid_set(at({0, 0, height}), corners_on_floor(0.02, 0));
     for (int i = 0; i < 60; ++i) {
-      const double now = loop.step(hand, *set).F_hand_W.f.z;
+      const double now = loop.hold(hand, *set).F_hand_W.f.z;
       REQUIRE(std::fabs(now - before) <= step * (depth + 2 * jump) / depth);
       before = now;
     }
@@ -253,11 +253,11 @@ TEST_CASE("god-object6: sticks within the cone of friction and slides at its edg
   const auto floor = rigid_set(at({0, 0, 0.002}), corners_on_floor(0.02, -0.002));
   const double depth = 3e-3;
   CAPTURE(mu, degrees);
-  loop.step(at({0, 0, 0.002}), *floor);
+  loop.hold(at({0, 0, 0.002}), *floor);
   BodySolution out;
   for (int i = 1; i <= 50; ++i) {
     const double d = depth * i / 50;
-    out = loop.step(at({d * std::tan(angle), 0, 0.002 - d}), *floor);
+    out = loop.hold(at({d * std::tan(angle), 0, 0.002 - d}), *floor);
     REQUIRE(out.converged);
     const double tangential = std::hypot(out.F_hand_W.f.x, out.F_hand_W.f.y);
     REQUIRE(tangential <= mu * out.F_hand_W.f.z * (1 + 1e-6));
@@ -271,12 +271,12 @@ TEST_CASE("god-object6: what sticks does not creep", "[servo][trap]") {
   RigidLoop loop = god_object();
   const auto materials = rough(0.5);
   loop.model.materials = materials;
-  loop.step(at({0, 0, 0.02}), *rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02)));
+  loop.hold(at({0, 0, 0.02}), *rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02)));
   const Pose hand{{1e-3, 0, 0.017}, from_rotation_vector({0, 0, 0.01})};
   for (size_t i = 0; i < trials(10000); ++i) {
     // contact follows the hand without friction
     const auto set = rigid_set(at({1e-3 * (i % 2 == 0), 0, 0.02}), corners_on_floor(0.02, -0.02));
-    const BodySolution out = loop.step(hand, *set);
+    const BodySolution out = loop.hold(hand, *set);
     REQUIRE_THAT(out.proxy.X_WT.p, IsNear({0, 0, 0.02}, 1e-8));
     REQUIRE_THAT(to_rotation_vector(out.proxy.X_WT.q), IsNear({}, 1e-6));
   }
@@ -288,12 +288,12 @@ TEST_CASE("god-object6: sliding takes the dynamic ratio, rest the static one", "
   materials[0].friction_static = 0.8, materials[0].friction_dynamic = 0.3;
   loop.model.materials = materials;
   const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
-  loop.step(at({}), *floor);
+  loop.hold(at({}), *floor);
   const double depth = 3e-3;
   double most = 0;
   BodySolution out;
   for (int i = 0; i <= 60; ++i) {
-    out = loop.step(at({1e-4 * i, 0, -depth}), *floor);
+    out = loop.hold(at({1e-4 * i, 0, -depth}), *floor);
     most = std::max(most, -out.F_hand_W.f.x / out.F_hand_W.f.z);
   }
   CHECK(most == Approx(0.8).epsilon(0.03));
@@ -307,10 +307,10 @@ TEST_CASE("god-object6: shading turns the force, its own normals change nothing"
     const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
     const Pose hand = moved(X_WG, {5e-3 * random.direction(), 0.05 * random.direction()});
     RigidLoop plain = god_object(), shaded = god_object();
-    const BodySolution expected = plain.step(hand, *set);
+    const BodySolution expected = plain.hold(hand, *set);
     // the normals through another rounding
     for (Contact& c : set->contacts) c.shading_normal_O = (1 + 1e-15) * c.normal_O;
-    const BodySolution out = shaded.step(hand, *set);
+    const BodySolution out = shaded.hold(hand, *set);
     REQUIRE_THAT(out.F_hand_W.f, IsNear(expected.F_hand_W.f, 1e-10));
     REQUIRE_THAT(out.F_hand_W.t, IsNear(expected.F_hand_W.t, 1e-11));
     REQUIRE_THAT(out.proxy.X_WT.p, IsNear(expected.proxy.X_WT.p, 1e-13));
@@ -318,7 +318,7 @@ TEST_CASE("god-object6: shading turns the force, its own normals change nothing"
   const Vec3 m = normalized(Vec3{0.2, 0.1, 1});
   auto set = rigid_set({}, {{{}, {0, 0, 1}, 0}});
   set->contacts[0].shading_normal_O = m;
-  const BodySolution out = god_object().step(at({0, 0, -5e-3}), *set);
+  const BodySolution out = god_object().hold(at({0, 0, -5e-3}), *set);
   CHECK_THAT(normalized(out.F_hand_W.f), IsNear(m, 1e-12));
   CHECK(out.F_hand_W.f.z == Approx(4));
   CHECK_THAT(out.push_W[0].f, IsNear(out.F_hand_W.f, 1e-12));
@@ -335,7 +335,7 @@ TEST_CASE("god-object6: a grating tilts the force by its slope", "[servo]") {
   const auto set = rigid_set({}, {{{}, {0, 0, 1}, 0}});
   const double slope = texture.amplitude * 2 * 3.14159265358979 / texture.period;
   // at the crest's flank, where the height rises along x
-  const BodySolution out = loop.step(at({0, 0, -5e-3}), *set);
+  const BodySolution out = loop.hold(at({0, 0, -5e-3}), *set);
   CHECK(out.F_hand_W.f.x / out.F_hand_W.f.z == Approx(-slope).epsilon(1e-3));
 }
 
@@ -371,7 +371,7 @@ TEST_CASE("god-object6: the spring ends at its bounds, the direction stays", "[s
   bound.model.coupling.max_torque = 0.01;
   const auto set = rigid_set({}, {{{0.02, 0, 0}, {0, 0, 1}, 0}, {{0, 0.01, 0}, {0, 0.6, 0.8}, 0}});
   const Pose hand{{0, -2e-3, -8e-3}, from_rotation_vector({0.1, 0.2, 0})};
-  const Wrench full = loop.step(hand, *set).F_hand_W, least = bound.step(hand, *set).F_hand_W;
+  const Wrench full = loop.hold(hand, *set).F_hand_W, least = bound.hold(hand, *set).F_hand_W;
   CHECK(norm(full.f) > 2);
   const double share = norm(least.f) / norm(full.f);
   CHECK(std::max(norm(least.f) / 2, norm(least.t) / 0.01) == Approx(1));
@@ -384,7 +384,7 @@ TEST_CASE("god-object6: what is not finite renders nothing, and the next tick be
   const double nan = std::numeric_limits<double>::quiet_NaN();
   RigidLoop loop = god_object();
   const auto good = rigid_set({}, corners_on_floor(0.02, 0));
-  loop.step(at({0, 0, -1e-3}), *good);
+  loop.hold(at({0, 0, -1e-3}), *good);
   for (const int what : {0, 1, 2, 3, 4, 5}) {
     ContactSet set = *good;
     loop.tick.X_WO[0] = {};
@@ -395,7 +395,7 @@ TEST_CASE("god-object6: what is not finite renders nothing, and the next tick be
     if (what == 3) set.contacts[3].object = kMaxObjects;
     if (what == 4) loop.tick.X_WO[0].q.w = nan;
     if (what == 5) loop.tick.V_WO[0].w.x = nan;
-    const BodySolution out = loop.step(at({0, 0, -1e-3}), set);
+    const BodySolution out = loop.hold(at({0, 0, -1e-3}), set);
     CAPTURE(what);
     CHECK_FALSE(out.finite);
     CHECK(out.F_hand_W == Wrench{});
@@ -404,5 +404,5 @@ TEST_CASE("god-object6: what is not finite renders nothing, and the next tick be
   }
   loop.tick.X_WO[0] = {};
   loop.tick.V_WO[0] = {};
-  CHECK(loop.step(at({0, 0, -1e-3}), *good).F_hand_W.f.z == Approx(0.8));
+  CHECK(loop.hold(at({0, 0, -1e-3}), *good).F_hand_W.f.z == Approx(0.8));
 }

@@ -85,7 +85,8 @@ class RigidLoop {
                ? solve_god_object6(model, god_object, solver_, tick)
                : solve_constrained6(model, constrained, solver_, tick);
   }
-  BodySolution step(const Pose& X_WT, const ContactSet& set) {
+  /// With a hand at rest.
+  BodySolution hold(const Pose& X_WT, const ContactSet& set) {
     return step(ToolMotion{X_WT, {}}, set);
   }
 
