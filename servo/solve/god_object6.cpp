@@ -14,7 +14,8 @@ constexpr double kTouching = 1e-6;     // nearer to a row than this is on it [m]
 constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 
-/// What this tick is solved from.
+/// What this tick is solved from. Motions are those from `base`, itself one from X_WG that all rows
+/// allow: a program whose rows all allow zero has a solution whatever rounding does.
 struct Problem {
   VirtualCoupling coupling;  // with springs that a metric can be made of
   MotionMetric metric;
@@ -22,6 +23,7 @@ struct Problem {
   std::array<MotionRow, kMaxRigidContacts> rows;    // eased
   std::array<Vec3, kMaxRigidContacts> carried_W{};  // way of the objects beside the carrier
   size_t n_lasting = 0;
+  Twist base;
   Twist hand, last;  // a_u, a_P
   bool has_last = false, has_friction = false;
 
@@ -30,11 +32,12 @@ struct Problem {
   }
 };
 
-/// Some of the rows, moved.
+/// Some of the rows, moved, and the hand with them.
 struct Selection {
   std::array<size_t, kMaxRigidContacts> index;
   std::array<Vec3, kMaxRigidContacts> moved_W;
   size_t size = 0;
+  Twist way;  // of the hand against all
 
   void add(size_t i, const Vec3& by_W) {
     index[size] = i;
@@ -91,6 +94,19 @@ Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
   return tick.X_WO[state.carrier] * state.X_CP;
 }
 
+/// From now on motions are those from another base.
+void rebase(Problem& problem, const Twist& by) {
+  problem.base = problem.base + by;
+  problem.hand = problem.hand - by;
+  problem.last = problem.last - by;
+  for (size_t i = 0; i < problem.contacts.size; ++i) {
+    MotionRow& row = problem.rows[i];
+    const bool overlaps = i < problem.n_lasting && problem.contacts.contacts[i].gap < 0;
+    row.b -= dot(row.J, by);
+    if (!overlaps) row.b = std::min(row.b, 0.0);
+  }
+}
+
 /// All rows: relaxed towards the hand by their weight, and let in where the last proxy is behind.
 void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
                   const RigidProxyTick& tick, Problem& problem) {
@@ -105,16 +121,19 @@ void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
   problem.hand = way_between(contacts.X_WG, tick.hand.X_WT);
   problem.has_last = state.started;
   if (state.started) problem.last = way_between(contacts.X_WG, last_proxy(state, tick));
-  const double let_in =
-      model.blend_time > tick.dt && state.started ? tick.dt / model.blend_time : 1;
+  const double let_in = std::min(state.started ? tick.dt / model.blend_time : 1, 1.0);
   const Twist carrier = object_twist(tick, state.carrier, contacts.X_WG.p);
+  bool is_behind = false;
   for (size_t i = 0; i < contacts.size; ++i) {
     const RigidContact& c = contacts.contacts[i];
-    problem.rows[i] = eased(row_of(c, {}), problem.hand, c.weight);
-    problem.rows[i] = eased(problem.rows[i], problem.last, let_in);
+    const MotionRow row = eased(row_of(c, {}), problem.hand, c.weight);
+    problem.rows[i] = eased(row, problem.last, let_in);
+    is_behind |= problem.rows[i].b != row.b && i < problem.n_lasting;
     if (state.started) problem.carried_W[i] = tick.dt * velocity_at(c.V_W - carrier, c.r_W);
     problem.has_friction |= c.friction > 0;
   }
+  // X_WG satisfies the rows, the last proxy them as they are let in: on the way there are both
+  rebase(problem, is_behind ? (1 - let_in) * problem.last : problem.last);
 }
 
 /// The motion nearest to `target` that the rows allow.
@@ -125,7 +144,7 @@ Answer slide(const Problem& problem, const Twist& target, const Selection& selec
     rows[j].b += dot(rows[j].J.v, selection.moved_W[j]);
   }
   const ConstrainedMotion motion =
-      least_constraint(problem.metric, target, {rows.data(), selection.size});
+      least_constraint(problem.metric, target - selection.way, {rows.data(), selection.size});
   Answer answer;
   answer.a = motion.a;
   answer.F_W = motion.constraint;
@@ -146,15 +165,15 @@ Answer slide_or_stick(CoulombSolver& solver, const Problem& problem, const Twist
     const size_t i = selection.index[j];
     const RigidContact& c = problem.contacts.contacts[i];
     const MotionRow& row = problem.rows[i];
-    const Vec3& carried_W = problem.carried_W[i];
-    // the gap has the way of the object in it already
-    const double least = row.b - dot(row.J, problem.last) - dot(row.J.v, carried_W);
-    contacts[j] = {c.r_W, c.normal_W, least, c.friction, carried_W + selection.moved_W[j]};
+    // where a point that sticks ends; the gap has the way of the object in it already
+    const Vec3 stays_W = velocity_at(problem.last, c.r_W) + problem.carried_W[i];
+    const double least = row.b - dot(row.J.v, stays_W);
+    contacts[j] = {c.r_W, c.normal_W, least, c.friction, stays_W + selection.moved_W[j]};
   }
   const FrictionStep step =
-      solver.step(problem.metric, target - problem.last, {contacts.data(), selection.size});
+      solver.step(problem.metric, target - selection.way, {contacts.data(), selection.size});
   Answer answer;
-  answer.a = problem.last + step.v;
+  answer.a = step.v;
   answer.F_W = step.impulse;
   answer.converged = step.converged && !step.contradictory;
   for (size_t j = 0; j < step.impulses.size(); ++j) {
@@ -175,20 +194,32 @@ Selection all_rows(const Problem& problem) {
   return all;
 }
 
-/// The rows that the proxy is on, each moved by its damped velocity: one that is only near must
-/// not brake.
-Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, const Twist& a) {
+/// How far the damper lets an object pass the hand: b/k times their relative velocity.
+Twist damped_way(const Problem& problem, const RigidProxyTick& tick, uint32_t object,
+                 double weight) {
   const VirtualCoupling& c = problem.coupling;
-  const double ahead_v = c.translational_damping / c.translational_stiffness;
-  const double ahead_w = c.rotational_damping / c.rotational_stiffness;
+  const Twist V = object_twist(tick, object, tick.hand.X_WT.p) - tick.hand.V_WT;
+  return {weight * c.translational_damping / c.translational_stiffness * V.v,
+          weight * c.rotational_damping / c.rotational_stiffness * V.w};
+}
+
+/// The rows that the proxy is on, each moved by its damped way: one that is only near must not
+/// brake. What they have in common is moved as the hand, which contradicts nothing.
+Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, const Twist& a) {
+  const uint32_t carrier = problem.contacts.carrier;
   Selection touching;
+  touching.way = damped_way(problem, tick, carrier, tick.weight);
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const MotionRow& row = problem.rows[i];
     if (dot(row.J, a) - row.b > kTouching) continue;
-    const RigidContact& contact = problem.contacts.contacts[i];
-    const Twist V = object_twist(tick, contact.object, tick.hand.X_WT.p) - tick.hand.V_WT;
-    const Twist way{ahead_v * V.v, ahead_w * V.w};
-    touching.add(i, contact.weight * velocity_at(way, contact.r_W));
+    const RigidContact& c = problem.contacts.contacts[i];
+    const bool is_common = c.object == carrier && c.weight == tick.weight;
+    const Twist rest =
+        is_common ? Twist{} : damped_way(problem, tick, c.object, c.weight) - touching.way;
+    const Vec3 moved_W = velocity_at(rest, c.r_W);
+    // one that fades holds nothing that another lets go
+    const bool raises = i >= problem.n_lasting && dot(c.normal_W, moved_W) > 0;
+    touching.add(i, raises ? Vec3{} : moved_W);
   }
   return touching;
 }
@@ -201,7 +232,8 @@ Vec3 felt_normal(const RigidProxyModel& model, const RigidProxyTick& tick, const
   if (is_smooth) return contact.shading_W;
   const Pose X_OW = inverse(tick.X_WO[contact.object]);
   const auto place_O = [&](const Twist& motion) {
-    return X_OW * (problem.contacts.X_WG.p + contact.r_W + velocity_at(motion, contact.r_W));
+    const Vec3 way_W = velocity_at(problem.base + motion, contact.r_W);
+    return X_OW * (problem.contacts.X_WG.p + contact.r_W + way_W);
   };
   const Vec3 to_O = place_O(a);
   const TexturePath path{problem.has_last ? place_O(problem.last) : to_O, to_O,
@@ -262,7 +294,8 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
       // as far as the proxy is let onto the row, and as if that had not faded
       const double low = dot(problem.rows[i].J, problem.hand);
       const double rise = low + (dot(problem.rows[i].J, answer.a) - low) / c.weight;
-      const Vec3 place_W = problem.contacts.X_WG.p + c.r_W + rise * c.normal_W;
+      const double from_base = dot(problem.rows[i].J, problem.base);
+      const Vec3 place_W = problem.contacts.X_WG.p + c.r_W + (from_base + rise) * c.normal_W;
       plane = {c.tool_point_T, X_OW * place_W, rotate(X_OW.q, c.normal_W), 1, c.object, c.material};
     }
     plane.weight -= model.blend_time > 0 ? tick.dt / model.blend_time : 1;
@@ -331,7 +364,7 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     const bool damps = c.translational_damping > 0 || c.rotational_damping > 0;
     const Answer felt =
         damps ? solve(solver, problem, target, touching_rows(problem, tick, held.a)) : held;
-    out.proxy.X_WT = moved(X_WG, held.a);
+    out.proxy.X_WT = moved(X_WG, problem.base + held.a);
     out.converged = felt.converged;
     add_force(problem, felt, shaded, out);
   }
