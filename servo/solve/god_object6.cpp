@@ -15,7 +15,8 @@ constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
 
 /// What this tick is solved from. Motions are those from `base`, itself one from X_WG that all rows
-/// allow: a program whose rows all allow zero has a solution whatever rounding does.
+/// allow, where friction holds: a program whose rows all allow zero has a solution whatever
+/// rounding does.
 struct Problem {
   VirtualCoupling coupling;  // with springs that a metric can be made of
   MotionMetric metric;
@@ -23,8 +24,8 @@ struct Problem {
   std::array<MotionRow, kMaxRigidContacts> rows;    // eased
   std::array<Vec3, kMaxRigidContacts> carried_W{};  // way of the objects beside the carrier
   size_t n_lasting = 0;
-  Twist base;
-  Twist hand, last;  // a_u, a_P
+  Twist base;  // a_P, put onto the rows
+  Twist hand;  // a_u
   bool has_last = false, has_friction = false;
 
   Wrench springs(const Twist& a) const {
@@ -98,7 +99,6 @@ Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
 void rebase(Problem& problem, const Twist& by) {
   problem.base = problem.base + by;
   problem.hand = problem.hand - by;
-  problem.last = problem.last - by;
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     MotionRow& row = problem.rows[i];
     const bool overlaps = i < problem.n_lasting && problem.contacts.contacts[i].gap < 0;
@@ -120,20 +120,25 @@ void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
   }
   problem.hand = way_between(contacts.X_WG, tick.hand.X_WT);
   problem.has_last = state.started;
-  if (state.started) problem.last = way_between(contacts.X_WG, last_proxy(state, tick));
+  Twist last;
+  if (state.started) last = way_between(contacts.X_WG, last_proxy(state, tick));
   const double let_in = std::min(state.started ? tick.dt / model.blend_time : 1, 1.0);
   const Twist carrier = object_twist(tick, state.carrier, contacts.X_WG.p);
+  std::array<MotionRow, kMaxRigidContacts> full;
   bool is_behind = false;
   for (size_t i = 0; i < contacts.size; ++i) {
     const RigidContact& c = contacts.contacts[i];
-    const MotionRow row = eased(row_of(c, {}), problem.hand, c.weight);
-    problem.rows[i] = eased(row, problem.last, let_in);
-    is_behind |= problem.rows[i].b != row.b && i < problem.n_lasting;
+    full[i] = eased(row_of(c, {}), problem.hand, c.weight);
+    problem.rows[i] = eased(full[i], last, let_in);
+    is_behind |= i < problem.n_lasting && problem.rows[i].b != full[i].b;
     if (state.started) problem.carried_W[i] = tick.dt * velocity_at(c.V_W - carrier, c.r_W);
     problem.has_friction |= c.friction > 0;
   }
-  // X_WG satisfies the rows, the last proxy them as they are let in: on the way there are both
-  rebase(problem, is_behind ? (1 - let_in) * problem.last : problem.last);
+  // friction holds the proxy where it would be, had it been let in all at once
+  if (is_behind) {
+    last = least_constraint(problem.metric, last, {full.data(), problem.n_lasting}).a;
+  }
+  rebase(problem, last);
 }
 
 /// The motion nearest to `target` that the rows allow.
@@ -165,10 +170,10 @@ Answer slide_or_stick(CoulombSolver& solver, const Problem& problem, const Twist
     const size_t i = selection.index[j];
     const RigidContact& c = problem.contacts.contacts[i];
     const MotionRow& row = problem.rows[i];
-    // where a point that sticks ends; the gap has the way of the object in it already
-    const Vec3 stays_W = velocity_at(problem.last, c.r_W) + problem.carried_W[i];
-    const double least = row.b - dot(row.J.v, stays_W);
-    contacts[j] = {c.r_W, c.normal_W, least, c.friction, stays_W + selection.moved_W[j]};
+    // the gap has the way of the object in it already
+    const Vec3& carried_W = problem.carried_W[i];
+    const double least = row.b - dot(row.J.v, carried_W);
+    contacts[j] = {c.r_W, c.normal_W, least, c.friction, carried_W + selection.moved_W[j]};
   }
   const FrictionStep step =
       solver.step(problem.metric, target - selection.way, {contacts.data(), selection.size});
@@ -236,7 +241,7 @@ Vec3 felt_normal(const RigidProxyModel& model, const RigidProxyTick& tick, const
     return X_OW * (problem.contacts.X_WG.p + contact.r_W + way_W);
   };
   const Vec3 to_O = place_O(a);
-  const TexturePath path{problem.has_last ? place_O(problem.last) : to_O, to_O,
+  const TexturePath path{problem.has_last ? place_O({}) : to_O, to_O,
                          rotate(X_OW.q, contact.normal_W)};
   const Vec3 gradient_O = steepest_gradient(material->texture, model.images, path);
   return rotate(tick.X_WO[contact.object].q,
@@ -284,7 +289,7 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
   for (size_t j = 0; j < answer.n_pushing; ++j) {
     const size_t i = answer.contact[j];
     const RigidContact& c = problem.contacts.contacts[i];
-    const Vec3 way_W = velocity_at(answer.a - problem.last, c.r_W) - problem.carried_W[i];
+    const Vec3 way_W = velocity_at(answer.a, c.r_W) - problem.carried_W[i];
     state.slides[c.material % kMaxObjects] |= problem.has_last && is_sliding(c, way_W / tick.dt);
     FadingPlane plane;
     if (i >= problem.n_lasting) {
@@ -355,9 +360,13 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
   Answer held = slide(problem, problem.hand, all);
   if (held.n_pushing > 0) {
     const Twist shaded = shaded_way(model, tick, problem, held);
+    Twist foot = held.a + shaded;
+    if (problem.has_friction && !problem.has_last) {
+      // it has not been held anywhere yet
+      rebase(problem, foot);
+      foot = {};
+    }
     const Twist target = problem.hand + shaded;
-    const Twist foot = held.a + shaded;
-    if (!problem.has_last) problem.last = foot;
     if (problem.has_friction || shaded != Twist{}) held = solve(solver, problem, target, all);
     if (problem.has_friction) out.held_back_W = held.a.v - foot.v;
     const VirtualCoupling& c = problem.coupling;
