@@ -144,8 +144,8 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
   std::array<FrictionContact, kMaxRigidContacts> contacts;
   pose_contacts(problem, at, tick.dt, contacts);
-  const FrictionStep step =
-      solver.step(free.metric, free.v, {contacts.data(), problem.contacts.size});
+  const FrictionStep step = solver.step(
+      free.metric, free.v, {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
   body.V_WC = step.v;
   if (model.max_travel > 0) {
     body.V_WC = limit_travel(step.v, model.tool.radius, model.max_travel / tick.dt).motion;

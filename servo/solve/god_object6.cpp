@@ -175,8 +175,8 @@ Answer slide_or_stick(CoulombSolver& solver, const Problem& problem, const Twist
     const double least = row.b - dot(row.J.v, carried_W);
     contacts[j] = {c.r_W, c.normal_W, least, c.friction, carried_W + selection.moved_W[j]};
   }
-  const FrictionStep step =
-      solver.step(problem.metric, target - selection.way, {contacts.data(), selection.size});
+  const FrictionStep step = solver.step(problem.metric, target - selection.way,
+                                        {contacts.data(), selection.size}, kMaxFrictionSolves);
   Answer answer;
   answer.a = step.v;
   answer.F_W = step.impulse;
@@ -221,10 +221,10 @@ Selection touching_rows(const Problem& problem, const RigidProxyTick& tick, cons
     const bool is_common = c.object == carrier && c.weight == tick.weight;
     const Twist rest =
         is_common ? Twist{} : damped_way(problem, tick, c.object, c.weight) - touching.way;
-    const Vec3 moved_W = velocity_at(rest, c.r_W);
+    Vec3 moved_W = velocity_at(rest, c.r_W);
     // one that fades holds nothing that another lets go
-    const bool raises = i >= problem.n_lasting && dot(c.normal_W, moved_W) > 0;
-    touching.add(i, raises ? Vec3{} : moved_W);
+    if (i >= problem.n_lasting) moved_W = std::min(dot(c.normal_W, moved_W), 0.0) * c.normal_W;
+    touching.add(i, moved_W);
   }
   return touching;
 }
