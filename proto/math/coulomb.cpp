@@ -95,7 +95,7 @@ PointVelocity velocity_of(const FrictionContact& contact, const Twist& v) {
 }  // namespace
 
 FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free,
-                                 std::span<const FrictionContact> contacts) {
+                                 std::span<const FrictionContact> contacts, int max_solves) {
   FrictionStep out;
   if (contacts.size() > capacity_ || !metric.valid) return out;
   metric_ = &metric, v_free_ = v_free, contacts_ = contacts;
@@ -118,7 +118,8 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
   Twist asked = motion.a;
   double moved = 1;
   Broyden broyden;
-  while (!out.converged && motion.converged && out.iterations < kMaxRounds) {
+  while (!out.converged && motion.converged && out.iterations < kMaxRounds &&
+         out.solves < max_solves) {
     ++out.iterations;
     // cones need not be rounder than the rounds are near
     motion = solve_cones(asked, true, std::clamp(kRounder * moved, kWanted, kRounder), out);

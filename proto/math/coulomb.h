@@ -59,8 +59,9 @@ class CoulombSolver {
         lacks_(capacity),
         impulses_(capacity) {}
 
+  /// No round of the fixed point begins after `max_solves` quadratic programs.
   FrictionStep step(const MotionMetric& metric, const Twist& v_free,
-                    std::span<const FrictionContact> contacts);
+                    std::span<const FrictionContact> contacts, int max_solves = 3600);
 
  private:
   ConstrainedMotion solve_cones(const Twist& shift_of, bool shifted, double wanted,
