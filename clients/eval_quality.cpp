@@ -51,7 +51,7 @@ RigidBody body_of(const TriangleMesh& mesh) {
 }  // namespace
 
 std::span<const QualityRenderer> quality_renderers() {
-  static const std::array kRenderers{
+  static const std::array kJudged{
       QualityRenderer{"direct6", QualityDetector::kExact, SoftSolver::kDirect},
       QualityRenderer{"voxel, field, direct", QualityDetector::kField, SoftSolver::kDirect},
       QualityRenderer{"voxel, field, quasi-static", QualityDetector::kField,
@@ -64,7 +64,7 @@ std::span<const QualityRenderer> quality_renderers() {
                       SoftSolver::kQuasiStatic},
       QualityRenderer{"voxel, tangent planes, penalty dynamics implicit",
                       QualityDetector::kTangentPlanes, SoftSolver::kPenaltyDynamics}};
-  return kRenderers;
+  return kJudged;
 }
 
 QualityShapes bake_quality(QualityScene scene, const QualityGrain& grain) {
