@@ -78,6 +78,7 @@ double GodObject6::distance_of(const Twist& motion) const {
 }
 
 bool GodObject6::is_free(const Pose& X_WT) const {
+  if (!is_finite(X_WT)) return false;
   return std::none_of(obstacles_.begin(), obstacles_.end(), [&](const Obstacle& o) {
     const Pose X_OT = inverse(o.X_WO) * X_WT;
     return any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) ||
@@ -92,6 +93,7 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
   n_active_ = 0;
   is_placed_ = was_placed_ = true;
   stand_at(X_WT);
+  look_around();
   return true;
 }
 
@@ -162,7 +164,8 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   };
   const auto goes = [&](const Pose& X_WT) {
     const bool is_free = free_part(X_WT) == 1;
-    if (is_free) stand_at(X_WT);
+    // the fronts have gone there: the next way begins where it stands
+    is_free ? stand_at(X_WT) : look_around();
     return is_free;
   };
   if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
