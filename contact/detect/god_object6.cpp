@@ -81,6 +81,7 @@ double GodObject6::distance_of(const Twist& motion) const {
 }
 
 bool GodObject6::is_free(const Pose& X_WT) const {
+  if (!is_finite(X_WT)) return false;
   return std::none_of(obstacles_.begin(), obstacles_.end(), [&](const Obstacle& o) {
     const Pose X_OT = inverse(o.X_WO) * X_WT;
     return any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) ||
@@ -96,6 +97,7 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
   trust_ = kLongWay * body_.radius;
   is_placed_ = was_placed_ = true;
   stand_at(X_WT);
+  look_around();
   return true;
 }
 
@@ -165,6 +167,7 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   };
   const auto goes = [&](const Pose& X_WT) {
     const bool is_free = free_part(X_WT) == 1;
+    // the fronts have gone there: the next way begins where it stands
     is_free ? stand_at(X_WT) : look_around();
     return is_free;
   };

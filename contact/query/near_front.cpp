@@ -303,16 +303,19 @@ void NearFront::look_at_leaves(uint32_t index) {
                      4 * kUlp * (length1(centre) + length1(bounds.centre_A));
   bounds.centre_A = centre;
   bounds.turned = turned;
+  const auto before = bounds.at_least;
   const float least = move_bounds(bounds, {x, y, z}, lost);
   const float band = static_cast<float>(band_) * (1 + kUlp);
-  if (least > band) {
+  // what was near at the pose before may have met since, where the way is not quite straight
+  const float left = sweep_ != nullptr ? band : -kInfinity;
+  if (least > band && least_of(before) > left) {
     leave_leaves(index, static_cast<double>(least));
     return;
   }
   if (batch_.n + kLeafPairs > DistanceBatch::kRoom) measure_waiting();
   leaves_[n_leaves_++] = index;
   for (uint32_t k = 0; k < kLeafPairs; ++k) {
-    if (bounds.at_least[k] > band) continue;
+    if (bounds.at_least[k] > band && before[k] > left) continue;
     waiting_[batch_.n] = {index, k};
     batch_.add(corners_A_[a.first + k % kLeafTriangles], corners_B_[b.first + k / kLeafTriangles]);
   }
