@@ -485,3 +485,50 @@ TEST_CASE("god-object6: held between two objects it gives way to neither, and on
     REQUIRE((i % 20 < 10 ? -up : up) == Approx(0.8).epsilon(1e-6));
   }
 }
+
+TEST_CASE("god-object6: a wall ahead does not brake before it is touched", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  const double ahead = 3e-4;
+  auto touches = corners_on_floor(0.02, 0);
+  touches.push_back({{0.02, 0, 0.01}, {-1, 0, 0}, ahead});
+  const auto set = rigid_set({}, touches);
+  loop.hold({}, *set);
+  // slides over the floor at 0.2 m/s: the damper reaches 0.5 mm ahead
+  for (int i = 1; i <= 3; ++i) {
+    const double x = 2e-4 * i;
+    const BodySolution out = loop.step(ToolMotion{at({x, 0, -1e-3}), {{0.2, 0, 0}, {}}}, *set);
+    if (x < ahead) REQUIRE(std::fabs(out.F_hand_W.f.x) < 1e-12);
+    if (x > ahead) REQUIRE(out.F_hand_W.f.x < -0.2 * 2 * 0.9);
+  }
+}
+
+TEST_CASE("god-object6: what goes while it fades is let out from where it is", "[servo]") {
+  const double depth = 5e-3, k = 800;
+  RigidLoop loop = god_object();
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const Pose hand = at({0, 0, -depth});
+  loop.tick.weight = 0.5;
+  double before = loop.hold(hand, *floor).F_hand_W.f.z;
+  CHECK(before == Approx(0.5 * k * depth));
+  const auto none = rigid_set({}, {});
+  for (int i = 0; i < 3; ++i) {
+    const double now = loop.hold(hand, *none).F_hand_W.f.z;
+    CHECK(before - now == Approx(0.5 * k * depth / 3));
+    before = now;
+  }
+}
+
+TEST_CASE("god-object6: damped contacts never contradict one another", "[servo][trap]") {
+  Random random(8);
+  for (size_t i = 0; i < trials(300); ++i) {
+    RigidLoop loop = god_object();
+    loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+    const Pose X_WG = random.pose(0.1);
+    const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+    const Twist V = random_way(random, 0.1);
+    for (int k = 0; k < 50; ++k) {
+      REQUIRE(loop.step(ToolMotion{moved(X_WG, 1e-3 * k * V), V}, *set).converged);
+    }
+  }
+}
