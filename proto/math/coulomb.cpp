@@ -112,7 +112,7 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
   }
   if (!std::isfinite(sum) || !is_finite(v_free)) return out;
 
-  ConstrainedMotion motion = solve_cones({}, false, kRounder, out);
+  ConstrainedMotion motion = solve_cones({}, kRounder, out);
   const double size =
       std::max(norm(coordinates(metric, v_free)), std::numeric_limits<double>::min());
   Twist asked = motion.a;
@@ -122,7 +122,7 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
          out.solves < max_solves) {
     ++out.iterations;
     // cones need not be rounder than the rounds are near
-    motion = solve_cones(asked, true, std::clamp(kRounder * moved, kWanted, kRounder), out);
+    motion = solve_cones(asked, std::clamp(kRounder * moved, kWanted, kRounder), out);
     const Vec6 y = coordinates(metric, asked);
     const Vec6 residual = difference(coordinates(metric, motion.a), y);
     const double before = moved;
@@ -130,17 +130,17 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
     out.converged = motion.converged && settled(moved, before, kWanted);
     asked = motion_of(metric, broyden.next(y, residual));
   }
-  if (!out.converged) motion = solve_cones({}, false, kWanted, out);
+  if (!out.converged) motion = solve_cones({}, kWanted, out);
   add_up(motion, out);
   return out;
 }
 
 /// The twist nearest to v_free in all cones, each shifted by μ |u_t| of `shift_of`.
-ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, bool shifted, double wanted,
+ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, double wanted,
                                              FrictionStep& out) {
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const FrictionContact& c = contacts_[i];
-    shifts_[i] = shifted ? c.friction * norm(velocity_of(c, shift_of).tangential) : 0;
+    shifts_[i] = c.friction * norm(velocity_of(c, shift_of).tangential);
   }
   for (size_t k = 0; k < n_rows_; ++k) {
     rows_[k].b = bound_of(rows_[k].J.v, owners_[k]);

@@ -32,19 +32,21 @@ struct FrictionStep {
 ///   0 ≤ λ_n ⟂ u_n − least_speed ≥ 0, |λ_t| ≤ μ λ_n, and where it slips λ_t = −μ λ_n u_t / |u_t|.
 ///
 /// With its shift s_i = μ |u_t| known the law is that of a convex problem: v is the twist nearest
-/// to v_free with u_n − least_speed + s ≥ μ |u_t| at each contact. Without the shift (the convex
-/// law) a sliding body would lift off by μ |u_t|. So s is a fixed point, found by Broyden's method
-/// on v from s = 0, where plain iteration contracts by μ² / (1 + μ²) or not at all. Each round cone
-/// is cut out of half-spaces u_n − least_speed + s ≥ μ u_t·d where the last answer violates it
-/// most, with d its own direction of slip: no facets are chosen beforehand, and as many are made as
-/// it takes until the cone is violated by no more than 1e-12 of the speeds (1e-8 where rounding
-/// stops it). What is left is an error of the direction of friction: √(2e-12 speed / (μ |u_t|))
-/// rad, about 1e-6, more where the slip is slow beside the body; none where it keeps its direction.
+/// to v_free with u_n − least_speed + s ≥ μ |u_t| at each contact. With the shift of a body at rest
+/// (the convex law; zero where obstacles stand still) a sliding body would lift off by μ |u_t|. So
+/// s is a fixed point, found by Broyden's method on v from rest, where plain iteration contracts by
+/// μ² / (1 + μ²) or not at all. Each round cone is cut out of half-spaces u_n − least_speed + s ≥ μ
+/// u_t·d where the last answer violates it most, with d its own direction of slip: no facets are
+/// chosen beforehand, and as many are made as it takes until the cone is violated by no more than
+/// 1e-12 of the speeds (1e-8 where rounding stops it). What is left is an error of the direction of
+/// friction: √(2e-12 speed / (μ |u_t|)) rad, about 1e-6, more where the slip is slow beside the
+/// body; none where it keeps its direction.
 ///
 /// Bodies come to rest and stick; with gaps ≥ 0 and obstacles that stand still a step never adds
 /// kinetic energy, converged or not, because each v is the projection of v_free onto a convex set
-/// that contains v = 0. Not converged: the convex law's answer, which penetrates nothing. Several
-/// solutions may exist (jamming); one is found. λ need not be unique.
+/// that contains v = 0. Not converged: the convex law's answer, which penetrates no obstacle that
+/// stands still: see to it that one which carries the body does. Several solutions may exist
+/// (jamming); one is found. λ need not be unique.
 ///
 /// Source: De Saxcé & Feng 1998 (the change of variables); Acary, Cadoux, Lemaréchal & Malick 2011,
 /// "A formulation of the linear discrete Coulomb friction problem via convex optimization".
@@ -64,8 +66,7 @@ class CoulombSolver {
                     std::span<const FrictionContact> contacts, int max_solves = 3600);
 
  private:
-  ConstrainedMotion solve_cones(const Twist& shift_of, bool shifted, double wanted,
-                                FrictionStep& out);
+  ConstrainedMotion solve_cones(const Twist& shift_of, double wanted, FrictionStep& out);
   double worst_lack(const Twist& v);
   void cut_cones(const Twist& v, double worst);
   double bound_of(const Vec3& direction, size_t i) const;

@@ -22,6 +22,7 @@ struct Problem {
   Vec3 arm_W;                                     // of it, from the tool's origin there
   std::array<MotionRow, kMaxRigidContacts> rows;  // relaxed towards the hand; objects a tick ago
   Twist hand;
+  Twist V_carrier_W;
   MotionMetric metric;  // the body's mass and inertia
 
   std::span<const MotionRow> view() const { return {rows.data(), contacts.size}; }
@@ -43,6 +44,7 @@ void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Prob
     // the body has not seen yet what the objects did in this tick
     problem.rows[i].b -= tick.dt * dot(c.normal_W, object_velocity(c));
   }
+  problem.V_carrier_W = object_twist(tick, problem.contacts.carrier, problem.X_WGC.p);
   problem.metric = factor_metric(mass_of(model.tool, X_WG.q));
 }
 
@@ -94,13 +96,18 @@ FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, con
   return {metric, body.V_WC + response(metric, h * F)};
 }
 
-/// Contacts of the velocity step, the body at `at`. Its gap was there before the object moved.
+/// Contacts of the velocity step, the body at `at`, as seen from the object that carries. A gap was
+/// there before its object moved.
 void pose_contacts(const Problem& problem, const Twist& at, double h,
                    std::array<FrictionContact, kMaxRigidContacts>& out) {
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const RigidContact& c = problem.contacts.contacts[i];
     const double gap = std::max(dot(problem.rows[i].J, at) - problem.rows[i].b, 0.0);
-    out[i] = {c.r_W - problem.arm_W, c.normal_W, -gap / h, c.friction, object_velocity(c)};
+    const Vec3 lever_W = c.r_W - problem.arm_W;
+    const bool carries = c.object == problem.contacts.carrier;
+    const Vec3 velocity_W =
+        carries ? Vec3{} : object_velocity(c) - velocity_at(problem.V_carrier_W, lever_W);
+    out[i] = {lever_W, c.normal_W, -gap / h, c.friction, velocity_W};
   }
 }
 
@@ -117,7 +124,7 @@ void note_pushes(const Problem& problem, const FrictionStep& step, double h, con
     ++out.n_pushing;
     Wrench& sum = out.push_W[c.object];
     sum = sum + shift({push_W, cross(lever_W, push_W)}, arm_W);
-    const Vec3 slip_W = velocity_at(step.v, lever_W) - object_velocity(c);
+    const Vec3 slip_W = velocity_at(step.v + problem.V_carrier_W, lever_W) - object_velocity(c);
     slides[c.material % kMaxObjects] |= is_sliding(c, slip_W);
   }
 }
@@ -144,11 +151,12 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
   std::array<FrictionContact, kMaxRigidContacts> contacts;
   pose_contacts(problem, at, tick.dt, contacts);
-  const FrictionStep step = solver.step(
-      free.metric, free.v, {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
-  body.V_WC = step.v;
+  const FrictionStep step =
+      solver.step(free.metric, free.v - problem.V_carrier_W,
+                  {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
+  body.V_WC = step.v + problem.V_carrier_W;
   if (model.max_travel > 0) {
-    body.V_WC = limit_travel(step.v, model.tool.radius, model.max_travel / tick.dt).motion;
+    body.V_WC = limit_travel(body.V_WC, model.tool.radius, model.max_travel / tick.dt).motion;
   }
   body.X_WC = moved(body.X_WC, tick.dt * body.V_WC);
 

@@ -12,7 +12,7 @@ namespace haptic {
 /// Of a set, and those that fade after it.
 inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see least_constraint
 inline constexpr size_t kMaxRigidContacts = kMaxContacts + kMaxCarrying;
-inline constexpr int kMaxFrictionSolves = 60;       // then a jam is given up: a tick is short
+inline constexpr int kMaxFrictionSolves = 40;       // then a jam is given up: a tick is short
 inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
 
 /// A contact of a tool that never enters an object, carried to this tick, the tool at X_WG.

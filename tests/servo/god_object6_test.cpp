@@ -24,6 +24,12 @@ RigidLoop god_object() {
   return RigidLoop(Renderer::kGodObject6);
 }
 
+/// Some way, and a turn as large at the tool's rim.
+Twist random_way(Random& random, double most) {
+  return {random.uniform(0, most) * random.direction(),
+          random.uniform(0, most / 0.05) * random.direction()};
+}
+
 Pose at(const Vec3& p_W) {
   return {p_W, {}};
 }
@@ -405,4 +411,124 @@ TEST_CASE("god-object6: what is not finite renders nothing, and the next tick be
   loop.tick.X_WO[0] = {};
   loop.tick.V_WO[0] = {};
   CHECK(loop.hold(at({0, 0, -1e-3}), *good).F_hand_W.f.z == Approx(0.8));
+}
+
+TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by the hand",
+          "[servo][trap]") {
+  // objects that move, verified poses that jump, contacts that come and go
+  Random random(6);
+  for (const double mu : {0.0, 0.4}) {
+    const auto materials = rough(mu);
+    RigidLoop loop = god_object();
+    loop.model.materials = materials;
+    loop.model.coupling = {800, 0, 2, 0, 0, 0};
+    size_t pushed = 0, failed = 0;
+    Pose X_WG;
+    for (size_t i = 0; i < trials(5000); ++i) {
+      if (random.index(3) == 0) X_WG = moved(X_WG, random_way(random, 2e-3));
+      if (random.index(10) == 0) X_WG = {};
+      const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+      set->n_objects = 2;
+      for (Contact& c : set->contacts) c.object = static_cast<uint32_t>(random.index(2));
+      set->contacts[0].object = 0;
+      const Twist V = random_way(random, 0.1);
+      loop.tick.V_WO[1] = V;
+      loop.tick.weight = random.index(4) == 0 ? random.uniform(0, 1) : 1;
+      const Pose hand = moved(X_WG, random_way(random, 5e-3));
+      const BodySolution out = loop.hold(hand, *set);
+      REQUIRE(out.finite);
+      failed += out.converged ? 0 : 1;
+      REQUIRE(is_finite(out.proxy.X_WT));
+      REQUIRE(std::fabs(dot(out.proxy.X_WT.q, out.proxy.X_WT.q) - 1) < 1e-12);
+      if (out.n_pushing == 0) {
+        REQUIRE(out.F_hand_W == Wrench{});
+        REQUIRE(out.proxy.X_WT == hand);
+        continue;
+      }
+      ++pushed;
+      // it is the spring to the proxy, to second order in the turn
+      const Twist way = way_between(hand, out.proxy.X_WT);
+      REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-9));
+      REQUIRE_THAT(out.F_hand_W.t, IsNear(2 * way.w, 0.1));
+      // and what the objects push
+      const Wrench sum = out.push_W[0] + out.push_W[1];
+      REQUIRE_THAT(sum.f, IsNear(out.F_hand_W.f, 1e-9));
+      REQUIRE_THAT(sum.t, IsNear(out.F_hand_W.t, 1e-10));
+    }
+    CHECK(pushed > trials(5000) / 2);
+    // friction may jam; without it there is always an answer
+    if (mu == 0) CHECK(failed == 0);
+  }
+}
+
+TEST_CASE("god-object6: held between two objects it gives way to neither, and one carries it",
+          "[servo]") {
+  // a floor at rest, a plate above that goes sideways
+  const auto materials = rough(GENERATE(0.0, 0.5));
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.model.materials = materials;
+  auto touches = corners_on_floor(0.02, 0);
+  for (const double x : {-0.02, 0.02}) touches.push_back({{x, 0, 0.04}, {0, 0, -1}, 0});
+  const auto set = rigid_set({}, touches);
+  set->n_objects = 2;
+  set->contacts[4].object = set->contacts[5].object = 1;
+  loop.hold({}, *set);
+  for (int i = 1; i < 300; ++i) {
+    loop.tick.X_WO[1].p.x = 1e-4 * i;
+    loop.tick.V_WO[1].v.x = 0.1;
+    const BodySolution out = loop.hold(at({0, 0, i % 20 < 10 ? 1e-3 : -1e-3}), *set);
+    REQUIRE(out.converged);
+    REQUIRE(std::fabs(out.proxy.X_WT.p.z) < 1e-9);
+    // pressed to the plate it is taken along, pressed to the floor it is not
+    const double up = out.F_hand_W.f.z;
+    REQUIRE((i % 20 < 10 ? -up : up) == Approx(0.8).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("god-object6: a wall ahead does not brake before it is touched", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  const double ahead = 3e-4;
+  auto touches = corners_on_floor(0.02, 0);
+  touches.push_back({{0.02, 0, 0.01}, {-1, 0, 0}, ahead});
+  const auto set = rigid_set({}, touches);
+  loop.hold({}, *set);
+  // slides over the floor at 0.2 m/s: the damper reaches 0.5 mm ahead
+  for (int i = 1; i <= 3; ++i) {
+    const double x = 2e-4 * i;
+    const BodySolution out = loop.step(ToolMotion{at({x, 0, -1e-3}), {{0.2, 0, 0}, {}}}, *set);
+    if (x < ahead) REQUIRE(std::fabs(out.F_hand_W.f.x) < 1e-12);
+    if (x > ahead) REQUIRE(out.F_hand_W.f.x < -0.2 * 2 * 0.9);
+  }
+}
+
+TEST_CASE("god-object6: what goes while it fades is let out from where it is", "[servo]") {
+  const double depth = 5e-3, k = 800;
+  RigidLoop loop = god_object();
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const Pose hand = at({0, 0, -depth});
+  loop.tick.weight = 0.5;
+  double before = loop.hold(hand, *floor).F_hand_W.f.z;
+  CHECK(before == Approx(0.5 * k * depth));
+  const auto none = rigid_set({}, {});
+  for (int i = 0; i < 3; ++i) {
+    const double now = loop.hold(hand, *none).F_hand_W.f.z;
+    CHECK(before - now == Approx(0.5 * k * depth / 3));
+    before = now;
+  }
+}
+
+TEST_CASE("god-object6: damped contacts never contradict one another", "[servo][trap]") {
+  Random random(8);
+  for (size_t i = 0; i < trials(300); ++i) {
+    RigidLoop loop = god_object();
+    loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+    const Pose X_WG = random.pose(0.1);
+    const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+    const Twist V = random_way(random, 0.1);
+    for (int k = 0; k < 50; ++k) {
+      REQUIRE(loop.step(ToolMotion{moved(X_WG, 1e-3 * k * V), V}, *set).converged);
+    }
+  }
 }
