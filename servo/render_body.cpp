@@ -14,19 +14,15 @@ SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   SoftProxyModel proxy = model.body;
   const auto renderer = static_cast<Renderer>(contacts.renderer);
   proxy.solver = solver_of(model.proxy, renderer);
-  proxy.coupling.translational_stiffness = state.coupling.translational_stiffness;
-  proxy.coupling.translational_damping = state.coupling.translational_damping;
-  proxy.coupling.rotational_stiffness = state.coupling.rotational_stiffness;
-  proxy.coupling.rotational_damping = state.coupling.rotational_damping;
-  const ToolBody& tool = contacts.tool;
-  if (tool.mass > 0) proxy.tool = rigid_body_of(tool);
+  proxy.coupling = coupling_in_force(model, state);
+  proxy.tool = tool_in_force(model, contacts);
   // triangles that meet have no band to leave
   if (renderer == Renderer::kDirect6) proxy.max_travel = 0;
   return proxy;
 }
 
 /// Pushes the opposite of what they push the proxy with into the objects, about their origins.
-void add_impulses(const SoftProxySolution& solution, const TickScene& scene, double dt,
+void add_impulses(const BodySolution& solution, const TickScene& scene, double dt,
                   std::array<Wrench, kMaxObjects>& impulse_W) {
   for (size_t i = 0; i < kMaxObjects; ++i) {
     if (solution.push_W[i] == Wrench{}) continue;
@@ -36,7 +32,7 @@ void add_impulses(const SoftProxySolution& solution, const TickScene& scene, dou
 }
 
 /// Velocity, at the proxy, of the object that pushes it hardest.
-Vec3 surface_of(const SoftProxySolution& solution, const TickScene& scene) {
+Vec3 surface_of(const BodySolution& solution, const TickScene& scene) {
   double hardest = 0;
   Vec3 v_W;
   for (size_t i = 0; i < kMaxObjects; ++i) {
@@ -49,6 +45,37 @@ Vec3 surface_of(const SoftProxySolution& solution, const TickScene& scene) {
 }
 
 }  // namespace
+
+VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& state) {
+  VirtualCoupling coupling = model.body.coupling;
+  coupling.translational_stiffness = state.coupling.translational_stiffness;
+  coupling.translational_damping = state.coupling.translational_damping;
+  coupling.rotational_stiffness = state.coupling.rotational_stiffness;
+  coupling.rotational_damping = state.coupling.rotational_damping;
+  return coupling;
+}
+
+RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts) {
+  return contacts.tool.mass > 0 ? rigid_body_of(contacts.tool) : model.body.tool;
+}
+
+Rendered rendered_body(const ServoModel& model, const ServoState& state, const TickScene& scene,
+                       const BodySolution& solution) {
+  Rendered out;
+  out.X_WP = solution.proxy.X_WT;
+  out.V_WP = solution.proxy.V_WT;
+  out.F_W = solution.F_hand_W;
+  out.surface_W = surface_of(solution, scene);
+  out.held_back_W = solution.held_back_W;
+  out.n_pushing = solution.n_pushing;
+  // later ones begin at nothing, or are let in by the solver; what comes at once is contact as such
+  out.is_new = solution.n_pushing > 0 && !state.body_pushed;
+  out.finite = solution.finite;
+  out.converged = solution.converged;
+  out.object_impulse_W = state.object_impulse_W;
+  add_impulses(solution, scene, model.dt, out.object_impulse_W);
+  return out;
+}
 
 Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
                      const TickScene& scene, const ServoFrame& frame) {
@@ -64,23 +91,11 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
   // what contact has seen ahead is for all the ticks since
   const double age = static_cast<double>(input.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
   if (scene.weight > 0) proxy.max_travel /= std::clamp(age, 1.0, kMostTicks);
-  const SoftProxySolution solution = solve_soft_proxy(proxy, state.body, tick);
+  const BodySolution solution = solve_soft_proxy(proxy, state.body, tick);
 
-  Rendered out;
-  out.X_WP = solution.proxy.X_WT;
-  out.V_WP = solution.proxy.V_WT;
-  out.F_W = solution.F_hand_W;
-  out.surface_W = surface_of(solution, scene);
-  out.n_pushing = solution.n_pushing;
-  // springs begin at nothing; what comes at once is contact as such
-  out.is_new = solution.n_pushing > 0 && !state.body_pushed;
-  out.finite = solution.finite;
-  out.converged = solution.converged;
-  out.object_impulse_W = state.object_impulse_W;
-  add_impulses(solution, scene, model.dt, out.object_impulse_W);
-  state.virtual_proxy = {};
-  state.active = {};
-  state.n_active = 0;
+  const Rendered out = rendered_body(model, state, scene, solution);
+  forget_point(state);
+  state.rigid = {};
   state.body_pushed = solution.n_pushing > 0;
   return out;
 }

@@ -75,6 +75,7 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
                         {*input.contacts, scene.X_WO, frame.X_WT.p, scene.weight, 0, {}});
   }
   state.body = {};
+  state.rigid = {};
   state.body_pushed = false;
 
   // the spring is here: this tick's tool pose, no queue in between

@@ -33,9 +33,32 @@ struct Rendered {
 Rendered render_point(const ServoModel& model, ServoState& state, const ServoInput& input,
                       const TickScene& scene, const ServoFrame& frame);
 
-/// The renderers of a tool with six degrees of freedom: soft contacts at this tick, the proxy of
-/// the session's solver, the coupling's wrench. Needs contacts.
+/// What only a point has.
+inline void forget_point(ServoState& state) {
+  state.virtual_proxy = {};
+  state.active = {};
+  state.n_active = 0;
+}
+
+/// The coupling in force, with the bounds of the session.
+VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& state);
+
+/// The tool that contact has baked, else the session's.
+RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts);
+
+/// What a solver of a body came to, and the opposite of what the objects pushed it with, which they
+/// are pushed with, about their origins.
+Rendered rendered_body(const ServoModel& model, const ServoState& state, const TickScene& scene,
+                       const BodySolution& solution);
+
+/// The renderers of a tool that may enter objects, with six degrees of freedom: soft contacts at
+/// this tick, the proxy of the session's solver, the coupling's wrench. Needs contacts.
 Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
                      const TickScene& scene, const ServoFrame& frame);
+
+/// The renderers of a tool that never enters an object: the contacts' verified pose at this tick,
+/// the proxy of the solver that goes with the detector, the coupling's wrench. Needs contacts.
+Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      const TickScene& scene, const ServoFrame& frame);
 
 }  // namespace haptic

@@ -103,6 +103,17 @@ void begin_safety(ServoState& state, const ControlFrame& control) {
   if (state.safety.fault == Fault::kNone) state.safety.fault = static_cast<Fault>(control.fault);
 }
 
+/// By the family of the renderer whose detector made the contacts.
+Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
+                const TickScene& scene, const ServoFrame& frame) {
+  if (input.contacts != nullptr && is_renderer(input.contacts->renderer)) {
+    const auto renderer = static_cast<Renderer>(input.contacts->renderer);
+    if (is_rigid(renderer)) return render_rigid(model, state, input, scene, frame);
+    if (is_of_body(renderer)) return render_body(model, state, input, scene, frame);
+  }
+  return render_point(model, state, input, scene, frame);
+}
+
 /// Notes in the frame which inputs it used, and what they ask of safety.
 SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoInput& input,
                         ServoFrame& frame) {
@@ -151,6 +162,7 @@ void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput
   if ((frame.flags & kServoClosed) != 0) {
     state.virtual_proxy = {};
     state.body = {};
+    state.rigid = {};
     frame.held_back_W = {};
   }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps
@@ -231,10 +243,7 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   frame.fade = age.weight;
   TickScene scene = scene_of(input);
   scene.weight = age.weight;
-  const bool of_body = input.contacts != nullptr && is_renderer(input.contacts->renderer) &&
-                       is_of_body(static_cast<Renderer>(input.contacts->renderer));
-  const Rendered rendered = of_body ? render_body(model, state, input, scene, frame)
-                                    : render_point(model, state, input, scene, frame);
+  const Rendered rendered = render(model, state, input, scene, frame);
   if (!rendered.converged) frame.flags |= kServoSolverLimit;
   frame.F_coupling_W = rendered.F_W;
   frame.X_WP = rendered.X_WP;

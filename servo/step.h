@@ -6,6 +6,8 @@
 #include "servo/contact_age.h"
 #include "servo/coupling.h"
 #include "servo/safety.h"
+#include "servo/solve/constrained6.h"
+#include "servo/solve/god_object6.h"
 #include "servo/solve/soft_proxy.h"
 #include "servo/solve/virtual_proxy.h"
 
@@ -31,6 +33,12 @@ struct ReseedMark {
   bool operator==(const ReseedMark&) const = default;
 };
 
+/// The proxies that never enter an object.
+struct RigidProxyState {
+  GodObject6State god_object6;
+  Constrained6State constrained6;
+};
+
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;  // in force
@@ -38,7 +46,9 @@ struct ServoState {
   Renderer renderer = Renderer::kGodObject3;  // wanted
   VirtualProxyState virtual_proxy;
   SoftProxyState body;
-  bool body_pushed = false;  // in the last tick
+  RigidProxyState rigid;
+  CoulombSolver friction{kMaxRigidContacts};  // of the rigid ones; nothing to forget
+  bool body_pushed = false;                   // in the last tick
   ContactAge age;
   SafetyState safety;
   Clutch clutch;

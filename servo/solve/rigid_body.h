@@ -54,6 +54,22 @@ inline RigidBody rigid_body_of(const ToolBody& tool) {
   return {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
 }
 
+/// What a proxy of the tool comes to in a tick.
+struct BodySolution {
+  ToolMotion proxy;
+  Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
+  int n_pushing = 0;                         // contacts that push the proxy
+  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
+  Vec3 held_back_W;    // by friction: the proxy's origin without it is that much behind
+  bool finite = true;  // false: the contacts were not; nothing is rendered
+  bool converged = true;
+};
+
+/// The motion that leads from one pose to another: moved(from, way_between(from, to)) is `to`.
+inline Twist way_between(const Pose& from, const Pose& to) {
+  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
+}
+
 /// The pose after a small motion.
 inline Pose moved(const Pose& X_WC, const Twist& motion) {
   return extrapolate(X_WC, motion, 1);

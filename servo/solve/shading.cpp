@@ -6,8 +6,9 @@ namespace {
 
 constexpr double kMostSlope = 1;  // tangent of the largest angle between shading and true normal
 
-/// The shading normal over the true one, as n + slope: no larger than kMostSlope.
-Vec3 limited(const Vec3& shading, const Vec3& normal) {
+}  // namespace
+
+Vec3 limited_normal(const Vec3& shading, const Vec3& normal) {
   const double along = dot(shading, normal);
   const Vec3 sideways = shading - along * normal;
   const double size = norm(sideways);
@@ -15,8 +16,6 @@ Vec3 limited(const Vec3& shading, const Vec3& normal) {
   const double slope = along * kMostSlope > size ? size / along : kMostSlope;
   return normalized(normal + (slope / size) * sideways);
 }
-
-}  // namespace
 
 Vec3 shaded_proxy(const PointProxySolution& solution, const PlanesInForce& planes,
                   const Vec3& tool_W, const std::array<Vec3, 3>& normals_W) {
@@ -26,7 +25,7 @@ Vec3 shaded_proxy(const PointProxySolution& solution, const PlanesInForce& plane
     const ProxyPush& push = solution.pushes[i];
     const Vec3& normal_W = push.plane.normal;
     if (normals_W[i] == normal_W) continue;
-    const Vec3 m_W = limited(normals_W[i], normal_W);
+    const Vec3 m_W = limited_normal(normals_W[i], normal_W);
     const double depth = push.plane.offset - dot(normal_W, tool_W);
     turned.half_spaces[push.contact] = {m_W, dot(m_W, tool_W) + depth / dot(m_W, normal_W)};
     any = true;

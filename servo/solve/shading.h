@@ -5,6 +5,9 @@
 
 namespace haptic {
 
+/// The shading normal over the true one, at most 45° from it, unit.
+Vec3 limited_normal(const Vec3& shading, const Vec3& normal);
+
 /// Force shading in two passes (Ruspini, Kolarov, Khatib 1997): the tool is projected onto the
 /// planes as the shading normals m_i turn them, then what came out onto the true planes. Returns
 /// that place of the proxy: with one plane the force points along m exactly. Deviation: the turned

@@ -101,8 +101,7 @@ void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& 
 
 /// F_rest + K_rest δ.
 BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
-  const Twist way{X_WC.p - contacts.X_WC0.p,
-                  to_rotation_vector(X_WC.q * conjugate(contacts.X_WC0.q))};
+  const Twist way = way_between(contacts.X_WC0, X_WC);
   const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
   const Wrench change = contacts.K_rest * limited.motion;
   BodyWrench rest;

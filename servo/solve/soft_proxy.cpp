@@ -6,7 +6,7 @@ namespace {
 
 /// Who pushes, and how.
 void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const BodyMotion& body,
-                 SoftProxySolution& out) {
+                 BodySolution& out) {
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < contacts.size; ++i) {
     const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
@@ -31,7 +31,7 @@ Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
 }
 
 void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
-                   const SoftProxyTick& tick, SoftProxySolution& out) {
+                   const SoftProxyTick& tick, BodySolution& out) {
   const BodyMotion body = motion_of_centre(model.tool, out.proxy);
   BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
   const BodyWrench brake = brake_wrench(contacts, body);
@@ -58,13 +58,13 @@ Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& 
   if (!(model.max_travel > 0)) return after;
   const Pose from = motion_of_centre(model.tool, {before, {}}).X_WC;
   const Pose to = motion_of_centre(model.tool, {after, {}}).X_WC;
-  const Twist way{to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
-  const LimitedMotion limited = limit_travel(way, model.tool.radius, model.max_travel);
+  const LimitedMotion limited =
+      limit_travel(way_between(from, to), model.tool.radius, model.max_travel);
   return limited.was_cut ? tool_of_centre(model.tool, moved(from, limited.motion)) : after;
 }
 
 void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
-                      const SoftProxyTick& tick, SoftProxySolution& out) {
+                      const SoftProxyTick& tick, BodySolution& out) {
   const QuasiStaticResult next =
       solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT, contacts.view(),
                          out.proxy.X_WT, {model.max_travel});
@@ -77,9 +77,9 @@ void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
 
 }  // namespace
 
-SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
-                                   const SoftProxyTick& tick) {
-  SoftProxySolution out;
+BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
+                              const SoftProxyTick& tick) {
+  BodySolution out;
   SoftContacts contacts;
   if (tick.contacts != nullptr) {
     SoftCarry carry = tick.carry;

@@ -31,19 +31,10 @@ struct SoftProxyTick {
   double dt = 1e-3;  // [s]
 };
 
-struct SoftProxySolution {
-  ToolMotion proxy;
-  Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
-  int n_pushing = 0;                         // contacts that push the proxy
-  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
-  bool finite = true;                        // false: the contacts were not; nothing is rendered
-  bool converged = true;
-};
-
 /// One tick. The proxy begins at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts where the
 /// hand is, shifted to the tool's origin. Else the coupling's wrench on the hand, from this tick's
 /// hand and this tick's proxy. Where the contacts are not finite the proxy is put to the hand.
-SoftProxySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
-                                   const SoftProxyTick& tick);
+BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
+                              const SoftProxyTick& tick);
 
 }  // namespace haptic

@@ -84,6 +84,21 @@ BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& bod
   return sum;
 }
 
+BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+                                     const ToolMotion& hand, const BodyMotion& proxy) {
+  BodyWrench sum = coupling_wrench(coupling, body, hand, proxy);
+  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
+  const Mat3 r = skew(-rotate(proxy.X_WC.q, body.centre_T));
+  const Mat3 k = t.linear.by_stretch;
+  sum.by_motion = {};
+  add_block(sum.by_motion, 0, 0, -1.0 * k);
+  add_block(sum.by_motion, 0, 3, k * r);
+  add_block(sum.by_motion, 3, 0, -1.0 * (r * k));
+  add_block(sum.by_motion, 3, 3, r * k * r);
+  add_block(sum.by_motion, 3, 3, -1.0 * t.angular.by_stretch);
+  return sum;
+}
+
 double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
                        const ToolMotion& proxy) {
   const CouplingTerms t = terms_of(coupling, hand, proxy);

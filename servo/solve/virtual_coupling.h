@@ -23,6 +23,11 @@ struct VirtualCoupling {
 BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
                            const ToolMotion& hand, const BodyMotion& proxy);
 
+/// The same with a Jacobian by motion that is symmetric and never pushes on, for solvers that need
+/// a metric: the turning of the lever arm and of the springs is left out.
+BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+                                     const ToolMotion& hand, const BodyMotion& proxy);
+
 /// Stored in its springs [J]; coupling_wrench says it too, with much else.
 double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
                        const ToolMotion& proxy);

@@ -32,8 +32,8 @@ SoftProxyModel model_of(SoftSolver solver) {
   return model;
 }
 
-SoftProxySolution held_at(const SoftProxyModel& model, SoftProxyState& state, const Pose& X_WT,
-                          const ContactSet* contacts) {
+BodySolution held_at(const SoftProxyModel& model, SoftProxyState& state, const Pose& X_WT,
+                     const ContactSet* contacts) {
   SoftProxyTick tick;
   tick.hand = {X_WT, {}};
   tick.contacts = contacts;
@@ -59,7 +59,7 @@ TEST_CASE("soft proxy: dynamics comes to rest where the equilibrium is", "[servo
   const ContactSet set = floor_contacts(4);
   const Pose X_WT{{0.001, 0, 0.015}, from_rotation_vector({0.02, 0.01, 0})};
   SoftProxyState dynamic, still;
-  SoftProxySolution d, q;
+  BodySolution d, q;
   SoftProxyModel with_mass = model_of(SoftSolver::kPenaltyDynamics);
   with_mass.contact_damping = 1;
   for (int i = 0; i < 4000; ++i) d = held_at(with_mass, dynamic, X_WT, &set);

@@ -62,7 +62,7 @@ class SoftLoop {
     detector_ = std::make_unique<VoxelState>(voxel);
   }
 
-  SoftProxySolution tick(const ToolMotion& hand, double dt = 1e-3) {
+  BodySolution tick(const ToolMotion& hand, double dt = 1e-3) {
     if (ticks_++ % every == 0) ask(hand);
     SoftProxyTick now;
     now.hand = hand;

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/rendered.h"
+
+namespace haptic {
+namespace {
+
+/// What the session says, with the coupling in force and the tool that contact has baked.
+RigidProxyModel proxy_model(const ServoModel& model, const ServoState& state,
+                            const ContactSet& contacts) {
+  RigidProxyModel proxy;
+  proxy.coupling = coupling_in_force(model, state);
+  proxy.tool = tool_in_force(model, contacts);
+  proxy.materials = model.virtual_proxy.materials;
+  proxy.images = model.virtual_proxy.images;
+  return proxy;
+}
+
+BodySolution solve(const RigidProxyModel& model, ServoState& state, Renderer renderer,
+                   const RigidProxyTick& tick) {
+  RigidProxyState& rigid = state.rigid;
+  if (renderer == Renderer::kGodObject6) {
+    rigid.constrained6 = {};
+    return solve_god_object6(model, rigid.god_object6, state.friction, tick);
+  }
+  rigid.god_object6 = {};
+  return solve_constrained6(model, rigid.constrained6, state.friction, tick);
+}
+
+}  // namespace
+
+Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInput& input,
+                      const TickScene& scene, const ServoFrame& frame) {
+  const ContactSet& contacts = *input.contacts;
+  RigidProxyTick tick;
+  tick.hand = {frame.X_WT, frame.V_WT};
+  tick.contacts = &contacts;
+  tick.X_WO = scene.X_WO;
+  tick.V_WO = scene.V_WO;
+  tick.weight = scene.weight;
+  tick.dt = model.dt;
+  const BodySolution solution = solve(proxy_model(model, state, contacts), state,
+                                      static_cast<Renderer>(contacts.renderer), tick);
+  const Rendered out = rendered_body(model, state, scene, solution);
+  forget_point(state);
+  state.body = {};
+  state.body_pushed = solution.n_pushing > 0;
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for servo/render_rigid.cpp: ticks of a tool that never enters an object, on hand-made
+// contacts.
+#include <limits>
+
+#include "tests/support/rigid_tick.h"
+#include "tests/support/servo_tick.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kStiffness = 800;
+
+ServoModel rigid_model() {
+  ServoModel model = plain_model(kStiffness);
+  model.coupling = {kStiffness, 0, 2, 0};
+  return model;
+}
+
+/// A box with its bottom at the tool's origin, on the floor z = 0.
+std::unique_ptr<ContactSet> floor_set(Renderer renderer) {
+  auto set = rigid_set({}, corners_on_floor(0.02, 0));
+  set->renderer = static_cast<uint32_t>(renderer);
+  return set;
+}
+
+/// Ticks with a fresh set each.
+class Session {
+ public:
+  explicit Session(const ContactSet& set) : set_(std::make_unique<ContactSet>(set)) {}
+  ServoModel model = rigid_model();
+  ServoState state;
+  ContactSet& set() { return *set_; }
+
+  ServoFrame tick(const Vec3& p_W, const Vec3& v_W = {}, const ControlFrame* control = nullptr) {
+    ++k_;
+    if (answers) {
+      set_->seq = static_cast<uint64_t>(k_);
+      set_->answers_t_ns = (k_ - 1) * kMs;
+    }
+    ServoInput input = input_at(k_, p_W, set_.get());
+    input.device.V_BH.v = v_W;
+    input.control = control;
+    return step_armed(model, state, input);
+  }
+  bool answers = true;  // contact does
+
+ private:
+  std::unique_ptr<ContactSet> set_;
+  int64_t k_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("servo: a tool that never enters an object feels the coupling alone", "[servo]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  session.model.coupling.translational_damping = 2;
+  const double depth = 1e-3;
+  ServoFrame f{};
+  for (int i = 0; i < 2000; ++i) f = session.tick({0, 0, -depth});
+  CHECK_THAT(f.F_device_B.f, IsNear({0, 0, kStiffness * depth}, 1e-7));
+  CHECK_THAT(f.X_WP.p, IsNear({}, 1e-9));
+  CHECK(f.X_WG == session.set().X_WG);
+  CHECK((f.flags & kServoContact) != 0);
+  CHECK((f.flags & kServoSolverLimit) == 0);
+  CHECK(f.n_contacts >= 1);
+  // the objects are pushed with what the hand feels
+  const Wrench before = session.state.object_impulse_W[0];
+  f = session.tick({0, 0, -depth});
+  const Wrench after = session.state.object_impulse_W[0];
+  CHECK_THAT((after.f - before.f) / 1e-3, IsNear(-f.F_coupling_W.f, 1e-6));
+  CHECK_THAT((after.t - before.t) / 1e-3, IsNear(-f.F_coupling_W.t, 1e-6));
+}
+
+TEST_CASE("servo: a free god-object with six degrees of freedom feels exactly nothing",
+          "[servo][trap]") {
+  Session session(*floor_set(Renderer::kGodObject6));
+  session.model.coupling = {kStiffness, 2, 2, 5e-3};
+  for (int i = 0; i < 200; ++i) {
+    const ServoFrame f = session.tick({5e-4 * i, 0, 1e-3}, {0.5, 0, -0.1});
+    REQUIRE(f.F_device_B == Wrench{});
+    REQUIRE(f.X_WP == f.X_WT);
+  }
+}
+
+TEST_CASE("servo: what touches a rigid tool first is new, what follows is not", "[servo]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  session.model.limits.slew = 100;
+  session.tick({0, 0, 1e-3});
+  CHECK_FALSE(session.state.body_pushed);
+  ServoFrame f{};
+  int slewing = 0, ticks = 0;
+  for (; ticks < 200; ++ticks) {
+    f = session.tick({0, 0, -5e-3});
+    slewing += (f.flags & kServoSlewing) != 0 ? 1 : 0;
+  }
+  CHECK(session.state.body_pushed);
+  // the mass is felt before it touches
+  if (renderer == Renderer::kGodObject6) CHECK(slewing > 0);
+  CHECK(slewing < ticks);
+  // another wall, well inside the first, comes in by itself
+  session.set().contacts[4] = session.set().contacts[0];
+  Contact& wall = session.set().contacts[4];
+  wall.normal_O = wall.shading_normal_O = {1, 0, 0};
+  session.set().n_contacts = 5;
+  f = session.tick({-1e-3, 0, -5e-3});
+  CHECK((f.flags & kServoSlewing) == 0);
+}
+
+TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of it", "[servo]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  for (const double mu : {0.0, 0.5}) {
+    MaterialConfig& material = session.model.virtual_proxy.materials[0];
+    material.friction_static = material.friction_dynamic = mu;
+    session.state = {};
+    session.model.coupling.translational_damping = 2;
+    for (int i = 0; i < 500; ++i) session.tick({0, 0, -1e-3});
+    ServoFrame f{};
+    for (int i = 0; i < 2000; ++i) f = session.tick({1e-6 * std::min(i, 400), 0, -1e-3});
+    const double expected = mu > 0 ? -kStiffness * 4e-4 : 0;
+    CHECK(f.F_coupling_W.f.x == Approx(expected).margin(1e-4));
+    if (renderer == Renderer::kGodObject6) {
+      CHECK(f.held_back_W.x == Approx(mu > 0 ? -4e-4 : 0).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("servo: contacts of a rigid tool that are not finite are a fault", "[servo]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  session.tick({0, 0, -1e-3});
+  session.set().contacts[1].object_point_O.z = std::numeric_limits<double>::quiet_NaN();
+  const ServoFrame f = session.tick({0, 0, -1e-3});
+  CHECK(f.F_device_B == Wrench{});
+  CHECK(f.fault == static_cast<uint32_t>(Fault::kContactsNotFinite));
+  CHECK(is_finite(f.X_WP));
+}
+
+TEST_CASE("servo: a rigid tool fades when contact falls silent", "[servo][trap]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  session.model.coupling.translational_damping = 2;
+  ServoFrame f{};
+  for (int i = 0; i < 1000; ++i) f = session.tick({0, 0, -5e-3});
+  double before = f.F_device_B.f.z;
+  CHECK(before == Approx(4));
+  session.answers = false;
+  bool stale = false;
+  for (int i = 0; i < 3000; ++i) {
+    f = session.tick({0, 0, -5e-3});
+    // a fiftieth of the force a tick, and what the mass and its damper add
+    REQUIRE(std::fabs(f.F_device_B.f.z - before) < 0.2);
+    before = f.F_device_B.f.z;
+    stale |= (f.flags & kServoStale) != 0;
+  }
+  CHECK(stale);
+  CHECK(std::fabs(before) < 1e-6);
+}
+
+TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another renderer ran",
+          "[servo][trap]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  Session session(*floor_set(renderer));
+  const auto started = [&] {
+    return session.state.rigid.god_object6.started || session.state.rigid.constrained6.started;
+  };
+  ControlFrame control{};
+  control.armed = 1;
+  control.translational_stiffness = kStiffness;
+  control.rotational_stiffness = 2;
+  for (int i = 0; i < 20; ++i) session.tick({0, 0, -1e-3}, {}, &control);
+  CHECK(started());
+  // paused, the proxy goes where the hand goes as far as the contacts let it
+  control.paused = 1;
+  const ServoFrame f = session.tick({0.01, 0, -1e-3}, {}, &control);
+  CHECK(f.F_device_B == Wrench{});
+  CHECK_FALSE(started());
+  CHECK_THAT(session.tick({0.02, 0, -1e-3}, {}, &control).X_WP.p, IsNear({0.02, 0, 0}, 1e-6));
+  control.paused = 0;
+  session.tick({0, 0, -1e-3}, {}, &control);
+  CHECK(started());
+  // only one of the two is alive
+  CHECK(session.state.rigid.god_object6.started != session.state.rigid.constrained6.started);
+  for (const Renderer other : {Renderer::kVoxel, Renderer::kGodObject3}) {
+    session.set().renderer = static_cast<uint32_t>(other);
+    session.tick({0, 0, 1e-3}, {}, &control);
+    CHECK_FALSE(started());
+    session.set().renderer = static_cast<uint32_t>(renderer);
+    session.tick({0, 0, 1e-3}, {}, &control);
+    CHECK(started());
+    CHECK_FALSE(session.state.body.started);
+    CHECK(session.state.n_active == 0);
+  }
+}

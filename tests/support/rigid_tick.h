@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "servo/solve/constrained6.h"
+#include "servo/solve/god_object6.h"
+#include "tests/support/meshes.h"
+
+namespace haptic::test {
+
+/// A touching contact of a tool at X_WG with an object at the origin.
+struct Touch {
+  Vec3 tool_point_T, normal;
+  double gap = 0;
+};
+
+/// A set of the renderers whose tool never enters an object.
+inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG, const std::vector<Touch>& touches) {
+  auto set = std::make_unique<ContactSet>();
+  *set = {};
+  set->n_objects = 1;
+  set->X_WG = X_WG;
+  set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
+  for (const Touch& touch : touches) {
+    Contact& c = set->contacts[set->n_contacts];
+    c.tool_point_T = touch.tool_point_T;
+    c.object_point_O = X_WG * touch.tool_point_T - touch.gap * touch.normal;
+    c.normal_O = c.shading_normal_O = touch.normal;
+    c.feature = ++set->n_contacts;
+  }
+  set->n_active = set->n_contacts;
+  return set;
+}
+
+/// Corners of a square of half side `a`, at z = `bottom` of the tool, on the floor.
+inline std::vector<Touch> corners_on_floor(double a, double bottom, double gap = 0) {
+  std::vector<Touch> touches;
+  for (const double x : {-a, a}) {
+    for (const double y : {-a, a}) touches.push_back({{x, y, bottom}, {0, 0, 1}, gap});
+  }
+  return touches;
+}
+
+/// Everywhere about a tool of this radius: few or many, on a plane, about a peg, some twice or
+/// opposite; gaps of `reach` at most.
+inline std::vector<Touch> random_touches(Random& random, double radius, double reach) {
+  const size_t n = 1 + random.index(random.index(3) == 0 ? kMaxContacts : 8);
+  const size_t arrangement = random.index(4);
+  const Vec3 axis = random.direction();
+  std::vector<Touch> touches;
+  while (touches.size() < n) {
+    Touch t{random.uniform(0, radius) * random.direction(), random.direction(),
+            random.index(2) == 0 ? 0 : random.uniform(0, reach)};
+    if (arrangement == 1) t.normal = axis;
+    if (arrangement == 2) t.normal = normalized(cross(axis, t.normal));
+    if (!touches.empty() && random.index(5) == 0) t = touches[random.index(touches.size())];
+    if (!touches.empty() && random.index(5) == 0) {
+      t = touches[random.index(touches.size())];
+      t.normal = -t.normal;
+    }
+    touches.push_back(t);
+  }
+  return touches;
+}
+
+/// A solver and what it keeps from tick to tick.
+class RigidLoop {
+ public:
+  explicit RigidLoop(Renderer renderer) : renderer_(renderer) {
+    model.coupling = {800, 0, 2, 0, 0, 0};
+    model.tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.05};
+    for (Pose& X_WO : tick.X_WO) X_WO = {};
+  }
+  RigidProxyModel model;
+  RigidProxyTick tick;  // poses and twists of the objects, weight, dt
+  GodObject6State god_object;
+  Constrained6State constrained;
+
+  BodySolution step(const ToolMotion& hand, const ContactSet& set) {
+    tick.hand = hand;
+    tick.contacts = &set;
+    return renderer_ == Renderer::kGodObject6
+               ? solve_god_object6(model, god_object, solver_, tick)
+               : solve_constrained6(model, constrained, solver_, tick);
+  }
+  /// With a hand at rest.
+  BodySolution hold(const Pose& X_WT, const ContactSet& set) {
+    return step(ToolMotion{X_WT, {}}, set);
+  }
+
+ private:
+  Renderer renderer_;
+  CoulombSolver solver_{kMaxRigidContacts};
+};
+
+}  // namespace haptic::test
