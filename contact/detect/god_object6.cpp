@@ -272,7 +272,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   return result;
 }
 
-std::span<const RigidContact> GodObject6::contacts(const Pose& answered_W) {
+std::span<const GodObjectContact> GodObject6::contacts(const Pose& answered_W) {
   const Twist way = way_between(X_WG_, answered_W);
   order_.clear();
   for (size_t k = 0; k < rows_.size(); ++k) {
@@ -288,7 +288,7 @@ std::span<const RigidContact> GodObject6::contacts(const Pose& answered_W) {
   contacts_.clear();
   for (const auto& [rank, k] : order_) {
     const bool is_known =
-        std::any_of(contacts_.begin(), contacts_.end(), [&](const RigidContact& c) {
+        std::any_of(contacts_.begin(), contacts_.end(), [&](const GodObjectContact& c) {
           return c.object == rows_[k].object && c.at.triangles == rows_[k].at.triangles &&
                  c.at.point_a == rows_[k].at.point_a;
         });

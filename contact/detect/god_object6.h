@@ -24,7 +24,7 @@ struct GodObject6Options {
 };
 
 /// A contact of the tool at its verified pose.
-struct RigidContact {
+struct GodObjectContact {
   NearContact at;  // in O; the way to the tool is its normal
   uint32_t object = 0;
 };
@@ -72,7 +72,7 @@ class GodObject6 {
 
   /// Those that hold it back at the end of the last move, then those that this pose would break the
   /// most, then the nearest; in O. The distance is to the surface, margin included.
-  std::span<const RigidContact> contacts(const Pose& answered_W);
+  std::span<const GodObjectContact> contacts(const Pose& answered_W);
 
   const Pose& X_WG() const { return X_WG_; }
 
@@ -123,12 +123,12 @@ class GodObject6 {
   std::vector<Obstacle> obstacles_;
   bool is_placed_ = false, was_placed_ = false;
   Pose X_WG_;
-  std::vector<RigidContact> rows_;
+  std::vector<GodObjectContact> rows_;
   std::vector<MotionRow> motion_rows_;
   std::array<int, 6> active_{};
   int n_active_ = 0;
   std::vector<std::pair<double, size_t>> order_;
-  std::vector<RigidContact> contacts_;
+  std::vector<GodObjectContact> contacts_;
 };
 
 }  // namespace haptic

@@ -14,7 +14,7 @@ Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   return by_servo ? servo.X_WP : servo.X_WT;
 }
 
-Contact contact_of(const RigidContact& contact, const RigidToolModel& model, const Pose& X_OG) {
+Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model, const Pose& X_OG) {
   const NearContact& at = contact.at;
   const double crease_cosine = model.crease_cosine[contact.object];
   Contact c{};
@@ -64,7 +64,7 @@ void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, Conta
 }
 
 void RigidTool::report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set) {
-  for (const RigidContact& contact : god_object_.contacts(servo.X_WP)) {
+  for (const GodObjectContact& contact : god_object_.contacts(servo.X_WP)) {
     const Pose X_OG = inverse(set.X_WO[contact.object]) * set.X_WG;
     set.contacts[set.n_contacts++] = contact_of(contact, model, X_OG);
   }
