@@ -11,6 +11,10 @@ target_sources(haptic_lab PRIVATE
   eval_quality.cpp
   eval_quality_scenes.cpp
   eval_renderer.cpp
+  eval_rigid.cpp
+  eval_rigid_judge.cpp
+  eval_rigid_pose.cpp
+  eval_rigid_scenes.cpp
   eval_ruffaldi.cpp
   eval_sphere_oracle.cpp
   eval_table.cpp

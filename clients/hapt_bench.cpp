@@ -10,6 +10,7 @@
 #include "clients/bench_point_proxy.h"
 #include "clients/bench_proximity.h"
 #include "clients/bench_qp.h"
+#include "clients/bench_rigid.h"
 #include "clients/bench_ring.h"
 #include "clients/bench_segment.h"
 #include "clients/bench_voxel.h"
@@ -155,6 +156,7 @@ void add_bench_command(CLI::App& app) {
   add_bench_bake(*bench);
   add_bench_qp(*bench);
   add_bench_proximity(*bench);
+  add_bench_rigid(*bench);
 }
 
 }  // namespace haptic

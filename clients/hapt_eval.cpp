@@ -11,6 +11,7 @@
 #include "clients/eval_artefacts.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
+#include "clients/eval_rigid.h"
 #include "clients/eval_ruffaldi.h"
 #include "clients/eval_table.h"
 #include "clients/find_config.h"
@@ -162,6 +163,14 @@ void run_ruffaldi(const EvalOptions& options) {
   print_judged(eval_ruffaldi(eval), options.json);
 }
 
+void run_rigid_suite(const EvalOptions& options, const CLI::App& command) {
+  RigidEval eval;
+  if (command.count("--for") > 0) eval.ticks = static_cast<uint64_t>(1e3 * options.duration);
+  eval.meshes = meshes_folder(HAPTICD_SOURCE_DIR "/build/meshes");
+  eval.lockstep = options.lockstep;
+  print_judged(eval_rigid(eval), options.json);
+}
+
 /// What a session is led by, and how it is shown; common to all that can be judged.
 void add_session_options(CLI::App& command, EvalOptions& options) {
   command.add_option("--config", options.config, "session file")->capture_default_str();
@@ -227,8 +236,9 @@ void add_protocol_options(CLI::App& command, EvalOptions& options) {
   command
       .add_option("--suite", options.suite,
                   "quality: each renderer with six degrees of freedom in scenes whose answer "
-                  "symmetry knows")
-      ->check(CLI::IsMember({"quality"}))
+                  "symmetry knows; rigid: whole sessions of those whose tool never enters an "
+                  "object, shaken by a hand, for 4 s unless --for says")
+      ->check(CLI::IsMember({"quality", "rigid"}))
       ->excludes(command.get_option("--config"), protocol, command.get_option("--mesh"));
   command.add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
       ->needs(protocol)
@@ -252,7 +262,8 @@ void add_eval_command(CLI::App& app) {
   add_protocol_options(*command, *options);
   command->callback([options, command] {
     if (!options->suite.empty()) {
-      print_judged(eval_quality(QualityGrain{}), options->json);
+      options->suite == "rigid" ? run_rigid_suite(*options, *command)
+                                : print_judged(eval_quality(QualityGrain{}), options->json);
       return;
     }
     if (!options->protocol.empty()) {

@@ -9,11 +9,15 @@
 
 namespace haptic {
 
-/// A hand that follows a formula whatever the force: position of the tool at time t [s] since its
-/// first tick.
+/// A hand that follows a formula whatever the force: position or pose of the tool at time t [s]
+/// since its first tick.
 class ScriptedHand : public Device {
  public:
-  explicit ScriptedHand(std::function<Vec3(double)> path) : path_(std::move(path)) {}
+  explicit ScriptedHand(std::function<Vec3(double)> path)
+      : path_([path = std::move(path)](double t) {
+          return Pose{path(t), {}};
+        }) {}
+  explicit ScriptedHand(std::function<Pose(double)> path) : path_(std::move(path)) {}
 
   DeviceCaps caps() const override { return {1e3, 0, true, true}; }
   std::string description() const override { return "scripted"; }
@@ -22,8 +26,10 @@ class ScriptedHand : public Device {
     const double t = static_cast<double>(tick.deadline_ns - first_ns_) * 1e-9;
     state = {};
     state.t_ns = tick.deadline_ns;
-    state.X_BH.p = path_(t);
-    state.V_BH.v = (path_(t + 1e-6) - path_(t - 1e-6)) / 2e-6;
+    state.X_BH = path_(t);
+    const Pose after = path_(t + 1e-6), before = path_(t - 1e-6);
+    state.V_BH.v = (after.p - before.p) / 2e-6;
+    state.V_BH.w = to_rotation_vector(after.q * conjugate(before.q)) / 2e-6;
     state.flags = kDeviceFresh | kDeviceHomed | kDeviceOpenLoop | kDeviceSimulated;
     return true;
   }
@@ -33,7 +39,7 @@ class ScriptedHand : public Device {
   Wrench held;
 
  private:
-  std::function<Vec3(double)> path_;
+  std::function<Pose(double)> path_;
   int64_t first_ns_ = -1;
 };
 
