@@ -35,6 +35,11 @@ Pose moved(const Pose& X_WT, const Twist& motion) {
   return {X_WT.p + motion.v, normalized(from_rotation_vector(motion.w) * X_WT.q)};
 }
 
+/// About the origin of T too: it must begin as the rows say, which hold for that turn.
+RigidMotion way_of(const Pose& from, const Pose& to) {
+  return motion_between(from, to, {});
+}
+
 Mat6 springs(double translational, double rotational) {
   Mat6 K;
   add_block(K, 0, 0, translational * Mat3{});
@@ -137,10 +142,10 @@ double GodObject6::free_part(const Pose& to_W) {
   double time = 1;
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
-    const RigidMotion way = motion_between(o.X_OG, X_OT, body_.centre_T);
-    const double length = norm(way.way_O) + body_.radius * way.angle;
+    const RigidMotion way = way_of(o.X_OG, X_OT);
+    const double length = norm(way.way_O) + reach_ * way.angle;
     const bool is_followed = !o.front.is_first() && length <= kLongWay * body_.radius &&
-                             off_the_chord(way, body_.radius, 1) <= kBend * band();
+                             off_the_chord(way, reach_, 1) <= kBend * band();
     o.near = is_followed ? o.front.follow(X_OT, band()) : o.front.update(X_OT, band());
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
@@ -217,7 +222,7 @@ ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
 
 /// That bends no point off its chord by more than a part of the band: r θ²/8 [rad].
 double GodObject6::longest_turn() const {
-  return std::sqrt(8 * kBend * band() / body_.radius);
+  return std::sqrt(8 * kBend * band() / reach_);
 }
 
 /// The first level whose band is as wide as this [m].
@@ -236,7 +241,7 @@ double GodObject6::advance(const Twist& motion) {
     return 1;
   }
   const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
-  if (time > 0) stand_at(motion_between(X_WG_, to_W, body_.centre_T).at(time));
+  if (time > 0) stand_at(way_of(X_WG_, to_W).at(time));
   look_around();
   return time;
 }
