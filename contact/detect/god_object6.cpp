@@ -201,15 +201,17 @@ void GodObject6::gather_rows() {
   }
 }
 
-/// What has just been met holds even where it is thinned out or a neighbour should be nearer.
+/// What has just been met, and what is nearer than it should be, holds even where it is thinned out
+/// or a neighbour is nearer: round a corner that close the next surface is met at once.
 void GodObject6::add_met(const Obstacle& o, uint32_t object) {
-  for (const TrianglePair& met : o.met()) {
-    const auto known = std::find_if(o.near.begin(), o.near.end(),
-                                    [&](const NearPair& p) { return p.triangles == met; });
-    if (known == o.near.end() || !(known->at.distance > 0)) continue;
-    const TriangleDistance& at = known->at;
+  const auto met = o.met();
+  for (const NearPair& pair : o.near) {
+    const TriangleDistance& at = pair.at;
+    const bool is_met = at.distance < kApart * options_.margin ||
+                        std::find(met.begin(), met.end(), pair.triangles) != met.end();
+    if (!is_met || !(at.distance > 0)) continue;
     const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
-    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, met}, object);
+    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, pair.triangles}, object);
   }
 }
 
