@@ -38,6 +38,11 @@ Pose moved(const Pose& X_WT, const Twist& motion) {
   return {X_WT.p + motion.v, normalized(from_rotation_vector(motion.w) * X_WT.q)};
 }
 
+/// About the origin of T too: it must begin as the rows say, which hold for that turn.
+RigidMotion way_of(const Pose& from, const Pose& to) {
+  return motion_between(from, to, {});
+}
+
 Mat6 springs(double translational, double rotational) {
   Mat6 K;
   add_block(K, 0, 0, translational * Mat3{});
@@ -141,8 +146,8 @@ double GodObject6::free_part(const Pose& to_W) {
   double time = 1;
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
-    const RigidMotion way = motion_between(o.X_OG, X_OT, body_.centre_T);
-    const double bend = off_the_chord(way, body_.radius, 1);
+    const RigidMotion way = way_of(o.X_OG, X_OT);
+    const double bend = off_the_chord(way, reach_, 1);
     const bool is_followed = !o.front.is_first() && bend <= kBend * band();
     o.near = is_followed ? o.front.follow(way, band()) : o.front.update(X_OT, band());
     const MeshMeeting meeting = is_followed
@@ -199,15 +204,17 @@ void GodObject6::gather_rows() {
   }
 }
 
-/// What has just been met holds even where it is thinned out or a neighbour should be nearer.
+/// What has just been met, and what is nearer than it should be, holds even where it is thinned out
+/// or a neighbour is nearer: round a corner that close the next surface is met at once.
 void GodObject6::add_met(const Obstacle& o, uint32_t object) {
-  for (const TrianglePair& met : o.met()) {
-    const auto known = std::find_if(o.near.begin(), o.near.end(),
-                                    [&](const NearPair& p) { return p.triangles == met; });
-    if (known == o.near.end() || !(known->at.distance > 0)) continue;
-    const TriangleDistance& at = known->at;
+  const auto met = o.met();
+  for (const NearPair& pair : o.near) {
+    const TriangleDistance& at = pair.at;
+    const bool is_met = at.distance < kApart * options_.margin ||
+                        std::find(met.begin(), met.end(), pair.triangles) != met.end();
+    if (!is_met || !(at.distance > 0)) continue;
     const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
-    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, met}, object);
+    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, pair.triangles}, object);
   }
 }
 
@@ -220,7 +227,7 @@ ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
 
 /// That bends no point off its chord by more than a part of the band: r θ²/8 [rad].
 double GodObject6::longest_turn() const {
-  return std::sqrt(8 * kBend * band() / body_.radius);
+  return std::sqrt(8 * kBend * band() / reach_);
 }
 
 /// The first level whose band is as wide as this [m].
@@ -239,7 +246,7 @@ double GodObject6::advance(const Twist& motion) {
     return 1;
   }
   const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
-  if (time > 0) stand_at(motion_between(X_WG_, to_W, body_.centre_T).at(time));
+  if (time > 0) stand_at(way_of(X_WG_, to_W).at(time));
   look_around();
   return time;
 }

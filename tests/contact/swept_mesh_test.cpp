@@ -233,6 +233,46 @@ TEST_CASE("swept mesh: what it remembers changes no answer", "[contact]") {
   }
 }
 
+TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[contact]") {
+  Random random(27);
+  const MeshShapeData ball = build_shape(make_icosphere(5e-3, 1));
+  const MeshShapeData box = build_shape(make_box({8e-3, 6e-3, 4e-3}));
+  std::vector<TrianglePair> all;
+  for (uint32_t a = 0; a < box.mesh.triangles.size(); ++a) {
+    for (uint32_t b = 0; b < ball.mesh.triangles.size(); ++b) all.push_back({a, b});
+  }
+  size_t hits = 0;
+  for (size_t trial = 0; trial < trials(400); ++trial) {
+    const RigidMotion motion = random_motion(random, 15e-3, 0.5);
+    if (meet(box.view(), ball.view(), motion.at(0))) continue;
+    const MeshMeeting of_trees = impact(box.view(), ball.view(), motion);
+    SweptMesh swept(box.view(), ball.view());
+    const MeshMeeting of_pairs = swept.time_of_impact(motion, kOptions, all);
+    CHECK_FALSE(swept.time_of_impact(motion, kOptions, {}).meets);
+    const double first = std::min(of_pairs.time, of_trees.time);
+    // both within the tolerance, which a slow approach takes long for
+    if (std::fabs(of_pairs.time - of_trees.time) > 1e-9) {
+      CHECK(distance_of(box.view(), ball.view(), motion.at(first)) <= 1.1e-6);
+    } else {
+      CHECK(of_pairs.meets == of_trees.meets);
+    }
+    hits += of_pairs.meets ? 1 : 0;
+    // that pair alone, and all but it
+    if (!of_pairs.meets) continue;
+    const TrianglePair alone[] = {of_pairs.pair};
+    CHECK(swept.time_of_impact(motion, kOptions, alone).time == Approx(of_pairs.time).margin(1e-4));
+    std::vector<TrianglePair> others = all;
+    std::erase(others, of_pairs.pair);
+    const MeshMeeting later = swept.time_of_impact(motion, kOptions, others);
+    CHECK(later.time >= of_pairs.time - 1e-4);
+  }
+  CHECK(hits > trials(400) / 20);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  SweptMesh swept(box.view(), ball.view());
+  const auto bad = motion_between({}, {{nan, 0, 0}, {}}, {});
+  CHECK(swept.time_of_impact(bad, kOptions, {}).time == 0);
+}
+
 TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not", "[contact]") {
   const BoltAndNut parts;
   const MeshShapeData bolt = build_shape(make_bolt(parts, {48, 80}));

@@ -88,7 +88,8 @@ TEST_CASE("config: how a tool is moved reaches its fields") {
 }
 
 TEST_CASE("config: a renderer of bodies without a tool is refused at its place") {
-  const std::string renderer = GENERATE(as<std::string>(), "voxel", "direct6");
+  const std::string renderer =
+      GENERATE(as<std::string>(), "voxel", "direct6", "god-object6", "constrained6");
   const std::string error = error_of(
       scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n"));
   CAPTURE(error);
@@ -108,6 +109,39 @@ TEST_CASE("config: a proxy without a spring for its turning is refused") {
   CHECK(error.find("rotational_stiffness") != std::string::npos);
   CHECK(error_of(scene("direct6")).empty());
   CHECK(error_of(scene("voxel") + "[proxy]\nsolver = \"direct\"\n").empty());
+}
+
+TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has springs") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto scene = [&](const std::string& renderer, bool turns) {
+    std::string text =
+        scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n");
+    const std::string stiffness = "stiffness = \"800 N/m\"\n";
+    if (turns) text.insert(text.find(stiffness), "rotational_stiffness = \"1 N·m/rad\"\n");
+    return text + tool;
+  };
+  const std::string rigid =
+      "[contact.rigid]\nk_s = 0.5\nmargin = \"2 µm\"\nmoves = 3\n"
+      "[proxy]\nsolver = \"direct\"\n";
+  for (const auto& [name, renderer] : {std::pair{"god-object6", Renderer::kGodObject6},
+                                       std::pair{"constrained6", Renderer::kConstrained6}}) {
+    const SessionConfig config = parse_config(scene(name, true) + rigid, "x.toml");
+    CHECK(config.renderer == renderer);
+    CHECK(config.rigid.k_s == 0.5);
+    CHECK(config.rigid.margin == 2e-6);
+    CHECK(config.rigid.moves == 3);
+    // what the soft renderers are told does not let the hand meet the contacts itself
+    CHECK(has_springs(config.proxy, config.renderer));
+    CHECK_FALSE(has_springs(config.proxy, Renderer::kVoxel));
+    const std::string error = error_of(scene(name, false) + rigid);
+    CAPTURE(name, error);
+    CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+    CHECK(error.find("rotational_stiffness") != std::string::npos);
+  }
+  const RigidConfig unsaid = parse_config(scene("god-object6", true), "x.toml").rigid;
+  CHECK(unsaid.k_s == RigidConfig{}.k_s);
+  CHECK(unsaid.margin == RigidConfig{}.margin);
+  CHECK(unsaid.moves == RigidConfig{}.moves);
 }
 
 TEST_CASE("config: a coupling too stiff for its device is warned of with the numbers") {
@@ -182,6 +216,9 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
   const auto voxel = [](const std::string& keys) {
     return scene_with("[coupling]\n", "[contact.voxel]\n" + keys + "[coupling]\n");
   };
+  const auto rigid = [](const std::string& keys) {
+    return scene_with("[coupling]\n", "[contact.rigid]\n" + keys + "[coupling]\n");
+  };
   const auto tool = [](const std::string& keys) {
     return scene_with("[coupling]\n",
                       "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n" + keys + "[coupling]\n");
@@ -227,6 +264,16 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
            {"budget in time", voxel("budget = \"1 ms\"\n"), "x.toml:6:10: ", "whole number"},
            {"braking as a force", voxel("braking = \"1 N\"\n"),
             "x.toml:6:11: ", "is a force, not a damping"},
+           {"rigid tool beyond its range", rigid("k_s = 2.1\n"),
+            "x.toml:6:7: ", "'k_s' is out of range"},
+           {"rigid tool that never goes", rigid("k_s = 0\n"),
+            "x.toml:6:7: ", "'k_s' is out of range"},
+           {"margin as wide as a tool", rigid("margin = \"2 mm\"\n"),
+            "x.toml:6:10: ", "'margin' is out of range"},
+           {"margin without a unit", rigid("margin = 1e-6\n"), "x.toml:6:10: ", "'margin'"},
+           {"no moves", rigid("moves = 0\n"), "x.toml:6:9: ", "whole number from 1 to 64"},
+           {"unknown key of rigid tools", rigid("ks = 2\n"),
+            "x.toml:6:1: ", "unknown key 'ks' in [contact.rigid]"},
            {"unknown key of the voxels", voxel("layers = 2\n"),
             "x.toml:6:1: ", "unknown key 'layers' in [contact.voxel]"},
            {"tool without a body", scene_with("", "[tool]\nmass = \"1 kg\"\n"),
