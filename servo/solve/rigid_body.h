@@ -60,8 +60,8 @@ struct BodySolution {
   Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
   int n_pushing = 0;                         // contacts that push the proxy
   std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
-  Vec3 held_back_W;    // by friction: the proxy's origin without it is that much behind
-  bool finite = true;  // false: the contacts were not; nothing is rendered
+  Vec3 held_back_W;                          // how far friction holds its origin back
+  bool finite = true;                        // false: the contacts were not; nothing is rendered
   bool converged = true;
 };
 

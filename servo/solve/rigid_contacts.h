@@ -34,8 +34,6 @@ struct RigidContacts {
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
   bool finite = true;            // false: the set was not, and there are none
-
-  std::span<const RigidContact> view() const { return {contacts.data(), size}; }
 };
 
 /// Which of a material's two ratios of friction is in force: that of sliding where it slid in the

@@ -316,3 +316,32 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
   CHECK_FALSE(solver.step(metric, {{0, 0, -1}, {}}, many).converged);
   CHECK_FALSE(solver.step({}, {{0, 0, -1}, {}}, corners(0.5)).converged);
 }
+
+TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays or goes along",
+          "[math][trap]") {
+  // no room to lift off: a law without the shift contradicts itself
+  CoulombSolver solver(8);
+  const MotionMetric metric = factor_metric(kBox);
+  const double push = GENERATE(-1.0, 1.0);
+  std::vector<FrictionContact> contacts = corners(0.4);
+  for (FrictionContact c : corners(0.4)) {
+    c.r.z = 0.02, c.normal = {0, 0, -1}, c.obstacle_velocity = {0.1, 0, 0};
+    contacts.push_back(c);
+  }
+  const FrictionStep out = solver.step(metric, {{0, 0, push}, {}}, contacts);
+  REQUIRE(out.converged);
+  CHECK_FALSE(out.contradictory);
+  // to the plate it is pressed by 1 N·s, whose friction takes it along; the floor lets it stay
+  CHECK_THAT(out.v.v, IsNear({push > 0 ? 0.1 : 0, 0, 0}, 1e-6));
+}
+
+TEST_CASE("coulomb: a bound on the quadratic programs ends with the convex law", "[math]") {
+  CoulombSolver solver(4);
+  const MotionMetric metric = factor_metric(kBox);
+  const Twist v_free{{1, 0, -0.1}, {}};
+  const FrictionStep bound = solver.step(metric, v_free, corners(0.5), 1);
+  CHECK_FALSE(bound.converged);
+  // it lifts off, and penetrates nothing
+  CHECK(bound.v.v.z >= 0);
+  CHECK(solver.step(metric, v_free, corners(0.5)).converged);
+}

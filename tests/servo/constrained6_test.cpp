@@ -323,3 +323,30 @@ TEST_CASE("constrained6: what is not finite renders nothing, and the next tick b
   CHECK_FALSE(out.converged);
   CHECK(is_finite(out.proxy.X_WT));
 }
+
+TEST_CASE("coupling: its symmetric Jacobian is the true one where nothing is stretched",
+          "[servo]") {
+  Random random(9);
+  const VirtualCoupling coupling{800, 2, 2, 5e-3, 8, 0.5};
+  const RigidBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.03}, 0.05};
+  for (size_t i = 0; i < trials(200); ++i) {
+    const ToolMotion at{random.pose(0.1), {}};
+    const BodyMotion proxy = motion_of_centre(tool, at);
+    const Pose away = moved(at.X_WT, {0.02 * random.direction(), 0.3 * random.direction()});
+    for (const ToolMotion& hand : {at, ToolMotion{away, {random.direction(), {}}}}) {
+      const BodyWrench plain = coupling_wrench(coupling, tool, hand, proxy);
+      const BodyWrench symmetric = symmetric_coupling_wrench(coupling, tool, hand, proxy);
+      REQUIRE(symmetric.F_W == plain.F_W);
+      for (size_t r = 0; r < 6; ++r) {
+        for (size_t c = 0; c < 6; ++c) {
+          REQUIRE(symmetric.by_motion(r, c) == Approx(symmetric.by_motion(c, r)).margin(1e-9));
+          if (hand.X_WT == at.X_WT) {
+            REQUIRE(symmetric.by_motion(r, c) == Approx(plain.by_motion(r, c)).margin(1e-9));
+          }
+        }
+      }
+      const Twist way{random.direction(), 20 * random.direction()};
+      REQUIRE(dot(symmetric.by_motion * way, way) <= 1e-9);
+    }
+  }
+}
