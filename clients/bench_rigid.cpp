@@ -51,7 +51,7 @@ RigidScene bolt_in_nut() {
   scene.tool = bolt->tool.view();
   scene.storage = bolt;
   scene.home = bolt->poses[0];
-  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}};
+  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
   return scene;
 }
 

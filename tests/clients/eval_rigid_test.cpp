@@ -10,7 +10,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr uint64_t kShort = 400;
+constexpr uint64_t kShort = 250;
 constexpr RigidPoseJudge::Springs kSprings{1000, 2};
 
 /// A session of the god-object on a plate in which `falsify` changes what the judge is shown of
@@ -46,8 +46,8 @@ TEST_CASE("eval rigid: what is left of a way above a plane", "[lab]") {
   CHECK(left.length <= tol(1e-12));
   // aslant: the part along the plane
   left = judge.way_left(touching, {{2e-3, 1e-3, 5e-3}, {}}, kMargin, kBand);
-  CHECK_THAT(left.motion.v, IsNear({2e-3, 1e-3, 0}, 1e-12));
-  CHECK_THAT(left.motion.w, IsNear({}, 1e-12));
+  CHECK_THAT(left.motion.v, IsNear({2e-3, 1e-3, 0}, 1e-11));
+  CHECK_THAT(left.motion.w, IsNear({}, 1e-10));
   // away: all of it, turn and all
   const Vec3 turn{0.1, 0, 0.2};
   left = judge.way_left(touching, {{0, 1e-3, 20e-3}, from_rotation_vector(turn)}, kMargin, kBand);
@@ -121,22 +121,23 @@ TEST_CASE("eval rigid: a tool that is held by nothing is a jam", "[lab][trap]") 
 
 TEST_CASE("eval rigid: a hand shakes within its bounds", "[lab]") {
   const Pose home{{1, 2, 3}, from_rotation_vector({0, 0, 1})};
-  const Shaking shaking{{20e-3, 5e-3, 1e-3}, {0.3, 0, 0.1}};
+  const Shaking shaking{{20e-3, 5e-3, 1e-3}, {0.3, 0, 0.1}, {0, 0, -2e-3}};
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     const ShakingHand hand(home, shaking, seed);
     CHECK(hand.top_speed() <= 0.5 + tol(1e-12));
-    double speed = 0, farthest = 0;
+    double speed = 0, farthest = 0, beyond = 0;
     for (int k = 0; k < 10'000; ++k) {
       const Pose now = hand.at(1e-3 * k);
-      const Vec3 way = now.p - home.p;
+      const Vec3 way = now.p - home.p - shaking.press;
       const Vec3 turn = to_rotation_vector(now.q * conjugate(home.q));
       for (int i = 0; i < 3; ++i) {
-        REQUIRE(std::fabs(way[i]) <= shaking.way[i] + tol(1e-12));
-        REQUIRE(std::fabs(turn[i]) <= shaking.turn[i] + tol(1e-12));
+        beyond = std::max(beyond, std::fabs(way[i]) - shaking.way[i]);
+        beyond = std::max(beyond, std::fabs(turn[i]) - shaking.turn[i]);
       }
       farthest = std::max(farthest, std::fabs(way.x));
       speed = std::max(speed, norm(hand.at(1e-3 * (k + 1)).p - now.p) / 1e-3);
     }
+    CHECK(beyond <= tol(1e-12));
     CHECK(speed <= hand.top_speed() + tol(1e-12));
     CHECK(farthest > 0.5 * shaking.way.x);
   }
