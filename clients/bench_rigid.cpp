@@ -30,8 +30,9 @@ constexpr double kAheadTicks = 3;         // that a session looks ahead
 constexpr double kLeastBodyReach = 1e-3;  // [m]
 constexpr double kGoalRate = 500;         // moves a second
 constexpr uint64_t kExactSamples = 10'000, kRestSamples = 2'000, kPeerSamples = 25;
-constexpr double kBandMargins = 4;  // of what is looked at where it rests
-constexpr double kJamMargins = 10;  // a way left that contradicts the rest
+constexpr double kBandMargins = 4;    // of what is looked at where it rests
+constexpr double kJamMargins = 10;    // a way left that contradicts the rest
+constexpr double kBlindWay = 0.1e-3;  // short of the hand, for which there must be a reason [m]
 constexpr int64_t kShowNs = 500'000'000;
 
 struct Options {
@@ -50,7 +51,7 @@ RigidScene bolt_in_nut() {
   scene.tool = bolt->tool.view();
   scene.storage = bolt;
   scene.home = bolt->poses[0];
-  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}};
+  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
   return scene;
 }
 
@@ -120,7 +121,7 @@ class Subject {
 /// All that is kept of a run, whatever its length.
 struct Tally {
   Histogram cpu, clock;
-  double cpu_ns = 0, contacts = 0, pressed = 0, unsettled = 0;
+  double cpu_ns = 0, contacts = 0, pressed = 0, blind = 0, unsettled = 0;
   double exact = 0, entered = 0, met = 0;                // surfaces that meet
   double rests = 0, unknown = 0, jams = 0, longest = 0;  // ways left [m]
   std::vector<double> peer;                              // [s]
@@ -171,7 +172,9 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     tally.cpu.add(static_cast<int64_t>(cpu));
     tally.cpu_ns += cpu;
     before = led;
-    tally.contacts += static_cast<double>(subject.contacts(led));
+    const size_t contacts = subject.contacts(led);
+    tally.contacts += static_cast<double>(contacts);
+    tally.blind += contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
     tally.pressed += move.n_active > 0;
     tally.unsettled += !move.is_settled;
     judge_pose(scene, subject.pose(), is_sample(k, options.frames, kExactSamples), judge, tally);
@@ -202,6 +205,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
   rows.add("one move, on the clock", tally.clock);
   rows.add("frames held back by contacts", tally.pressed / count, "");
   rows.add("contacts, mean", tally.contacts / count, "");
+  rows.add("frames held back without a contact", tally.blind, "", 0, tally.blind == 0);
   rows.add("poses judged exactly", tally.exact, "");
   rows.add("of them inside or meeting", tally.entered, "", 0, tally.entered == 0);
   rows.add("others that may meet", tally.met, "", 0, tally.met == 0);

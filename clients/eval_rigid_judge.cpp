@@ -75,15 +75,19 @@ void RigidJudge::judge_step(const ServoFrame& frame) {
       std::max(found_.beyond_step, step - options_.springs.translational * hand - blend);
 }
 
-void RigidJudge::judge_jam(const ServoFrame& frame, const ContactSet& set) {
+void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
   const Twist hand = way_between(last_.X_WT, frame.X_WT), way = way_between(set.X_WG, frame.X_WT);
+  const double force = size_of(frame.F_coupling_W);
   const double proxy = poses_.length_of(way_between(last_.X_WP, frame.X_WP));
-  if (proxy >= kJamShare * poses_.length_of(hand)) return;
+  const bool is_felt = force > kFelt, is_slow = proxy < kJamShare * poses_.length_of(hand);
+  const double apart = options_.springs.translational * poses_.length_of(way);
+  if (is_felt ? !is_slow : apart <= kJamForce) return;
   const double band = kBandMargins * options_.margin + kAheadTicks * poses_.length_of(hand);
   const WayLeft left = poses_.way_left(set.X_WG, frame.X_WT, options_.margin, band);
   if (!left.is_known) return;
   const double exact = options_.springs.translational * poses_.length_of(way - left.motion);
-  found_.jammed_ticks += size_of(frame.F_coupling_W) - exact > kJamForce;
+  found_.jammed_ticks += is_felt && force - exact > kJamForce;
+  found_.fallen += !is_felt && exact > kJamForce;
 }
 
 void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
@@ -108,7 +112,7 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
   }
   if (set != nullptr && options_.is_massless && force > kFelt) judge_cone(frame, *set);
   if (has_frame_) judge_step(frame);
-  if (has_frame_ && set != nullptr && options_.is_massless) judge_jam(frame, *set);
+  if (has_frame_ && set != nullptr && options_.is_massless) judge_force(frame, *set);
   last_ = frame;
   has_frame_ = true;
 }
@@ -135,6 +139,7 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   rows.add("force, max", found_.largest_force, "N");
   if (is_massless) {
     none("ticks jammed against all pairs", found_.jammed_ticks);
+    none("ticks fallen through", found_.fallen);
     rows.add("force outside the cone of the contacts, max", found_.off_cone, "of it", kCone,
              found_.off_cone <= kCone);
   }

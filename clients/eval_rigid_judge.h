@@ -28,6 +28,9 @@ struct RigidJudgeOptions {
 ///  - Jams: the force is 0.1 N beyond that by all pairs of triangles within the hand's reach, and
 ///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
 ///    by a margin though ten margins of the way to where it was led are free.
+///  - Falls: there is no force, though all pairs of triangles within the hand's reach keep the
+///  proxy
+///    so far from it that 0.1 N would be felt.
 ///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,
@@ -45,7 +48,7 @@ class RigidJudge {
   struct Found {
     uint64_t ticks = 0, felt = 0, not_finite = 0;
     uint64_t poses = 0, inside = 0, unsettled = 0, placed_anew = 0;
-    uint64_t held = 0, jammed_poses = 0, jammed_ticks = 0, unknown = 0;
+    uint64_t held = 0, jammed_poses = 0, jammed_ticks = 0, fallen = 0, unknown = 0;
     double largest_force = 0, off_cone = 0;    // [N], of the force
     double largest_step = 0, beyond_step = 0;  // [N]
   };
@@ -60,7 +63,7 @@ class RigidJudge {
   void judge_pose(const ContactSet& set);
   void judge_cone(const ServoFrame& frame, const ContactSet& set);
   void judge_step(const ServoFrame& frame);
-  void judge_jam(const ServoFrame& frame, const ContactSet& set);
+  void judge_force(const ServoFrame& frame, const ContactSet& set);
 
   RigidJudgeOptions options_;
   RigidPoseJudge poses_;

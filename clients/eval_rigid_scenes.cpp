@@ -45,7 +45,7 @@ RigidScene box_on_plate() {
   for (Vec3& v : plate.vertices) v.z -= 0.01;
   RigidScene scene = rigid_scene("box on plate", plate, make_box({0.02, 0.02, 0.02}));
   scene.home.p.z = 11 * kMm;
-  scene.shaking = {kMm * Vec3{20, 20, 4}, {0.2, 0.2, 0.4}};
+  scene.shaking = {kMm * Vec3{20, 20, 4}, {0.2, 0.2, 0.4}, kMm * Vec3{0, 0, -2}};
   return scene;
 }
 
@@ -53,7 +53,7 @@ RigidScene peg_in_hole(double clearance) {
   PegAndHole pair;
   pair.clearance = clearance;
   RigidScene scene = rigid_scene("peg in hole", make_hole(pair, kGrid), make_peg(pair, kGrid));
-  scene.shaking = {kMm * Vec3{4, 4, 15}, {0.2, 0.2, 0.4}};
+  scene.shaking = {kMm * Vec3{4, 4, 15}, {0.2, 0.2, 0.4}, {}};
   return scene;
 }
 
@@ -66,7 +66,7 @@ std::optional<RigidScene> bunny_on_bunny(const std::string& meshes) {
   scene.object = scene.tool = bunny->shape;
   scene.storage = bunny;
   scene.home.p.y = lowest_free(scene.object, scene.tool) + 0.1 * kMm;
-  scene.shaking = {kMm * Vec3{20, 5, 20}, {0.3, 0.3, 0.3}};
+  scene.shaking = {kMm * Vec3{20, 5, 20}, {0.3, 0.3, 0.3}, kMm * Vec3{0, -4, 0}};
   return scene;
 }
 

@@ -91,12 +91,18 @@ std::string readable(double value, const std::string& unit) {
 
 void print_table(std::ostream& out, const std::vector<Row>& rows) {
   size_t metric_width = 0, value_width = 0;
+  bool has_cases = false;
   for (const Row& row : rows) {
+    has_cases |= row.case_name != rows[0].case_name;
     metric_width = std::max(metric_width, columns(row.metric));
     if (!row.note.empty()) continue;
     value_width = std::max(value_width, columns(readable(row.value, row.unit)));
   }
+  const std::string* last_case = nullptr;
   for (const Row& row : rows) {
+    const bool begins = last_case == nullptr || *last_case != row.case_name;
+    if (has_cases && begins) out << row.case_name << '\n';
+    last_case = &row.case_name;
     out << "  " << padded(row.metric, metric_width + 2);
     const std::string value = row.note.empty() ? readable(row.value, row.unit) : row.note;
     const std::string said = verdict(row);

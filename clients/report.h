@@ -57,7 +57,8 @@ class Rows {
 /// Version, processor, kernel and load: what a figure is worth nothing without.
 std::string machine_line();
 
-/// A table for people: metric, value with a readable unit prefix, goal or peer where there is one.
+/// A table for people: metric, value with a readable unit prefix, goal or peer where there is one;
+/// the name of each case above its rows where there are several.
 void print_table(std::ostream& out, const std::vector<Row>& rows);
 
 /// One JSON array of objects {case, metric, value, unit, peer, peer_value, ratio, goal, holds};

@@ -17,6 +17,7 @@ constexpr double kPi = std::numbers::pi;
 }  // namespace
 
 ShakingHand::ShakingHand(const Pose& home, const Shaking& shaking, uint64_t seed) : home_(home) {
+  home_.p += shaking.press;
   std::mt19937_64 random(seed);
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);

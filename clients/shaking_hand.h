@@ -8,10 +8,11 @@
 
 namespace haptic {
 
-/// How far a hand goes from home, at most.
+/// How far a hand goes, at most.
 struct Shaking {
-  Vec3 way;   // along each axis [m]
-  Vec3 turn;  // about each [rad]
+  Vec3 way;    // along each axis [m]
+  Vec3 turn;   // about each [rad]
+  Vec3 press;  // from home to the middle of its ways [m]
 };
 
 /// A hand that shakes whatever it feels: a sum of sines with random phases and frequencies of 0.5
