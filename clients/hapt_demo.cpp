@@ -38,7 +38,9 @@ const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
                                                  {"peg", "peg-in-hole.toml"},
                                                  {"gears", "gears.toml"},
                                                  {"teeth", "teeth.toml"},
-                                                 {"bunnies", "bunny-on-bunny.toml"}};
+                                                 {"bunnies", "bunny-on-bunny.toml"},
+                                                 {"rigid-peg", "rigid-peg.toml"},
+                                                 {"rigid-bunnies", "rigid-bunnies.toml"}};
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
@@ -271,7 +273,8 @@ void add_demo_command(CLI::App& app) {
   command
       ->add_option(
           "scene", *scene,
-          "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn")
+          "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
+          "rigid-peg, rigid-bunnies: bodies that never enter another")
       ->check(CLI::IsMember(kScenes))
       ->excludes(command->get_option("--config"));
   command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 
+#include "clients/eval_rigid_pose.h"
 #include "contact/bake_inside.h"
 #include "contact/query/closest_point.h"
 #include "proto/renderer.h"
@@ -14,7 +15,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kTouchForce = 0.05;  // below, a hand feels free space [N]
+constexpr double kTouchForce = 0.05;        // below, a hand feels free space [N]
+constexpr size_t kMostPosesChecked = 2000;  // of a rigid tool: each takes a millisecond
 
 template <typename Items, typename Get>
 Histogram durations(const Items& items, Get get) {
@@ -58,11 +60,30 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
+/// The verified poses of a rigid tool, some of them: whether its surface meets an object's.
+void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
+  std::vector<RigidPoseJudge> judges;
+  for (const BakedShape& object : baked.objects) {
+    judges.emplace_back(object.shape, baked.tool->shape, RigidPoseJudge::Springs{});
+  }
+  for (const VerifiedProxy& proxy : some_of(data.proxies, kMostPosesChecked)) {
+    if ((proxy.flags & kContactNoFreePose) != 0) continue;
+    ++out.verified_checked;
+    for (size_t i = 0; i < judges.size(); ++i) {
+      out.verified_inside += judges[i].is_entered(inverse(proxy.X_WO[i]) * proxy.X_WG);
+    }
+  }
+}
+
 /// Of a tool with six degrees of freedom.
 Penetration measure_body(const SessionData& data, const SessionConfig& config,
                          const BakedSession& baked) {
   Penetration out;
-  out.unchecked = "not asked: a soft proxy may be inside";
+  if (is_rigid(config.renderer)) {
+    check_verified(data, baked, out);
+  } else {
+    out.unchecked = "not asked: a soft proxy may be inside";
+  }
   std::vector<ServoFrame> touching;
   for (const ServoFrame& frame : data.frames) {
     if ((frame.flags & kServoContact) != 0) touching.push_back(frame);
