@@ -21,10 +21,11 @@ constexpr uint32_t kRetry = 1024;    // steps after which a wider band is tried 
 constexpr int kLevelsKept = 2;       // that the band may be too wide
 constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
 constexpr double kLongWay = 0.05;    // of the tool's radius: no move is longer
+constexpr double kWorthwhile = 0.1;  // of the gain hoped for: less ends the moves
 constexpr double kTrustHit = 2;      // of what a move went until it met something: the next one
 constexpr double kTrustFree = 4;     // of a move that met nothing
 constexpr double kLeastTrust = 16;   // margins
-constexpr double kLeastBand = 4;     // margins
+constexpr int kLeastBand = 2;        // four margins: what holds the tool is at one
 constexpr size_t kMostPairs = 1000;  // before the band shrinks
 constexpr size_t kMostRows = 128;    // in one move
 constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
@@ -128,7 +129,7 @@ void GodObject6::stand_at(const Pose& X_WT) {
 void GodObject6::look_around() {
   for (;; --band_, most_band_ = band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
-    if (n_near() <= kMostPairs || band_ == 0) return;
+    if (n_near() <= kMostPairs || band_ == kLeastBand) return;
   }
 }
 
@@ -242,7 +243,7 @@ double GodObject6::advance(const Twist& motion) {
   const double meets = free_part(to_W);
   if (meets == 1) {
     stand_at(to_W);
-    if (n_near() > kMostPairs) look_around();
+    if (n_near() > kMostPairs && band_ > kLeastBand) look_around();
     return 1;
   }
   const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
@@ -262,19 +263,19 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   result.is_settled = false;
   if (++steps_ % kRetry == 0) most_band_ = std::min(most_band_ + 1, kMostBand);
   // each change costs a pass over the fronts
-  const int level = level_of(std::max(reach, kLeastBand * options_.margin));
+  const int level = std::max(level_of(reach), kLeastBand);
   if (level > band_ || level < band_ - kLevelsKept) band_ = level;
   band_ = std::min(band_, most_band_);
   look_around();
-  double left = kFar;
+  double left = kFar, hoped = 0;
   for (uint32_t i = 0; i <= options_.moves; ++i) {
     gather_rows();
     const Twist way = way_between(X_WG_, led_W);
     const Twist motion = constrained_way(0.5 * options_.k_s * way).a;
     const double length = length_of(motion), before = std::exchange(left, distance_of(way));
     // the end of the way; or pushed to and fro where it is tight
-    const double least = kArrived * options_.margin;
-    result.is_settled = length <= least || left > before - least;
+    const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
+    result.is_settled = length <= kArrived * options_.margin || is_vain;
     if (result.is_settled || i == options_.moves) break;
     // what turns further goes round a bend that the fronts do not know; what goes on far is cut
     // short where it has met something of late
@@ -282,6 +283,9 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const double gone = advance(share * motion);
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
                       : std::min(kTrustFree * trust_, kLongWay * body_.radius);
+    // by the first part of it alone: |x + s a|² ≤ |x|² − s |a|²
+    const double step = distance_of(motion);
+    hoped = left > 0 ? gone * share * step * step / (2 * left) : 0;
     if (i == 0) result.free_fraction = gone;
   }
   result.n_active = static_cast<uint32_t>(n_active_);
