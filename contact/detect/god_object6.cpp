@@ -20,7 +20,6 @@ constexpr int kMostBand = 20;        // powers of two
 constexpr uint32_t kRetry = 1024;    // steps after which a wider band is tried again
 constexpr int kLevelsKept = 2;       // that the band may be too wide
 constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
-constexpr double kLongWay = 0.05;    // of the tool's radius: no move is longer
 constexpr double kWorthwhile = 0.1;  // of the gain hoped for: less ends the moves
 constexpr double kTrustHit = 2;      // of what a move went until it met something: the next one
 constexpr double kTrustFree = 4;     // of a move that met nothing
@@ -100,7 +99,7 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
   if (!is_free(X_WT)) return false;
   contacts_.clear();
   n_active_ = 0;
-  trust_ = kLongWay * body_.radius;
+  trust_ = kFar;
   is_placed_ = was_placed_ = true;
   stand_at(X_WT);
   look_around();
@@ -282,7 +281,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const double share = std::min({longest_turn() / norm(motion.w), trust_ / length, 1.0});
     const double gone = advance(share * motion);
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
-                      : std::min(kTrustFree * trust_, kLongWay * body_.radius);
+                      : kTrustFree * trust_;
     // by the first part of it alone: |x + s a|² ≤ |x|² − s |a|²
     const double step = distance_of(motion);
     hoped = left > 0 ? gone * share * step * step / (2 * left) : 0;

@@ -193,7 +193,7 @@ TEST_CASE("near front: what is near at first and gone at last may have met on a 
   const double from = -0.3 * std::sqrt(band / length), to = 1.48 * std::sqrt(band / length);
   const auto swung = [&](double angle) {
     const Quat q = from_rotation_vector({0, -angle, 0});
-    const Vec3 hinge_A{0, 0, 1e-3 + 0.05e-3 + 0.02e-3 + length};
+    const Vec3 hinge_A{0, 0, 1e-3 + 0.05e-3 - 0.01e-3 + length};
     return Pose{hinge_A - rotate(q, hinge_B), q};
   };
   const RigidMotion motion = motion_between(swung(from), swung(to), hinge_B);
