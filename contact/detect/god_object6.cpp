@@ -17,15 +17,16 @@ constexpr double kArrived = 0.05;    // of the margin: what is left of a way tha
 constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
 constexpr double kStop = 0.01;       // of the margin: before a meeting
 constexpr int kMostBand = 20;        // powers of two
-constexpr uint32_t kRetry = 1024;    // steps after which a wider band is tried again
 constexpr int kLevelsKept = 2;       // that the band may be too wide
 constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
+constexpr double kLongWay = 0.02;    // of the tool: fronts go no further in one move
 constexpr double kWorthwhile = 0.1;  // of the gain hoped for: less ends the moves
 constexpr double kTrustHit = 2;      // of what a move went until it met something: the next one
 constexpr double kTrustFree = 4;     // of a move that met nothing
 constexpr double kLeastTrust = 16;   // margins
 constexpr int kLeastBand = 2;        // four margins: what holds the tool is at one
-constexpr size_t kMostPairs = 1000;  // before the band shrinks
+constexpr size_t kMostPairs = 800;   // before the band shrinks
+constexpr size_t kFewPairs = 100;    // with which it may grow
 constexpr size_t kMostRows = 128;    // in one move
 constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
 
@@ -79,6 +80,10 @@ double GodObject6::length_of(const Twist& motion) const {
   return norm(motion.v) + reach_ * norm(motion.w);
 }
 
+double GodObject6::length_of(const RigidMotion& motion) const {
+  return norm(motion.way_O) + reach_ * motion.angle;
+}
+
 /// |motion|_M as a translation [m].
 double GodObject6::distance_of(const Twist& motion) const {
   const double turn = options_.rotational_stiffness * norm_squared(motion.w);
@@ -126,7 +131,7 @@ void GodObject6::stand_at(const Pose& X_WT) {
 
 /// All pairs within the band, less of it where there are too many.
 void GodObject6::look_around() {
-  for (;; --band_, most_band_ = band_) {
+  for (;; --band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
     if (n_near() <= kMostPairs || band_ == kLeastBand) return;
   }
@@ -144,12 +149,14 @@ size_t GodObject6::n_near() const {
 double GodObject6::free_part(const Pose& to_W) {
   const SweptPairOptions options{kApart * options_.margin, 0};
   double time = 1;
+  is_front_there_ = true;
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
     const RigidMotion way = way_of(o.X_OG, X_OT);
-    const double bend = off_the_chord(way, reach_, 1);
-    const bool is_followed = !o.front.is_first() && bend <= kBend * band();
-    o.near = is_followed ? o.front.follow(way, band()) : o.front.update(X_OT, band());
+    const bool is_followed = !o.front.is_first() && length_of(way) <= kLongWay * reach_ &&
+                             off_the_chord(way, reach_, 1) <= kBend * band();
+    if (is_followed) o.near = o.front.follow(way, band());
+    is_front_there_ &= is_followed;
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
                                     : o.sweep.time_of_impact(way, options);
@@ -173,7 +180,8 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   const auto goes = [&](const Pose& X_WT) {
     const bool is_free = free_part(X_WT) == 1;
     // the fronts have gone there: the next way begins where it stands
-    is_free ? stand_at(X_WT) : look_around();
+    if (is_free) stand_at(X_WT);
+    if (!is_free || !is_front_there_) look_around();
     return is_free;
   };
   if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
@@ -242,7 +250,7 @@ double GodObject6::advance(const Twist& motion) {
   const double meets = free_part(to_W);
   if (meets == 1) {
     stand_at(to_W);
-    if (n_near() > kMostPairs && band_ > kLeastBand) look_around();
+    if (!is_front_there_ || (n_near() > kMostPairs && band_ > kLeastBand)) look_around();
     return 1;
   }
   const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
@@ -260,11 +268,10 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   }
   for (Obstacle& o : obstacles_) o.n_met = 0;
   result.is_settled = false;
-  if (++steps_ % kRetry == 0) most_band_ = std::min(most_band_ + 1, kMostBand);
-  // each change costs a pass over the fronts
+  // each change costs a pass over the fronts; a band twice as wide may hold four times as much
   const int level = std::max(level_of(reach), kLeastBand);
-  if (level > band_ || level < band_ - kLevelsKept) band_ = level;
-  band_ = std::min(band_, most_band_);
+  if (level > band_ && n_near() <= kFewPairs) ++band_;
+  if (level < band_ - kLevelsKept) --band_;
   look_around();
   double left = kFar, hoped = 0;
   for (uint32_t i = 0; i <= options_.moves; ++i) {

@@ -109,17 +109,17 @@ class GodObject6 {
   ConstrainedMotion constrained_way(const Twist& way);
   double advance(const Twist& motion);
   double length_of(const Twist& motion) const;
+  double length_of(const RigidMotion& motion) const;
   double distance_of(const Twist& motion) const;
   double band() const { return options_.margin * static_cast<double>(1u << band_); }
 
   GodObject6Options options_;
   MeshShape tool_;
   ToolBody body_;
-  double reach_;  // from the origin of T to its furthest point [m]
-  int band_ = 1;  // all that is nearer than 2^band_ margins is known
-  int most_band_ = 20;
-  double trust_ = 0;  // how long the next move may be [m]
-  uint32_t steps_ = 0;
+  double reach_;                 // from the origin of T to its furthest point [m]
+  int band_ = 2;                 // all that is nearer than 2^band_ margins is known
+  bool is_front_there_ = false;  // at the end of the last way that was asked about
+  double trust_ = 0;             // how long the next move may be [m]
   MotionMetric metric_;
   std::vector<Obstacle> obstacles_;
   bool is_placed_ = false, was_placed_ = false;
