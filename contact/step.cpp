@@ -232,14 +232,13 @@ RigidToolModel rigid_model(const ContactModel& model) {
 
 /// A tool with six degrees of freedom that never enters an object.
 void answer_with_rigid(const ContactModel& model, const PointScene& scene, const ServoFrame& servo,
-                       double reach, bool changed, ContactState& state, ContactSet& set) {
+                       double reach, ContactState& state, ContactSet& set) {
   state.proxy.seeded = false;
   set.X_WG = servo.X_WP;
   if (!state.rigid) {
     set.flags |= kContactNoDetector | kContactNoFreePose;
     return;
   }
-  if (changed) state.rigid->lose();
   state.rigid->answer(rigid_model(model), servo, {scene.X_WO.data(), model.n_objects}, reach, set);
 }
 
@@ -318,6 +317,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
       is_renderer(servo.renderer) ? static_cast<Renderer>(servo.renderer) : state.renderer;
   const bool changed = renderer != state.renderer && state.seq > 1;
   state.renderer = renderer;
+  if (changed && state.rigid) state.rigid->lose();
   set.renderer = static_cast<uint32_t>(renderer);
   now.radius = renderer == Renderer::kVirtualProxy3 ? model.radius : 0;
   const double reach = look_ahead(model, state, servo, scene);
@@ -326,7 +326,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     answer_stateless(now, servo, reach, state, set);
   } else if (usable && is_rigid(renderer)) {
     if (changed) set.flags |= kContactReseeded;
-    answer_with_rigid(model, now, servo, reach, changed, state, set);
+    answer_with_rigid(model, now, servo, reach, state, set);
   } else if (usable && is_of_body(renderer)) {
     if (changed) set.flags |= kContactReseeded;
     answer_with_body(model, now, servo, scene, reach, state, set);
@@ -336,6 +336,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     then.radius = now.radius;
     answer_with_proxy(model, now, servo, {then, reach, changed}, state, set);
   }
+  if (!usable && is_finite(servo.X_WT)) set.X_WG = servo.X_WT;
   if (!is_rigid(renderer)) {
     set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
   }

@@ -27,7 +27,7 @@ constexpr double kLeastTrust = 16;   // margins
 constexpr int kLeastBand = 2;        // four margins: what holds the tool is at one
 constexpr size_t kMostPairs = 800;   // before the band shrinks
 constexpr size_t kFewPairs = 100;    // with which it may grow
-constexpr size_t kMostRows = 128;    // in one move
+constexpr size_t kMostRows = 128;    // of each object, in one move
 constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
 
 Twist way_between(const Pose& from, const Pose& to) {
@@ -70,9 +70,9 @@ GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool
           factor_metric(springs(options.translational_stiffness, options.rotational_stiffness))) {
   obstacles_.reserve(objects.size());
   for (const MeshShape& object : objects) obstacles_.emplace_back(object, tool);
-  rows_.reserve(kMostRows);
-  motion_rows_.reserve(kMostRows);
-  order_.reserve(kMostRows);
+  rows_.reserve(kMostRows * objects.size());
+  motion_rows_.reserve(kMostRows * objects.size());
+  order_.reserve(kMostRows * objects.size());
   contacts_.reserve(kMaxContacts);
 }
 
@@ -90,18 +90,19 @@ double GodObject6::distance_of(const Twist& motion) const {
   return std::sqrt(norm_squared(motion.v) + turn / options_.translational_stiffness);
 }
 
-bool GodObject6::is_free(const Pose& X_WT) const {
+bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   if (!is_finite(X_WT)) return false;
   return std::none_of(obstacles_.begin(), obstacles_.end(), [&](const Obstacle& o) {
-    const Pose X_OT = inverse(o.X_WO) * X_WT;
+    const auto object = static_cast<size_t>(&o - obstacles_.data());
+    const Pose X_OT = inverse(X_WO[object]) * X_WT;
     return any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) ||
            holds(o.shape, tool_, X_OT) || holds(tool_, o.shape, inverse(X_OT));
   });
 }
 
 bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
+  if (!is_free(X_WO, X_WT)) return false;
   for (size_t i = 0; i < obstacles_.size(); ++i) obstacles_[i].X_WO = X_WO[i];
-  if (!is_free(X_WT)) return false;
   contacts_.clear();
   n_active_ = 0;
   trust_ = kFar;
@@ -133,7 +134,7 @@ void GodObject6::stand_at(const Pose& X_WT) {
 void GodObject6::look_around() {
   for (;; --band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
-    if (n_near() <= kMostPairs || band_ == kLeastBand) return;
+    if (n_near() <= kMostPairs || band_ <= kLeastBand) return;
   }
 }
 
@@ -193,7 +194,7 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
 }
 
 void GodObject6::add_row(const NearContact& contact, uint32_t object) {
-  if (rows_.size() == kMostRows) return;
+  if (rows_.size() == row_room_) return;
   const Pose& X_WO = obstacles_[object].X_WO;
   const Vec3 r_W = X_WO * contact.point_b - X_WG_.p, normal_W = rotate(X_WO.q, contact.normal_A);
   const double gap = contact.distance - options_.margin;
@@ -206,9 +207,10 @@ void GodObject6::gather_rows() {
   motion_rows_.clear();
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
+    row_room_ = rows_.size() + kMostRows;
+    add_met(o, i);
     const NearContactSet set = o.minima.reduce(o.near, o.X_OG, {1e-3, 0.0873, 0.01});
     for (const NearContact& contact : set.contacts) add_row(contact, i);
-    add_met(o, i);
   }
 }
 
@@ -270,9 +272,13 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   result.is_settled = false;
   // each change costs a pass over the fronts; a band twice as wide may hold four times as much
   const int level = std::max(level_of(reach), kLeastBand);
-  if (level > band_ && n_near() <= kFewPairs) ++band_;
   if (level < band_ - kLevelsKept) --band_;
   look_around();
+  for (int wider = band_ + 1; wider <= level && n_near() <= kFewPairs; ++wider) {
+    band_ = wider;
+    look_around();
+    if (band_ < wider) break;
+  }
   double left = kFar, hoped = 0;
   for (uint32_t i = 0; i <= options_.moves; ++i) {
     gather_rows();

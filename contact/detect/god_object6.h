@@ -39,9 +39,9 @@ struct GodObjectMove {
 /// The god-object of six degrees of freedom: a pose of the tool that is free of every object, was
 /// reached from the pose before by motions that are proven free along their whole way, and is as
 /// near to where it is led as constraints allow. In each of some moves
-///   a_u = k_s (x_led − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
-///   x ← x ⊕ ½ a, as far as continuous collision proves it free,
-/// M = diag(k_T, k_R) about the tool's origin, the springs that the hand feels. Where a motion
+///   a_u = ½ k_s (x_led − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
+///   x ← x ⊕ a, as far as continuous collision proves it free,
+/// M = diag(k_T, k_R) about the tool's origin, the springs of the config. Where a motion
 /// meets something, that is a constraint from then on; so few of many near surfaces are ever looked
 /// at one by one, and none can be missed. Slides in the same step, as the paper says it may. An
 /// object that moves takes the tool along where its contacts are, if the others leave it free; else
@@ -51,7 +51,8 @@ struct GodObjectMove {
 /// 2002 (swept_mesh.h).
 class GodObject6 {
  public:
-  /// Views: the shapes must outlive this. Allocates when it is made, never in a step.
+  /// Views: the shapes must outlive this. Allocates when it is made; what the fronts remember
+  /// grows until it has held the most.
   GodObject6(std::span<const MeshShape> objects, const MeshShape& tool, const ToolBody& body,
              const GodObject6Options& options);
 
@@ -59,8 +60,8 @@ class GodObject6 {
   /// one body holds the other; then nothing changes.
   bool place(std::span<const Pose> X_WO, const Pose& X_WT);
 
-  /// The same at the pose nearest to this one among those tried: back along the way to where it
-  /// was before, then away from the objects in all directions.
+  /// The same at the pose nearest to this one among those tried: where it was before, then
+  /// away from the pose in all directions, the shortest way first.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
 
   bool is_placed() const { return is_placed_; }
@@ -95,7 +96,7 @@ class GodObject6 {
     }
   };
 
-  bool is_free(const Pose& X_WT) const;
+  bool is_free(std::span<const Pose> X_WO, const Pose& X_WT) const;
   bool follow_objects(std::span<const Pose> X_WO);
   double free_part(const Pose& to_W);
   void stand_at(const Pose& X_WT);
@@ -125,6 +126,7 @@ class GodObject6 {
   bool is_placed_ = false, was_placed_ = false;
   Pose X_WG_;
   std::vector<GodObjectContact> rows_;
+  size_t row_room_ = 0;  // for the rows of one object
   std::vector<MotionRow> motion_rows_;
   std::array<int, 6> active_{};
   int n_active_ = 0;

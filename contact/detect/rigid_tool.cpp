@@ -30,6 +30,18 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
   return c;
 }
 
+/// Across the way from where the moves were used up to where the tool is led: for a tick it holds
+/// there, which is sticky, but never a hole.
+Contact hold_of(const ContactSet& set) {
+  const Contact* nearest = set.n_contacts > 0 ? set.contacts.data() : nullptr;
+  Contact c{};
+  c.object = c.material = nearest != nullptr ? nearest->object : 0;
+  const Pose X_OW = inverse(set.X_WO[c.object]);
+  c.object_point_O = X_OW * set.X_WG.p;
+  c.normal_O = c.shading_normal_O = rotate(X_OW.q, normalized(set.X_WG.p - set.X_WT.p));
+  return c;
+}
+
 }  // namespace
 
 GodObject6Options god_object_options(const SessionConfig& config, const ToolBody& body) {
@@ -82,10 +94,14 @@ void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
     set.flags |= kContactNoFreePose;
     return;
   }
-  if (!move.is_settled) set.flags |= kContactIterationLimit;
   set.X_WG = god_object_.X_WG();
   set.free_fraction = move.free_fraction;
   report(model, servo, set);
+  if (!move.is_settled) {
+    set.flags |= kContactIterationLimit;
+    set.n_contacts = std::min(set.n_contacts, kMaxContacts - 1);
+    if (set.X_WG.p != set.X_WT.p) set.contacts[set.n_contacts++] = hold_of(set);
+  }
   set.n_active = std::min(move.n_active, set.n_contacts);
 }
 

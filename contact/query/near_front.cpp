@@ -126,6 +126,8 @@ std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
 }
 
 std::span<const NearPair> NearFront::follow(const RigidMotion& motion, double band) {
+  // bounds that were kept for a narrower band say too little of the way
+  if (!is_fresh_ && band > band_) update(X_AB_, band);
   const ObbSweep sweep = sweep_between(motion, 0, 1);
   sweep_ = &sweep;
   const std::span<const NearPair> near = update(motion.at(1), band);
