@@ -266,7 +266,7 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
     const MeshMeeting later = swept.time_of_impact(motion, kOptions, others);
     CHECK(later.time >= of_pairs.time - 1e-4);
   }
-  CHECK(hits > trials(400) / 20);
+  CHECK(hits > trials(400) / 40);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   SweptMesh swept(box.view(), ball.view());
   const auto bad = motion_between({}, {{nan, 0, 0}, {}}, {});
