@@ -131,6 +131,23 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
   return found;
 }
 
+void add_agreement(Rows& rows, const Agreement& found, double poses) {
+  rows.add("poses at which they touch", found.touching / poses, "");
+  rows.add("sets that differ from those found from scratch", found.other_sets, "", 0,
+           found.other_sets == 0);
+  rows.add("yes or no that differs", found.other_answers, "", 0, found.other_answers == 0);
+  const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
+    rows.add(what + ", p50", percentile(n, 50), "");
+    rows.add(what + ", most", worst(n), "");
+  };
+  add_counts("near pairs", found.pairs);
+  add_counts("local minima", found.minima);
+  add_counts("contacts kept", found.kept);
+  add_counts("pairs of nodes looked at", found.visited);
+  add_counts("boxes compared", found.boxes);
+  add_counts("triangles measured", found.triangles);
+}
+
 std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   Rows rows("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
@@ -174,22 +191,7 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   for (size_t k = 0; k < 6; ++k) add_beside(rows, ours[k], ours);
   rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[3]), "");
 
-  const Agreement found = compare(work, peer.get());
-  const auto count = static_cast<double>(poses.size());
-  rows.add("poses at which they touch", found.touching / count, "");
-  rows.add("sets that differ from those found from scratch", found.other_sets, "", 0,
-           found.other_sets == 0);
-  rows.add("yes or no that differs", found.other_answers, "", 0, found.other_answers == 0);
-  const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
-    rows.add(what + ", p50", percentile(n, 50), "");
-    rows.add(what + ", most", worst(n), "");
-  };
-  add_counts("near pairs", found.pairs);
-  add_counts("local minima", found.minima);
-  add_counts("contacts kept", found.kept);
-  add_counts("pairs of nodes looked at", found.visited);
-  add_counts("boxes compared", found.boxes);
-  add_counts("triangles measured", found.triangles);
+  add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
   rows.add("front, pairs of nodes", static_cast<double>(front.size()), "");
   const double n = allocations(reduced, contacts, poses);
   rows.add("allocations once along the path", n, "", 0, n == 0);

@@ -17,6 +17,7 @@
 #include "clients/histogram.h"
 #include "clients/print_rows.h"
 #include "clients/thread_cpu.h"
+#include "contact/detect/body_detectors.h"
 #include "contact/detect/rigid_tool.h"
 #include "contact/shape/tool_body.h"
 #include "proto/realtime.h"
@@ -24,11 +25,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kClearance = 0.05e-3;    // of the peg [m]
-constexpr double kTick = 1e-3;            // [s]
-constexpr double kAheadTicks = 3;         // that a session looks ahead
-constexpr double kLeastBodyReach = 1e-3;  // [m]
-constexpr double kGoalRate = 500;         // moves a second
+constexpr double kClearance = 0.05e-3;  // of the peg [m]
+constexpr double kTick = 1e-3;          // [s]
+constexpr double kAheadTicks = 3;       // that a session looks ahead
+constexpr double kGoalRate = 500;       // moves a second
 constexpr uint64_t kExactSamples = 10'000, kRestSamples = 2'000, kPeerSamples = 25;
 constexpr double kBandMargins = 4;    // of what is looked at where it rests
 constexpr double kJamMargins = 10;    // a way left that contradicts the rest
@@ -101,9 +101,8 @@ class Subject {
   }
 
   GodObjectMove move(const Pose& hand, const Pose& hand_before) {
-    const Vec3 way = hand.p - hand_before.p;
-    const double turn = norm(to_rotation_vector(hand.q * conjugate(hand_before.q)));
-    const double length = norm(way) + body_.radius * turn;
+    const Twist way = way_between(hand_before, hand);
+    const double length = norm(way.v) + (norm(body_.centre_T) + body_.radius) * norm(way.w);
     return god_object_.move(X_WO_, hand, std::max(kAheadTicks * length, kLeastBodyReach));
   }
   size_t contacts(const Pose& hand) { return god_object_.contacts(hand).size(); }

@@ -85,10 +85,7 @@ RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEv
   const auto path = [&](double t) {
     constexpr double kLeave = 0.2;  // [s]
     const double share = std::clamp(t / kLeave, 0.0, 1.0);
-    const Pose led = hand.at(t);
-    const Vec3 turn = to_rotation_vector(led.q * conjugate(scene.home.q));
-    return Pose{scene.home.p + share * (led.p - scene.home.p),
-                normalized(from_rotation_vector(share * turn) * scene.home.q)};
+    return moved(scene.home, share * way_between(scene.home, hand.at(t)));
   };
   run_rigid(scene, renderer, path, eval.ticks, eval.lockstep,
             [&](const ServoFrame& frame, const ContactSet* set) { judge.add(frame, set); });

@@ -16,19 +16,14 @@ constexpr double kAheadTicks = 2;       // that contacts are known ahead of the 
 constexpr double kCone = 1e-6;          // of the force
 constexpr double kStepRounding = 1e-6;  // [N]
 
-Twist way_between(const Pose& from, const Pose& to) {
-  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
-}
-
 }  // namespace
 
 RigidJudge::RigidJudge(const MeshShape& object, const MeshShape& tool,
                        const RigidJudgeOptions& options)
-    : options_(options), poses_(object, tool, options.springs) {
-  Mat6 M;
-  add_block(M, 0, 0, options.springs.translational * Mat3{});
-  add_block(M, 3, 3, options.springs.rotational * Mat3{});
-  metric_ = factor_metric(M);
+    : options_(options),
+      poses_(object, tool, options.springs),
+      metric_(
+          factor_metric(spring_matrix(options.springs.translational, options.springs.rotational))) {
 }
 
 double RigidJudge::size_of(const Wrench& F_W) const {

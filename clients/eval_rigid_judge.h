@@ -28,9 +28,8 @@ struct RigidJudgeOptions {
 ///  - Jams: the force is 0.1 N beyond that by all pairs of triangles within the hand's reach, and
 ///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
 ///    by a margin though ten margins of the way to where it was led are free.
-///  - Falls: there is no force, though all pairs of triangles within the hand's reach keep the
-///  proxy
-///    so far from it that 0.1 N would be felt.
+///  - Falls: there is no force, though by all pairs of triangles within the hand's reach there
+///    would be more than 0.1 N.
 ///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,

@@ -2,8 +2,6 @@
 #include "clients/eval_rigid_pose.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "contact/query/closest_point.h"
 #include "contact/query/triangle_pairs.h"
@@ -13,22 +11,15 @@ namespace {
 
 constexpr size_t kRoom = 50'000;  // of pairs
 
-bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner) {
-  if (!outer.mesh.closed || inner.mesh.vertices.empty()) return false;
-  const double any_distance = std::numeric_limits<double>::infinity();
-  return closest_point(outer, X_outer_inner * inner.mesh.vertices[0], any_distance).inside;
-}
-
 }  // namespace
 
 RigidPoseJudge::RigidPoseJudge(const MeshShape& object, const MeshShape& tool,
                                const Springs& springs)
-    : object_(object), tool_(tool), springs_(springs), near_(kRoom) {
-  Mat6 M;
-  add_block(M, 0, 0, springs.translational * Mat3{});
-  add_block(M, 3, 3, springs.rotational * Mat3{});
-  metric_ = factor_metric(M);
-}
+    : object_(object),
+      tool_(tool),
+      springs_(springs),
+      metric_(factor_metric(spring_matrix(springs.translational, springs.rotational))),
+      near_(kRoom) {}
 
 bool RigidPoseJudge::is_entered(const Pose& X_OT) const {
   return triangle_pairs(object_, tool_, X_OT, {}) > 0 || holds(object_, tool_, X_OT) ||
@@ -36,8 +27,7 @@ bool RigidPoseJudge::is_entered(const Pose& X_OT) const {
 }
 
 double RigidPoseJudge::length_of(const Twist& motion) const {
-  const double turn = springs_.rotational * norm_squared(motion.w) / springs_.translational;
-  return std::sqrt(norm_squared(motion.v) + turn);
+  return spring_length(motion, springs_.translational, springs_.rotational);
 }
 
 WayLeft RigidPoseJudge::way_left(const Pose& X_OT, const Pose& led_O, double margin, double band) {
@@ -52,8 +42,7 @@ WayLeft RigidPoseJudge::way_left(const Pose& X_OT, const Pose& led_O, double mar
     const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
     rows_.push_back(contact_row(at.point_b - X_OT.p, normal_O, at.distance - margin, 0));
   }
-  const Twist way{led_O.p - X_OT.p, to_rotation_vector(led_O.q * conjugate(X_OT.q))};
-  const ConstrainedMotion found = least_constraint(metric_, way, rows_);
+  const ConstrainedMotion found = least_constraint(metric_, way_between(X_OT, led_O), rows_);
   left.is_known &= found.converged;
   left.motion = found.a;
   left.length = length_of(found.a);

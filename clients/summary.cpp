@@ -69,9 +69,11 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   for (const VerifiedProxy& proxy : some_of(data.proxies, kMostPosesChecked)) {
     if ((proxy.flags & kContactNoFreePose) != 0) continue;
     ++out.verified_checked;
+    bool is_inside = false;
     for (size_t i = 0; i < judges.size(); ++i) {
-      out.verified_inside += judges[i].is_entered(inverse(proxy.X_WO[i]) * proxy.X_WG);
+      is_inside |= judges[i].is_entered(inverse(proxy.X_WO[i]) * proxy.X_WG);
     }
+    out.verified_inside += is_inside;
   }
 }
 

@@ -336,9 +336,10 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     then.radius = now.radius;
     answer_with_proxy(model, now, servo, {then, reach, changed}, state, set);
   }
-  if (!usable && is_finite(servo.X_WT)) set.X_WG = servo.X_WT;
   if (!is_rigid(renderer)) {
     set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
+  } else if (!usable && is_finite(servo.X_WT)) {
+    set.X_WG = servo.X_WT;
   }
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) {

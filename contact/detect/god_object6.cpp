@@ -28,34 +28,13 @@ constexpr int kLeastBand = 2;        // four margins: what holds the tool is at 
 constexpr size_t kMostPairs = 800;   // before the band shrinks
 constexpr size_t kFewPairs = 100;    // with which it may grow
 constexpr size_t kMostRows = 128;    // of each object, in one move
+// what stands for each other lies closer here than by default: 64 are for the whole tool
+constexpr NearContactOptions kThinned{.place = 0.01};
 constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
 
-Twist way_between(const Pose& from, const Pose& to) {
-  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
-}
-
-/// About the origin of T.
-Pose moved(const Pose& X_WT, const Twist& motion) {
-  return {X_WT.p + motion.v, normalized(from_rotation_vector(motion.w) * X_WT.q)};
-}
-
-/// About the origin of T too: it must begin as the rows say, which hold for that turn.
+/// About the origin of T: it must begin as the rows say, which hold for that turn.
 RigidMotion way_of(const Pose& from, const Pose& to) {
   return motion_between(from, to, {});
-}
-
-Mat6 springs(double translational, double rotational) {
-  Mat6 K;
-  add_block(K, 0, 0, translational * Mat3{});
-  add_block(K, 3, 3, rotational * Mat3{});
-  return K;
-}
-
-/// Whether a vertex of one closed mesh lies in another.
-bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner) {
-  if (!outer.mesh.closed || inner.mesh.vertices.empty()) return false;
-  const double any_distance = std::numeric_limits<double>::infinity();
-  return closest_point(outer, X_outer_inner * inner.mesh.vertices[0], any_distance).inside;
 }
 
 }  // namespace
@@ -64,10 +43,9 @@ GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool
                        const ToolBody& body, const GodObject6Options& options)
     : options_(options),
       tool_(tool),
-      body_(body),
       reach_(norm(body.centre_T) + body.radius),
-      metric_(
-          factor_metric(springs(options.translational_stiffness, options.rotational_stiffness))) {
+      metric_(factor_metric(
+          spring_matrix(options.translational_stiffness, options.rotational_stiffness))) {
   obstacles_.reserve(objects.size());
   for (const MeshShape& object : objects) obstacles_.emplace_back(object, tool);
   rows_.reserve(kMostRows * objects.size());
@@ -86,18 +64,18 @@ double GodObject6::length_of(const RigidMotion& motion) const {
 
 /// |motion|_M as a translation [m].
 double GodObject6::distance_of(const Twist& motion) const {
-  const double turn = options_.rotational_stiffness * norm_squared(motion.w);
-  return std::sqrt(norm_squared(motion.v) + turn / options_.translational_stiffness);
+  return spring_length(motion, options_.translational_stiffness, options_.rotational_stiffness);
 }
 
 bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   if (!is_finite(X_WT)) return false;
-  return std::none_of(obstacles_.begin(), obstacles_.end(), [&](const Obstacle& o) {
-    const auto object = static_cast<size_t>(&o - obstacles_.data());
-    const Pose X_OT = inverse(X_WO[object]) * X_WT;
-    return any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) ||
-           holds(o.shape, tool_, X_OT) || holds(tool_, o.shape, inverse(X_OT));
-  });
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    const MeshShape& object = obstacles_[i].shape;
+    const Pose X_OT = inverse(X_WO[i]) * X_WT;
+    if (any_near_pair(object, tool_, X_OT, kApart * options_.margin)) return false;
+    if (holds(object, tool_, X_OT) || holds(tool_, object, inverse(X_OT))) return false;
+  }
+  return true;
 }
 
 bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
@@ -145,8 +123,8 @@ size_t GodObject6::n_near() const {
 }
 
 /// The part of the way to this pose that is free of every object, along the way that these have
-/// gone since. The fronts go to its end, and those pairs that they do not know to be apart all
-/// along are asked when they meet.
+/// gone since. Where it is short and straight the fronts go to its end, and those pairs that they
+/// do not know to be apart all along are asked when they meet; else all are.
 double GodObject6::free_part(const Pose& to_W) {
   const SweptPairOptions options{kApart * options_.margin, 0};
   double time = 1;
@@ -180,7 +158,7 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   };
   const auto goes = [&](const Pose& X_WT) {
     const bool is_free = free_part(X_WT) == 1;
-    // the fronts have gone there: the next way begins where it stands
+    // the next way begins where it stands, for the fronts too
     if (is_free) stand_at(X_WT);
     if (!is_free || !is_front_there_) look_around();
     return is_free;
@@ -209,7 +187,7 @@ void GodObject6::gather_rows() {
     Obstacle& o = obstacles_[i];
     row_room_ = rows_.size() + kMostRows;
     add_met(o, i);
-    const NearContactSet set = o.minima.reduce(o.near, o.X_OG, {1e-3, 0.0873, 0.01});
+    const NearContactSet set = o.minima.reduce(o.near, o.X_OG, kThinned);
     for (const NearContact& contact : set.contacts) add_row(contact, i);
   }
 }

@@ -42,10 +42,9 @@ struct GodObjectMove {
 ///   a_u = ½ k_s (x_led − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
 ///   x ← x ⊕ a, as far as continuous collision proves it free,
 /// M = diag(k_T, k_R) about the tool's origin, the springs of the config. Where a motion
-/// meets something, that is a constraint from then on; so few of many near surfaces are ever looked
-/// at one by one, and none can be missed. Slides in the same step, as the paper says it may. An
-/// object that moves takes the tool along where its contacts are, if the others leave it free; else
-/// the tool stays where it is, if it may.
+/// meets something, that is a constraint in the moves that follow. Slides in the same step, as the
+/// paper says it may. An object that moves takes the tool along where its contacts are, if the
+/// others leave it free; else the tool stays where it is, if it may.
 ///
 /// Source: Ortega, Redon & Coquillart 2007; continuous collision as in Redon, Kheddar & Coquillart
 /// 2002 (swept_mesh.h).
@@ -60,8 +59,8 @@ class GodObject6 {
   /// one body holds the other; then nothing changes.
   bool place(std::span<const Pose> X_WO, const Pose& X_WT);
 
-  /// The same at the pose nearest to this one among those tried: where it was before, then
-  /// away from the pose in all directions, the shortest way first.
+  /// The same at this pose or, where it is not free, at another: where it was before, then away
+  /// from the pose in all directions, the shortest way first.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
 
   bool is_placed() const { return is_placed_; }
@@ -116,7 +115,6 @@ class GodObject6 {
 
   GodObject6Options options_;
   MeshShape tool_;
-  ToolBody body_;
   double reach_;                 // from the origin of T to its furthest point [m]
   int band_ = 2;                 // all that is nearer than 2^band_ margins is known
   bool is_front_there_ = false;  // at the end of the last way that was asked about

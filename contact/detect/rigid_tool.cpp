@@ -14,11 +14,11 @@ Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   return by_servo ? servo.X_WP : servo.X_WT;
 }
 
-Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model, const Pose& X_OG) {
+Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model, const Pose& X_TO) {
   const NearContact& at = contact.at;
   const double crease_cosine = model.crease_cosine[contact.object];
   Contact c{};
-  c.tool_point_T = inverse(X_OG) * at.point_b;
+  c.tool_point_T = X_TO * at.point_b;
   // the margin belongs to the object: what is at it touches
   c.object_point_O = at.point_a + model.options.margin * at.normal_A;
   c.normal_O = at.normal_A;
@@ -70,15 +70,19 @@ void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, Conta
   // a contact that was started anew takes it up where the servo has it
   const bool is_known = (servo.flags & kServoNoContactSet) == 0;
   if (is_known && god_object_.place(X_WO, servo.X_WG)) return;
-  if (god_object_.place(X_WO, servo.X_WT)) return;
   const bool is_found = god_object_.place_near(X_WO, servo.X_WT);
-  set.flags |= is_found ? kContactReseeded : kContactNoFreePose;
+  if (!is_found) {
+    set.flags |= kContactNoFreePose;
+  } else if (god_object_.X_WG() != servo.X_WT) {
+    set.flags |= kContactReseeded;
+  }
 }
 
 void RigidTool::report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set) {
+  const Pose X_TW = inverse(set.X_WG);
   for (const GodObjectContact& contact : god_object_.contacts(servo.X_WP)) {
-    const Pose X_OG = inverse(set.X_WO[contact.object]) * set.X_WG;
-    set.contacts[set.n_contacts++] = contact_of(contact, model, X_OG);
+    const Pose X_TO = X_TW * set.X_WO[contact.object];
+    set.contacts[set.n_contacts++] = contact_of(contact, model, X_TO);
   }
 }
 

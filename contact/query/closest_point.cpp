@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "contact/query/patch_lanes.h"
@@ -274,6 +275,12 @@ HAPTIC_WIDE ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, 
                                        ClosestWitness& witness) {
   if (shape.patches.nodes.empty() || !(max_distance >= 0) || !is_finite(p_O)) return {};
   return WitnessedSearch(shape, p_O, witness).run(max_distance);
+}
+
+bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner) {
+  if (!outer.mesh.closed || inner.mesh.vertices.empty()) return false;
+  const double any_distance = std::numeric_limits<double>::infinity();
+  return closest_point(outer, X_outer_inner * inner.mesh.vertices[0], any_distance).inside;
 }
 
 }  // namespace haptic

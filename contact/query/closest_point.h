@@ -5,6 +5,7 @@
 
 #include "contact/query/closest_on_triangle.h"
 #include "contact/shape/mesh_shape.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 
@@ -35,5 +36,9 @@ class ClosestWitness {
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance);
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
                            ClosestWitness& witness);
+
+/// Whether the first vertex of one mesh lies in another that is closed: where their surfaces do not
+/// meet, whether that one holds it. Of a mesh of several shells only the first is asked.
+bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner);
 
 }  // namespace haptic

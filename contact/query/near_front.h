@@ -29,9 +29,9 @@ class NearFront {
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
   /// The same at the end of a motion that begins at the pose of the update before, and what may
-  /// have met on the way: while no point of B is further than `bend` [m], less than half the band,
-  /// off the straight line between its ends, no two triangles did but the suspects. Costs more the
-  /// longer the way is. Of a first update nothing is known: is_first().
+  /// have met on the way: while no point of B is as far as half the band off the straight line
+  /// between its ends, no two triangles did but the suspects. Costs more the longer the way is. Of
+  /// a first update nothing is known: is_first().
   std::span<const NearPair> follow(const RigidMotion& motion, double band);
   std::span<const TrianglePair> suspects() const { return suspects_; }
   bool is_first() const { return is_fresh_; }

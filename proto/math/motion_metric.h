@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <span>
 
 #include "proto/math/spatial.h"
@@ -15,6 +16,16 @@ constexpr Twist operator-(const Twist& a, const Twist& b) {
 }
 constexpr Twist operator*(double s, const Twist& a) {
   return {s * a.v, s * a.w};
+}
+
+/// The motion that leads from one pose to another: moved(from, way_between(from, to)) is `to`.
+inline Twist way_between(const Pose& from, const Pose& to) {
+  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
+}
+
+/// The pose after a small motion.
+inline Pose moved(const Pose& X, const Twist& motion) {
+  return extrapolate(X, motion, 1);
 }
 
 /// One inequality on a small motion or a twist a: J·a ≥ b. All rows and the motion in one frame,
@@ -50,6 +61,19 @@ constexpr Mat6 mass_matrix(double mass, const Mat3& inertia) {
   add_block(M, 0, 0, mass * Mat3{});
   add_block(M, 3, 3, inertia);
   return M;
+}
+
+/// diag(k_T, k_R): springs of translation [N/m] and rotation [N·m/rad].
+constexpr Mat6 spring_matrix(double translational, double rotational) {
+  Mat6 K;
+  add_block(K, 0, 0, translational * Mat3{});
+  add_block(K, 3, 3, rotational * Mat3{});
+  return K;
+}
+
+/// A motion measured in these springs, as a translation: √(|v|² + k_R/k_T |ω|²) [m].
+inline double spring_length(const Twist& a, double translational, double rotational) {
+  return std::sqrt(norm_squared(a.v) + rotational * norm_squared(a.w) / translational);
 }
 
 using Vec6 = std::array<double, 6>;

@@ -137,7 +137,7 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   out.proxy = tick.hand;
   Problem problem;
   problem.contacts = carry_rigid_contacts(model, tick, state.slides);
-  out.finite = problem.contacts.finite && is_finite(tick.hand.X_WT) && is_finite(tick.hand.V_WT);
+  out.finite = problem.contacts.finite;
   if (!out.finite) {
     state = {};
     return out;

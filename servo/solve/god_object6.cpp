@@ -69,10 +69,7 @@ void set_metric(const RigidProxyModel& model, Problem& problem) {
   const double r2 = model.tool.radius * model.tool.radius;
   c.rotational_stiffness =
       std::max(c.rotational_stiffness, kLeastTurn * c.translational_stiffness * r2);
-  Mat6 K;
-  add_block(K, 0, 0, c.translational_stiffness * Mat3{});
-  add_block(K, 3, 3, c.rotational_stiffness * Mat3{});
-  problem.metric = factor_metric(K);
+  problem.metric = factor_metric(spring_matrix(c.translational_stiffness, c.rotational_stiffness));
 }
 
 RigidContact carried(const FadingPlane& plane, const RigidProxyTick& tick, const Pose& X_WG) {
@@ -349,7 +346,7 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
   out.proxy = tick.hand;
   Problem problem;
   problem.contacts = carry_rigid_contacts(model, tick, state.slides);
-  out.finite = problem.contacts.finite && is_finite(tick.hand.X_WT) && is_finite(tick.hand.V_WT);
+  out.finite = problem.contacts.finite;
   if (!out.finite) {
     state = {};
     return out;

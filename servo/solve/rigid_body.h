@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/math/spatial.h"
+#include "proto/math/motion_metric.h"
 #include "proto/wire.h"
 
 namespace haptic {
@@ -64,16 +64,6 @@ struct BodySolution {
   bool finite = true;                        // false: the contacts were not; nothing is rendered
   bool converged = true;
 };
-
-/// The motion that leads from one pose to another: moved(from, way_between(from, to)) is `to`.
-inline Twist way_between(const Pose& from, const Pose& to) {
-  return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
-}
-
-/// The pose after a small motion.
-inline Pose moved(const Pose& X_WC, const Twist& motion) {
-  return extrapolate(X_WC, motion, 1);
-}
 
 /// The same motion, scaled so that no point of the body moves further than `travel` [m]; `was_cut`
 /// says whether it had to be.

@@ -65,7 +65,7 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
     out.carrier = set.contacts[0].object;
     out.X_WG = carried_pose(set, tick, out.carrier);
   }
-  out.finite = is_finite(out.X_WG);
+  out.finite = is_finite(out.X_WG) && is_finite(tick.hand.X_WT) && is_finite(tick.hand.V_WT);
   for (size_t i = 0; i < n && out.finite; ++i) {
     const Contact& c = set.contacts[i];
     out.finite = c.object < kMaxObjects;

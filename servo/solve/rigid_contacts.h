@@ -9,10 +9,11 @@
 
 namespace haptic {
 
-/// Of a set, and those that fade after it.
 inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see least_constraint
+// of a set, and those that fade after it
 inline constexpr size_t kMaxRigidContacts = kMaxContacts + kMaxCarrying;
-inline constexpr int kMaxFrictionSolves = 40;       // then a jam is given up: a tick is short
+// programs after which no round of friction begins: a jam is given up; the last one may take more
+inline constexpr int kMaxFrictionSolves = 40;
 inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
 
 /// A contact of a tool that never enters an object, carried to this tick, the tool at X_WG.
@@ -33,7 +34,7 @@ struct RigidContacts {
   size_t size = 0;
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
-  bool finite = true;            // false: the set was not, and there are none
+  bool finite = true;            // false: the set or the hand was not, and there are none
 };
 
 /// Which of a material's two ratios of friction is in force: that of sliding where it slid in the

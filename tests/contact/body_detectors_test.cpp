@@ -10,6 +10,7 @@
 #include "contact/step.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
+#include "tests/support/over_block.h"
 
 namespace haptic {
 namespace {
@@ -18,17 +19,8 @@ using test::IsNear;
 
 /// A ball of 2 cm over a block of 10 cm whose top is at z = 0.
 SessionConfig ball_over_block(Renderer renderer) {
-  SessionConfig config{};
-  config.renderer = renderer;
-  config.n_objects = 1;
-  assign(config.objects[0].mesh, "primitive:box");
-  config.objects[0].extent = {0.1, 0.1, 0.1};
-  config.objects[0].X_WO.p = {0, 0, -0.05};
-  assign(config.tool.mesh, "primitive:sphere");
-  config.tool.extent = {0.02, 0.02, 0.02};
-  config.tool.size = 0.02;
+  SessionConfig config = test::over_block(renderer, "primitive:sphere");
   config.tool.subdivisions = 3;
-  config.tool.mass = 0.05;
   config.voxel.size = 1e-3;
   config.voxel.offset_layers = 0;
   return config;

@@ -9,6 +9,7 @@
 #include "contact/step.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
+#include "tests/support/over_block.h"
 
 namespace haptic {
 namespace {
@@ -20,16 +21,7 @@ constexpr double kMargin = 1e-6;
 
 /// A small block over a block of 10 cm whose top is at z = 0.
 SessionConfig block_over_block(Renderer renderer) {
-  SessionConfig config{};
-  config.renderer = renderer;
-  config.n_objects = 1;
-  assign(config.objects[0].mesh, "primitive:box");
-  config.objects[0].extent = {0.1, 0.1, 0.1};
-  config.objects[0].X_WO.p = {0, 0, -0.05};
-  assign(config.tool.mesh, "primitive:box");
-  config.tool.extent = {0.02, 0.02, 0.02};
-  config.tool.size = 0.02;
-  config.tool.mass = 0.05;
+  SessionConfig config = test::over_block(renderer, "primitive:box");
   config.coupling.translational_stiffness = 800;
   config.coupling.rotational_stiffness = 2;
   config.rigid.margin = kMargin;
