@@ -134,7 +134,7 @@ double GodObject6::free_part(const Pose& to_W) {
     const RigidMotion way = way_of(o.X_OG, X_OT);
     const bool is_followed = !o.front.is_first() && length_of(way) <= kLongWay * reach_ &&
                              off_the_chord(way, reach_, 1) <= kBend * band();
-    if (is_followed) o.near = o.front.follow(way, band());
+    if (is_followed) o.near = o.front.follow(way, X_OT, band());
     is_front_there_ &= is_followed;
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())

@@ -30,6 +30,12 @@ Lanes positive(Lanes v) {
 float sum(Lanes v) {
   return v[0] + v[1] + v[2];
 }
+Vec3 centre_of(const CompactObb& box) {
+  return {box.centre_O[0], box.centre_O[1], box.centre_O[2]};
+}
+Lanes to_lanes(const Vec3& v) {
+  return Lanes{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
+}
 
 /// A box in lanes; the fourth lane is never looked at.
 struct BoxLanes {
@@ -68,17 +74,36 @@ Lanes gap2_across(Lanes t, Lanes h, Lanes g, const Lanes* rows) {
 BoxDistance::BoxDistance(const Pose& X_AB)
     : R_AB_(to_matrix(X_AB.q)), p_AB_(X_AB.p), rounding_(kRounding * norm(X_AB.p)) {
   for (int k = 0; k < 3; ++k) {
-    const Vec3 column = R_AB_.column(k);
-    columns_AB_[k] = Lanes{static_cast<float>(column.x), static_cast<float>(column.y),
-                           static_cast<float>(column.z), 0};
+    columns_AB_[k] = to_lanes(R_AB_.column(k));
   }
 }
 
-double BoxDistance::at_least(const CompactObb& a, const CompactObb& b) const {
-  const auto centre = [](const CompactObb& box) -> Vec3 {
-    return {box.centre_O[0], box.centre_O[1], box.centre_O[2]};
-  };
-  const Vec3 way = p_AB_ + R_AB_ * centre(b) - centre(a);
+/// What all axes of two boxes say.
+struct BoxDistance::Gaps {
+  BoxLanes box_a;
+  Lanes t, r[3], rows[3];   // from a to b along a's axes; b's axes along them and a's along b's
+  Lanes t_b, gap_a, gap_b;  // along b's axes; along faces
+  Lanes across[3];          // squared, along axis i of a crossed with those of b
+  float faces_a, faces_b, most_across;  // squared
+  double at_least;
+
+  Vec3 way_A() const;
+};
+
+/// From centre to centre, in A.
+Vec3 BoxDistance::way_between(const CompactObb& a, const CompactObb& b) const {
+  return p_AB_ + R_AB_ * centre_of(b) - centre_of(a);
+}
+
+/// Of a distance that is found in floats [m].
+double BoxDistance::rounding_of(const CompactObb& a, const CompactObb& b) const {
+  const float size = a.half[0] + a.half[1] + a.half[2] + b.half[0] + b.half[1] + b.half[2];
+  return static_cast<double>(kSlack * size) +
+         kRounding * (norm(centre_of(a)) + norm(centre_of(b))) + rounding_;
+}
+
+BoxDistance::Gaps BoxDistance::gaps(const CompactObb& a, const CompactObb& b) const {
+  const Vec3 way = way_between(a, b);
   const BoxLanes box_a(a), box_b(b);
   const Lanes h = box_a.half, g = box_b.half;
   const Lanes t = box_a.columns[0] * everywhere(static_cast<float>(way.x)) +
@@ -97,18 +122,70 @@ double BoxDistance::at_least(const CompactObb& a, const CompactObb& b) const {
       magnitude(r[0]) * lane<0>(g) + magnitude(r[1]) * lane<1>(g) + magnitude(r[2]) * lane<2>(g);
   const Lanes reach_a = magnitude(rows[0]) * lane<0>(h) + magnitude(rows[1]) * lane<1>(h) +
                         magnitude(rows[2]) * lane<2>(h);
+  const Lanes t_b = turned(rows, t);
   const Lanes gap_a = positive(magnitude(t) - h - reach_b);
-  const Lanes gap_b = positive(magnitude(turned(rows, t)) - g - reach_a);
-  const float faces = std::max(sum(gap_a * gap_a), sum(gap_b * gap_b));
+  const Lanes gap_b = positive(magnitude(t_b) - g - reach_a);
+  const float faces_a = sum(gap_a * gap_a), faces_b = sum(gap_b * gap_b);
   const Lanes c0 = gap2_across<0>(t, h, g, rows), c1 = gap2_across<1>(t, h, g, rows),
               c2 = gap2_across<2>(t, h, g, rows);
-  Lanes across = c0 > c1 ? c0 : c1;
-  across = across > c2 ? across : c2;
-  const float gap2 = std::max({faces, across[0], across[1], across[2]});
-  const double size = static_cast<double>(kSlack * (sum(h) + sum(g)));
-  const double places = kRounding * (norm(centre(a)) + norm(centre(b))) + rounding_;
-  const double gap = (1 - static_cast<double>(kSlack)) * std::sqrt(static_cast<double>(gap2));
-  return std::max(gap - size - places, 0.0);
+  Lanes most = c0 > c1 ? c0 : c1;
+  most = most > c2 ? most : c2;
+  const float across = std::max({most[0], most[1], most[2]});
+  const double gap = (1 - static_cast<double>(kSlack)) *
+                     std::sqrt(static_cast<double>(std::max({faces_a, faces_b, across})));
+  return {box_a,
+          t,
+          {r[0], r[1], r[2]},
+          {rows[0], rows[1], rows[2]},
+          t_b,
+          gap_a,
+          gap_b,
+          {c0, c1, c2},
+          faces_a,
+          faces_b,
+          across,
+          std::max(gap - rounding_of(a, b), 0.0)};
+}
+
+/// Along the axis with the largest gap: the way between a box and the one around the other, or the
+/// product of two axes.
+Vec3 BoxDistance::Gaps::way_A() const {
+  const auto with_sign_of = [](Lanes size, Lanes v) { return v < 0 ? -size : size; };
+  Lanes way = with_sign_of(gap_a, t);  // along a's axes
+  if (faces_b > faces_a) way = turned(r, with_sign_of(gap_b, t_b));
+  if (most_across > std::max(faces_a, faces_b)) {
+    int i = 0, j = 0;
+    for (int k = 0; k < 9; ++k) {
+      if (across[k / 3][k % 3] == most_across) i = k / 3, j = k % 3;
+    }
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    way = Lanes{};
+    way[i1] = -r[j][i2];
+    way[i2] = r[j][i1];
+    if (sum(way * t) < 0) way = -way;
+  }
+  Vec3 way_A;
+  double* out[3] = {&way_A.x, &way_A.y, &way_A.z};
+  for (int k = 0; k < 3; ++k) *out[k] = static_cast<double>(sum(box_a.columns[k] * way));
+  return way_A;
+}
+
+double BoxDistance::at_least(const CompactObb& a, const CompactObb& b) const {
+  return gaps(a, b).at_least;
+}
+
+BoxDistance::Separation BoxDistance::separation(const CompactObb& a, const CompactObb& b) const {
+  const Gaps known = gaps(a, b);
+  if (!(known.at_least > 0)) return {};
+  return {known.at_least, known.way_A()};
+}
+
+double BoxDistance::along(const Vec3& normal_A, const CompactObb& a, const CompactObb& b) const {
+  const BoxLanes box_a(a), box_b(b);
+  const Lanes n_a = turned(box_a.columns, to_lanes(normal_A)),
+              n_b = turned(box_b.columns, to_lanes(transpose(R_AB_) * normal_A));
+  const float reach = sum(box_a.half * magnitude(n_a)) + sum(box_b.half * magnitude(n_b));
+  return dot(normal_A, way_between(a, b)) - static_cast<double>(reach) - rounding_of(a, b);
 }
 
 }  // namespace haptic

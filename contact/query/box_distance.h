@@ -18,7 +18,23 @@ class BoxDistance {
   /// [m], 0 where nothing is known.
   double at_least(const CompactObb& a, const CompactObb& b) const;
 
+  /// The same, and a direction in A in which they are about that far apart: of any length, from A
+  /// to B; 0 where they are not.
+  struct Separation {
+    double at_least = 0;  // [m]
+    Vec3 way_A;
+  };
+  Separation separation(const CompactObb& a, const CompactObb& b) const;
+
+  /// How far they are apart along a unit vector in A, at least [m]; negative where they overlap.
+  double along(const Vec3& normal_A, const CompactObb& a, const CompactObb& b) const;
+
  private:
+  struct Gaps;
+  Vec3 way_between(const CompactObb& a, const CompactObb& b) const;
+  double rounding_of(const CompactObb& a, const CompactObb& b) const;
+  Gaps gaps(const CompactObb& a, const CompactObb& b) const;
+
   Mat3 R_AB_;
   Vec3 p_AB_;
   Lanes columns_AB_[3];

@@ -136,7 +136,7 @@ TEST_CASE("near front: what it does not suspect does not meet on the way", "[con
         REQUIRE(front.suspects().empty());
       } else {
         const bool is_first = front.is_first();
-        front.follow(motion, band);
+        front.follow(motion, next, band);
         const Pairs met = met_on_the_way(A, B, motion, 0, 12);
         CAPTURE(c, tick, way, turn, band, met.size(), front.suspects().size());
         REQUIRE((is_first || forgotten(front, met) == 0));
@@ -172,7 +172,7 @@ TEST_CASE(
       const Pose first{{through, 3e-3 + 1e-4 * k, 0}, {}};
       const Pose last{first.p - Vec3{0, 10e-3, 0}, {}};
       front.update(first, 1e-4);
-      front.follow(motion_between(first, last, {}), 1e-4);
+      front.follow(motion_between(first, last, {}), last, 1e-4);
       const Pairs met = met_on_the_way(A, B, motion_between(first, last, {}), 0, 200);
       CAPTURE(through, k);
       REQUIRE(forgotten(front, met) == 0);
@@ -200,7 +200,7 @@ TEST_CASE("near front: what is near at first and gone at last may have met on a 
   REQUIRE(off_the_chord(motion, length, 1) < 0.45 * band);
   NearFront front(A.view(), B.view());
   front.update(swung(from), band);
-  front.follow(motion, band);
+  front.follow(motion, swung(to), band);
   const Pairs met = met_on_the_way(A, B, motion, 0, 200);
   REQUIRE(!met.empty());
   CHECK(forgotten(front, met) == 0);

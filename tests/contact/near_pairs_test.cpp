@@ -107,6 +107,21 @@ TEST_CASE("box distance: never more than that of what the boxes hold, nor useles
     }
     const double distance = norm(X_AB * on_b - on_a);
     REQUIRE(bound <= distance);
+    // across that way they are nearly as far apart at least; across none further than any two of
+    // their points
+    const BoxDistance boxes(X_AB);
+    const BoxDistance::Separation separate = boxes.separation(a, b);
+    REQUIRE(separate.at_least == bound);
+    const double size = norm(box_a.half) + norm(box_b.half);
+    if (bound > 0) {
+      const double along = boxes.along(normalized(separate.way_A), a, b);
+      REQUIRE(along > 0.999 * bound - 3e-4 * size);
+    }
+    const Vec3 n = trial % 2 == 0 ? random.direction() : normalized(X_AB * on_b - on_a);
+    const Vec3 p_a =
+        box_a.centre_O + transpose(box_a.R_BO) * random.in_box(-box_a.half, box_a.half);
+    REQUIRE(boxes.along(n, a, b) <= dot(n, X_AB * on_b - p_a));
+    REQUIRE(boxes.along(n, a, b) <= dot(n, X_AB * on_b - on_a));
     bounds += bound, distances += distance;
   }
   CHECK(bounds > 0.9 * distances);
