@@ -27,7 +27,7 @@ std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
 }
 
 /// When the chunk was opened, at the earliest, that a recorder had not written when it was killed:
-/// a machine that stands still keeps it open for as long.
+/// it stays open for as long as the recorder had no time.
 int64_t open_chunk_ns(const RecordingPart& part) {
   int64_t since_ns = part.killed_ns - kOpenChunkNs;
   for (int64_t before_ns = 0; since_ns != before_ns;) {

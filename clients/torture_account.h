@@ -15,7 +15,7 @@ struct SampleAccount {
   uint64_t published = 0;    // frames of the servo since the first recorded one
   uint64_t recorded = 0;     // of them
   uint64_t explained = 0;    // no recorder ran, or one was killed with its open quarter second,
-                             // which is longer where the machine stood still meanwhile
+                             // which is longer where it had no time meanwhile
   uint64_t unexplained = 0;  // not in the file of the recorder whose time it was
   uint64_t told = 0;         // records of any ring that a recorder counted as lost
   std::vector<std::string> unreadable;  // files, and why

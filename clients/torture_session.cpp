@@ -190,6 +190,7 @@ void TortureSession::start_recorder() {
                                        std::vector<std::string>{"record", "-o", parts_.back().path,
                                                                 "--overwrite", "--session", name_},
                                        options_.folder + "/said");
+  recorder_waits_.emplace(recorder_->pid());
 }
 
 /// What has been seen by now its recorder must have, what comes it need not.
@@ -204,8 +205,10 @@ void TortureSession::kill_recorder() {
   end_part();
   RecordingPart& part = parts_.back();
   part.killed_ns = now_ns();
+  recorder_waits_->look(part.killed_ns);
   recorder_->kill();
-  part.stalls = stalls_of_starts(part.killed_ns - kStallsNs);
+  const int64_t since_ns = part.killed_ns - kStallsNs;
+  part.stalls = merge_stalls(stalls_of_starts(since_ns), recorder_waits_->stalls(since_ns));
 }
 
 int64_t TortureSession::kill_hapticd() {
@@ -237,6 +240,7 @@ void TortureSession::stop() {
 void TortureSession::update() {
   watch_->drain(published_);
   reader_.read(records_);
+  if (recorder_waits_) recorder_waits_->look(now_ns());
   if (emulator_->exit_code()) {
     throw std::runtime_error("haptic-emulator has ended; what it said is in " + options_.folder +
                              "/said");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "clients/force_judge.h"
+#include "clients/process_waits.h"
 #include "clients/session_process.h"
 #include "clients/stall_witness.h"
 #include "device-io/emulator_log_reader.h"
@@ -144,6 +145,7 @@ class TortureSession {
   Variable runtime_dir_, libexec_;
   StallWitness witness_, normal_witness_;
   std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_;
+  std::optional<ProcessWaits> recorder_waits_;
   std::unique_ptr<Watch> watch_;
   EmulatorLogReader reader_;
   std::vector<EmulatorRecord> records_;
