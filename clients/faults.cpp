@@ -284,9 +284,7 @@ FaultInjector::Done FaultInjector::pause_servo() {
 FaultInjector::Done FaultInjector::kill_hapticd() {
   const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
   Done done;
-  session_.hapticd().send(SIGKILL);
-  done.begin_ns = now_ns();
-  session_.kill_hapticd();
+  done.begin_ns = session_.kill_hapticd();
   const auto all_gone = [&] {
     return std::none_of(children.begin(), children.end(),
                         [](pid_t pid) { return is_running(pid); });

@@ -2,7 +2,6 @@
 #include "clients/torture_account.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "proto/trace.h"
 
@@ -27,16 +26,53 @@ std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
   return times;
 }
 
-/// Whether a frame of that time may be missing from the part whose turn it was.
-bool is_explained(const RecordingPart& part, int64_t t_ns) {
-  if (part.ended_ns == 0) return false;
-  return t_ns >= part.ended_ns - (part.killed ? kOpenChunkNs : 0);
+/// When the chunk was opened, at the earliest, that a recorder had not written when it was killed:
+/// it stays open for as long as the recorder had no time.
+int64_t open_chunk_ns(const RecordingPart& part) {
+  int64_t since_ns = part.killed_ns - kOpenChunkNs;
+  for (int64_t before_ns = 0; since_ns != before_ns;) {
+    before_ns = since_ns;
+    since_ns = part.killed_ns - kOpenChunkNs - held_up(part.stalls, before_ns, part.killed_ns);
+  }
+  return since_ns;
+}
+
+/// Index of the first published frame that is no older.
+size_t index_of(const std::vector<SeenFrame>& published, int64_t t_ns) {
+  const auto at =
+      std::lower_bound(published.begin(), published.end(), t_ns,
+                       [](const SeenFrame& frame, int64_t time) { return frame.t_ns < time; });
+  return static_cast<size_t>(at - published.begin());
+}
+
+/// Of the frames [from, to), against the times in the file whose turn it was.
+void account_for_part(const RecordingPart& part, const std::vector<int64_t>& times,
+                      const std::vector<SeenFrame>& published, size_t from, size_t to,
+                      SampleAccount& account) {
+  const int64_t open_ns = open_chunk_ns(part);
+  auto next = times.begin();
+  for (size_t i = from; i < to; ++i) {
+    const SeenFrame& frame = published[i];
+    while (next != times.end() && *next < frame.t_ns) ++next;
+    ++account.published;
+    if (next != times.end() && *next == frame.t_ns) {
+      // a time that comes twice is to be in the file twice
+      ++next;
+      ++account.recorded;
+      continue;
+    }
+    // a file ends early, it has no gaps
+    const bool is_tail = next == times.end();
+    const bool was_open = part.killed_ns != 0 && frame.seen_ns >= open_ns;
+    const bool explained = is_tail && (i >= part.n_seen || was_open);
+    ++(explained ? account.explained : account.unexplained);
+  }
 }
 
 }  // namespace
 
 SampleAccount account_for_samples(const std::vector<RecordingPart>& parts,
-                                  const std::vector<int64_t>& published) {
+                                  const std::vector<SeenFrame>& published) {
   SampleAccount account;
   std::vector<std::vector<int64_t>> times(parts.size());
   for (size_t i = 0; i < parts.size(); ++i) {
@@ -46,24 +82,13 @@ SampleAccount account_for_samples(const std::vector<RecordingPart>& parts,
       account.unreadable.push_back(error.what());
     }
   }
-  for (size_t i = 0; i < parts.size(); ++i) {
+  // from its first frame to the first of its successor
+  size_t end = published.size();
+  for (size_t i = parts.size(); i-- > 0;) {
     if (times[i].empty()) continue;
-    // from its first frame to the first of its successor
-    int64_t end_ns = std::numeric_limits<int64_t>::max();
-    for (size_t j = parts.size() - 1; j > i; --j) {
-      if (!times[j].empty()) end_ns = times[j].front();
-    }
-    const auto first = std::lower_bound(published.begin(), published.end(), times[i].front());
-    for (auto t = first; t != published.end() && *t < end_ns; ++t) {
-      ++account.published;
-      if (std::binary_search(times[i].begin(), times[i].end(), *t)) {
-        ++account.recorded;
-      } else if (is_explained(parts[i], *t)) {
-        ++account.explained;
-      } else {
-        ++account.unexplained;
-      }
-    }
+    const size_t from = index_of(published, times[i].front());
+    account_for_part(parts[i], times[i], published, from, end, account);
+    end = from;
   }
   return account;
 }

@@ -26,6 +26,7 @@ constexpr int64_t kLookNs = kMs;                 // fine enough for the times th
 constexpr int64_t kStartNs = 60 * kNsPerSecond;  // only a broken build takes this long
 constexpr int64_t kJudgeNs = 10 * kMs;           // between two looks at the commands
 constexpr int64_t kContextNs = 20 * kMs;         // of commands before the first that counts
+constexpr int64_t kStallsNs = 4 * kNsPerSecond;  // before a kill: what a ring holds
 
 /// The hand always presses: 4.5 to 7 mm deep where nothing holds it up, which is 2.3 to 3.5 N.
 const std::vector<std::string> kPressingHand{
@@ -69,10 +70,10 @@ TortureSession::Watch::Watch(FileDescriptor socket)
   attachments.start();
 }
 
-void TortureSession::Watch::drain(std::vector<int64_t>& published) {
+void TortureSession::Watch::drain(std::vector<SeenFrame>& published) {
   for (ServoFrame frame; servo.next(frame);) {
     note_writer(servo_seen, servo, [&] { return frame.t_ns; });
-    published.push_back(frame.t_ns);
+    published.push_back({frame.t_ns, now_ns()});
   }
   for (ContactSet set; contact.next(set);) {
     note_writer(contact_seen, contact, [&] { return set.answers_t_ns; });
@@ -189,18 +190,34 @@ void TortureSession::start_recorder() {
                                        std::vector<std::string>{"record", "-o", parts_.back().path,
                                                                 "--overwrite", "--session", name_},
                                        options_.folder + "/said");
+  recorder_waits_.emplace(recorder_->pid());
+}
+
+/// What has been seen by now its recorder must have, what comes it need not.
+void TortureSession::end_part() {
+  if (!recorder_ || parts_.back().n_seen != RecordingPart::kRuns) return;
+  watch_->drain(published_);
+  parts_.back().n_seen = published_.size();
 }
 
 void TortureSession::kill_recorder() {
   if (!recorder_) return;
-  parts_.back().ended_ns = now_ns();
-  parts_.back().killed = true;
+  end_part();
+  RecordingPart& part = parts_.back();
+  part.killed_ns = now_ns();
+  recorder_waits_->look(part.killed_ns);
   recorder_->kill();
+  const int64_t since_ns = part.killed_ns - kStallsNs;
+  part.stalls = merge_stalls(stalls_of_starts(since_ns), recorder_waits_->stalls(since_ns));
 }
 
-void TortureSession::kill_hapticd() {
-  if (recorder_) parts_.back().ended_ns = now_ns();
+int64_t TortureSession::kill_hapticd() {
+  // before: the recorder ends with its session, the servo publishes a little longer
+  end_part();
+  hapticd_->send(SIGKILL);
+  const int64_t killed_ns = now_ns();
   hapticd_->kill();
+  return killed_ns;
 }
 
 void TortureSession::restart_hapticd() {
@@ -211,7 +228,7 @@ void TortureSession::restart_hapticd() {
 }
 
 void TortureSession::stop() {
-  if (recorder_ && parts_.back().ended_ns == 0) parts_.back().ended_ns = now_ns();
+  end_part();
   for (auto* process : {&recorder_, &hapticd_, &emulator_}) {
     if (!*process) continue;
     (*process)->send(SIGCONT);
@@ -223,6 +240,7 @@ void TortureSession::stop() {
 void TortureSession::update() {
   watch_->drain(published_);
   reader_.read(records_);
+  if (recorder_waits_) recorder_waits_->look(now_ns());
   if (emulator_->exit_code()) {
     throw std::runtime_error("haptic-emulator has ended; what it said is in " + options_.folder +
                              "/said");

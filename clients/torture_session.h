@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "clients/force_judge.h"
+#include "clients/process_waits.h"
 #include "clients/session_process.h"
 #include "clients/stall_witness.h"
 #include "device-io/emulator_log_reader.h"
@@ -23,11 +25,21 @@ struct TortureOptions {
   bool realtime = true;   // ask for real-time priorities
 };
 
+/// A frame of the servo as this program saw it. Its own time is that of the tick it was due at: a
+/// servo that is held up publishes it any time later.
+struct SeenFrame {
+  int64_t t_ns = 0;     // of the frame
+  int64_t seen_ns = 0;  // when it was found in the ring
+};
+
 /// One recorder's file; a recorder that was killed or whose session ended is followed by another.
 struct RecordingPart {
+  static constexpr size_t kRuns = std::numeric_limits<size_t>::max();
+
   std::string path;
-  int64_t ended_ns = 0;  // when it was killed, told to end, or its session died; 0: it runs
-  bool killed = false;   // false: what was published by then must be in it
+  size_t n_seen = kRuns;  // frames seen before it was killed, told to end, or lost its session
+  int64_t killed_ns = 0;  // 0: it was not, and every one of those must be in it
+  std::vector<Stall> stalls = {};  // in which one that was killed had no time to write
 };
 
 /// The newest writer of a ring, as this program saw it.
@@ -83,7 +95,8 @@ class TortureSession {
 
   /// Says a line to hapticd; its answer, or "error: …" where there is none.
   std::string ask(const std::string& line) const;
-  void kill_hapticd();
+  /// Returns when, and waits for its end.
+  int64_t kill_hapticd();
   /// A new hapticd in the place of one that was killed, and a new recorder with it.
   void restart_hapticd();
   void kill_recorder();
@@ -93,7 +106,7 @@ class TortureSession {
 
   // for the account of samples
   const std::vector<RecordingPart>& parts() const { return parts_; }
-  const std::vector<int64_t>& published() const { return published_; }  // times of servo frames
+  const std::vector<SeenFrame>& published() const { return published_; }  // by the servo
   uint64_t unseen() const { return unseen_ + watch_->lost(); }  // frames that we missed ourselves
 
  private:
@@ -105,7 +118,7 @@ class TortureSession {
     RingSource<&SimChannels::frames> sim;
     WriterSeen servo_seen, contact_seen, sim_seen;
     explicit Watch(FileDescriptor socket);
-    void drain(std::vector<int64_t>& published);
+    void drain(std::vector<SeenFrame>& published);
     uint64_t lost() const { return servo.lost(); }
   };
   /// A variable of the environment, until this is gone.
@@ -124,6 +137,7 @@ class TortureSession {
   std::string write_config() const;
   void start_emulator();
   void start_hapticd();
+  void end_part();
 
   TortureOptions options_;
   std::string name_ = "torture";
@@ -131,11 +145,12 @@ class TortureSession {
   Variable runtime_dir_, libexec_;
   StallWitness witness_, normal_witness_;
   std::unique_ptr<SessionProcess> emulator_, hapticd_, recorder_;
+  std::optional<ProcessWaits> recorder_waits_;
   std::unique_ptr<Watch> watch_;
   EmulatorLogReader reader_;
   std::vector<EmulatorRecord> records_;
   std::vector<RecordingPart> parts_;
-  std::vector<int64_t> published_;
+  std::vector<SeenFrame> published_;
   uint64_t unseen_ = 0;
 };
 

@@ -14,4 +14,4 @@ haptic_tests(process LIBRARIES haptic_torture SOURCES
   process/session_test.cpp)
 # it starts them
 add_dependencies(test_process hapt hapticd haptic-sim haptic-contact haptic-faulty-contact
-  haptic-servo haptic-emulator)
+  haptic-servo haptic-emulator 01_watch)

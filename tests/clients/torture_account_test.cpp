@@ -29,13 +29,14 @@ RecordingPart record(const std::string& path, int64_t from, int64_t to,
     trace.write(kEventTopic, event, {kStart, kStart, 0});
   }
   REQUIRE(trace.close());
-  return {path, kStart + to * kMs, false};
+  return {path, static_cast<size_t>(to)};
 }
 
-std::vector<int64_t> published(int64_t n) {
-  std::vector<int64_t> times;
-  for (int64_t ms = 0; ms < n; ++ms) times.push_back(kStart + ms * kMs);
-  return times;
+/// One a millisecond, seen at once.
+std::vector<SeenFrame> published(int64_t n) {
+  std::vector<SeenFrame> frames;
+  for (int64_t ms = 0; ms < n; ++ms) frames.push_back({kStart + ms * kMs, kStart + ms * kMs});
+  return frames;
 }
 
 }  // namespace
@@ -53,29 +54,82 @@ TEST_CASE("account: what is in the files is recorded, what came before and after
 
 TEST_CASE("account: a frame that is missing in the middle is unexplained") {
   const test::TemporaryFolder folder;
-  const RecordingPart part = record(folder.path() + "/a.mcap", 0, 1000, {400, 401, 999}, 7);
-  const SampleAccount account = account_for_samples({part}, published(1000));
+  RecordingPart part = record(folder.path() + "/a.mcap", 0, 1000, {400, 401, 999}, 7);
+  SampleAccount account = account_for_samples({part}, published(1000));
   CHECK(account.unexplained == 3);
   CHECK(account.told == 7);
+  // one that runs to this day explains nothing either
+  part.n_seen = RecordingPart::kRuns;
+  CHECK(account_for_samples({part}, published(1000)).unexplained == 3);
+  // a kill costs the end of the file, not what lies before a frame that was written
+  part.killed_ns = kStart + 500 * kMs;
+  account = account_for_samples({part}, published(1000));
+  CHECK(account.unexplained == 2);
+  CHECK(account.explained == 1);
+}
+
+TEST_CASE("account: a frame that was due before the end and came after it is nobody's") {
+  const test::TemporaryFolder folder;
+  RecordingPart part = record(folder.path() + "/a.mcap", 0, 900);
+  // the servo was held up in the tick of 900 ms, and ended with a frame of the same time
+  std::vector<SeenFrame> frames = published(901);
+  frames.back().seen_ns += 12'000 * kMs;
+  frames.push_back(frames.back());
+  SampleAccount account = account_for_samples({part}, frames);
+  CHECK(account.explained == 2);
+  CHECK(account.unexplained == 0);
+  // seen before the end, it had to be in the file
+  part.n_seen = 901;
+  account = account_for_samples({part}, frames);
+  CHECK(account.explained == 1);
+  CHECK(account.unexplained == 1);
+  // so had a frame whose twin is in the file
+  part.n_seen = 902;
+  frames[900] = frames[901] = frames[899];
+  CHECK(account_for_samples({part}, frames).unexplained == 2);
+  // a killed recorder was not shown the late one in time to write it
+  part.killed_ns = frames[900].seen_ns = frames[901].seen_ns = kStart + 20'000 * kMs;
+  CHECK(account_for_samples({part}, frames).unexplained == 0);
 }
 
 TEST_CASE("account: a killed recorder explains its open chunk, and no more") {
   const test::TemporaryFolder folder;
   RecordingPart killed = record(folder.path() + "/a.mcap", 0, 700);
-  killed.killed = true;
-  killed.ended_ns = kStart + 950 * kMs;
+  killed.n_seen = 950;
+  killed.killed_ns = kStart + 950 * kMs;
   // 250 ms were open, nobody recorded until the next one began
   const RecordingPart next = record(folder.path() + "/b.mcap", 1000, 2000);
   SampleAccount account = account_for_samples({killed, next}, published(2000));
   CHECK(account.recorded == 1700);
   CHECK(account.explained == 300);
   CHECK(account.unexplained == 0);
-  killed.ended_ns = kStart + 1000 * kMs;
+  killed.n_seen = 1000;
+  killed.killed_ns = kStart + 1000 * kMs;
   account = account_for_samples({killed, next}, published(2000));
   CHECK(account.unexplained == 10);
   // one that was not killed had no right to lose any
-  killed.killed = false;
+  killed.killed_ns = 0;
   CHECK(account_for_samples({killed, next}, published(2000)).unexplained == 300);
+}
+
+TEST_CASE("account: a machine that stands still keeps a chunk open, for as long and no longer") {
+  const test::TemporaryFolder folder;
+  RecordingPart killed = record(folder.path() + "/a.mcap", 0, 500);
+  killed.n_seen = 1000;
+  killed.killed_ns = kStart + 1000 * kMs;
+  const auto unexplained = [&](std::vector<Stall> stalls) {
+    killed.stalls = std::move(stalls);
+    return account_for_samples({killed}, published(1000)).unexplained;
+  };
+  const auto stall = [](int64_t from, int64_t to) {
+    return Stall{kStart + from * kMs, kStart + to * kMs};
+  };
+  CHECK(unexplained({}) == 210);
+  CHECK(unexplained({stall(800, 900)}) == 110);
+  // the second lies in what the first has added
+  CHECK(unexplained({stall(640, 700), stall(800, 900)}) == 50);
+  CHECK(unexplained({stall(100, 400)}) == 210);
+  CHECK(unexplained({stall(790, 1000)}) == 0);
 }
 
 TEST_CASE("account: a file that cannot be read is named") {
