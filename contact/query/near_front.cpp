@@ -10,9 +10,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kRaise = 0.5;  // of the slack that a parent must keep
-constexpr double kLeave = 2;    // bands that triangles are apart before leaves are tried as one
-constexpr size_t kPasses = 64;  // in which each leaf is tried once
+constexpr double kRaise = 0.5;   // of the slack that a parent must keep
+constexpr double kWays = 8;      // like this one, which is enough too
+constexpr double kLeave = 2;     // bands that triangles are apart before leaves are tried as one
+constexpr size_t kPasses = 512;  // in which each pair is asked once whether it may be closed
 constexpr size_t kBoxesAsked = 3000;  // for any near pair, before the front is
 constexpr double kMostWay = 1e3;      // beyond it floats count [m]
 constexpr double kAxes = 1e-5;        // of boxes in floats
@@ -80,6 +81,7 @@ std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
     planes_.move(change_, band_, expired_);
     move_leaves();
     visit_expired();
+    close_some();
   }
   measure_waiting();
   retire();
@@ -136,13 +138,24 @@ void NearFront::move_leaves() {
     prefetch_corners(ahead(i + kCornersAhead));
     ask(bounds_[pairs_[looked_at_[i]].below]);
   }
-  // of the others a few in each pass, from the last one on: who takes their place has had its turn
-  const size_t n = bounds_.size(), first = n - std::min(n, n_looked_through_);
-  for (size_t i = first; i-- > first - std::min(first, n / kPasses + 1);) {
+}
+
+/// What was opened for good reasons long ago may be closed again: a few are asked in each pass,
+/// from the last one on, since who takes their place has had its turn.
+void NearFront::close_some() {
+  const auto some_of = [](size_t n, size_t& asked, const auto& ask) {
+    const size_t end = n - std::min(n, asked), most = n / kPasses + 1;
+    for (size_t i = end; i-- > end - std::min(end, most);) ask(i);
+    asked = asked + most < n ? asked + most : 0;
+  };
+  some_of(bounds_.size(), n_leaves_asked_, [&](size_t i) {
     if (bounds_[i].asked == 0) leave_leaves(bounds_[i].pair);
-    ++n_looked_through_;
-  }
-  if (n_looked_through_ >= n) n_looked_through_ = 0;
+  });
+  some_of(planes_.size(), n_planes_asked_, [&](size_t i) {
+    const uint32_t index = planes_.owner(std::min(i, planes_.size() - 1));
+    const auto of_parent = close(index, planes_.gap(index));
+    if (of_parent) raise(pairs_[index].parent, *of_parent);
+  });
 }
 
 /// The front is larger than caches: what comes soon is fetched ahead.
@@ -295,24 +308,32 @@ void NearFront::end_leaves(uint32_t index) {
   bounds_.pop_back();
 }
 
-/// Lets the parent wait for both halves where it is far enough too, and its parent for it.
+/// Lets the parent wait for it and its other half, and its parent for that, where they can.
 void NearFront::raise(uint32_t index, SlidingPlane plane) {
-  while (index != 0 && pairs_[index ^ 1].state == State::kFar) {
-    const double enough = kRaise * (plane.gap - band_);
-    if (planes_.gap(index ^ 1) - band_ < enough) break;
-    const uint32_t parent = pairs_[index].parent;
-    const Apart of_parent = apart(pairs_[parent].nodes);
-    // the other half may not have been looked at since the pose before: so is_far must hold
-    if (of_parent.plane.gap - band_ <= enough || !is_far(pairs_[parent].nodes, of_parent)) break;
-    for (const uint32_t half : {index, index ^ 1}) {
-      if (planes_.has(half)) planes_.take_out(half);
-      pairs_[half].state = State::kUnused;
-    }
-    retired_.push_back(index & ~1u);
-    index = parent;
-    plane = of_parent.plane;
+  for (auto of_parent = close(index, plane.gap); of_parent; of_parent = close(index, plane.gap)) {
+    index = pairs_[index].parent;
+    plane = *of_parent;
   }
   wait_far(index, plane);
+}
+
+/// Gives a pair and its other half up where the parent is far enough too: as far as half of what
+/// they have left, or a few ways like this one. Returns its plane.
+std::optional<SlidingPlane> NearFront::close(uint32_t index, double gap) {
+  if (index == 0 || pairs_[index ^ 1].state != State::kFar) return {};
+  const double left = kRaise * (gap - band_);
+  if (planes_.gap(index ^ 1) - band_ < left) return {};
+  const NodePair& parent = pairs_[pairs_[index].parent].nodes;
+  const Apart now = apart(parent);
+  const double ways = kWays * change_.most(now.plane.centre_B, now.plane.radius);
+  // the other half may not have been looked at since the pose before: so is_far must hold
+  if (now.plane.gap - band_ <= std::min(left, ways) || !is_far(parent, now)) return {};
+  for (const uint32_t half : {index, index ^ 1}) {
+    if (planes_.has(half)) planes_.take_out(half);
+    pairs_[half].state = State::kUnused;
+  }
+  retired_.push_back(index & ~1u);
+  return now.plane;
 }
 
 void NearFront::wait_far(uint32_t index, const SlidingPlane& plane) {

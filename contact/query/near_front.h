@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "contact/query/box_distance.h"
@@ -78,7 +79,9 @@ class NearFront {
   void measure_waiting();
   void leave_leaves(uint32_t index);
   void end_leaves(uint32_t index);
+  void close_some();
   void raise(uint32_t index, SlidingPlane plane);
+  std::optional<SlidingPlane> close(uint32_t index, double gap);
   void wait_far(uint32_t index, const SlidingPlane& plane);
   uint32_t new_halves();
   Apart apart(const NodePair& nodes);
@@ -98,8 +101,8 @@ class NearFront {
   std::vector<LeafBounds> bounds_;              // of leaves
   std::vector<uint32_t> unused_, retired_;      // halves, by the first: for others, from now on
   std::vector<SlidingPlanes::UsedUp> expired_;
-  std::vector<uint32_t> looked_at_;  // leaves
-  size_t n_looked_through_ = 0;
+  std::vector<uint32_t> looked_at_;                      // leaves
+  size_t n_leaves_asked_ = 0, n_planes_asked_ = 0;       // of those that may be closed
   std::array<uint32_t, DistanceBatch::kRoom> leaves_{};  // whose triangles wait
   size_t n_leaves_ = 0;
   std::vector<NearPair> near_;

@@ -78,6 +78,11 @@ class SlidingPlanes {
   void take_out(uint32_t owner);
 
   double gap(uint32_t owner) const;
+  /// Of the k-th, in an order that changes whenever one is taken out.
+  uint32_t owner(size_t k) const {
+    const auto slot = static_cast<uint32_t>(k);
+    return block_of(slot).owner[slot % SlidingPlaneBlock::kPlanes];
+  }
 
   struct UsedUp {
     uint32_t owner;
