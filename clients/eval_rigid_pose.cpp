@@ -5,6 +5,7 @@
 
 #include "contact/query/closest_point.h"
 #include "contact/query/triangle_pairs.h"
+#include "contact/shape/mesh_topology.h"
 
 namespace haptic {
 namespace {
@@ -17,13 +18,15 @@ RigidPoseJudge::RigidPoseJudge(const MeshShape& object, const MeshShape& tool,
                                const Springs& springs)
     : object_(object),
       tool_(tool),
+      object_points_(points_of_shells(object.mesh)),
+      tool_points_(points_of_shells(tool.mesh)),
       springs_(springs),
       metric_(factor_metric(spring_matrix(springs.translational, springs.rotational))),
       near_(kRoom) {}
 
 bool RigidPoseJudge::is_entered(const Pose& X_OT) const {
-  return triangle_pairs(object_, tool_, X_OT, {}) > 0 || holds(object_, tool_, X_OT) ||
-         holds(tool_, object_, inverse(X_OT));
+  return triangle_pairs(object_, tool_, X_OT, {}) > 0 || holds(object_, tool_points_, X_OT) ||
+         holds(tool_, object_points_, inverse(X_OT));
 }
 
 double RigidPoseJudge::length_of(const Twist& motion) const {

@@ -40,6 +40,7 @@ class RigidPoseJudge {
 
  private:
   MeshShape object_, tool_;
+  std::vector<Vec3> object_points_, tool_points_;  // one of each shell
   Springs springs_;
   MotionMetric metric_;
   std::vector<NearPair> near_;

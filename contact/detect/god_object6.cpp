@@ -13,11 +13,12 @@ namespace haptic {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kArrived = 0.05;    // of the margin: what is left of a way that is done
+constexpr double kArrived = 0.05;  // of the margin: what is left of a way that is done
 constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
 constexpr double kStop = 0.01;       // of the margin: before a meeting
 constexpr int kMostBand = 20;        // powers of two
 constexpr int kLevelsKept = 2;       // that the band may be too wide
+constexpr double kAlmost = 0.999;    // of a limit: within it, roundings included
 constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
 constexpr double kLongWay = 0.02;    // of the tool: fronts go no further in one move
 constexpr double kWorthwhile = 0.1;  // of the gain hoped for: less ends the moves
@@ -43,6 +44,7 @@ GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool
                        const ToolBody& body, const GodObject6Options& options)
     : options_(options),
       tool_(tool),
+      shell_points_T_(points_of_shells(tool.mesh)),
       reach_(norm(body.centre_T) + body.radius),
       metric_(factor_metric(
           spring_matrix(options.translational_stiffness, options.rotational_stiffness))) {
@@ -70,10 +72,11 @@ double GodObject6::distance_of(const Twist& motion) const {
 bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   if (!is_finite(X_WT)) return false;
   for (size_t i = 0; i < obstacles_.size(); ++i) {
-    const MeshShape& object = obstacles_[i].shape;
+    const Obstacle& o = obstacles_[i];
     const Pose X_OT = inverse(X_WO[i]) * X_WT;
-    if (any_near_pair(object, tool_, X_OT, kApart * options_.margin)) return false;
-    if (holds(object, tool_, X_OT) || holds(tool_, object, inverse(X_OT))) return false;
+    if (any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin)) return false;
+    if (holds(o.shape, shell_points_T_, X_OT)) return false;
+    if (holds(tool_, o.shell_points, inverse(X_OT))) return false;
   }
   return true;
 }
@@ -125,25 +128,24 @@ size_t GodObject6::n_near() const {
 /// The part of the way to this pose that is free of every object, along the way that these have
 /// gone since. Where it is short and straight the fronts go to its end, and those pairs that they
 /// do not know to be apart all along are asked when they meet; else all are.
-double GodObject6::free_part(const Pose& to_W) {
+GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
   const SweptPairOptions options{kApart * options_.margin, 0};
-  double time = 1;
-  is_front_there_ = true;
+  FreePart free;
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
     const RigidMotion way = way_of(o.X_OG, X_OT);
     const bool is_followed = !o.front.is_first() && length_of(way) <= kLongWay * reach_ &&
                              off_the_chord(way, reach_, 1) <= kBend * band();
     if (is_followed) o.near = o.front.follow(way, X_OT, band());
-    is_front_there_ &= is_followed;
+    free.are_fronts_there &= is_followed;
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
                                     : o.sweep.time_of_impact(way, options);
     if (!meeting.meets) continue;
     o.meet(meeting.pair);
-    time = std::min(time, meeting.time);
+    free.time = std::min(free.time, meeting.time);
   }
-  return time;
+  return free;
 }
 
 bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
@@ -157,11 +159,11 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
     return obstacles_[object].X_WO * obstacles_[object].X_OG;
   };
   const auto goes = [&](const Pose& X_WT) {
-    const bool is_free = free_part(X_WT) == 1;
+    const FreePart free = free_part(X_WT);
     // the next way begins where it stands, for the fronts too
-    if (is_free) stand_at(X_WT);
-    if (!is_free || !is_front_there_) look_around();
-    return is_free;
+    if (free.time == 1) stand_at(X_WT);
+    if (free.time < 1 || !free.are_fronts_there) look_around();
+    return free.time == 1;
   };
   if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
   if (goes(X_WG_)) return true;
@@ -213,9 +215,15 @@ ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
   return motion;
 }
 
-/// That bends no point off its chord by more than a part of the band: r θ²/8 [rad].
-double GodObject6::longest_turn() const {
-  return std::sqrt(8 * kBend * band() / reach_);
+/// How much of a motion is asked at once. What goes on far is cut short where it has met something
+/// of late; a short way that turns further goes round a bend that the fronts do not know: no point
+/// is to be off its chord by more than a part of the band, r θ²/8.
+double GodObject6::share_of(const Twist& motion) const {
+  const double length = length_of(motion);
+  const double share = std::min(trust_ / length, 1.0);
+  if (share * length > kLongWay * reach_) return share;
+  const double longest_turn = std::sqrt(8 * kAlmost * kBend * band() / reach_);
+  return std::min(share, longest_turn / norm(motion.w));
 }
 
 /// The first level whose band is as wide as this [m].
@@ -227,13 +235,13 @@ int GodObject6::level_of(double length) const {
 /// As far as it is free. Returns the part of the motion gone.
 double GodObject6::advance(const Twist& motion) {
   const Pose to_W = moved(X_WG_, motion);
-  const double meets = free_part(to_W);
-  if (meets == 1) {
+  const FreePart free = free_part(to_W);
+  if (free.time == 1) {
     stand_at(to_W);
-    if (!is_front_there_ || (n_near() > kMostPairs && band_ > kLeastBand)) look_around();
+    if (!free.are_fronts_there || (n_near() > kMostPairs && band_ > kLeastBand)) look_around();
     return 1;
   }
-  const double time = std::max(meets - kStop * options_.margin / length_of(motion), 0.0);
+  const double time = std::max(free.time - kStop * options_.margin / length_of(motion), 0.0);
   if (time > 0) stand_at(way_of(X_WG_, to_W).at(time));
   look_around();
   return time;
@@ -267,9 +275,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
     result.is_settled = length <= kArrived * options_.margin || is_vain;
     if (result.is_settled || i == options_.moves) break;
-    // what turns further goes round a bend that the fronts do not know; what goes on far is cut
-    // short where it has met something of late
-    const double share = std::min({longest_turn() / norm(motion.w), trust_ / length, 1.0});
+    const double share = share_of(motion);
     const double gone = advance(share * motion);
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
                       : kTrustFree * trust_;

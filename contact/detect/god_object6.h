@@ -9,6 +9,7 @@
 #include "contact/query/near_contacts.h"
 #include "contact/query/near_front.h"
 #include "contact/query/swept_mesh.h"
+#include "contact/shape/mesh_topology.h"
 #include "proto/math/qp.h"
 #include "proto/wire.h"
 
@@ -79,8 +80,13 @@ class GodObject6 {
  private:
   struct Obstacle {
     Obstacle(const MeshShape& object, const MeshShape& tool)
-        : shape(object), front(object, tool), sweep(object, tool), minima(object, tool) {}
+        : shape(object),
+          shell_points(points_of_shells(object.mesh)),
+          front(object, tool),
+          sweep(object, tool),
+          minima(object, tool) {}
     MeshShape shape;
+    std::vector<Vec3> shell_points;
     NearFront front;
     SweptMesh sweep;
     NearContacts minima;
@@ -97,12 +103,16 @@ class GodObject6 {
 
   bool is_free(std::span<const Pose> X_WO, const Pose& X_WT) const;
   bool follow_objects(std::span<const Pose> X_WO);
-  double free_part(const Pose& to_W);
+  struct FreePart {
+    double time = 1;               // of the way
+    bool are_fronts_there = true;  // at its end
+  };
+  FreePart free_part(const Pose& to_W);
   void stand_at(const Pose& X_WT);
   int level_of(double length) const;
   void look_around();
   size_t n_near() const;
-  double longest_turn() const;
+  double share_of(const Twist& motion) const;
   void gather_rows();
   void add_met(const Obstacle& obstacle, uint32_t object);
   void add_row(const NearContact& contact, uint32_t object);
@@ -115,10 +125,10 @@ class GodObject6 {
 
   GodObject6Options options_;
   MeshShape tool_;
-  double reach_;                 // from the origin of T to its furthest point [m]
-  int band_ = 2;                 // all that is nearer than 2^band_ margins is known
-  bool is_front_there_ = false;  // at the end of the last way that was asked about
-  double trust_ = 0;             // how long the next move may be [m]
+  std::vector<Vec3> shell_points_T_;
+  double reach_;      // from the origin of T to its furthest point [m]
+  int band_ = 2;      // all that is nearer than 2^band_ margins is known
+  double trust_ = 0;  // how long the next move may be [m]
   MotionMetric metric_;
   std::vector<Obstacle> obstacles_;
   bool is_placed_ = false, was_placed_ = false;

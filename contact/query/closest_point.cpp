@@ -277,10 +277,12 @@ HAPTIC_WIDE ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, 
   return WitnessedSearch(shape, p_O, witness).run(max_distance);
 }
 
-bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner) {
-  if (!outer.mesh.closed || inner.mesh.vertices.empty()) return false;
-  const double any_distance = std::numeric_limits<double>::infinity();
-  return closest_point(outer, X_outer_inner * inner.mesh.vertices[0], any_distance).inside;
+bool holds(const MeshShape& outer, std::span<const Vec3> points, const Pose& X_outer_inner) {
+  if (!outer.mesh.closed) return false;
+  return std::any_of(points.begin(), points.end(), [&](const Vec3& point) {
+    const double any_distance = std::numeric_limits<double>::infinity();
+    return closest_point(outer, X_outer_inner * point, any_distance).inside;
+  });
 }
 
 }  // namespace haptic

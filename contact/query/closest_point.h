@@ -3,7 +3,9 @@
 
 #include <array>
 
+#include <span>
 #include "contact/query/closest_on_triangle.h"
+
 #include "contact/shape/mesh_shape.h"
 #include "proto/math/pose.h"
 
@@ -37,8 +39,8 @@ ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_d
 ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, double max_distance,
                            ClosestWitness& witness);
 
-/// Whether the first vertex of one mesh lies in another that is closed: where their surfaces do not
-/// meet, whether that one holds it. Of a mesh of several shells only the first is asked.
-bool holds(const MeshShape& outer, const MeshShape& inner, const Pose& X_outer_inner);
+/// Whether any of these points lies in a mesh that is closed: with one of each shell of another
+/// mesh (points_of_shells), where their surfaces do not meet, whether it holds any of that one.
+bool holds(const MeshShape& outer, std::span<const Vec3> points, const Pose& X_outer_inner);
 
 }  // namespace haptic

@@ -118,4 +118,27 @@ MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles)
   return mesh;
 }
 
+std::vector<Vec3> points_of_shells(const TriangleMesh& mesh) {
+  std::vector<Vec3> points;
+  std::vector<bool> is_known(mesh.triangles.size());
+  std::vector<uint32_t> waiting;
+  const auto note = [&](uint32_t face) {
+    if (face == kNoFace || is_known[face]) return false;
+    is_known[face] = true;
+    waiting.push_back(face);
+    return true;
+  };
+  for (uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    if (note(f)) points.push_back(mesh.vertices[mesh.triangles[f][0]]);
+    while (!waiting.empty()) {
+      const uint32_t face = waiting.back();
+      waiting.pop_back();
+      for (const uint32_t edge : mesh.triangle_edges[face]) {
+        for (const uint32_t neighbour : mesh.edge_faces[edge]) note(neighbour);
+      }
+    }
+  }
+  return points;
+}
+
 }  // namespace haptic

@@ -32,4 +32,7 @@ struct MeshData {
 /// on any soup: a zero-area face has a zero normal, an unused vertex too. Indices must be in range.
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles);
 
+/// A vertex of each shell: of triangles that hang together by edges; start-up only.
+std::vector<Vec3> points_of_shells(const TriangleMesh& mesh);
+
 }  // namespace haptic

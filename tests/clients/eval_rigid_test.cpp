@@ -92,6 +92,10 @@ TEST_CASE("eval rigid: planted faults are found", "[lab][trap]") {
   CHECK(pushed({{0.1 * force, 0, 0}, {}}).off_cone > 1e-3);
   CHECK(pushed({{0, 0, -2 * force}, {}}).off_cone > 0.1);
   CHECK(falsified([](ServoFrame& frame, ContactSet&) {
+          frame.F_coupling_W = {};
+          frame.X_WP = frame.X_WT;
+        }).fallen == 1);
+  CHECK(falsified([](ServoFrame& frame, ContactSet&) {
           frame.F_coupling_W.t.x = std::numeric_limits<double>::quiet_NaN();
         }).not_finite == 1);
   CHECK(falsified([](ServoFrame&, ContactSet& set) {

@@ -199,6 +199,16 @@ TEST_CASE("god object of six degrees of freedom: it begins only where it is free
   World around(make_icosphere(20e-3, 2));
   around.add(make_box({2e-3, 2e-3, 2e-3}));
   CHECK_FALSE(around.make().place(around.X_WO, at(1e-3, 0, 0)));
+  // of two balls that are one tool only the second is inside
+  Soup two = make_icosphere(2e-3, 1);
+  const auto n = static_cast<uint32_t>(two.vertices.size());
+  const Soup one = two;
+  for (const Vec3& v : one.vertices) two.vertices.push_back(v + Vec3{40e-3, 0, 0});
+  for (const Triangle& t : one.triangles) two.triangles.push_back({n + t[0], n + t[1], n + t[2]});
+  World half_inside(two);
+  half_inside.add(make_icosphere(20e-3, 2));
+  CHECK_FALSE(half_inside.make().place(half_inside.X_WO, at(-40e-3, 0, 0)));
+  CHECK(half_inside.make().place(half_inside.X_WO, at(0, 40e-3, 0)));
 }
 
 TEST_CASE("god object of six degrees of freedom: a free pose is found near one that is not") {
