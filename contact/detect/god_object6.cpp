@@ -13,7 +13,7 @@ namespace haptic {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kArrived = 0.05;  // of the margin: what is left of a way that is done
+constexpr double kArrived = 0.05;    // of the margin: what is left of a way that is done
 constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
 constexpr double kStop = 0.01;       // of the margin: before a meeting
 constexpr int kMostBand = 20;        // powers of two
