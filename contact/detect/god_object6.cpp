@@ -13,7 +13,10 @@ namespace haptic {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kArrived = 0.05;    // of the margin: what is left of a way that is done
+constexpr double kArrived = 0.05;  // of the margin: what is left of a way that is done
+// after a way that took much work, what of it is left to the next step: a share, and margins
+constexpr double kRestShare = 0.1, kRest = 5;
+constexpr size_t kMuchWork = 2000;   // pairs looked at
 constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
 constexpr double kStop = 0.01;       // of the margin: before a meeting
 constexpr int kMostBand = 20;        // powers of two
@@ -136,7 +139,11 @@ GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
     const RigidMotion way = way_of(o.X_OG, X_OT);
     const bool is_followed = !o.front.is_first() && length_of(way) <= kLongWay * reach_ &&
                              off_the_chord(way, reach_, 1) <= kBend * band();
-    if (is_followed) o.near = o.front.follow(way, X_OT, band());
+    if (is_followed) {
+      o.near = o.front.follow(way, X_OT, band());
+      const NearFront::Work& work = o.front.work();
+      work_ += work.visited + work.boxes + work.triangles;
+    }
     free.are_fronts_there &= is_followed;
     const MeshMeeting meeting = is_followed
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
@@ -265,7 +272,8 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     look_around();
     if (band_ < wider) break;
   }
-  double left = kFar, hoped = 0;
+  double left = kFar, hoped = 0, gone_so_far = 0;
+  work_ = 0;
   for (uint32_t i = 0; i <= options_.moves; ++i) {
     gather_rows();
     const Twist way = way_between(X_WG_, led_W);
@@ -273,10 +281,13 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const double length = length_of(motion), before = std::exchange(left, distance_of(way));
     // the end of the way; or pushed to and fro where it is tight
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
-    result.is_settled = length <= kArrived * options_.margin || is_vain;
+    const bool is_small = length <= std::min(kRestShare * gone_so_far, kRest * options_.margin);
+    result.is_settled =
+        length <= kArrived * options_.margin || is_vain || (is_small && work_ > kMuchWork);
     if (result.is_settled || i == options_.moves) break;
     const double share = share_of(motion);
     const double gone = advance(share * motion);
+    gone_so_far += gone * share * length;
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
                       : kTrustFree * trust_;
     // by the first part of it alone: |x + s a|² ≤ |x|² − s |a|²

@@ -44,8 +44,9 @@ struct GodObjectMove {
 ///   x ← x ⊕ a, as far as continuous collision proves it free,
 /// M = diag(k_T, k_R) about the tool's origin, the springs of the config. Where a motion
 /// meets something, that is a constraint in the moves that follow. Slides in the same step, as the
-/// paper says it may. An object that moves takes the tool along where its contacts are, if the
-/// others leave it free; else the tool stays where it is, if it may.
+/// paper says it may; where little is left after a way that took much work, in the next one. An
+/// object that moves takes the tool along where its contacts are, if the others leave it free; else
+/// the tool stays where it is, if it may.
 ///
 /// Source: Ortega, Redon & Coquillart 2007; continuous collision as in Redon, Kheddar & Coquillart
 /// 2002 (swept_mesh.h).
@@ -128,6 +129,7 @@ class GodObject6 {
   std::vector<Vec3> shell_points_T_;
   double reach_;      // from the origin of T to its furthest point [m]
   int band_ = 2;      // all that is nearer than 2^band_ margins is known
+  size_t work_ = 0;   // pairs that the fronts have looked at in this step
   double trust_ = 0;  // how long the next move may be [m]
   MotionMetric metric_;
   std::vector<Obstacle> obstacles_;

@@ -69,7 +69,6 @@ class NearFront {
   void begin();
   void retire();
   void move_leaves();
-  void look_at_leaves();
   void visit_expired();
   void visit(uint32_t index, const Vec3& normal_A);
   void prefetch_corners(const NodePair& nodes) const;
