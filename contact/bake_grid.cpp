@@ -24,6 +24,10 @@ constexpr size_t kStride = 7919;  // a prime: from one end of the mesh to the ot
 constexpr size_t kSmall = 5000;  // triangles
 constexpr QueryCosts kTypicalCosts{15e-9, 17e-9, 42e-9};
 
+bool is_small(const TriangleMesh& mesh) {
+  return mesh.triangles.size() < kSmall;
+}
+
 /// Shortest time of one call, over a few rounds: what else the machine does only adds.
 template <class F>
 double time_of(F&& f) {
@@ -55,7 +59,7 @@ QueryCosts measure_costs() {
 /// How long one waits for a vertex here and there [s]: nothing on a small mesh, which stays near
 /// the processor, and on a large one what memory takes.
 double measure_wait(const TriangleMesh& mesh) {
-  if (mesh.triangles.size() < kSmall) return 0;
+  if (is_small(mesh)) return 0;
   volatile size_t at = 0;
   // each place depends on what was found at the one before, and no round returns to it
   return time_of([&](size_t) {
@@ -77,8 +81,7 @@ std::vector<std::string> explain(const TriangleMesh& mesh, const QueryCosts& cos
                                  const std::vector<GridChoice>& choices, const GridChoice& chosen) {
   std::ostringstream measured, interval;
   measured.precision(3);
-  measured << (mesh.triangles.size() < kSmall ? "not measured, the mesh is small: "
-                                              : "measured here: ")
+  measured << (is_small(mesh) ? "not measured, the mesh is small: " : "measured here: ")
            << "cell to cell with lookup C_l " << 1e9 * costs.lookup << " ns, thin box C_obb "
            << 1e9 * costs.batch / kBatch << " ns (eight at a time), triangle C_tri "
            << 1e9 * costs.triangle << " ns; wait for memory " << 1e9 * wait
@@ -110,7 +113,7 @@ const QueryCosts& measured_costs() {
 }
 
 ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree) {
-  const QueryCosts& costs = mesh.triangles.size() < kSmall ? kTypicalCosts : measured_costs();
+  const QueryCosts& costs = is_small(mesh) ? kTypicalCosts : measured_costs();
   const double wait = measure_wait(mesh);
   const std::vector<GridChoice> choices =
       weigh_cells(mesh, {costs.lookup + wait / kAhead, costs.batch, costs.triangle + wait});

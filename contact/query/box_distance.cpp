@@ -33,9 +33,6 @@ float sum(Lanes v) {
 Vec3 centre_of(const CompactObb& box) {
   return {box.centre_O[0], box.centre_O[1], box.centre_O[2]};
 }
-Lanes to_lanes(const Vec3& v) {
-  return Lanes{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
-}
 
 /// A box in lanes; the fourth lane is never looked at.
 struct BoxLanes {

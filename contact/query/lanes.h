@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <cstring>
+
+#include "proto/math/vec3.h"
 
 namespace haptic {
 
@@ -20,6 +23,14 @@ V load_lanes(const void* p) {
   V v;
   std::memcpy(&v, p, sizeof v);
   return v;
+}
+
+inline std::array<float, 3> to_floats(const Vec3& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+/// The fourth lane is 0.
+inline Lanes to_lanes(const Vec3& v) {
+  return Lanes{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
 }
 
 inline Lanes magnitude(Lanes v) {

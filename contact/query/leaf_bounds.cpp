@@ -44,11 +44,9 @@ HAPTIC_INLINE void move_one(LeafBounds& bounds, const MovedFloats& moved, float 
   bounds.asked = static_cast<uint16_t>(asked);
 }
 
-HAPTIC_WIDE void move_all(LeafBounds* bounds, size_t n, const MovedFloats& moved, float least,
+HAPTIC_WIDE void move_all(std::span<LeafBounds> bounds, const MovedFloats& moved, float least,
                           float before) {
-  for (size_t i = 0; i < n; ++i) {
-    move_one(bounds[i], moved, least, before);
-  }
+  for (LeafBounds& leaf : bounds) move_one(leaf, moved, least, before);
 }
 
 }  // namespace
@@ -91,12 +89,11 @@ void move_along(std::vector<LeafBounds>& bounds, const PoseChange& change, doubl
                 double before, std::vector<uint32_t>& asked) {
   constexpr size_t kAtOnce = 64;  // that stay in the nearest cache
   const MovedFloats moved(change);
-  const float bound = (1 + kUlp) * static_cast<float>(least),
-              bound_before = (1 + kUlp) * static_cast<float>(before);
+  const float bound = round_up_distance(least), bound_before = round_up_distance(before);
   for (size_t first = 0; first < bounds.size(); first += kAtOnce) {
     const std::span<LeafBounds> some =
         std::span(bounds).subspan(first, std::min(kAtOnce, bounds.size() - first));
-    move_all(some.data(), some.size(), moved, bound, bound_before);
+    move_all(some, moved, bound, bound_before);
     for (const LeafBounds& leaf : some) {
       if (leaf.asked != 0) asked.push_back(leaf.pair);
     }

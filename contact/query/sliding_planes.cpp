@@ -19,17 +19,13 @@ constexpr double kNormal = 1e-6;  // of a gap, as its normal is no unit vector
 // ‖R' − R‖ is 1/√2 of its Frobenius norm, as both are rotations
 constexpr double kSpectral = 0.70710679;
 
-Lanes to_lanes(const Vec3& v) {
-  return Lanes{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
-}
-
 HAPTIC_INLINE Float8 row(const std::array<float, 8>& values) {
   return lanes8::load<Float8>(values);
 }
 
-HAPTIC_WIDE void move_all(SlidingPlaneBlock* blocks, size_t n, const MovedFloats& moved,
+HAPTIC_WIDE void move_all(std::span<SlidingPlaneBlock> blocks, const MovedFloats& moved,
                           float least) {
-  for (SlidingPlaneBlock& block : std::span(blocks, n)) {
+  for (SlidingPlaneBlock& block : blocks) {
     const Float8 x = row(block.centre_B[0]), y = row(block.centre_B[1]), z = row(block.centre_B[2]);
     Float8 gap = (1 - 4 * kUlp) * row(block.gap);
     gap -= moved.angle * row(block.radius) + moved.rounding;
@@ -91,14 +87,13 @@ void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
   }
   SlidingPlaneBlock& block = block_of(slot);
   const size_t lane = slot % SlidingPlaneBlock::kPlanes;
-  const Vec3 &n = plane.normal_A, &c = plane.centre_B;
-  block.normal_A[0][lane] = static_cast<float>(n.x);
-  block.normal_A[1][lane] = static_cast<float>(n.y);
-  block.normal_A[2][lane] = static_cast<float>(n.z);
-  block.centre_B[0][lane] = static_cast<float>(c.x);
-  block.centre_B[1][lane] = static_cast<float>(c.y);
-  block.centre_B[2][lane] = static_cast<float>(c.z);
-  block.radius[lane] = static_cast<float>((1 + kFloats) * plane.radius + kFloats * norm(c));
+  const std::array<float, 3> n = to_floats(plane.normal_A), c = to_floats(plane.centre_B);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    block.normal_A[axis][lane] = n[axis];
+    block.centre_B[axis][lane] = c[axis];
+  }
+  block.radius[lane] =
+      static_cast<float>((1 + kFloats) * plane.radius + kFloats * norm(plane.centre_B));
   block.owner[lane] = owner;
   set_gap(owner, plane.gap);
 }
@@ -136,11 +131,11 @@ double SlidingPlanes::gap(uint32_t owner) const {
 void SlidingPlanes::move(const PoseChange& change, double least, std::vector<UsedUp>& used_up) {
   constexpr size_t kAtOnce = 64;  // blocks that stay in the nearest cache
   const MovedFloats moved(change);
-  const float bound = (1 + kUlp) * static_cast<float>(least);
+  const float bound = round_up_distance(least);
   for (size_t first = 0; first < blocks_.size(); first += kAtOnce) {
     const std::span<SlidingPlaneBlock> some =
         std::span(blocks_).subspan(first, std::min(kAtOnce, blocks_.size() - first));
-    move_all(some.data(), some.size(), moved, bound);
+    move_all(some, moved, bound);
     for (const SlidingPlaneBlock& block : some) {
       for (LaneSet lanes(block.used_up); lanes.any(); lanes.pop()) {
         const size_t lane = lanes.first();

@@ -37,10 +37,6 @@ struct MovedFloats {
   }
 };
 
-inline std::array<float, 3> to_floats(const Vec3& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
 /// A plane between a piece of A and a piece of B, across its normal: how far they are apart along
 /// it, at least.
 struct SlidingPlane {
