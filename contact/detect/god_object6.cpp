@@ -149,7 +149,7 @@ GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
                                     ? o.sweep.time_of_impact(way, options, o.front.suspects())
                                     : o.sweep.time_of_impact(way, options);
     if (!meeting.meets) continue;
-    o.meet(meeting.pair);
+    o.keep(meeting.pair);
     free.time = std::min(free.time, meeting.time);
   }
   return free;
@@ -195,23 +195,34 @@ void GodObject6::gather_rows() {
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
     row_room_ = rows_.size() + kMostRows;
-    add_met(o, i);
+    add_kept(o, i);
     const NearContactSet set = o.minima.reduce(o.near, o.X_OG, kThinned);
     for (const NearContact& contact : set.contacts) add_row(contact, i);
+    add_too_near(o, i);
   }
 }
 
-/// What has just been met, and what is nearer than it should be, holds even where it is thinned out
-/// or a neighbour is nearer: round a corner that close the next surface is met at once.
-void GodObject6::add_met(const Obstacle& o, uint32_t object) {
-  const auto met = o.met();
+void GodObject6::add_pair(const TrianglePair& triangles, const TriangleDistance& at,
+                          uint32_t object) {
+  if (!(at.distance > 0)) return;
+  const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
+  add_row({at.point_a, at.point_b, normal_O, at.distance, 0, triangles}, object);
+}
+
+/// What is nearer than it should be holds even where it is thinned out or a neighbour is nearer:
+/// round a corner that close the next surface is met at once.
+void GodObject6::add_too_near(const Obstacle& o, uint32_t object) {
   for (const NearPair& pair : o.near) {
-    const TriangleDistance& at = pair.at;
-    const bool is_met = at.distance < kApart * options_.margin ||
-                        std::find(met.begin(), met.end(), pair.triangles) != met.end();
-    if (!is_met || !(at.distance > 0)) continue;
-    const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
-    add_row({at.point_a, at.point_b, normal_O, at.distance, 0, pair.triangles}, object);
+    if (pair.at.distance < kApart * options_.margin) add_pair(pair.triangles, pair.at, object);
+  }
+}
+
+/// What was met or held it back in this step holds on, however far it is now: else the tool rocks
+/// from one side to the other, and each move forgets what the last one learned.
+void GodObject6::add_kept(const Obstacle& o, uint32_t object) {
+  for (const TrianglePair& kept : o.kept()) {
+    const Corners a_O = corners_of(o.shape.mesh, kept.a);
+    add_pair(kept, triangle_distance(a_O, corners_of(tool_.mesh, kept.b, o.X_OG)), object);
   }
 }
 
@@ -219,6 +230,10 @@ ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
   const ConstrainedMotion motion = least_constraint(metric_, way, motion_rows_, {});
   active_ = motion.active;
   n_active_ = motion.n_active;
+  for (int j = 0; j < n_active_; ++j) {
+    const GodObjectContact& row = rows_[static_cast<size_t>(active_[static_cast<size_t>(j)])];
+    obstacles_[row.object].keep(row.at.triangles);
+  }
   return motion;
 }
 
@@ -261,7 +276,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     result.is_lost = true;
     return result;
   }
-  for (Obstacle& o : obstacles_) o.n_met = 0;
+  for (Obstacle& o : obstacles_) o.n_kept = 0;
   result.is_settled = false;
   // each change costs a pass over the fronts; a band twice as wide may hold four times as much
   const int level = std::max(level_of(reach), kLeastBand);
@@ -279,11 +294,12 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const Twist way = way_between(X_WG_, led_W);
     const Twist motion = constrained_way(0.5 * options_.k_s * way).a;
     const double length = length_of(motion), before = std::exchange(left, distance_of(way));
-    // the end of the way; or pushed to and fro where it is tight
+    // the end of the way; or so near to it that pushes to and fro, or the work, are not worth it
+    const bool is_near = distance_of(motion) <= kRest * options_.margin;
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
-    const bool is_small = length <= std::min(kRestShare * gone_so_far, kRest * options_.margin);
+    const bool is_small = work_ > kMuchWork && length <= kRestShare * gone_so_far;
     result.is_settled =
-        length <= kArrived * options_.margin || is_vain || (is_small && work_ > kMuchWork);
+        length <= kArrived * options_.margin || (is_near && (is_vain || is_small));
     if (result.is_settled || i == options_.moves) break;
     const double share = share_of(motion);
     const double gone = advance(share * motion);

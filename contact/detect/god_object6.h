@@ -93,12 +93,16 @@ class GodObject6 {
     NearContacts minima;
     Pose X_WO, X_OG;
     std::span<const NearPair> near;           // at X_OG, within the band
-    std::array<TrianglePair, 8> met_pairs{};  // in this step
-    size_t n_met = 0;
+    std::array<TrianglePair, 32> kept_pairs{};  // the last that were met or held it, in this step
+    size_t n_kept = 0;
 
-    void meet(const TrianglePair& pair) { met_pairs[n_met++ % met_pairs.size()] = pair; }
-    std::span<const TrianglePair> met() const {
-      return {met_pairs.data(), std::min(n_met, met_pairs.size())};
+    std::span<const TrianglePair> kept() const {
+      return {kept_pairs.data(), std::min(n_kept, kept_pairs.size())};
+    }
+    void keep(const TrianglePair& pair) {
+      const auto known = kept();
+      if (std::find(known.begin(), known.end(), pair) != known.end()) return;
+      kept_pairs[n_kept++ % kept_pairs.size()] = pair;
     }
   };
 
@@ -115,7 +119,9 @@ class GodObject6 {
   size_t n_near() const;
   double share_of(const Twist& motion) const;
   void gather_rows();
-  void add_met(const Obstacle& obstacle, uint32_t object);
+  void add_pair(const TrianglePair& triangles, const TriangleDistance& at, uint32_t object);
+  void add_too_near(const Obstacle& obstacle, uint32_t object);
+  void add_kept(const Obstacle& obstacle, uint32_t object);
   void add_row(const NearContact& contact, uint32_t object);
   ConstrainedMotion constrained_way(const Twist& way);
   double advance(const Twist& motion);

@@ -278,8 +278,8 @@ TEST_CASE("god object of six degrees of freedom: a plate of 0.01 mm at 10 m/s is
 }
 
 TEST_CASE(
-    "god object of six degrees of freedom: shaken it enters nothing, and where it settles no "
-    "way on is left",
+    "god object of six degrees of freedom: shaken it enters nothing, rocks to and fro nowhere, "
+    "and where it settles no way on is left",
     "[trap]") {
   std::deque<World> worlds;
   worlds.emplace_back(make_bumpy_ball(3, 8e-3, 2));
@@ -315,22 +315,15 @@ TEST_CASE(
       nearest = std::min(nearest, world.distance(X));
       REQUIRE(nearest > 0);
       n_held += move.n_active > 0 ? 1 : 0;
+      n_settled += move.is_settled ? 1 : 0;
       if (!move.is_settled || step % 3 != 0) continue;
-      ++n_settled;
-      // a hand that waits a little has it go on where it was pushed to and fro
-      double share = 1;
-      for (int wait = 0; wait < 4 && share > 0.05; ++wait) {
-        if (wait > 0) god.move(world.X_WO, led, 20e-6);
-        const double far = std::max(world.length_of(world.way(god.X_WG(), led)), 1e-4);
-        share = world.residual(god.X_WG(), led, 100 * kMargin) / far;
-      }
-      worst = std::max(worst, share);
-      REQUIRE_FALSE(world.is_met(god.X_WG()));
-      CHECK(share < 0.05);
+      const double left = world.residual(X, led, 4 * kMargin);
+      worst = std::max(worst, left);
+      CHECK(left <= 5.5 * kMargin);
     }
     CAPTURE(w, n_held, n_settled, worst, nearest);
     CHECK(n_held > trials(2000) / 10);
-    CHECK(n_settled > trials(2000) / 15);
+    CHECK(3 * n_settled > 2 * trials(2000));
   }
 }
 
@@ -449,7 +442,8 @@ TEST_CASE("god object of six degrees of freedom: the same questions have the sam
   for (size_t i = 0; i < first.size(); ++i) {
     CAPTURE(i);
     REQUIRE(is_same(first[i], again[i]));
-    CHECK_THAT(elsewhere[i].p, IsNear(first[i].p, 1e-9));
+    // roundings may have it end a move earlier: no further away than what counts as arrived
+    CHECK_THAT(elsewhere[i].p, IsNear(first[i].p, 0.05 * kMargin));
     CHECK(norm(to_rotation_vector(elsewhere[i].q * conjugate(first[i].q))) < 1e-7);
   }
 }
