@@ -30,7 +30,7 @@ constexpr double kClearance = 0.05e-3;  // of the peg [m]
 constexpr double kTick = 1e-3;          // [s]
 constexpr double kAheadTicks = 3;       // that a session looks ahead
 constexpr double kGoalRate = 500;       // moves a second
-constexpr uint64_t kExactSamples = 10'000, kRestSamples = 2'000, kPeerSamples = 25;
+constexpr uint64_t kPeerSamples = 25;
 constexpr double kBandMargins = 4;    // of what is looked at where it rests
 constexpr double kJamMargins = 10;    // a way left that contradicts the rest
 constexpr double kBlindWay = 0.1e-3;  // short of the hand, for which there must be a reason [m]
@@ -38,7 +38,7 @@ constexpr int64_t kShowNs = 500'000'000;
 
 struct Options {
   std::vector<std::string> scenes{"bunny", "peg", "bolt"};
-  uint64_t frames = 2000, seed = 1;
+  uint64_t frames = 2000, seed = 1, exact = 10'000, rests = 2000;
   std::string meshes;
   bool json = false;
 };
@@ -189,8 +189,8 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     tally.blind += contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
     tally.pressed += move.n_active > 0;
     tally.unsettled += !move.is_settled;
-    watch.judge(subject.pose(), is_sample(k, options.frames, kExactSamples), tally);
-    if (move.is_settled && is_sample(k, options.frames, kRestSamples)) {
+    watch.judge(subject.pose(), is_sample(k, options.frames, options.exact), tally);
+    if (move.is_settled && is_sample(k, options.frames, options.rests)) {
       judge_rest(subject, led, judge, tally);
     }
     if (peer && is_sample(k, options.frames, kPeerSamples)) {
@@ -268,6 +268,12 @@ void add_bench_rigid(CLI::App& bench) {
   command->add_option("--scene", options->scenes, "as often as wanted")
       ->check(CLI::IsMember({"bunny", "peg", "bolt"}));
   command->add_option("--frames", options->frames, "of 1 kHz, in each scene")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  command->add_option("--exact", options->exact, "poses judged exactly, at most")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  command->add_option("--rests", options->rests, "settled poses judged by all pairs, at most")
       ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the hands")->capture_default_str();
