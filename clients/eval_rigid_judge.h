@@ -29,11 +29,13 @@ struct RigidJudgeOptions {
 ///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
 ///    by a margin though ten margins of the way to where it was led are free.
 ///  - Falls: there is no force, though by all pairs of triangles within the hand's reach there
-///    would be more than 0.1 N.
+///    would be more than 0.1 N, and the tool would be inside even 0.1 N before the hand.
 ///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,
-///    k_T |Δhand| + dt/blend_time |F|.
+///    k_T |Δhand| + dt/blend_time (F_out + F_in): F_out the largest of the last blend_time, F_in
+///    what the contacts of the set would push the last proxy with, all at once. Sets that had not
+///    settled, whose proxy may slide a long way in a tick, by themselves.
 class RigidJudge {
  public:
   /// Views; the shapes must outlive it.
@@ -48,8 +50,8 @@ class RigidJudge {
     uint64_t ticks = 0, felt = 0, not_finite = 0;
     uint64_t poses = 0, inside = 0, unsettled = 0, placed_anew = 0;
     uint64_t held = 0, jammed_poses = 0, jammed_ticks = 0, fallen = 0, unknown = 0;
-    double largest_force = 0, off_cone = 0;    // [N], of the force
-    double largest_step = 0, beyond_step = 0;  // [N]
+    double largest_force = 0, off_cone = 0;                          // [N], of the force
+    double largest_step = 0, beyond_step = 0, beyond_unsettled = 0;  // [N]
   };
   const Found& found() const { return found_; }
 
@@ -61,12 +63,14 @@ class RigidJudge {
   double size_of(const Wrench& F_W) const;
   void judge_pose(const ContactSet& set);
   void judge_cone(const ServoFrame& frame, const ContactSet& set);
-  void judge_step(const ServoFrame& frame);
+  double let_in(const ContactSet& set);
+  void judge_step(const ServoFrame& frame, const ContactSet& set);
   void judge_force(const ServoFrame& frame, const ContactSet& set);
 
   RigidJudgeOptions options_;
   RigidPoseJudge poses_;
   MotionMetric metric_;
+  std::vector<double> fading_;  // forces [N] of the ticks that blending may still let out
   Found found_;
   std::array<std::vector<Push>, kSetsKept> pushes_;  // of the last sets
   bool has_set_ = false, has_frame_ = false;
