@@ -51,7 +51,9 @@ void RigidJudge::judge_cone(const ServoFrame& frame, const ContactSet& set) {
   rows_.clear();
   for (const std::vector<Push>& kept : pushes_) {
     for (const Push& push : kept) {
+      // what has been let out goes along with the tool; what is put off stays as it was
       rows_.push_back(contact_row(rotate(set.X_WG.q, push.tool_point_T), push.normal_W, 0, 0));
+      rows_.push_back(contact_row(push.arm_W, push.normal_W, 0, 0));
     }
   }
   const Twist unexplained = response(metric_, frame.F_coupling_W);
@@ -82,9 +84,7 @@ void RigidJudge::judge_step(const ServoFrame& frame, const ContactSet& set) {
   const double out = std::max(size_of(now), *std::max_element(fading_.begin(), fading_.end()));
   const double blend = options_.dt / options_.blend_time * (in + out);
   found_.largest_step = std::max(found_.largest_step, step);
-  const bool is_settled = (set.flags & kContactIterationLimit) == 0;
-  double& beyond = is_settled ? found_.beyond_step : found_.beyond_unsettled;
-  beyond = std::max(beyond, step - hand - blend);
+  found_.beyond_step = std::max(found_.beyond_step, step - hand - blend);
 }
 
 void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
@@ -119,7 +119,8 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
     std::vector<Push>& kept = pushes_[set->seq % kSetsKept];
     kept.clear();
     for (uint32_t i = 0; i < set->n_contacts; ++i) {
-      kept.push_back({set->contacts[i].tool_point_T, set->contacts[i].normal_O});
+      const Contact& c = set->contacts[i];
+      kept.push_back({c.tool_point_T, c.normal_O, rotate(set->X_WG.q, c.tool_point_T)});
     }
     last_X_WG_ = set->X_WG;
     last_seq_ = set->seq;
@@ -162,7 +163,6 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   rows.add("step of force in a tick, max", found_.largest_step, "N");
   rows.add_if(is_massless, "step beyond hand and blending, max", found_.beyond_step, "N",
               kStepRounding, found_.beyond_step <= kStepRounding);
-  rows.add("the same where contacts had not settled", found_.beyond_unsettled, "N");
   return rows.rows();
 }
 

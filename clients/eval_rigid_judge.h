@@ -34,8 +34,7 @@ struct RigidJudgeOptions {
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,
 ///    k_T |Δhand| + dt/blend_time (F_out + F_in): F_out the largest of the last blend_time, F_in
-///    what the contacts of the set would push the last proxy with, all at once. Sets that had not
-///    settled, whose proxy may slide a long way in a tick, by themselves.
+///    what the contacts of the set would push the last proxy with, all at once.
 class RigidJudge {
  public:
   /// Views; the shapes must outlive it.
@@ -50,15 +49,15 @@ class RigidJudge {
     uint64_t ticks = 0, felt = 0, not_finite = 0;
     uint64_t poses = 0, inside = 0, unsettled = 0, placed_anew = 0;
     uint64_t held = 0, jammed_poses = 0, jammed_ticks = 0, fallen = 0, unknown = 0;
-    double largest_force = 0, off_cone = 0;                          // [N], of the force
-    double largest_step = 0, beyond_step = 0, beyond_unsettled = 0;  // [N]
+    double largest_force = 0, off_cone = 0;    // [N], of the force
+    double largest_step = 0, beyond_step = 0;  // [N]
   };
   const Found& found() const { return found_; }
 
  private:
-  static constexpr size_t kSetsKept = 8;
+  static constexpr size_t kSetsKept = 16;
   struct Push {
-    Vec3 tool_point_T, normal_W;
+    Vec3 tool_point_T, normal_W, arm_W;  // the arm as it was then
   };
   double size_of(const Wrench& F_W) const;
   void judge_pose(const ContactSet& set);

@@ -2,6 +2,7 @@
 #include "servo/solve/god_object6.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "proto/math/qp.h"
 #include "servo/solve/shading.h"
@@ -24,12 +25,22 @@ struct Problem {
   std::array<MotionRow, kMaxRigidContacts> rows;    // eased
   std::array<Vec3, kMaxRigidContacts> carried_W{};  // way of the objects beside the carrier
   size_t n_lasting = 0;
-  Twist base;  // a_P, put onto the rows
-  Twist hand;  // a_u
+  Twist base;         // a_P, put onto the rows
+  Twist hand;         // a_u
+  double let_in = 0;  // how far all rows at once would push the last proxy [m]
   bool has_last = false, has_friction = false;
 
   Wrench springs(const Twist& a) const {
     return {coupling.translational_stiffness * a.v, coupling.rotational_stiffness * a.w};
+  }
+  /// |a|_M as a translation [m].
+  double length_of(const Twist& a) const {
+    return spring_length(a, coupling.translational_stiffness, coupling.rotational_stiffness);
+  }
+  /// Of a force in the same metric, k_T times how far it would be moved by it [N].
+  double size_of(const Wrench& F) const {
+    const double per_torque = coupling.translational_stiffness / coupling.rotational_stiffness;
+    return std::sqrt(norm_squared(F.f) + per_torque * norm_squared(F.t));
   }
 };
 
@@ -86,10 +97,18 @@ RigidContact carried(const FadingPlane& plane, const RigidProxyTick& tick, const
   return contact;
 }
 
+/// Of the object that carried the last proxy, or the world.
+Pose carrier_pose(const GodObject6State& state, const RigidProxyTick& tick) {
+  return state.carrier == kNoObject ? Pose{} : tick.X_WO[state.carrier];
+}
+
 /// Where the last proxy is now.
 Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
-  if (state.carrier == kNoObject) return state.X_CP;
-  return tick.X_WO[state.carrier] * state.X_CP;
+  return carrier_pose(state, tick) * state.X_CP;
+}
+
+Wrench rotated(const Quat& q, const Wrench& F) {
+  return {rotate(q, F.f), rotate(q, F.t)};
 }
 
 /// From now on motions are those from another base.
@@ -133,7 +152,9 @@ void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
   }
   // friction holds the proxy where it would be, had it been let in all at once
   if (is_behind) {
-    last = least_constraint(problem.metric, last, {full.data(), problem.n_lasting}).a;
+    const Twist out = least_constraint(problem.metric, last, {full.data(), problem.n_lasting}).a;
+    problem.let_in = problem.length_of(out - last);
+    last = out;
   }
   rebase(problem, last);
 }
@@ -277,9 +298,39 @@ Twist shaded_way(const RigidProxyModel& model, const RigidProxyTick& tick, const
   return slide(problem, first.a, all_rows(problem)).a - plain.a;
 }
 
+/// The largest of the ticks in which what it was may be let out.
+double largest_of_late(const GodObject6State& state, double blend_ticks) {
+  const auto ticks = static_cast<size_t>(std::ceil(std::clamp(blend_ticks, 1.0, 1e3))) + 1;
+  const size_t n = std::min({ticks, state.n_ticks, state.sizes.size()});
+  double largest = 0;
+  for (size_t i = 1; i <= n; ++i) {
+    largest = std::max(largest, state.sizes[(state.n_ticks - i) % state.sizes.size()]);
+  }
+  return largest;
+}
+
+/// What of the change of this force since the last tick is more than the hand and blending make.
+Wrench put_off(const RigidProxyModel& model, const GodObject6State& state,
+               const RigidProxyTick& tick, const Problem& problem, const Wrench& F_W) {
+  if (!problem.has_last || !(model.blend_time > 0)) return {};
+  const Pose X_WC = carrier_pose(state, tick);
+  const Wrench change = F_W + -rotated(X_WC.q, state.F_C);
+  const double step = problem.size_of(change), k_T = problem.coupling.translational_stiffness;
+  if (!(step > 0)) return {};
+  double moved = problem.length_of(way_between(X_WC * state.X_CH, tick.hand.X_WT));
+  for (size_t i = 0; i < problem.contacts.size; ++i) {
+    moved = std::max(moved, norm(problem.carried_W[i]));
+  }
+  const double blend_ticks = model.blend_time / tick.dt, in = k_T * problem.let_in;
+  const double out = std::max(largest_of_late(state, blend_ticks), problem.size_of(F_W));
+  const double most = k_T * moved + (out + in) / std::max(blend_ticks, 1.0);
+  return step > most ? (most / step - 1) * change : Wrench{};
+}
+
 /// Who carries the proxy, and what slides.
 void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
-              const Answer& answer, const BodySolution& out, GodObject6State& state) {
+              const Answer& answer, const Wrench& F_W, const BodySolution& out,
+              GodObject6State& state) {
   const std::array<FadingPlane, kMaxCarrying> before = state.fading;
   state.n_fading = 0;
   state.slides = {};
@@ -305,13 +356,17 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
   }
   state.started = true;
   state.carrier = problem.contacts.carrier;
-  const bool in_world = state.carrier == kNoObject;
-  state.X_CP = in_world ? out.proxy.X_WT : inverse(tick.X_WO[state.carrier]) * out.proxy.X_WT;
+  const Pose X_CW = inverse(carrier_pose(state, tick));
+  state.X_CP = X_CW * out.proxy.X_WT;
+  state.X_CH = X_CW * tick.hand.X_WT;
+  state.F_C = rotated(X_CW.q, F_W);
+  state.sizes[state.n_ticks++ % state.sizes.size()] = problem.size_of(F_W);
 }
 
-/// The force of the coupling, and who makes it.
-void add_force(const Problem& problem, const Answer& felt, const Twist& shaded, BodySolution& out) {
-  const Wrench rest = problem.springs(shaded);
+/// The force of the coupling, and who makes it: what no contact makes is of the one that pushes
+/// hardest, or of who carried the tool.
+void add_force(const Problem& problem, const Answer& felt, const Wrench& rest, uint32_t carrier,
+               BodySolution& out) {
   const Wrench F = felt.F_W + rest;
   const auto share_of = [](double most, double size) {
     return most > 0 && size > most ? most / size : 1;
@@ -320,7 +375,7 @@ void add_force(const Problem& problem, const Answer& felt, const Twist& shaded, 
                                 share_of(problem.coupling.max_torque, norm(F.t)));
   out.F_hand_W = share * F;
   double hardest = 0;
-  uint32_t object = 0;
+  uint32_t object = carrier;
   for (size_t j = 0; j < felt.n_pushing; ++j) {
     const RigidContact& c = problem.contacts.contacts[felt.contact[j]];
     const Vec3& push_W = felt.push_W[j];
@@ -328,7 +383,7 @@ void add_force(const Problem& problem, const Answer& felt, const Twist& shaded, 
     sum = sum + share * Wrench{push_W, cross(c.r_W, push_W)};
     if (norm(push_W) > hardest) hardest = norm(push_W), object = c.object;
   }
-  if (hardest > 0) out.push_W[object] = out.push_W[object] + share * rest;
+  if (object < kMaxObjects) out.push_W[object] = out.push_W[object] + share * rest;
 }
 
 /// Of the proxy, since the last tick.
@@ -354,9 +409,10 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
   pose_problem(model, state, tick, problem);
   const Pose X_WG = problem.contacts.X_WG;
   const Selection all = all_rows(problem);
-  Answer held = slide(problem, problem.hand, all);
+  Answer held = slide(problem, problem.hand, all), felt;
+  Twist shaded;
   if (held.n_pushing > 0) {
-    const Twist shaded = shaded_way(model, tick, problem, held);
+    shaded = shaded_way(model, tick, problem, held);
     Twist foot = held.a + shaded;
     if (problem.has_friction && !problem.has_last) {
       // it has not been held anywhere yet
@@ -368,16 +424,19 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     if (problem.has_friction) out.held_back_W = held.a.v - foot.v;
     const VirtualCoupling& c = problem.coupling;
     const bool damps = c.translational_damping > 0 || c.rotational_damping > 0;
-    const Answer felt =
-        damps ? solve(solver, problem, target, touching_rows(problem, tick, held.a)) : held;
-    out.proxy.X_WT = moved(X_WG, problem.base + held.a);
+    felt = damps ? solve(solver, problem, target, touching_rows(problem, tick, held.a)) : held;
     out.converged = felt.converged;
-    add_force(problem, felt, shaded, out);
+  }
+  const Wrench off_W = put_off(model, state, tick, problem, held.F_W);
+  if (held.n_pushing > 0 || off_W != Wrench{}) {
+    const Twist a = held.a + response(problem.metric, off_W);
+    out.proxy.X_WT = moved(X_WG, problem.base + a);
+    add_force(problem, felt, problem.springs(shaded) + off_W, state.carrier, out);
   }
   out.converged &= held.converged;
   out.n_pushing = static_cast<int>(held.n_pushing);
   out.proxy.V_WT = velocity_of(state, tick, out.proxy.X_WT);
-  remember(model, tick, problem, held, out, state);
+  remember(model, tick, problem, held, held.F_W + off_W, out, state);
   return out;
 }
 

@@ -17,7 +17,12 @@ struct FadingPlane {
 struct GodObject6State {
   bool started = false;
   uint32_t carrier = kNoObject;
-  Pose X_CP;  // the last proxy, seen from the object that carries it, or from the world
+  // seen from the object that carries it, or from the world: the last proxy, the hand then, and
+  // what the contacts made of both, at the tool's origin
+  Pose X_CP, X_CH;
+  Wrench F_C;
+  std::array<double, 16> sizes{};  // of that force in the last ticks, round and round [N]
+  size_t n_ticks = 0;
   std::array<FadingPlane, kMaxCarrying> fading;
   size_t n_fading = 0;
   Slides slides{};
