@@ -99,10 +99,11 @@ void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
   if (!left.is_known) return;
   const double exact = options_.springs.translational * poses_.length_of(way - left.motion);
   found_.jammed_ticks += is_felt && force - exact > kJamForce;
-  // what is round a corner of a row is free all the same: the tool must be inside there, too
-  const double share = kJamForce / apart;
-  found_.fallen +=
-      !is_felt && exact > kJamForce && poses_.is_entered(moved(set.X_WG, (1 - share) * way));
+  // the tool must be inside there, too, by more than contact can be late: what is round a corner
+  // of a row is free
+  const double back = std::max(kJamForce, options_.springs.translational * poses_.length_of(hand));
+  found_.fallen += !is_felt && exact > kJamForce && back < apart &&
+                   poses_.is_entered(moved(set.X_WG, (1 - back / apart) * way));
 }
 
 void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {

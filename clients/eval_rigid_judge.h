@@ -29,7 +29,8 @@ struct RigidJudgeOptions {
 ///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
 ///    by a margin though ten margins of the way to where it was led are free.
 ///  - Falls: there is no force, though by all pairs of triangles within the hand's reach there
-///    would be more than 0.1 N, and the tool would be inside even 0.1 N before the hand.
+///    would be more than 0.1 N, and the tool would be inside even 0.1 N, or the way of a tick,
+///    before the hand.
 ///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,

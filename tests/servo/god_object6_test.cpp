@@ -225,6 +225,32 @@ TEST_CASE("god-object6: a verified pose that jumps does not step the force", "[s
   }
 }
 
+TEST_CASE("god-object6: let out of one plane the proxy does not slide along another at once",
+          "[servo][trap]") {
+  const double depth = 5e-3, k = 800;
+  const double angle = GENERATE(0.5, 0.7, 1.0, 1.3);
+  RigidLoop loop = god_object();
+  loop.model.coupling = {k, 0, 2, 0, 0, 0};
+  const Vec3 slope{std::sin(angle), 0, std::cos(angle)};
+  const auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
+  const Pose hand = at({0, 0, -depth});
+  Vec3 before = loop.hold(hand, *floor).F_hand_W.f;
+  CHECK_THAT(before, IsNear({0, 0, k * depth}, 1e-9));
+  // the proxy lies on both, so nothing is let in
+  const double most = k * depth * loop.tick.dt / loop.model.blend_time;
+  for (int i = 0; i < 12; ++i) {
+    const BodySolution out = loop.hold(hand, *ramp);
+    const Vec3 now = out.F_hand_W.f;
+    CAPTURE(angle, i, now);
+    REQUIRE(norm(now - before) <= most + 1e-9);
+    // what is put off is a force as any other: of the spring, and an object makes it
+    REQUIRE_THAT(now, IsNear(k * (out.proxy.X_WT.p - hand.p), 1e-9));
+    REQUIRE_THAT(out.push_W[0].f, IsNear(now, 1e-9));
+    before = now;
+  }
+  CHECK_THAT(before, IsNear(k * depth * slope.z * slope, 1e-6));
+}
+
 TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][trap]") {
   RigidLoop loop = god_object();
   const double k = 800, depth = 5e-3, speed = 0.05;
