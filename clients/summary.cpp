@@ -60,7 +60,8 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
-/// The verified poses of a rigid tool, some of them: whether its surface meets an object's.
+/// The verified poses of a rigid tool, some of them: whether its surface meets an object's. The
+/// renderer may be another than the config's: a session can change it.
 void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
   std::vector<RigidPoseJudge> judges;
   for (const BakedShape& object : baked.objects) {
@@ -68,6 +69,7 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   }
   for (const VerifiedProxy& proxy : some_of(data.proxies, kMostPosesChecked)) {
     if ((proxy.flags & kContactNoFreePose) != 0) continue;
+    if (!is_rigid(static_cast<Renderer>(proxy.renderer))) continue;
     ++out.verified_checked;
     bool is_inside = false;
     for (size_t i = 0; i < judges.size(); ++i) {
@@ -81,11 +83,8 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
 Penetration measure_body(const SessionData& data, const SessionConfig& config,
                          const BakedSession& baked) {
   Penetration out;
-  if (is_rigid(config.renderer)) {
-    check_verified(data, baked, out);
-  } else {
-    out.unchecked = "not asked: a soft proxy may be inside";
-  }
+  check_verified(data, baked, out);
+  if (out.verified_checked == 0) out.unchecked = "not asked: a soft proxy may be inside";
   std::vector<ServoFrame> touching;
   for (const ServoFrame& frame : data.frames) {
     if ((frame.flags & kServoContact) != 0) touching.push_back(frame);
@@ -105,7 +104,7 @@ Penetration measure_body(const SessionData& data, const SessionConfig& config,
 }  // namespace
 
 VerifiedProxy verified_proxy(const ContactSet& set) {
-  return {set.answers_t_ns, set.X_WG, set.X_WO, set.busy_ns, set.flags};
+  return {set.answers_t_ns, set.X_WG, set.X_WO, set.busy_ns, set.flags, set.renderer};
 }
 
 SessionData load_session(const std::string& log) {

@@ -19,7 +19,7 @@ struct VerifiedProxy {
   Pose X_WG;
   std::array<Pose, kMaxObjects> X_WO;
   int64_t busy_ns = 0;
-  uint32_t flags = 0;
+  uint32_t flags = 0, renderer = 0;
 };
 VerifiedProxy verified_proxy(const ContactSet& set);
 

@@ -205,8 +205,7 @@ void GodObject6::gather_rows() {
 void GodObject6::add_pair(const TrianglePair& triangles, const TriangleDistance& at,
                           uint32_t object) {
   if (!(at.distance > 0)) return;
-  const Vec3 normal_O = (at.point_b - at.point_a) / at.distance;
-  add_row({at.point_a, at.point_b, normal_O, at.distance, 0, triangles}, object);
+  add_row(contact_of(obstacles_[object].shape.mesh, tool_.mesh, triangles, at), object);
 }
 
 /// What is nearer than it should be holds even where it is thinned out or a neighbour is nearer:
@@ -298,8 +297,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const bool is_near = distance_of(motion) <= kRest * options_.margin;
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
     const bool is_small = work_ > kMuchWork && length <= kRestShare * gone_so_far;
-    result.is_settled =
-        length <= kArrived * options_.margin || (is_near && (is_vain || is_small));
+    result.is_settled = length <= kArrived * options_.margin || (is_near && (is_vain || is_small));
     if (result.is_settled || i == options_.moves) break;
     const double share = share_of(motion);
     const double gone = advance(share * motion);
@@ -332,8 +330,7 @@ std::span<const GodObjectContact> GodObject6::contacts(const Pose& answered_W) {
   for (const auto& [rank, k] : order_) {
     const bool is_known =
         std::any_of(contacts_.begin(), contacts_.end(), [&](const GodObjectContact& c) {
-          return c.object == rows_[k].object && c.at.triangles == rows_[k].at.triangles &&
-                 c.at.point_a == rows_[k].at.point_a;
+          return c.object == rows_[k].object && c.at.feature == rows_[k].at.feature;
         });
     if (is_known) continue;
     if (contacts_.size() == kMaxContacts) break;

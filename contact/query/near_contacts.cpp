@@ -15,6 +15,13 @@ Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, TrianglePart par
   return {FeatureKind::kFace, triangle};
 }
 
+/// Between these features, which must be apart.
+NearContact contact_between(const Feature& a, const Feature& b, const TrianglePair& triangles,
+                            const TriangleDistance& at) {
+  const Vec3 normal_A = (at.point_b - at.point_a) / at.distance;
+  return {at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b), triangles};
+}
+
 /// The corner of a face that is not on this edge.
 uint32_t apex_of(const TriangleMesh& mesh, uint32_t face, uint32_t edge) {
   const Triangle& edges = mesh.triangle_edges[face];
@@ -30,6 +37,12 @@ uint64_t feature_id(const Feature& a, const Feature& b) {
     return static_cast<uint64_t>(f.kind) << 30 | uint64_t{f.index};
   };
   return half(a) << 32 | half(b);
+}
+
+NearContact contact_of(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B,
+                       const TrianglePair& triangles, const TriangleDistance& at) {
+  return contact_between(feature_of(mesh_A, triangles.a, at.part_a),
+                         feature_of(mesh_B, triangles.b, at.part_b), triangles, at);
 }
 
 NearContacts::NearContacts(const MeshShape& shape_A, const MeshShape& shape_B)
@@ -96,15 +109,15 @@ void NearContacts::add(const NearPair& pair, const TriangleDistance& at, const P
                        const NearContactOptions& options) {
   const Feature a = feature_of(shape_A_.mesh, pair.triangles.a, at.part_a);
   const Feature b = feature_of(shape_B_.mesh, pair.triangles.b, at.part_b);
-  const Vec3 normal_A = (at.point_b - at.point_a) / at.distance;
+  const NearContact contact = contact_between(a, b, pair.triangles, at);
+  const Vec3& normal_A = contact.normal_A;
   if (!is_nearest({shape_A_.mesh, rings_A_, nullptr}, a, at.point_a, normal_A,
                   options.cone_slack)) {
     return;
   }
   const Side side_B{shape_B_.mesh, rings_B_, &X_AB};
   if (!is_nearest(side_B, b, at.point_b, -normal_A, options.cone_slack)) return;
-  minima_.push_back(
-      {at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b), pair.triangles});
+  minima_.push_back(contact);
 }
 
 /// Faces that are parallel: each part of one may be as near as any other.

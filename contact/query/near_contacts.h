@@ -21,6 +21,10 @@ struct NearContact {
 /// The features of both meshes in one number: kind and index of A's in the upper half.
 uint64_t feature_id(const Feature& a, const Feature& b);
 
+/// Two triangles as one, where they are nearest: they must be apart.
+NearContact contact_of(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B,
+                       const TrianglePair& triangles, const TriangleDistance& at);
+
 struct NearContactOptions {
   double cone_slack = 1e-3;            // outside a normal cone by that still counts [rad]
   double normal = 0.0872664625997165;  // contacts whose normals differ by less [rad], and

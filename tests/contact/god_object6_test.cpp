@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <deque>
+#include <set>
 
 #include "contact/query/mesh_distance.h"
 #include "contact/shape/machine_parts.h"
@@ -464,6 +465,10 @@ TEST_CASE(
   REQUIRE(contacts.size() > move.n_active);
   bool has_wall = false;
   double last = -1e9;
+  std::set<std::pair<uint32_t, uint64_t>> features;
+  for (const GodObjectContact& c : contacts) features.emplace(c.object, c.at.feature);
+  CHECK(features.size() == contacts.size());
+  CHECK(features.count({0, 0}) == 0);
   for (size_t i = 0; i < contacts.size(); ++i) {
     const NearContact& c = contacts[i].at;
     CAPTURE(i, c.distance, contacts[i].object);
