@@ -11,8 +11,9 @@ constexpr double kFelt = 1e-6;          // [N]
 constexpr double kJamForce = 0.1;       // [N]
 constexpr double kJamShare = 0.1;       // of the hand's way that a jammed proxy goes
 constexpr double kJamMargins = 10;      // of the way left to a verified pose
-constexpr double kBandMargins = 4;      // of what is looked at where a pose rests
+constexpr double kBandMargins = 8;      // of what is looked at where a pose rests
 constexpr double kAheadTicks = 2;       // that contacts are known ahead of the hand
+constexpr int kPlacesAsked = 8;         // of a way that may lead through a wall
 constexpr double kCone = 1e-6;          // of the force
 constexpr double kStepRounding = 1e-6;  // [N]
 
@@ -87,6 +88,18 @@ void RigidJudge::judge_step(const ServoFrame& frame, const ContactSet& set) {
   found_.beyond_step = std::max(found_.beyond_step, step - hand - blend);
 }
 
+/// Whether the tool would be inside somewhere on its way to the hand, by more than contact can be
+/// late: what is round a corner of a row is free.
+bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const {
+  const double late = kJamForce / options_.springs.translational;
+  const double back = std::max(late, poses_.length_of(hand));
+  const double end = 1 - back / poses_.length_of(way);
+  for (int i = kPlacesAsked; i > 0 && end > 0; --i) {
+    if (poses_.is_entered(moved(X_WG, i * end / kPlacesAsked * way))) return true;
+  }
+  return false;
+}
+
 void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
   const Twist hand = way_between(last_.X_WT, frame.X_WT), way = way_between(set.X_WG, frame.X_WT);
   const double force = size_of(frame.F_coupling_W);
@@ -99,11 +112,7 @@ void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
   if (!left.is_known) return;
   const double exact = options_.springs.translational * poses_.length_of(way - left.motion);
   found_.jammed_ticks += is_felt && force - exact > kJamForce;
-  // the tool must be inside there, too, by more than contact can be late: what is round a corner
-  // of a row is free
-  const double back = std::max(kJamForce, options_.springs.translational * poses_.length_of(hand));
-  found_.fallen += !is_felt && exact > kJamForce && back < apart &&
-                   poses_.is_entered(moved(set.X_WG, (1 - back / apart) * way));
+  found_.fallen += !is_felt && exact > kJamForce && is_passed(set.X_WG, way, hand);
 }
 
 void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {

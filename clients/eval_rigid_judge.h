@@ -29,13 +29,14 @@ struct RigidJudgeOptions {
 ///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
 ///    by a margin though ten margins of the way to where it was led are free.
 ///  - Falls: there is no force, though by all pairs of triangles within the hand's reach there
-///    would be more than 0.1 N, and the tool would be inside even 0.1 N, or the way of a tick,
-///    before the hand.
+///    would be more than 0.1 N, and the tool would be inside at one of eight places on the way to
+///    0.1 N, or the way of a tick, before the hand.
 ///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
 ///    that are being let out count.
 ///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,
-///    k_T |Δhand| + dt/blend_time (F_out + F_in): F_out the largest of the last blend_time, F_in
-///    what the contacts of the set would push the last proxy with, all at once.
+///    k_T |Δhand| + dt/blend_time (F_out + F_in): F_out the largest of this tick and of the
+///    blend_time before it, F_in what the contacts of the set would push the last proxy with, all
+///    at once.
 class RigidJudge {
  public:
   /// Views; the shapes must outlive it.
@@ -56,7 +57,7 @@ class RigidJudge {
   const Found& found() const { return found_; }
 
  private:
-  static constexpr size_t kSetsKept = 16;
+  static constexpr size_t kSetsKept = 8;
   struct Push {
     Vec3 tool_point_T, normal_W, arm_W;  // the arm as it was then
   };
@@ -65,6 +66,7 @@ class RigidJudge {
   void judge_cone(const ServoFrame& frame, const ContactSet& set);
   double let_in(const ContactSet& set);
   void judge_step(const ServoFrame& frame, const ContactSet& set);
+  bool is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const;
   void judge_force(const ServoFrame& frame, const ContactSet& set);
 
   RigidJudgeOptions options_;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kArrived = 0.05;  // of the margin: what is left of a way that is done
-// after a way that took much work, what of it is left to the next step: a share, and margins
+// what a step that ends may leave to the next one: of a way that took much work, and margins
 constexpr double kRestShare = 0.1, kRest = 5;
 constexpr size_t kMuchWork = 2000;   // pairs looked at
 constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
@@ -180,12 +180,12 @@ bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   return false;
 }
 
-void GodObject6::add_row(const NearContact& contact, uint32_t object) {
+void GodObject6::add_row(const NearContact& contact, uint32_t object, bool is_kept) {
   if (rows_.size() == row_room_) return;
   const Pose& X_WO = obstacles_[object].X_WO;
   const Vec3 r_W = X_WO * contact.point_b - X_WG_.p, normal_W = rotate(X_WO.q, contact.normal_A);
   const double gap = contact.distance - options_.margin;
-  rows_.push_back({contact, object});
+  rows_.push_back({contact, object, is_kept});
   motion_rows_.push_back(contact_row(r_W, normal_W, gap, options_.margin));
 }
 
@@ -194,25 +194,28 @@ void GodObject6::gather_rows() {
   motion_rows_.clear();
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
-    row_room_ = rows_.size() + kMostRows;
+    row_room_ = rows_.size() + kMostRows - NearContacts::kRoom;
     add_kept(o, i);
+    add_too_near(o, i);
+    row_room_ += NearContacts::kRoom;
     const NearContactSet set = o.minima.reduce(o.near, o.X_OG, kThinned);
     for (const NearContact& contact : set.contacts) add_row(contact, i);
-    add_too_near(o, i);
   }
 }
 
 void GodObject6::add_pair(const TrianglePair& triangles, const TriangleDistance& at,
-                          uint32_t object) {
+                          uint32_t object, bool is_kept) {
   if (!(at.distance > 0)) return;
-  add_row(contact_of(obstacles_[object].shape.mesh, tool_.mesh, triangles, at), object);
+  add_row(contact_of(obstacles_[object].shape.mesh, tool_.mesh, triangles, at), object, is_kept);
 }
 
 /// What is nearer than it should be holds even where it is thinned out or a neighbour is nearer:
 /// round a corner that close the next surface is met at once.
 void GodObject6::add_too_near(const Obstacle& o, uint32_t object) {
   for (const NearPair& pair : o.near) {
-    if (pair.at.distance < kApart * options_.margin) add_pair(pair.triangles, pair.at, object);
+    if (pair.at.distance < kApart * options_.margin) {
+      add_pair(pair.triangles, pair.at, object, false);
+    }
   }
 }
 
@@ -221,7 +224,7 @@ void GodObject6::add_too_near(const Obstacle& o, uint32_t object) {
 void GodObject6::add_kept(const Obstacle& o, uint32_t object) {
   for (const TrianglePair& kept : o.kept()) {
     const Corners a_O = corners_of(o.shape.mesh, kept.a);
-    add_pair(kept, triangle_distance(a_O, corners_of(tool_.mesh, kept.b, o.X_OG)), object);
+    add_pair(kept, triangle_distance(a_O, corners_of(tool_.mesh, kept.b, o.X_OG)), object, true);
   }
 }
 
@@ -320,6 +323,7 @@ std::span<const GodObjectContact> GodObject6::contacts(const Pose& answered_W) {
     const auto active_end = active_.begin() + n_active_;
     const bool is_active =
         std::find(active_.begin(), active_end, static_cast<int>(k)) != active_end;
+    if (rows_[k].is_kept && !is_active) continue;
     // how far it is kept by: what is broken comes before what is far
     const double slack = dot(motion_rows_[k].J, way) - motion_rows_[k].b;
     const double rank = is_active ? -kFar : slack < 0 ? slack : rows_[k].at.distance;

@@ -28,6 +28,7 @@ struct GodObject6Options {
 struct GodObjectContact {
   NearContact at;  // in O; the way to the tool is its normal
   uint32_t object = 0;
+  bool is_kept = false;  // of an earlier pose of the step: holds in its moves alone
 };
 
 struct GodObjectMove {
@@ -43,10 +44,10 @@ struct GodObjectMove {
 ///   a_u = ½ k_s (x_led − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
 ///   x ← x ⊕ a, as far as continuous collision proves it free,
 /// M = diag(k_T, k_R) about the tool's origin, the springs of the config. Where a motion
-/// meets something, that is a constraint in the moves that follow. Slides in the same step, as the
-/// paper says it may; where little is left after a way that took much work, in the next one. An
-/// object that moves takes the tool along where its contacts are, if the others leave it free; else
-/// the tool stays where it is, if it may.
+/// meets something, that is a constraint in the moves that follow, and so is what held it back, so
+/// that it does not rock to and fro. Slides in the same step, as the paper says it may; what is
+/// left of a step that ends is at most some margins. An object that moves takes the tool along
+/// where its contacts are, if the others leave it free; else the tool stays where it is, if it may.
 ///
 /// Source: Ortega, Redon & Coquillart 2007; continuous collision as in Redon, Kheddar & Coquillart
 /// 2002 (swept_mesh.h).
@@ -92,7 +93,7 @@ class GodObject6 {
     SweptMesh sweep;
     NearContacts minima;
     Pose X_WO, X_OG;
-    std::span<const NearPair> near;           // at X_OG, within the band
+    std::span<const NearPair> near;             // at X_OG, within the band
     std::array<TrianglePair, 32> kept_pairs{};  // the last that were met or held it, in this step
     size_t n_kept = 0;
 
@@ -119,10 +120,11 @@ class GodObject6 {
   size_t n_near() const;
   double share_of(const Twist& motion) const;
   void gather_rows();
-  void add_pair(const TrianglePair& triangles, const TriangleDistance& at, uint32_t object);
+  void add_pair(const TrianglePair& triangles, const TriangleDistance& at, uint32_t object,
+                bool is_kept);
   void add_too_near(const Obstacle& obstacle, uint32_t object);
   void add_kept(const Obstacle& obstacle, uint32_t object);
-  void add_row(const NearContact& contact, uint32_t object);
+  void add_row(const NearContact& contact, uint32_t object, bool is_kept = false);
   ConstrainedMotion constrained_way(const Twist& way);
   double advance(const Twist& motion);
   double length_of(const Twist& motion) const;

@@ -14,6 +14,7 @@ namespace {
 constexpr double kTouching = 1e-6;     // nearer to a row than this is on it [m]
 constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
 constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
+constexpr double kRoundings = 1e-9;    // of a step of force
 
 /// What this tick is solved from. Motions are those from `base`, itself one from X_WG that all rows
 /// allow, where friction holds: a program whose rows all allow zero has a solution whatever
@@ -109,6 +110,9 @@ Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
 
 Wrench rotated(const Quat& q, const Wrench& F) {
   return {rotate(q, F.f), rotate(q, F.t)};
+}
+Twist rotated(const Quat& q, const Twist& a) {
+  return {rotate(q, a.v), rotate(q, a.w)};
 }
 
 /// From now on motions are those from another base.
@@ -300,8 +304,8 @@ Twist shaded_way(const RigidProxyModel& model, const RigidProxyTick& tick, const
 
 /// The largest of the ticks in which what it was may be let out.
 double largest_of_late(const GodObject6State& state, double blend_ticks) {
-  const auto ticks = static_cast<size_t>(std::ceil(std::clamp(blend_ticks, 1.0, 1e3))) + 1;
-  const size_t n = std::min({ticks, state.n_ticks, state.sizes.size()});
+  const double ticks = std::ceil(std::min(blend_ticks, static_cast<double>(state.sizes.size())));
+  const size_t n = std::min({static_cast<size_t>(ticks) + 1, state.n_ticks, state.sizes.size()});
   double largest = 0;
   for (size_t i = 1; i <= n; ++i) {
     largest = std::max(largest, state.sizes[(state.n_ticks - i) % state.sizes.size()]);
@@ -309,27 +313,30 @@ double largest_of_late(const GodObject6State& state, double blend_ticks) {
   return largest;
 }
 
-/// What of the change of this force since the last tick is more than the hand and blending make.
-Wrench put_off(const RigidProxyModel& model, const GodObject6State& state,
-               const RigidProxyTick& tick, const Problem& problem, const Wrench& F_W) {
-  if (!problem.has_last || !(model.blend_time > 0)) return {};
+/// How much of the change of this force since the last tick is felt now: what is more than the
+/// hand, shading and blending make is put off.
+double share_felt(const RigidProxyModel& model, const GodObject6State& state,
+                  const RigidProxyTick& tick, const Problem& problem, const Twist& shaded,
+                  const Wrench& F_W) {
+  const bool is_blended = problem.has_last && model.blend_time > tick.dt && tick.weight > 0;
+  if (!is_blended || problem.has_friction) return 1;
   const Pose X_WC = carrier_pose(state, tick);
-  const Wrench change = F_W + -rotated(X_WC.q, state.F_C);
-  const double step = problem.size_of(change), k_T = problem.coupling.translational_stiffness;
-  if (!(step > 0)) return {};
-  double moved = problem.length_of(way_between(X_WC * state.X_CH, tick.hand.X_WT));
+  const double step = problem.size_of(F_W + -rotated(X_WC.q, state.F_C));
+  double moved = problem.length_of(way_between(X_WC * state.X_CH, tick.hand.X_WT)) +
+                 problem.length_of(shaded - rotated(X_WC.q, state.shaded_C));
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     moved = std::max(moved, norm(problem.carried_W[i]));
   }
-  const double blend_ticks = model.blend_time / tick.dt, in = k_T * problem.let_in;
-  const double out = std::max(largest_of_late(state, blend_ticks), problem.size_of(F_W));
-  const double most = k_T * moved + (out + in) / std::max(blend_ticks, 1.0);
-  return step > most ? (most / step - 1) * change : Wrench{};
+  const double k_T = problem.coupling.translational_stiffness;
+  const double blend_ticks = model.blend_time / tick.dt;
+  const double blended = largest_of_late(state, blend_ticks) + k_T * problem.let_in;
+  const double most = (1 + kRoundings) * (k_T * moved + blended / blend_ticks);
+  return step > most ? most / step : 1;
 }
 
 /// Who carries the proxy, and what slides.
 void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
-              const Answer& answer, const Wrench& F_W, const BodySolution& out,
+              const Answer& answer, const Twist& shaded, const Wrench& F_W, const BodySolution& out,
               GodObject6State& state) {
   const std::array<FadingPlane, kMaxCarrying> before = state.fading;
   state.n_fading = 0;
@@ -359,15 +366,23 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
   const Pose X_CW = inverse(carrier_pose(state, tick));
   state.X_CP = X_CW * out.proxy.X_WT;
   state.X_CH = X_CW * tick.hand.X_WT;
+  state.shaded_C = rotated(X_CW.q, shaded);
   state.F_C = rotated(X_CW.q, F_W);
   state.sizes[state.n_ticks++ % state.sizes.size()] = problem.size_of(F_W);
 }
 
-/// The force of the coupling, and who makes it: what no contact makes is of the one that pushes
-/// hardest, or of who carried the tool.
-void add_force(const Problem& problem, const Answer& felt, const Wrench& rest, uint32_t carrier,
-               BodySolution& out) {
-  const Wrench F = felt.F_W + rest;
+/// What the hand feels, and who makes it: shading is of the contact that pushes hardest, what is
+/// left of the last tick's force of who carried the tool then.
+struct Felt {
+  const Answer& contacts;
+  Wrench shading_W, last_W;
+  double share = 1;  // of what is new
+  uint32_t last_carrier = kNoObject;
+};
+
+void add_force(const Problem& problem, const Felt& felt, BodySolution& out) {
+  const double rest = 1 - felt.share;
+  const Wrench F = felt.share * (felt.contacts.F_W + felt.shading_W) + rest * felt.last_W;
   const auto share_of = [](double most, double size) {
     return most > 0 && size > most ? most / size : 1;
   };
@@ -375,15 +390,18 @@ void add_force(const Problem& problem, const Answer& felt, const Wrench& rest, u
                                 share_of(problem.coupling.max_torque, norm(F.t)));
   out.F_hand_W = share * F;
   double hardest = 0;
-  uint32_t object = carrier;
-  for (size_t j = 0; j < felt.n_pushing; ++j) {
-    const RigidContact& c = problem.contacts.contacts[felt.contact[j]];
-    const Vec3& push_W = felt.push_W[j];
-    Wrench& sum = out.push_W[c.object];
-    sum = sum + share * Wrench{push_W, cross(c.r_W, push_W)};
+  uint32_t object = kNoObject;
+  const auto push = [&](uint32_t by, const Wrench& F_W) {
+    if (by < kMaxObjects) out.push_W[by] = out.push_W[by] + share * F_W;
+  };
+  for (size_t j = 0; j < felt.contacts.n_pushing; ++j) {
+    const RigidContact& c = problem.contacts.contacts[felt.contacts.contact[j]];
+    const Vec3& push_W = felt.contacts.push_W[j];
+    push(c.object, felt.share * Wrench{push_W, cross(c.r_W, push_W)});
     if (norm(push_W) > hardest) hardest = norm(push_W), object = c.object;
   }
-  if (object < kMaxObjects) out.push_W[object] = out.push_W[object] + share * rest;
+  push(object, felt.share * felt.shading_W);
+  push(felt.last_carrier, rest * felt.last_W);
 }
 
 /// Of the proxy, since the last tick.
@@ -427,16 +445,20 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     felt = damps ? solve(solver, problem, target, touching_rows(problem, tick, held.a)) : held;
     out.converged = felt.converged;
   }
-  const Wrench off_W = put_off(model, state, tick, problem, held.F_W);
-  if (held.n_pushing > 0 || off_W != Wrench{}) {
-    const Twist a = held.a + response(problem.metric, off_W);
+  const Wrench shading_W = problem.springs(shaded), new_W = held.F_W + shading_W;
+  const Wrench last_W = rotated(carrier_pose(state, tick).q, state.F_C);
+  const double share = share_felt(model, state, tick, problem, shaded, new_W);
+  const Wrench F_W = share < 1 ? share * new_W + (1 - share) * last_W : new_W;
+  if (held.n_pushing > 0 || share < 1) {
+    Twist a = held.a;
+    if (share < 1) a = a + response(problem.metric, F_W + -new_W);
     out.proxy.X_WT = moved(X_WG, problem.base + a);
-    add_force(problem, felt, problem.springs(shaded) + off_W, state.carrier, out);
+    add_force(problem, {felt, shading_W, last_W, share, state.carrier}, out);
   }
   out.converged &= held.converged;
   out.n_pushing = static_cast<int>(held.n_pushing);
   out.proxy.V_WT = velocity_of(state, tick, out.proxy.X_WT);
-  remember(model, tick, problem, held, held.F_W + off_W, out, state);
+  remember(model, tick, problem, held, shaded, F_W, out, state);
   return out;
 }
 

@@ -17,11 +17,12 @@ struct FadingPlane {
 struct GodObject6State {
   bool started = false;
   uint32_t carrier = kNoObject;
-  // seen from the object that carries it, or from the world: the last proxy, the hand then, and
-  // what the contacts made of both, at the tool's origin
+  // seen from the object that carries it, or from the world: the last proxy, the hand then, how far
+  // shading moved it, and the force of both without damping, at the tool's origin
   Pose X_CP, X_CH;
+  Twist shaded_C;
   Wrench F_C;
-  std::array<double, 16> sizes{};  // of that force in the last ticks, round and round [N]
+  std::array<double, 32> sizes{};  // of that force, round and round: blend_time at 10 kHz [N]
   size_t n_ticks = 0;
   std::array<FadingPlane, kMaxCarrying> fading;
   size_t n_fading = 0;
@@ -47,8 +48,13 @@ struct GodObject6State {
 ///
 /// What comes or goes at once is blended on the rows: where last tick's proxy violates a row, only
 /// dt / blend_time of the violation is asked for; a row that carried it is let out linearly towards
-/// the hand in blend_time, unless another carries. So in a tick no force steps by more than dt /
-/// blend_time of the way, beside what the hand does.
+/// the hand in blend_time, unless another carries. Where planes meet at a sharp angle the proxy
+/// slides far when one of them is let out by little; so, without friction, what is beyond
+///   |ΔF| ≤ k_T (|Δhand| + |Δshading|) + dt / blend_time (F_out + F_in)
+/// is put off to the next ticks: force and proxy are those between the last and the new ones. |F|
+/// of a wrench is √(|f|² + |τ|² k_T/k_R), F_out the largest of the last blend_time, F_in that with
+/// which all rows at once would push the last proxy. Then the last contacts are felt a few ticks
+/// longer, even where there are none any more. With friction, and at weight 0, nothing is put off.
 ///
 /// Source: Ortega, Redon & Coquillart 2007. Friction and damping are not in the paper.
 BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& state,

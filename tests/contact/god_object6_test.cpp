@@ -318,7 +318,7 @@ TEST_CASE(
       n_held += move.n_active > 0 ? 1 : 0;
       n_settled += move.is_settled ? 1 : 0;
       if (!move.is_settled || step % 3 != 0) continue;
-      const double left = world.residual(X, led, 4 * kMargin);
+      const double left = world.residual(X, led, 8 * kMargin);
       worst = std::max(worst, left);
       CHECK(left <= 5.5 * kMargin);
     }

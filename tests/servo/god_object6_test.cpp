@@ -242,13 +242,51 @@ TEST_CASE("god-object6: let out of one plane the proxy does not slide along anot
     const BodySolution out = loop.hold(hand, *ramp);
     const Vec3 now = out.F_hand_W.f;
     CAPTURE(angle, i, now);
-    REQUIRE(norm(now - before) <= most + 1e-9);
+    REQUIRE(norm(now - before) <= (1 + 1e-8) * most);
     // what is put off is a force as any other: of the spring, and an object makes it
     REQUIRE_THAT(now, IsNear(k * (out.proxy.X_WT.p - hand.p), 1e-9));
     REQUIRE_THAT(out.push_W[0].f, IsNear(now, 1e-9));
     before = now;
   }
   CHECK_THAT(before, IsNear(k * depth * slope.z * slope, 1e-6));
+}
+
+TEST_CASE("god-object6: what is put off goes along with the object that carried it", "[servo]") {
+  // the same in a frame at rest and in one that moves and turns: off the centre, with torques
+  const Twist V{{0.2, -0.1, 0.3}, {2, -3, 1}};
+  const Vec3 slope{std::sin(0.6), 0, std::cos(0.6)};
+  const auto floor = rigid_set({}, {{{0.02, 0.01, 0}, {0, 0, 1}, 0}});
+  const auto ramp = rigid_set({}, {{{0.02, 0.01, 0}, slope, 0}, {{-0.02, 0, 0.01}, slope, 1e-3}});
+  const auto none = rigid_set({}, {});
+  const Pose hand{{0, 0, -5e-3}, from_rotation_vector({0.05, -0.02, 0.01})};
+  RigidLoop still = god_object(), moving = god_object();
+  size_t pushed_by_none = 0;
+  for (int i = 0; i < 20; ++i) {
+    const ContactSet& set = i < 2 ? *floor : i < 4 ? *ramp : *none;
+    const BodySolution here = still.hold(hand, set);
+    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
+    ContactSet carried = set;
+    carried.X_WO[0] = X_WO;
+    carried.X_WG = X_WO * set.X_WG;
+    moving.tick.X_WO[0] = X_WO;
+    moving.tick.V_WO[0] = V;
+    const Pose X_WT = X_WO * hand;
+    const BodySolution there =
+        moving.step(ToolMotion{X_WT, {velocity_at(V, X_WT.p - X_WO.p), V.w}}, carried);
+    CAPTURE(i, here.F_hand_W.f, here.F_hand_W.t);
+    // without a contact nothing carries the tool: it is left where it is in the world
+    if (&set == none.get()) {
+      pushed_by_none += here.F_hand_W != Wrench{} ? 1 : 0;
+      continue;
+    }
+    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.f), IsNear(here.F_hand_W.f, 1e-8));
+    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.t), IsNear(here.F_hand_W.t, 1e-9));
+    REQUIRE_THAT(there.push_W[0].f, IsNear(there.F_hand_W.f, 1e-9));
+  }
+  // the last contacts are let out in some ticks, and then there is nothing
+  CHECK(pushed_by_none >= 2);
+  CHECK(pushed_by_none <= 6);
+  CHECK(still.hold(hand, *none).F_hand_W == Wrench{});
 }
 
 TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][trap]") {
@@ -466,8 +504,8 @@ TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by th
       failed += out.converged ? 0 : 1;
       REQUIRE(is_finite(out.proxy.X_WT));
       REQUIRE(std::fabs(dot(out.proxy.X_WT.q, out.proxy.X_WT.q) - 1) < 1e-12);
-      if (out.n_pushing == 0) {
-        REQUIRE(out.F_hand_W == Wrench{});
+      // what the last contacts pushed may be felt a few ticks longer
+      if (out.n_pushing == 0 && out.F_hand_W == Wrench{}) {
         REQUIRE(out.proxy.X_WT == hand);
         continue;
       }
