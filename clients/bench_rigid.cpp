@@ -186,7 +186,7 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     before = led;
     const size_t contacts = subject.contacts(led);
     tally.contacts += static_cast<double>(contacts);
-    tally.blind += contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
+    tally.blind += move.is_settled && contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
     tally.pressed += move.n_active > 0;
     tally.unsettled += !move.is_settled;
     watch.judge(subject.pose(), is_sample(k, options.frames, options.exact), tally);
@@ -217,7 +217,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
   rows.add("one move, on the clock", tally.clock);
   rows.add("frames held back by contacts", tally.pressed / count, "");
   rows.add("contacts, mean", tally.contacts / count, "");
-  rows.add("frames held back without a contact", tally.blind, "", 0, tally.blind == 0);
+  rows.add("settled frames held back without a contact", tally.blind, "", 0, tally.blind == 0);
   rows.add("poses judged exactly", tally.exact, "");
   rows.add("of them inside or meeting", tally.entered, "", 0, tally.entered == 0);
   rows.add("others that may meet", tally.met, "", 0, tally.met == 0);
