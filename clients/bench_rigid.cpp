@@ -134,25 +134,16 @@ double cpu_of(const auto& work) {
 }
 
 /// A sample exactly; the rest by a front of the judge's own, which knows of nothing but the poses:
-/// from scratch a tight fit takes ten times as long as a move.
-class PoseWatch {
- public:
-  PoseWatch(const RigidScene& scene, const RigidPoseJudge& judge)
-      : judge_(judge), front_(scene.object, scene.tool) {}
-
-  void judge(const Pose& pose, bool is_exact, Tally& tally) {
-    if (is_exact) {
-      ++tally.exact;
-      tally.entered += judge_.is_entered(pose);
-    } else {
-      tally.met += !front_.update(pose, 0).empty();
-    }
+/// from scratch a tight fit takes many times as long as a move.
+void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, NearFront& front,
+                Tally& tally) {
+  if (is_exact) {
+    ++tally.exact;
+    tally.entered += judge.is_entered(pose);
+  } else {
+    tally.met += !front.update(pose, 0).empty();
   }
-
- private:
-  const RigidPoseJudge& judge_;
-  NearFront front_;
-};
+}
 
 void judge_rest(const Subject& subject, const Pose& hand, RigidPoseJudge& judge, Tally& tally) {
   const double margin = subject.options().margin;
@@ -169,7 +160,7 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
   RigidPoseJudge judge(
       scene.object, scene.tool,
       {subject.options().translational_stiffness, subject.options().rotational_stiffness});
-  PoseWatch watch(scene, judge);
+  NearFront front(scene.object, scene.tool);
   const std::unique_ptr<PairPeer> peer = make_fcl_peer(scene.object.mesh, scene.tool.mesh);
   Progress progress(scene.name, options.frames);
   Tally tally;
@@ -189,7 +180,8 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     tally.blind += move.is_settled && contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
     tally.pressed += move.n_active > 0;
     tally.unsettled += !move.is_settled;
-    watch.judge(subject.pose(), is_sample(k, options.frames, options.exact), tally);
+    const bool is_exact = is_sample(k, options.frames, options.exact);
+    judge_pose(subject.pose(), is_exact, judge, front, tally);
     if (move.is_settled && is_sample(k, options.frames, options.rests)) {
       judge_rest(subject, led, judge, tally);
     }

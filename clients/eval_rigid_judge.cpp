@@ -3,17 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptic {
 namespace {
 
-constexpr double kFelt = 1e-6;          // [N]
-constexpr double kJamForce = 0.1;       // [N]
-constexpr double kJamShare = 0.1;       // of the hand's way that a jammed proxy goes
-constexpr double kJamMargins = 10;      // of the way left to a verified pose
-constexpr double kBandMargins = 8;      // of what is looked at where a pose rests
-constexpr double kAheadTicks = 2;       // that contacts are known ahead of the hand
-constexpr int kPlacesAsked = 8;         // of a way that may lead through a wall
+constexpr double kFelt = 1e-6;      // [N]
+constexpr double kJamForce = 0.1;   // [N]
+constexpr double kJamShare = 0.1;   // of the hand's way that a jammed proxy goes
+constexpr double kJamMargins = 10;  // of the way left to a verified pose
+constexpr double kBandMargins = 8;  // of what is looked at where a pose rests
+constexpr double kAheadTicks = 2;   // that contacts are known ahead of the hand
+constexpr int kPlacesAsked = 8;     // of a way that may lead through a wall
+constexpr double kAnyPush = std::numeric_limits<double>::infinity();
 constexpr double kCone = 1e-6;          // of the force
 constexpr double kStepRounding = 1e-6;  // [N]
 
@@ -70,7 +72,7 @@ double RigidJudge::let_in(const ContactSet& set) {
     const Contact& c = set.contacts[i];
     const Vec3 r_W = rotate(set.X_WG.q, c.tool_point_T);
     const double gap = dot(c.normal_O, set.X_WG.p + r_W - c.object_point_O);
-    rows_.push_back({{c.normal_O, cross(r_W, c.normal_O)}, -gap});
+    rows_.push_back(contact_row(r_W, c.normal_O, gap, kAnyPush));
   }
   const Twist last = way_between(set.X_WG, last_.X_WP);
   return poses_.length_of(least_constraint(metric_, last, rows_).a - last);

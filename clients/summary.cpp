@@ -63,13 +63,20 @@ auto some_of(const Items& items, size_t most) {
 /// The verified poses of a rigid tool, some of them: whether its surface meets an object's. The
 /// renderer may be another than the config's: a session can change it.
 void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
+  std::vector<VerifiedProxy> rigid;
+  for (const VerifiedProxy& proxy : data.proxies) {
+    if (is_rigid(static_cast<Renderer>(proxy.renderer))) rigid.push_back(proxy);
+  }
+  if (rigid.empty()) {
+    out.unchecked = "not asked: a soft proxy may be inside";
+    return;
+  }
   std::vector<RigidPoseJudge> judges;
   for (const BakedShape& object : baked.objects) {
     judges.emplace_back(object.shape, baked.tool->shape, RigidPoseJudge::Springs{});
   }
-  for (const VerifiedProxy& proxy : some_of(data.proxies, kMostPosesChecked)) {
+  for (const VerifiedProxy& proxy : some_of(rigid, kMostPosesChecked)) {
     if ((proxy.flags & kContactNoFreePose) != 0) continue;
-    if (!is_rigid(static_cast<Renderer>(proxy.renderer))) continue;
     ++out.verified_checked;
     bool is_inside = false;
     for (size_t i = 0; i < judges.size(); ++i) {
@@ -84,7 +91,6 @@ Penetration measure_body(const SessionData& data, const SessionConfig& config,
                          const BakedSession& baked) {
   Penetration out;
   check_verified(data, baked, out);
-  if (out.verified_checked == 0) out.unchecked = "not asked: a soft proxy may be inside";
   std::vector<ServoFrame> touching;
   for (const ServoFrame& frame : data.frames) {
     if ((frame.flags & kServoContact) != 0) touching.push_back(frame);

@@ -194,6 +194,7 @@ void GodObject6::gather_rows() {
   motion_rows_.clear();
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
+    // whatever is too near, there is room for the contacts of the whole tool
     row_room_ = rows_.size() + kMostRows - NearContacts::kRoom;
     add_kept(o, i);
     add_too_near(o, i);

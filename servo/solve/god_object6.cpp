@@ -313,15 +313,15 @@ double largest_of_late(const GodObject6State& state, double blend_ticks) {
   return largest;
 }
 
-/// How much of the change of this force since the last tick is felt now: what is more than the
+/// How much of this change of the force since the last tick is felt now: what is more than the
 /// hand, shading and blending make is put off.
 double share_felt(const RigidProxyModel& model, const GodObject6State& state,
                   const RigidProxyTick& tick, const Problem& problem, const Twist& shaded,
-                  const Wrench& F_W) {
+                  const Wrench& change_W) {
   const bool is_blended = problem.has_last && model.blend_time > tick.dt && tick.weight > 0;
   if (!is_blended || problem.has_friction) return 1;
   const Pose X_WC = carrier_pose(state, tick);
-  const double step = problem.size_of(F_W + -rotated(X_WC.q, state.F_C));
+  const double step = problem.size_of(change_W);
   double moved = problem.length_of(way_between(X_WC * state.X_CH, tick.hand.X_WT)) +
                  problem.length_of(shaded - rotated(X_WC.q, state.shaded_C));
   for (size_t i = 0; i < problem.contacts.size; ++i) {
@@ -447,7 +447,7 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
   }
   const Wrench shading_W = problem.springs(shaded), new_W = held.F_W + shading_W;
   const Wrench last_W = rotated(carrier_pose(state, tick).q, state.F_C);
-  const double share = share_felt(model, state, tick, problem, shaded, new_W);
+  const double share = share_felt(model, state, tick, problem, shaded, new_W + -last_W);
   const Wrench F_W = share < 1 ? share * new_W + (1 - share) * last_W : new_W;
   if (held.n_pushing > 0 || share < 1) {
     Twist a = held.a;
