@@ -121,7 +121,7 @@ class Subject {
 /// All that is kept of a run, whatever its length.
 struct Tally {
   Histogram cpu, clock;
-  double cpu_ns = 0, contacts = 0, pressed = 0, blind = 0, unsettled = 0;
+  double cpu_ns = 0, first_ns = 0, contacts = 0, pressed = 0, blind = 0, unsettled = 0;
   double exact = 0, entered = 0, met = 0;                // surfaces that meet
   double rests = 0, unknown = 0, jams = 0, longest = 0;  // ways left [m]
   std::vector<double> peer;                              // [s]
@@ -174,6 +174,7 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     tally.clock.add(now_ns() - start_ns);
     tally.cpu.add(static_cast<int64_t>(cpu));
     tally.cpu_ns += cpu;
+    if (k == 0) tally.first_ns = cpu;
     before = led;
     const size_t contacts = subject.contacts(led);
     tally.contacts += static_cast<double>(contacts);
@@ -206,6 +207,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
   rows.add("one move, CPU p50", p50, "s");
   rows.add("one move, CPU p99", seconds(tally.cpu.percentile(99)), "s");
   rows.add("one move, CPU longest", seconds(tally.cpu.max()), "s");
+  rows.add("the first, from home to the hand, CPU", 1e-9 * tally.first_ns, "s");
   rows.add("one move, on the clock", tally.clock);
   rows.add("frames held back by contacts", tally.pressed / count, "");
   rows.add("contacts, mean", tally.contacts / count, "");

@@ -30,8 +30,7 @@ RigidJudge::RigidJudge(const MeshShape& object, const MeshShape& tool,
       fading_(static_cast<size_t>(std::ceil(options.blend_time / options.dt)) + 1) {}
 
 double RigidJudge::size_of(const Wrench& F_W) const {
-  const double lever = options_.springs.translational / options_.springs.rotational;
-  return std::sqrt(norm_squared(F_W.f) + lever * norm_squared(F_W.t));
+  return spring_force(F_W, options_.springs.translational, options_.springs.rotational);
 }
 
 void RigidJudge::judge_pose(const ContactSet& set) {

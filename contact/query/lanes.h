@@ -25,9 +25,6 @@ V load_lanes(const void* p) {
   return v;
 }
 
-inline std::array<float, 3> to_floats(const Vec3& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
 /// The fourth lane is 0.
 inline Lanes to_lanes(const Vec3& v) {
   return Lanes{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};

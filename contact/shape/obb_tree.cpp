@@ -98,10 +98,6 @@ Mat3 principal_axes(const Eigen::Matrix3d& covariance) {
   return to_axes(solver.compute(covariance).eigenvectors());
 }
 
-std::array<float, 3> to_floats(const Vec3& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
 /// Tight box along the principal axes, about what floats can hold of axes and centre.
 FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pad) {
   FittedBox box;

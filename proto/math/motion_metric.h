@@ -76,6 +76,12 @@ inline double spring_length(const Twist& a, double translational, double rotatio
   return std::sqrt(norm_squared(a.v) + rotational * norm_squared(a.w) / translational);
 }
 
+/// A wrench in them, as a force: √(|f|² + k_T/k_R |τ|²), k_T times the length of the motion that
+/// they answer with it [N].
+inline double spring_force(const Wrench& F, double translational, double rotational) {
+  return std::sqrt(norm_squared(F.f) + translational * norm_squared(F.t) / rotational);
+}
+
 using Vec6 = std::array<double, 6>;
 
 constexpr double dot(const Vec6& a, const Vec6& b) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cmath>
 
 namespace haptic {
@@ -68,6 +69,10 @@ inline Vec3 component_min(const Vec3& a, const Vec3& b) {
 }
 inline Vec3 component_max(const Vec3& a, const Vec3& b) {
   return {std::fmax(a.x, b.x), std::fmax(a.y, b.y), std::fmax(a.z, b.z)};
+}
+
+inline std::array<float, 3> to_floats(const Vec3& a) {
+  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
 
 /// A unit vector perpendicular to the unit vector n.

@@ -155,9 +155,6 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
       solver.step(free.metric, free.v - problem.V_carrier_W,
                   {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
   body.V_WC = step.v + problem.V_carrier_W;
-  if (model.max_travel > 0) {
-    body.V_WC = limit_travel(body.V_WC, model.tool.radius, model.max_travel / tick.dt).motion;
-  }
   body.X_WC = moved(body.X_WC, tick.dt * body.V_WC);
 
   out.converged = step.converged && !step.contradictory;

@@ -38,10 +38,9 @@ struct Problem {
   double length_of(const Twist& a) const {
     return spring_length(a, coupling.translational_stiffness, coupling.rotational_stiffness);
   }
-  /// Of a force in the same metric, k_T times how far it would be moved by it [N].
+  /// |F| in it [N].
   double size_of(const Wrench& F) const {
-    const double per_torque = coupling.translational_stiffness / coupling.rotational_stiffness;
-    return std::sqrt(norm_squared(F.f) + per_torque * norm_squared(F.t));
+    return spring_force(F, coupling.translational_stiffness, coupling.rotational_stiffness);
   }
 };
 

@@ -46,7 +46,6 @@ struct RigidProxyModel {
   VirtualCoupling coupling;
   RigidBody tool;
   double blend_time = 3e-3;  // over which what appears or goes at once is let in or out [s]
-  double max_travel = 0;     // of any point of a proxy with mass in a tick; 0: no bound [m]
   std::span<const MaterialConfig> materials;  // none: all are frictionless and smooth
   std::span<const HeightImage> images;        // of their textures
 };

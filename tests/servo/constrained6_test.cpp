@@ -255,20 +255,6 @@ TEST_CASE("constrained6: contacts fade with their age, without a step", "[servo]
   CHECK(std::fabs(before) < 1e-6);
 }
 
-TEST_CASE("constrained6: no point goes further in a tick than it may", "[servo]") {
-  RigidLoop loop = constrained();
-  loop.model.max_travel = 1e-4;
-  const auto none = rigid_set({}, {});
-  loop.hold(Pose{}, *none);
-  Pose before = loop.constrained.body.X_WC;
-  for (int i = 0; i < 200; ++i) {
-    loop.hold({{0.05, 0, 0}, from_rotation_vector({0, 1, 0})}, *none);
-    const Twist way = way_between(before, loop.constrained.body.X_WC);
-    REQUIRE(norm(way.v) + 0.05 * norm(way.w) <= 1e-4 * (1 + 1e-9));
-    before = loop.constrained.body.X_WC;
-  }
-}
-
 TEST_CASE("constrained6: stays in a tight hole, and finite whatever leads it", "[servo][trap]") {
   Random random(5);
   std::vector<Touch> wall;
