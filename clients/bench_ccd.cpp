@@ -46,11 +46,24 @@ std::vector<double> fastest(const Contestant& c, size_t n) {
   return best;
 }
 
-void add_times(Rows& rows, const Contestant& c, size_t n) {
-  const std::vector<double> best = fastest(c, n);
-  rows.add(c.name + ": p50 of the fastest rounds", percentile(best, 50), "s");
-  rows.add(c.name + ": p99 of the fastest rounds", percentile(best, 99), "s");
-  rows.add(c.name + ": max of the fastest rounds", percentile(best, 100), "s");
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& best) {
+  if (best.empty()) return;
+  rows.add(name + ": p50 of the fastest rounds", percentile(best, 50), "s");
+  rows.add(name + ": p99 of the fastest rounds", percentile(best, 99), "s");
+  rows.add(name + ": max of the fastest rounds", percentile(best, 100), "s");
+}
+
+/// Of all queries, and of each kind.
+void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& queries) {
+  const std::vector<double> best = fastest(c, queries.size());
+  add_times(rows, c.name, best);
+  for (const bool is_face : {true, false}) {
+    std::vector<double> of_kind;
+    for (size_t i = 0; i < queries.size(); ++i) {
+      if (queries[i].is_face == is_face) of_kind.push_back(best[i]);
+    }
+    add_times(rows, c.name + (is_face ? ", vertex-face" : ", edge-edge"), of_kind);
+  }
 }
 
 void bench_truth(Rows& rows, const BenchCcdOptions& options) {
@@ -104,7 +117,7 @@ void bench_truth(Rows& rows, const BenchCcdOptions& options) {
     contestants.push_back({"FCL, bisection", [&](size_t i) { meeting_by_fcl(all[i], false); }});
   }
   take_turns(contestants, all.size(), 100, options.rounds);
-  for (const Contestant& c : contestants) add_times(rows, c, all.size());
+  for (const Contestant& c : contestants) add_times(rows, c, all);
   const double worst = percentile(fastest(contestants[0], all.size()), 100);
   rows.add("500 boxes at most: longest query, fastest round", worst, "s", kWorstGoal,
            worst <= kWorstGoal);
@@ -140,7 +153,7 @@ void bench_hand_scale(Rows& rows, const BenchCcdOptions& options) {
   rows.add("meet, but not by intervals in time", only_own, "");
   rows.add("meet by intervals in time alone", only_intervals, "");
   rows.add("meet by FCL alone", only_fcl, "");
-  for (const Contestant& c : contestants) add_times(rows, c, queries.size());
+  for (const Contestant& c : contestants) add_times(rows, c, queries);
   const double median = percentile(contestants[0].times, 50);
   rows.add("own: p50 of all rounds", median, "s", kMedianGoal, median <= kMedianGoal);
   for (size_t k = 1; k < contestants.size(); ++k) {
@@ -248,7 +261,7 @@ void bench_impact(Rows& rows, const BenchCcdOptions& options) {
   rows.add("own: p99 of the fastest rounds", p99, "s", kImpactP99Goal, p99 <= kImpactP99Goal);
   rows.add("own: max of all rounds", longest(contestants[0]), "s");
   for (size_t k = 1; k < contestants.size(); ++k) {
-    add_times(rows, contestants[k], n);
+    add_times(rows, contestants[k].name, fastest(contestants[k], n));
     rows.add("own over " + contestants[k].name, median_ratio(contestants[0], contestants[k]), "");
   }
 }

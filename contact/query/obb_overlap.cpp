@@ -9,6 +9,7 @@ namespace {
 // axes in floats are orthonormal to 1e-6; each of the tests below adds a few such errors
 constexpr double kAxisSlack = 1e-5;
 constexpr double kRounding = 1e-14;  // of coordinates in double, moved
+constexpr double kMuchTurn = 0.05;   // [rad]: spheres are asked before boxes
 
 double size_of(const CompactObb& box) {
   return static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) +
@@ -22,7 +23,7 @@ double sum_of(const Vec3& v) {
 
 /// Leaves the times s at which |place + s speed| ≤ reach; true where none is left. Written so that
 /// what is not a number takes nothing away.
-bool narrow(ObbWindow& window, double place, double speed, double reach) {
+bool narrow(SweepWindow& window, double place, double speed, double reach) {
   // most that are apart are so all the way
   if (std::fabs(place) - reach > std::fabs(speed)) return window.enter = 2, true;
   if (speed == 0) return false;
@@ -30,6 +31,44 @@ bool narrow(ObbWindow& window, double place, double speed, double reach) {
   if (middle - half > window.enter) window.enter = middle - half;
   if (middle + half < window.leave) window.leave = middle + half;
   return window.is_empty();
+}
+
+/// Two boxes half-way, in A.
+struct Halfway {
+  Obb box_a, box_b;
+  Vec3 centre_b, lever;  // the lever is from the centre of the turn
+  Vec3 apart, way;       // from centre to centre; of b's centre until the end, to first order
+  double rounding;       // [m]
+};
+
+Halfway halfway(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
+  Halfway at{a.unpacked(), b.unpacked(), {}, {}, {}, {}, 0};
+  at.centre_b = sweep.p_AB + sweep.R_AB * at.box_b.centre_O;
+  at.lever = at.centre_b - sweep.centre_A;
+  at.apart = at.centre_b - at.box_a.centre_O;
+  at.way = sweep.way_A + cross(sweep.turn_A, at.lever);
+  at.rounding =
+      kAxisSlack * (size_of(a) + size_of(b) + sum_of(at.way)) +
+      kRounding * (sum_of(sweep.p_AB) + sum_of(at.box_a.centre_O) + sum_of(at.box_b.centre_O));
+  return at;
+}
+
+/// The times s at which |apart + s way| is no more than both radii. Written as `narrow` is.
+SweepWindow window_of_spheres(const Halfway& at, double angle) {
+  const double bent = 0.5 * angle * angle * norm(at.lever);
+  const double reach = norm(at.box_a.half) + norm(at.box_b.half) + bent + at.rounding;
+  const double apart = norm(at.apart), way2 = norm_squared(at.way), way = std::sqrt(way2);
+  constexpr SweepWindow kNever{2, -2};
+  if (apart - reach > way) return kNever;
+  // within reach all the way
+  if (!(apart + way > reach)) return {};
+  const double rest2 = reach * reach - norm_squared(cross(at.apart, at.way)) / way2;
+  if (rest2 < 0) return kNever;
+  const double middle = -dot(at.apart, at.way) / way2, half = std::sqrt(rest2) / way;
+  SweepWindow window;
+  if (middle - half > window.enter) window.enter = middle - half;
+  if (middle + half < window.leave) window.leave = middle + half;
+  return window;
 }
 
 }  // namespace
@@ -49,12 +88,18 @@ ObbSweep sweep_between(const RigidMotion& motion, double from, double to) {
           half * motion.angle};
 }
 
-ObbWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
-  const Obb box_a = a.unpacked(), box_b = b.unpacked();
-  const Vec3 centre = sweep.p_AB + sweep.R_AB * box_b.centre_O;
-  const Vec3 lever = centre - sweep.centre_A;
-  const Vec3 t = box_a.R_BO * (centre - box_a.centre_O);
-  const Vec3 d = box_a.R_BO * (sweep.way_A + cross(sweep.turn_A, lever));
+SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
+  return window_of_spheres(halfway(a, b, sweep), sweep.angle);
+}
+
+SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
+  const Halfway at = halfway(a, b, sweep);
+  // turns that widen all axes leave spheres as they are; else they cost more than they tell
+  SweepWindow window;
+  if (sweep.angle > kMuchTurn) window = window_of_spheres(at, sweep.angle);
+  if (window.is_empty()) return window;
+  const Obb &box_a = at.box_a, &box_b = at.box_b;
+  const Vec3 t = box_a.R_BO * at.apart, d = box_a.R_BO * at.way;
   // R[i][j]: axis j of b along axis i of a
   Vec3 R[3];
   for (int j = 0; j < 3; ++j) {
@@ -62,11 +107,8 @@ ObbWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const Ob
     R[0][j] = column.x, R[1][j] = column.y, R[2][j] = column.z;
   }
   const Vec3 &h = box_a.half, &g = box_b.half;
-  const double bent = sweep.angle * (norm(g) + 0.5 * sweep.angle * (sum_of(lever) + sum_of(g)));
-  const double pad =
-      bent + kAxisSlack * (size_of(a) + size_of(b) + sum_of(d)) +
-      kRounding * (sum_of(sweep.p_AB) + sum_of(box_a.centre_O) + sum_of(box_b.centre_O));
-  ObbWindow window;
+  const double bent = sweep.angle * (norm(g) + 0.5 * sweep.angle * (sum_of(at.lever) + sum_of(g)));
+  const double pad = bent + at.rounding;
   for (int i = 0; i < 3; ++i) {
     const Vec3& row = R[i];
     const double reach_b = g.x * std::fabs(row.x) + g.y * std::fabs(row.y) + g.z * std::fabs(row.z);

@@ -20,9 +20,9 @@ ObbSweep at_rest(const Pose& X_AB);
 /// Of the tool T (B) past the object O (A), between two times.
 ObbSweep sweep_between(const RigidMotion& motion, double from, double to);
 
-/// When two boxes may have a point in common, in halves of the sweep: −1 at its start, 1 at its
+/// When two bodies may have a point in common, in halves of the sweep: −1 at its start, 1 at its
 /// end.
-struct ObbWindow {
+struct SweepWindow {
   double enter = -1, leave = 1;
 
   bool is_empty() const { return enter > leave; }
@@ -33,10 +33,15 @@ struct ObbWindow {
 /// each of the 15 separating axes of Gottschalk, Lin, Manocha 1996, as they are half-way, the boxes
 /// are apart while |t·L + s d·L| > reach + ρ|θ| + r θ²/2, with d the way of b's centre, ρ half its
 /// diagonal, r its largest distance from the centre of the turn: what Taylor's rule leaves of the
-/// motion in place of intervals (Redon, Kheddar, Coquillart 2002).
-ObbWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
+/// motion in place of intervals (Redon, Kheddar, Coquillart 2002). Where b turns much their spheres
+/// are asked first.
+SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 
-/// Whether they may meet at all.
+/// The same for the spheres around both boxes: they are apart while |c + s d| > ρ_a + ρ_b +
+/// r θ²/2, with c the way from centre to centre. A turn of b about its own centre costs nothing.
+SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
+
+/// Whether the boxes may meet at all.
 inline bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
   return !when_boxes_may_meet(a, b, sweep).is_empty();
 }

@@ -104,7 +104,7 @@ void SweptMesh::descend(Search& search) const {
     return when_boxes_may_meet(object_.tree.nodes[pair.a].box, tool_.tree.nodes[pair.b].box,
                                search.sweep);
   };
-  const auto push = [&](const NodePair& pair, const ObbWindow& window) {
+  const auto push = [&](const NodePair& pair, const SweepWindow& window) {
     if (!window.is_empty()) waiting[n_waiting++] = {pair, window.enter};
   };
   push({}, look({}));
