@@ -9,7 +9,7 @@ namespace {
 // axes in floats are orthonormal to 1e-6; each of the tests below adds a few such errors
 constexpr double kAxisSlack = 1e-5;
 constexpr double kRounding = 1e-14;  // of coordinates in double, moved
-constexpr double kMuchTurn = 0.05;   // [rad]: spheres are asked before boxes
+constexpr double kMuchTurn = 0.05;   // in half a sweep [rad]: spheres are asked before boxes
 
 double size_of(const CompactObb& box) {
   return static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) +
@@ -36,16 +36,16 @@ bool narrow(SweepWindow& window, double place, double speed, double reach) {
 /// Two boxes half-way, in A.
 struct Halfway {
   Obb box_a, box_b;
-  Vec3 centre_b, lever;  // the lever is from the centre of the turn
-  Vec3 apart, way;       // from centre to centre; of b's centre until the end, to first order
-  double rounding;       // [m]
+  Vec3 apart, lever;  // from a's centre and from that of the turn to b's centre
+  Vec3 way;           // of b's centre until the end, to first order
+  double rounding;    // [m]
 };
 
 Halfway halfway(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
-  Halfway at{a.unpacked(), b.unpacked(), {}, {}, {}, {}, 0};
-  at.centre_b = sweep.p_AB + sweep.R_AB * at.box_b.centre_O;
-  at.lever = at.centre_b - sweep.centre_A;
-  at.apart = at.centre_b - at.box_a.centre_O;
+  Halfway at{a.unpacked(), b.unpacked(), {}, {}, {}, 0};
+  const Vec3 centre_b = sweep.p_AB + sweep.R_AB * at.box_b.centre_O;
+  at.apart = centre_b - at.box_a.centre_O;
+  at.lever = centre_b - sweep.centre_A;
   at.way = sweep.way_A + cross(sweep.turn_A, at.lever);
   at.rounding =
       kAxisSlack * (size_of(a) + size_of(b) + sum_of(at.way)) +
