@@ -3,6 +3,10 @@
 // short sessions.
 #include "clients/eval_rigid.h"
 
+#include "contact/detect/rigid_tool.h"
+#include "contact/query/near_front.h"
+#include "contact/shape/tool_body.h"
+#include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
 using namespace haptic;
@@ -158,6 +162,37 @@ TEST_CASE("eval rigid: short sessions hold every goal", "[lab]") {
   for (const Row& row : judge.rows(scene.name)) {
     CAPTURE(row.case_name, row.metric, row.value);
     CHECK(row.holds != false);
+  }
+}
+
+TEST_CASE("eval rigid: shaken for 10000 frames in a tight hole and on a scan nothing meets",
+          "[lab][trap]") {
+  std::vector<RigidScene> scenes{peg_in_hole(0.05e-3)};
+  if (auto scan = bunny_on_bunny(meshes_folder(std::string(HAPTIC_SOURCE_DIR) + "/build/meshes"))) {
+    scenes.push_back(*std::move(scan));
+  } else {
+    WARN("SKIPPED: no scans in HAPTICD_MESHES: `./run meshes` puts them there");
+  }
+  for (const RigidScene& scene : scenes) {
+    const std::array objects{scene.object};
+    const std::array<Pose, 1> X_WO{};
+    const ToolBody body = tool_body(scene.tool.mesh, {});
+    GodObject6 god(objects, scene.tool, body, god_object_options({}, body));
+    REQUIRE(god.place(X_WO, scene.home));
+    const RigidPoseJudge judge(scene.object, scene.tool, kSprings);
+    NearFront front(scene.object, scene.tool);
+    const ShakingHand hand(scene.home, scene.shaking, 1);
+    size_t held = 0;
+    const size_t frames = trials(5000);
+    for (size_t k = 0; k < frames; ++k) {
+      const GodObjectMove move = god.move(X_WO, hand.at(1e-3 * static_cast<double>(k)), 0.5e-3);
+      held += move.n_active > 0;
+      CAPTURE(scene.name, k);
+      REQUIRE_FALSE(move.is_lost);
+      REQUIRE(front.update(god.X_WG(), 0).empty());
+      if (k % 50 == 0) REQUIRE_FALSE(judge.is_entered(god.X_WG()));
+    }
+    CHECK(2 * held > frames);
   }
 }
 
