@@ -31,6 +31,7 @@ struct ActiveSet {
   std::array<int, 6> row{};
   std::array<Vec6, 6> q{}, R{};  // by columns
   Vec6 b{}, u{};
+  Vec6 per{};  // 1/R[j][j]: a division takes as long as four products
 
   /// Coordinates of a vector in the columns of Q, and what is left of it beside them. All columns
   /// at once, so that none waits for another; a second time where the first has cancelled digits.
@@ -50,7 +51,7 @@ struct ActiveSet {
   /// R⁻¹ c.
   Vec6 in_rows(Vec6 c) const {
     for (size_t j = n; j-- > 0;) {
-      c[j] /= R[j][j];
+      c[j] *= per[j];
       for (size_t i = 0; i < j; ++i) c[i] -= R[j][i] * c[j];
     }
     return c;
@@ -61,8 +62,9 @@ struct ActiveSet {
     row[n] = index, b[n] = bound;
     R[n] = along;
     R[n][n] = std::sqrt(dot(left, left));
+    per[n] = 1 / R[n][n];
     q[n] = {};
-    add_scaled(q[n], 1 / R[n][n], left);
+    add_scaled(q[n], per[n], left);
     ++n;
   }
 
@@ -73,8 +75,8 @@ struct ActiveSet {
       row[k] = row[k + 1], b[k] = b[k + 1], u[k] = u[k + 1], R[k] = R[k + 1];
     }
     for (size_t k = j; k < n; ++k) {
-      const double length = std::sqrt(square(R[k][k]) + square(R[k][k + 1]));
-      const double c = R[k][k] / length, s = R[k][k + 1] / length;
+      per[k] = 1 / std::sqrt(square(R[k][k]) + square(R[k][k + 1]));
+      const double c = R[k][k] * per[k], s = R[k][k + 1] * per[k];
       for (size_t m = k; m < n; ++m) turn(R[m][k], R[m][k + 1], c, s);
       for (size_t i = 0; i < 6; ++i) turn(q[k][i], q[k + 1][i], c, s);
     }
@@ -90,7 +92,7 @@ struct ActiveSet {
     for (size_t j = 0; j < n; ++j) {
       double sum = b[j];
       for (size_t i = 0; i < j; ++i) sum -= R[j][i] * c[i];
-      c[j] = sum / R[j][j];
+      c[j] = sum * per[j];
       add_scaled(y, c[j], q[j]);
       u[j] = c[j] - along[j];
     }
