@@ -21,6 +21,12 @@ double sum_of(const Vec3& v) {
   return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
 }
 
+/// Written so that what is not a number takes nothing away.
+void keep_within(SweepWindow& window, double middle, double half) {
+  if (middle - half > window.enter) window.enter = middle - half;
+  if (middle + half < window.leave) window.leave = middle + half;
+}
+
 /// Leaves the times s at which |place + s speed| ≤ reach; true where none is left. Written so that
 /// what is not a number takes nothing away.
 bool narrow(SweepWindow& window, double place, double speed, double reach) {
@@ -28,8 +34,7 @@ bool narrow(SweepWindow& window, double place, double speed, double reach) {
   if (std::fabs(place) - reach > std::fabs(speed)) return window.enter = 2, true;
   if (speed == 0) return false;
   const double middle = -place / speed, half = reach / std::fabs(speed);
-  if (middle - half > window.enter) window.enter = middle - half;
-  if (middle + half < window.leave) window.leave = middle + half;
+  keep_within(window, middle, half);
   return window.is_empty();
 }
 
@@ -66,8 +71,7 @@ SweepWindow window_of_spheres(const Halfway& at, double angle) {
   if (rest2 < 0) return kNever;
   const double middle = -dot(at.apart, at.way) / way2, half = std::sqrt(rest2) / way;
   SweepWindow window;
-  if (middle - half > window.enter) window.enter = middle - half;
-  if (middle + half < window.leave) window.leave = middle + half;
+  keep_within(window, middle, half);
   return window;
 }
 

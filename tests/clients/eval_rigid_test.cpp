@@ -171,6 +171,7 @@ TEST_CASE("eval rigid: shaken for 10000 frames in a tight hole and on a scan not
   if (auto scan = bunny_on_bunny(meshes_folder(std::string(HAPTIC_SOURCE_DIR) + "/build/meshes"))) {
     scenes.push_back(*std::move(scan));
   } else {
+    // they come from a package; the hole needs none
     WARN("SKIPPED: no scans in HAPTICD_MESHES: `./run meshes` puts them there");
   }
   for (const RigidScene& scene : scenes) {
