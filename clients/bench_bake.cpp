@@ -14,6 +14,7 @@
 #include "contact/bake_grid.h"
 #include "contact/shape/baked_file.h"
 #include "contact/shape/mesh_topology.h"
+#include "proto/command_line.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -124,18 +125,16 @@ std::vector<Row> bench_bake(const Options& options) {
 
 }  // namespace
 
-void add_bench_bake(CLI::App& bench) {
+void add_bench_bake(Command& bench) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
-      bench.add_subcommand("bake", "Trees and grid of a large mesh: built, and from the cache");
-  command->add_option("--n", options->n, "of a height field of 2 n² triangles")
-      ->check(CLI::Range(2, 2000))
-      ->capture_default_str();
-  command->add_option("--rounds", options->rounds, "the fastest counts")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_judged(bench_bake(*options), options->json); });
+  Command command =
+      bench.subcommand("bake", "Trees and grid of a large mesh: built, and from the cache");
+  command.option("--n", options->n, "of a height field of 2 n² triangles")
+      .range(2, 2000)
+      .show_default();
+  command.option("--rounds", options->rounds, "the fastest counts").range(1, 100).show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_bake(*options), options->json); });
 }
 
 }  // namespace haptic

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/bench_jitter.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstring>
 #include <iostream>
@@ -15,6 +14,7 @@
 #include "clients/forked_process.h"
 #include "clients/jitter_rows.h"
 #include "clients/print_rows.h"
+#include "proto/command_line.h"
 
 namespace haptic {
 namespace {
@@ -84,20 +84,18 @@ void run_jitter(const JitterOptions& options) {
 
 }  // namespace
 
-void add_bench_jitter(CLI::App& bench) {
+void add_bench_jitter(Command& bench) {
   const auto options = std::make_shared<JitterOptions>();
-  CLI::App* command = bench.add_subcommand(
+  Command command = bench.subcommand(
       "jitter", "How late the servo's clock wakes, beside cyclictest, in alternation");
-  command->add_option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
+      .range(1, 1000)
+      .show_default();
   // whole ones: cyclictest knows no others
-  command->add_option("--seconds", options->seconds, "of each window")
-      ->check(CLI::Range(1, 3600))
-      ->capture_default_str();
-  command->add_option("--core", options->core, "they all run on [the last one allowed]");
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { run_jitter(*options); });
+  command.option("--seconds", options->seconds, "of each window").range(1, 3600).show_default();
+  command.option("--core", options->core, "they all run on [the last one allowed]");
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { run_jitter(*options); });
 }
 
 }  // namespace haptic

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/bench_proximity.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "contact/query/mesh_distance.h"
 #include "contact/query/near_contacts.h"
 #include "contact/query/near_front.h"
+#include "proto/command_line.h"
 #include "proto/rt_guard.h"
 
 namespace haptic {
@@ -212,21 +212,16 @@ std::vector<Row> bench_proximity(const Options& options) {
 
 }  // namespace
 
-void add_bench_proximity(CLI::App& bench) {
+void add_bench_proximity(Command& bench) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = bench.add_subcommand(
+  Command command = bench.subcommand(
       "proximity",
       "Pairs of triangles within a band, and contacts that stand for them, beside FCL");
-  command->add_option("--case", options->cases, "as often as wanted")
-      ->check(CLI::IsMember({"torus", "bolt"}));
-  command->add_option("--torus-poses", options->torus_poses, "of 1 kHz")
-      ->check(CLI::Range(2, 100000))
-      ->capture_default_str();
-  command->add_option("--bolt-poses", options->bolt_poses, "of 1 kHz")
-      ->check(CLI::Range(2, 100000))
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_judged(bench_proximity(*options), options->json); });
+  command.option("--case", options->cases, "as often as wanted").one_of({"torus", "bolt"});
+  command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
+  command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_proximity(*options), options->json); });
 }
 
 }  // namespace haptic

@@ -9,6 +9,7 @@
 #include "clients/bench_qp_peers.h"
 #include "clients/bench_turns.h"
 #include "clients/print_rows.h"
+#include "proto/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
 #include "proto/math/qp.h"
@@ -287,21 +288,21 @@ std::vector<Row> bench_qp(const Options& options) {
 
 }  // namespace
 
-void add_bench_qp(CLI::App& bench) {
+void add_bench_qp(Command& bench) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = bench.add_subcommand(
+  Command command = bench.subcommand(
       "qp", "Hard contacts of one body: least constraint, pivoting, friction; beside CGAL, Bullet");
-  command->add_option("--rounds", options->rounds, "times each question is asked")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--ticks", options->ticks, "questions of each kind")
-      ->check(CLI::Range(100, 1000000))
-      ->capture_default_str();
-  command->add_option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_judged(bench_qp(*options), options->json); });
+  command.option("--rounds", options->rounds, "times each question is asked")
+      .range(1, 1000)
+      .show_default();
+  command.option("--ticks", options->ticks, "questions of each kind")
+      .range(100, 1000000)
+      .show_default();
+  command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
+      .range(1, 100000)
+      .show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_qp(*options), options->json); });
 }
 
 }  // namespace haptic

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-namespace CLI {
-class App;
-}
-
 namespace haptic {
+
+class Command;
 
 /// `hapt bench qp`: what the solvers of proto/math take for one body at 1 to 64 contacts, beside
 /// CGAL's exact quadratic program and Bullet's Dantzig pivoting.
-void add_bench_qp(CLI::App& bench);
+void add_bench_qp(Command& bench);
 
 }  // namespace haptic

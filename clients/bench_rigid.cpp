@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -21,6 +20,7 @@
 #include "contact/detect/rigid_tool.h"
 #include "contact/query/near_front.h"
 #include "contact/shape/tool_body.h"
+#include "proto/command_line.h"
 #include "proto/realtime.h"
 
 namespace haptic {
@@ -254,27 +254,25 @@ std::vector<Row> bench_rigid(const Options& options) {
 
 }  // namespace
 
-void add_bench_rigid(CLI::App& bench) {
+void add_bench_rigid(Command& bench) {
   const auto options = std::make_shared<Options>();
-  options->meshes = meshes_folder(HAPTICD_SOURCE_DIR "/build/meshes");
-  CLI::App* command = bench.add_subcommand(
+  options->meshes = meshes_folder();
+  Command command = bench.subcommand(
       "rigid", "A tool that never enters an object, shaken against one; beside FCL's distance");
-  command->add_option("--scene", options->scenes, "as often as wanted")
-      ->check(CLI::IsMember({"bunny", "peg", "bolt"}));
-  command->add_option("--frames", options->frames, "of 1 kHz, in each scene")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  command->add_option("--exact", options->exact, "poses judged exactly, at most")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  command->add_option("--rests", options->rests, "settled poses judged by all pairs, at most")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the hands")->capture_default_str();
-  command->add_option("--meshes", options->meshes, "folder with bunny00.off")
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_judged(bench_rigid(*options), options->json); });
+  command.option("--scene", options->scenes, "as often as wanted").one_of({"bunny", "peg", "bolt"});
+  command.option("--frames", options->frames, "of 1 kHz, in each scene")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--exact", options->exact, "poses judged exactly, at most")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--rests", options->rests, "settled poses judged by all pairs, at most")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--seed", options->seed, "of the hands").show_default();
+  command.option("--meshes", options->meshes, "folder with bunny00.off").show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_rigid(*options), options->json); });
 }
 
 }  // namespace haptic

@@ -10,12 +10,13 @@
 #include "clients/bench_segment_peers.h"
 #include "clients/bench_turns.h"
 #include "clients/bench_workload.h"
+#include "clients/eval_rigid_scenes.h"
 #include "clients/print_rows.h"
 #include "contact/bake.h"
 #include "contact/bake_grid.h"
 #include "contact/query/segment_hit.h"
 #include "contact/shape/mesh_topology.h"
-#include "proto/environment.h"
+#include "proto/command_line.h"
 
 namespace haptic {
 namespace {
@@ -263,9 +264,8 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
 
 /// A mesh of libcgal-demo. Throws MeshError.
 WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
-  const std::string own = environment("HAPTICD_MESHES");
   ObjectConfig object{};
-  assign(object.mesh, (own.empty() ? HAPTICD_SOURCE_DIR "/build/meshes" : own) + "/" + file);
+  assign(object.mesh, meshes_folder() + "/" + file);
   object.size = 0.1;
   object.allow_open = 1;
   const BakedShape baked = bake_object(object, uint64_t{4} << 30);
@@ -326,25 +326,25 @@ std::vector<Row> bench_segment(const Options& options) {
 
 }  // namespace
 
-void add_bench_segment(CLI::App& bench) {
+void add_bench_segment(Command& bench) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = bench.add_subcommand(
-      "segment", "First hit of a dragged probe, beside Embree, CGAL and Bullet");
+  Command command =
+      bench.subcommand("segment", "First hit of a dragged probe, beside Embree, CGAL and Bullet");
   command
-      ->add_option("--mesh", options->meshes,
-                   "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
-      ->check(problem_of_name);
-  command->add_option("--rounds", options->rounds, "times each segment is asked")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command->add_option("--segments", options->segments, "segments a mesh")
-      ->check(CLI::Range(100, 10000000))
-      ->capture_default_str();
-  command->add_option("--checked", options->checked, "segments compared with brute force, a mesh")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { print_judged(bench_segment(*options), options->json); });
+      .option("--mesh", options->meshes,
+              "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
+      .check(problem_of_name);
+  command.option("--rounds", options->rounds, "times each segment is asked")
+      .range(1, 1000)
+      .show_default();
+  command.option("--segments", options->segments, "segments a mesh")
+      .range(100, 10000000)
+      .show_default();
+  command.option("--checked", options->checked, "segments compared with brute force, a mesh")
+      .range(1, 1000000)
+      .show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_segment(*options), options->json); });
 }
 
 }  // namespace haptic

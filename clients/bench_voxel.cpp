@@ -10,13 +10,13 @@
 #include <stdexcept>
 
 #include "clients/bench_voxel_ceiling.h"
+#include "clients/eval_rigid_scenes.h"
 #include "clients/eval_workload.h"
 #include "clients/median.h"
 #include "clients/thread_cpu.h"
 #include "contact/bake_volume.h"
 #include "contact/query/shell_in_field.h"
 #include "contact/shape/mesh_topology.h"
-#include "proto/environment.h"
 
 namespace haptic {
 namespace {
@@ -310,9 +310,8 @@ std::vector<Row> run_coherence(const BenchVoxelOptions& options) {
 std::vector<Row> run_memory(const BenchVoxelOptions& options) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
   Rows rows(name);
-  const std::string own = environment("HAPTICD_MESHES");
   ShapeConfig scan{};
-  assign(scan.mesh, (own.empty() ? HAPTICD_SOURCE_DIR "/build/meshes" : own) + "/bunny00.off");
+  assign(scan.mesh, meshes_folder() + "/bunny00.off");
   scan.size = 0.1;
   try {
     const BakedShape bunny = bake_object(scan, uint64_t{4} << 30);

@@ -16,6 +16,7 @@
 #include "contact/query/triangle_pairs.h"
 #include "contact/shape/machine_parts.h"
 #include "proto/environment.h"
+#include "proto/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -102,8 +103,8 @@ Pair peg_in_hole() {
 BakedShape jaw(const std::string& file) {
   const std::string own = environment("HAPTICD_DATA");
   ShapeConfig shape;
-  assign(shape.mesh,
-         (own.empty() ? HAPTICD_SOURCE_DIR "/../shared/data" : own) + "/meshes/chai3d/" + file);
+  const std::string data = own.empty() ? (source_tree() / "../shared/data").string() : own;
+  assign(shape.mesh, data + "/meshes/chai3d/" + file);
   shape.unit = 0.2e-3;
   shape.allow_open = 1;
   return bake_object(shape, uint64_t{4} << 30);

@@ -13,7 +13,6 @@ target_sources(haptic_lab PRIVATE
   eval_renderer.cpp
   eval_rigid.cpp
   eval_rigid_judge.cpp
-  eval_rigid_pose.cpp
   eval_rigid_scenes.cpp
   eval_ruffaldi.cpp
   eval_sphere_oracle.cpp

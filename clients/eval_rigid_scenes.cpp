@@ -8,6 +8,7 @@
 #include "contact/query/triangle_pairs.h"
 #include "contact/shape/machine_parts.h"
 #include "proto/environment.h"
+#include "proto/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -70,9 +71,9 @@ std::optional<RigidScene> bunny_on_bunny(const std::string& meshes) {
   return scene;
 }
 
-std::string meshes_folder(const std::string& otherwise) {
+std::string meshes_folder() {
   const std::string own = environment("HAPTICD_MESHES");
-  return own.empty() ? otherwise : own;
+  return own.empty() ? (source_tree() / "build" / "meshes").string() : own;
 }
 
 }  // namespace haptic

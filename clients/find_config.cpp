@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proto/environment.h"
+#include "proto/source_tree.h"
 
 namespace haptic {
 
@@ -14,7 +15,9 @@ std::string find_config(const std::string& name) {
   if (const std::string folder = environment("HAPTICD_CONFIGS"); !folder.empty()) {
     places.push_back(std::filesystem::path(folder) / name);
   }
-  places.push_back(std::filesystem::path(HAPTICD_SOURCE_DIR) / "configs" / name);
+  if (const std::filesystem::path tree = source_tree(); !tree.empty()) {
+    places.push_back(tree / "configs" / name);
+  }
   places.push_back(std::filesystem::path("/usr/share/hapticd/configs") / name);
   std::string looked;
   for (auto place = places.begin(); place != places.end(); ++place) {

@@ -1,66 +1,67 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt: the command line tool. One file a sub-command.
-#include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
-#include <iostream>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
 
 #include "clients/hapt_commands.h"
-#include "proto/version.h"
+#include "clients/lab_commands.h"
+#include "clients/run_hapt.h"
+#include "proto/process.h"
 
+namespace haptic {
 namespace {
 
-constexpr int kExitFailed = 1;
-constexpr int kExitUsage = 2;
-
-/// What was typed wrongly, in one line. A help text is no mistake: exit code 0.
-int explain(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == 0) return app.exit(error);
-  const std::vector<std::string> strays = app.remaining();
-  const bool no_command = app.get_subcommands().empty() && !strays.empty();
-  const std::string what = no_command ? "no command '" + strays.front() + "'" : error.what();
-  const std::string of =
-      app.get_subcommands().empty() ? "" : app.get_subcommands().front()->get_name() + " ";
-  std::cerr << "hapt: " << what << "; see hapt " << of << "--help\n";
-  return kExitUsage;
+bool is_of_lab(const std::string& word) {
+  return std::any_of(kLabCommands.begin(), kLabCommands.end(),
+                     [&](const LabCommand* command) { return word == command->name; });
 }
 
-int run(CLI::App& app, int argc, char** argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::RuntimeError& error) {
-    return error.get_exit_code();
-  } catch (const CLI::ParseError& error) {
-    return explain(app, error);
-  }
-  return 0;
+/// The first word that names a command decides.
+bool is_for_lab(const Command& app, int argc, char** argv) {
+  const auto is_command = [&](const char* word) { return app.has_subcommand(word); };
+  char** const end = argv + argc;
+  char** const command = std::find_if(std::min(argv + 1, end), end, is_command);
+  return command != end && is_of_lab(*command);
+}
+
+/// This process goes on as hapt-lab, which reads the same words.
+[[noreturn]] void become_lab(char** argv) {
+  const std::filesystem::path folder = own_folder();
+  const std::string path = folder / "hapt-lab";
+  execv(path.c_str(), argv);
+  throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
+                           "); `cmake --build " + folder.parent_path().string() +
+                           " --target hapt-lab` builds it");
+}
+
+/// As `hapt --help` shows them.
+void add_commands(Command& app) {
+  const auto add_of_lab = [&](const LabCommand& lab) { app.subcommand(lab.name, lab.help); };
+  add_demo_command(app);
+  add_replay_command(app);
+  add_top_command(app);
+  add_record_command(app);
+  add_export_command(app);
+  add_of_lab(kEvalCommand);
+  add_bake_command(app);
+  add_of_lab(kBenchCommand);
+  add_of_lab(kSelftestCommand);
+  add_of_lab(kTortureCommand);
+  add_control_commands(app);
 }
 
 }  // namespace
+}  // namespace haptic
 
-int main(int argc, char** argv) try {
-  CLI::App app{"hapt: start, watch, record and judge haptic sessions"};
-  app.require_subcommand(1);
-  app.set_version_flag("--version", haptic::version());
-  haptic::add_demo_command(app);
-  haptic::add_replay_command(app);
-  haptic::add_top_command(app);
-  haptic::add_record_command(app);
-  haptic::add_export_command(app);
-  haptic::add_eval_command(app);
-  haptic::add_bake_command(app);
-  haptic::add_bench_command(app);
-  haptic::add_selftest_command(app);
-  haptic::add_torture_command(app);
-  haptic::add_control_commands(app);
-  const int code = run(app, argc, argv);
-  // a script must not take half a table for a whole one
-  if (!std::cout.flush() || std::fflush(stdout) != 0) {
-    std::cerr << "hapt: standard output cannot be written; the figures are not whole\n";
-    return kExitFailed;
-  }
-  return code;
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "hapt: %s\n", error.what());
-  return kExitFailed;
+int main(int argc, char** argv) {
+  return haptic::run_hapt(argc, argv, [&](haptic::Command& app) {
+    haptic::add_commands(app);
+    if (haptic::is_for_lab(app, argc, argv)) haptic::become_lab(argv);
+  });
 }

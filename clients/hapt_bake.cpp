@@ -2,7 +2,6 @@
 // hapt bake: prepares a mesh before a session needs it, and says what that came to.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include "clients/hapt_commands.h"
 #include "contact/bake.h"
 #include "contact/bake_volume.h"
+#include "proto/command_line.h"
 #include "proto/quantity.h"
 
 namespace haptic {
@@ -28,9 +28,9 @@ double parse_length(const std::string& option, const std::string& text) {
     const double length = parse_quantity(text, Dimension::kLength);
     if (length > 0) return length;
   } catch (const QuantityError& error) {
-    throw CLI::ValidationError(option, error.what());
+    throw UsageError(option + ": " + error.what());
   }
-  throw CLI::ValidationError(option, "'" + text + "' must be greater than 0");
+  throw UsageError(option + ": '" + text + "' must be greater than 0");
 }
 
 VoxelConfig voxel_options(const BakeOptions& options) {
@@ -122,27 +122,25 @@ void run_bake(const BakeOptions& options) {
 
 }  // namespace
 
-void add_bake_command(CLI::App& app) {
+void add_bake_command(Command& app) {
   const auto options = std::make_shared<BakeOptions>();
-  CLI::App* command =
-      app.add_subcommand("bake", "Prepare a mesh: check it and put it in the cache");
-  command->add_option("mesh", options->mesh, "mesh file (OBJ, STL, PLY, OFF)")->required();
-  command
-      ->add_option("--unit", options->unit, "of the file [m]; left out: metres, or any with a size")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--size", options->size, "longest side [m]")->check(CLI::PositiveNumber);
-  command->add_flag("--allow-open", options->allow_open, "the mesh may have borders");
-  command->add_option("--voxel", options->voxel,
-                      "also bake what the renderer voxel needs, with voxels of this size: 1mm");
-  command->add_option("--band", options->band, "of the distance field; left out: two voxels")
-      ->needs("--voxel");
-  command->add_option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
-      ->needs("--voxel");
-  command->add_flag("--map-alone", options->map_alone, "no distance field")->needs("--voxel");
-  command->add_flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
-      ->needs("--voxel");
-  command->add_flag("--explain", options->explain, "how the size of the grid's cells was chosen");
-  command->callback([options] { run_bake(*options); });
+  Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
+  command.option("mesh", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
+  command.option("--unit", options->unit, "of the file [m]; left out: metres, or any with a size")
+      .positive();
+  command.option("--size", options->size, "longest side [m]").positive();
+  command.flag("--allow-open", options->allow_open, "the mesh may have borders");
+  command.option("--voxel", options->voxel,
+                 "also bake what the renderer voxel needs, with voxels of this size: 1mm");
+  command.option("--band", options->band, "of the distance field; left out: two voxels")
+      .needs("--voxel");
+  command.option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
+      .needs("--voxel");
+  command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
+  command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
+      .needs("--voxel");
+  command.flag("--explain", options->explain, "how the size of the grid's cells was chosen");
+  command.action([options] { run_bake(*options); });
 }
 
 }  // namespace haptic

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt status, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 
 #include "clients/hapt_commands.h"
+#include "proto/command_line.h"
 #include "proto/control_socket.h"
 
 namespace haptic {
@@ -22,16 +22,16 @@ void say(const ControlOptions& options, const std::string& line) {
   std::cout << answer << '\n';
 }
 
-void add_word(CLI::App& app, const std::string& word, const std::string& help) {
+void add_word(Command& app, const std::string& word, const std::string& help) {
   const auto options = std::make_shared<ControlOptions>();
-  CLI::App* command = app.add_subcommand(word, help);
-  command->add_option("--session", options->session, "which one; default: the only one running");
-  command->callback([options, word] { say(*options, word); });
+  Command command = app.subcommand(word, help);
+  command.option("--session", options->session, "which one; default: the only one running");
+  command.action([options, word] { say(*options, word); });
 }
 
 }  // namespace
 
-void add_control_commands(CLI::App& app) {
+void add_control_commands(Command& app) {
   add_word(app, "status", "What a session and its processes are doing, as JSON");
   add_word(app, "stop", "End a session");
   add_word(app, "arm", "Let the hand feel forces");
@@ -40,14 +40,12 @@ void add_control_commands(CLI::App& app) {
   add_word(app, "resume", "Go on after a pause");
   add_word(app, "clear-fault", "Allow force again after a fault, once the handle is still");
   const auto options = std::make_shared<ControlOptions>();
-  CLI::App* command =
-      app.add_subcommand("set", "Change a parameter, it ramps over 200 ms; or the renderer");
-  command->add_option("key", options->key, "stiffness, damping, time-scale or renderer")
-      ->required();
-  command->add_option("value", options->value, "with its unit, as \"500 N/m\"; or a name")
-      ->required();
-  command->add_option("--session", options->session, "which one; default: the only one running");
-  command->callback([options] { say(*options, "set " + options->key + " " + options->value); });
+  Command command =
+      app.subcommand("set", "Change a parameter, it ramps over 200 ms; or the renderer");
+  command.option("key", options->key, "stiffness, damping, time-scale or renderer").required();
+  command.option("value", options->value, "with its unit, as \"500 N/m\"; or a name").required();
+  command.option("--session", options->session, "which one; default: the only one running");
+  command.action([options] { say(*options, "set " + options->key + " " + options->value); });
 }
 
 }  // namespace haptic

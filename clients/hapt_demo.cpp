@@ -2,7 +2,6 @@
 // hapt demo and hapt replay: start a session, record it, judge it.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +19,7 @@
 #include "clients/session_plot.h"
 #include "clients/session_process.h"
 #include "clients/summary.h"
+#include "proto/command_line.h"
 #include "proto/hand_trace.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
@@ -41,6 +41,12 @@ const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
                                                  {"bunnies", "bunny-on-bunny.toml"},
                                                  {"rigid-peg", "rigid-peg.toml"},
                                                  {"rigid-bunnies", "rigid-bunnies.toml"}};
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, config] : kScenes) names.push_back(name);
+  return names;
+}
 
 struct PlayOptions {
   std::string config = "bunny.toml", session, trace, log, plot;
@@ -71,7 +77,7 @@ std::string default_log(const std::string& session) {
 void stop_where_asked() {
   if (!stop_requested()) return;
   std::cerr << "hapt: stopped before the session began\n";
-  throw CLI::RuntimeError(kExitInterrupted);
+  throw ExitCode{kExitInterrupted};
 }
 
 BakedSession bake_all(const SessionConfig& config) {
@@ -250,50 +256,47 @@ void play(PlayOptions options) {
     std::cerr << "the session ended early; what was recorded is in " << options.log << '\n';
   }
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
-  if (played.ended_early || !all_hold(rows)) throw CLI::RuntimeError(1);
+  if (played.ended_early || !all_hold(rows)) throw ExitCode{1};
 }
 
-void add_common(CLI::App& command, PlayOptions& options) {
-  command.add_option("--config", options.config, "session file")->capture_default_str();
-  command.add_option("--session", options.session, "name to run under; default: the file's");
-  command.add_option("-o,--output", options.log, "log to write (.mcap)");
-  command.add_option("--plot", options.plot, "draw force, depth and lateness to this .svg");
-  command.add_flag("--overwrite", options.overwrite, "replace the log and the plot where they are");
-  command.add_flag("--json", options.json, "figures as JSON on standard output");
+void add_common(Command& command, PlayOptions& options) {
+  command.option("--config", options.config, "session file").show_default();
+  command.option("--session", options.session, "name to run under; default: the file's");
+  command.option("-o,--output", options.log, "log to write (.mcap)");
+  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.flag("--overwrite", options.overwrite, "replace the log and the plot where they are");
+  command.flag("--json", options.json, "figures as JSON on standard output");
 }
 
 }  // namespace
 
-void add_demo_command(CLI::App& app) {
+void add_demo_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
-  CLI::App* command =
-      app.add_subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
-  add_common(*command, *options);
+  Command command = app.subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
+  add_common(command, *options);
   const auto scene = std::make_shared<std::string>();
   command
-      ->add_option(
-          "scene", *scene,
-          "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
-          "rigid-peg, rigid-bunnies: bodies that never enter another")
-      ->check(CLI::IsMember(kScenes))
-      ->excludes(command->get_option("--config"));
-  command->add_option("--trace", options->trace, "a recorded hand instead of the simulated one");
-  command->add_option("--for", options->duration, "how long the hand explores [s]")
-      ->check(seconds_option())
-      ->capture_default_str();
-  command->callback([options, scene] {
+      .option("scene", *scene,
+              "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
+              "rigid-peg, rigid-bunnies: bodies that never enter another")
+      .one_of(scene_names())
+      .excludes("--config");
+  command.option("--trace", options->trace, "a recorded hand instead of the simulated one");
+  command.option("--for", options->duration, "how long the hand explores [s]")
+      .check(problem_of_seconds, "SECONDS")
+      .show_default();
+  command.action([options, scene] {
     if (!scene->empty()) options->config = kScenes.at(*scene);
     play(*options);
   });
 }
 
-void add_replay_command(CLI::App& app) {
+void add_replay_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
-  CLI::App* command =
-      app.add_subcommand("replay", "Play a recorded hand (open loop) through a session");
-  command->add_option("trace", options->trace, "recording: .mcap or .csv")->required();
-  add_common(*command, *options);
-  command->callback([options] { play(*options); });
+  Command command = app.subcommand("replay", "Play a recorded hand (open loop) through a session");
+  command.option("trace", options->trace, "recording: .mcap or .csv").required();
+  add_common(command, *options);
+  command.action([options] { play(*options); });
 }
 
 }  // namespace haptic

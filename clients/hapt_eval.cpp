@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit; or one
 // renderer on one mesh, tick by tick beside the exact god-object.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 #include <map>
@@ -16,11 +15,13 @@
 #include "clients/eval_table.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
+#include "clients/lab_commands.h"
 #include "clients/lockstep.h"
 #include "clients/print_rows.h"
 #include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/summary.h"
+#include "proto/command_line.h"
 #include "proto/config_warnings.h"
 #include "proto/realtime.h"
 #include "proto/renderer.h"
@@ -116,16 +117,16 @@ void run_eval(const EvalOptions& options) {
   }
   std::cout.flush();
   if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
-  if (!all_hold(rows.rows())) throw CLI::RuntimeError(1);
+  if (!all_hold(rows.rows())) throw ExitCode{1};
 }
 
-void run_renderer(const EvalOptions& options, const CLI::App& command) {
+void run_renderer(const EvalOptions& options, const Command& command) {
   EvalTable table{options.renderer, options.meshes, options.radii, {0}};
   table.each.trace = options.trace;
   table.each.plot = options.plot;
   table.each.lockstep.contact_period = options.lockstep.contact_period;
   // unless asked for, the judge leaves no delay between the tool and the answer
-  if (command.count("--contact-latency") > 0) {
+  if (command.was_given("--contact-latency")) {
     table.latencies = {options.lockstep.contact_latency};
   } else if (options.meshes == std::vector<std::string>{"all"}) {
     table.latencies = {0, 1};
@@ -147,7 +148,7 @@ void run_renderer(const EvalOptions& options, const CLI::App& command) {
   for (const auto& one : judged) rows.insert(rows.end(), one.begin(), one.end());
   options.json ? print_json(std::cout, rows) : print_cases(std::cout, judged);
   std::cout.flush();
-  if (!all_hold(rows)) throw CLI::RuntimeError(1);
+  if (!all_hold(rows)) throw ExitCode{1};
 }
 
 void run_artefacts(const EvalOptions& options) {
@@ -163,106 +164,104 @@ void run_ruffaldi(const EvalOptions& options) {
   print_judged(eval_ruffaldi(eval), options.json);
 }
 
-void run_rigid_suite(const EvalOptions& options, const CLI::App& command) {
+void run_rigid_suite(const EvalOptions& options, const Command& command) {
   RigidEval eval;
-  if (command.count("--for") > 0) eval.ticks = static_cast<uint64_t>(1e3 * options.duration);
-  eval.meshes = meshes_folder(HAPTICD_SOURCE_DIR "/build/meshes");
+  if (command.was_given("--for")) eval.ticks = static_cast<uint64_t>(1e3 * options.duration);
+  eval.meshes = meshes_folder();
   eval.lockstep = options.lockstep;
   print_judged(eval_rigid(eval), options.json);
 }
 
 /// What a session is led by, and how it is shown; common to all that can be judged.
-void add_session_options(CLI::App& command, EvalOptions& options) {
-  command.add_option("--config", options.config, "session file")->capture_default_str();
-  command.add_option("--trace", options.trace, "recorded hand instead of the configured device");
-  command.add_option("--for", options.duration, "how long a simulated hand plays [s]")
-      ->check(seconds_option())
-      ->capture_default_str();
+void add_session_options(Command& command, EvalOptions& options) {
+  command.option("--config", options.config, "session file").show_default();
+  command.option("--trace", options.trace, "recorded hand instead of the configured device");
+  command.option("--for", options.duration, "how long a simulated hand plays [s]")
+      .check(problem_of_seconds, "SECONDS")
+      .show_default();
   command
-      .add_option("--contact-period", options.lockstep.contact_period,
-                  "servo ticks between two contact steps")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+      .option("--contact-period", options.lockstep.contact_period,
+              "servo ticks between two contact steps")
+      .range(1, 1000)
+      .show_default();
   command
-      .add_option("--contact-latency", options.lockstep.contact_latency,
-                  "ticks until an answer is visible; 0: within the tick")
-      ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  command.add_option("--plot", options.plot, "draw force, depth and lateness to this .svg");
-  command.add_flag("--overwrite", options.overwrite, "replace the plot where it exists");
-  command.add_flag("--json", options.json, "rows as JSON");
+      .option("--contact-latency", options.lockstep.contact_latency,
+              "ticks until an answer is visible; 0: within the tick")
+      .range(0, 1000)
+      .show_default();
+  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.flag("--overwrite", options.overwrite, "replace the plot where it exists");
+  command.flag("--json", options.json, "rows as JSON");
 }
 
 /// A renderer beside the exact one, on a mesh instead of a session.
-void add_renderer_options(CLI::App& command, EvalOptions& options) {
+void add_renderer_options(Command& command, EvalOptions& options) {
   RendererEval& judged = options.renderer;
-  CLI::Option* const mesh =
-      command
-          .add_option("--mesh", options.meshes,
-                      "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the "
-                      "published work; several make a table of one line each")
-          ->excludes(command.get_option("--config"));
-  // strings: CLI11 looks names up in a map of these
+  command
+      .option("--mesh", options.meshes,
+              "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the published work; "
+              "several make a table of one line each")
+      .excludes("--config");
   std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
   std::erase_if(renderers, [](const auto& pair) { return is_of_body(pair.second); });
-  command.add_option("--renderer", judged.renderer, "which renderer of a point is judged")
-      ->needs(mesh)
-      ->transform(CLI::CheckedTransformer(renderers))
-      ->default_str("god-object3");
-  const auto add = [&](const std::string& name, auto& value, const CLI::Range& range,
+  command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
+      .needs("--mesh")
+      .show_default("god-object3");
+  const auto add = [&](const std::string& name, auto& value, auto low, auto high,
                        const std::string& text) {
-    command.add_option(name, value, text)->needs(mesh)->check(range)->capture_default_str();
+    command.option(name, value, text).needs("--mesh").range(low, high).show_default();
   };
-  add("--radius", options.radii, CLI::Range(0.0, 0.1),
+  add("--radius", options.radii, 0.0, 0.1,
       "of the proxy of virtual-proxy3 [m], one or several; 0: a point");
-  add("--friction", judged.friction, CLI::Range(0.0, 10.0),
-      "μ of virtual-proxy3, measured on flat:N");
-  add("--size", judged.size, CLI::Range(1e-3, 10.0), "longest side of a mesh file [m]");
-  add("--stiffness", judged.stiffness, CLI::Range(1.0, 1e5), "of the coupling [N/m]");
-  add("--max-force", judged.max_force, CLI::Range(0.1, 1e3), "limit of the device [N]");
-  add("--ticks", judged.ticks, CLI::Range(1, 10'000'000), "length of the tool's path");
+  add("--friction", judged.friction, 0.0, 10.0, "μ of virtual-proxy3, measured on flat:N");
+  add("--size", judged.size, 1e-3, 10.0, "longest side of a mesh file [m]");
+  add("--stiffness", judged.stiffness, 1.0, 1e5, "of the coupling [N/m]");
+  add("--max-force", judged.max_force, 0.1, 1e3, "limit of the device [N]");
+  add("--ticks", judged.ticks, 1, 10'000'000, "length of the tool's path");
 }
 
 /// A protocol of its own, without a session.
-void add_protocol_options(CLI::App& command, EvalOptions& options) {
+void add_protocol_options(Command& command, EvalOptions& options) {
   RuffaldiEval& ruffaldi = options.ruffaldi;
-  CLI::Option* const protocol =
-      command
-          .add_option("--protocol", options.protocol,
-                      "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: "
-                      "what penalty3 does at an edge and through a thin plate, beside the proxies")
-          ->check(CLI::IsMember({"ruffaldi", "artefacts"}))
-          ->excludes(command.get_option("--config"));
   command
-      .add_option("--suite", options.suite,
-                  "quality: each renderer with six degrees of freedom in scenes whose answer "
-                  "symmetry knows; rigid: whole sessions of those whose tool never enters an "
-                  "object, shaken by a hand, for 4 s unless --for says")
-      ->check(CLI::IsMember({"quality", "rigid"}))
-      ->excludes(command.get_option("--config"), protocol, command.get_option("--mesh"));
-  command.add_option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
-      ->needs(protocol)
-      ->check(CLI::IsMember({"plane", "sphere", "torus", "bumpy"}))
-      ->capture_default_str();
-  command.add_option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
-      ->needs(protocol)
-      ->check(CLI::Range(0.0, 1e-3))
-      ->capture_default_str();
-  command.add_option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
-      ->needs(protocol, command.get_option("--mesh"));
+      .option("--protocol", options.protocol,
+              "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: what "
+              "penalty3 does at an edge and through a thin plate, beside the proxies")
+      .one_of({"ruffaldi", "artefacts"})
+      .excludes("--config");
+  command
+      .option("--suite", options.suite,
+              "quality: each renderer with six degrees of freedom in scenes whose answer "
+              "symmetry knows; rigid: whole sessions of those whose tool never enters an "
+              "object, shaken by a hand, for 4 s unless --for says")
+      .one_of({"quality", "rigid"})
+      .excludes("--config")
+      .excludes("--protocol")
+      .excludes("--mesh");
+  command.option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
+      .needs("--protocol")
+      .one_of({"plane", "sphere", "torus", "bumpy"})
+      .show_default();
+  command.option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
+      .needs("--protocol")
+      .range(0.0, 1e-3)
+      .show_default();
+  command.option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+      .needs("--protocol")
+      .needs("--mesh");
 }
 
 }  // namespace
 
-void add_eval_command(CLI::App& app) {
+void add_eval_command(Command& app) {
   const auto options = std::make_shared<EvalOptions>();
-  CLI::App* command = app.add_subcommand("eval", "Run a session offline in lockstep and judge it");
-  add_session_options(*command, *options);
-  add_renderer_options(*command, *options);
-  add_protocol_options(*command, *options);
-  command->callback([options, command] {
+  Command command = app.subcommand(kEvalCommand.name, kEvalCommand.help);
+  add_session_options(command, *options);
+  add_renderer_options(command, *options);
+  add_protocol_options(command, *options);
+  command.action([options, command] {
     if (!options->suite.empty()) {
-      options->suite == "rigid" ? run_rigid_suite(*options, *command)
+      options->suite == "rigid" ? run_rigid_suite(*options, command)
                                 : print_judged(eval_quality(QualityGrain{}), options->json);
       return;
     }
@@ -270,7 +269,7 @@ void add_eval_command(CLI::App& app) {
       options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);
       return;
     }
-    options->meshes.empty() ? run_eval(*options) : run_renderer(*options, *command);
+    options->meshes.empty() ? run_eval(*options) : run_renderer(*options, command);
   });
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt export: a recording as CSV.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -9,6 +8,7 @@
 
 #include "clients/check_outputs.h"
 #include "clients/hapt_commands.h"
+#include "proto/command_line.h"
 #include "proto/csv.h"
 
 namespace haptic {
@@ -52,15 +52,15 @@ void run_export(const ExportOptions& options) {
 
 }  // namespace
 
-void add_export_command(CLI::App& app) {
+void add_export_command(Command& app) {
   const auto options = std::make_shared<ExportOptions>();
-  CLI::App* command = app.add_subcommand("export", "Turn a recording into CSV");
-  command->add_option("recording", options->recording, "file of `hapt record` (.mcap)")->required();
-  command->add_flag("--csv", options->csv, "comma-separated values (the only form so far)");
-  command->add_option("-o,--output", options->output, "file to write; default: standard output");
-  command->add_flag("--overwrite", options->overwrite, "replace the file where it exists");
-  command->add_option("--topic", options->topic, "which records")->capture_default_str();
-  command->callback([options] { run_export(*options); });
+  Command command = app.subcommand("export", "Turn a recording into CSV");
+  command.option("recording", options->recording, "file of `hapt record` (.mcap)").required();
+  command.flag("--csv", options->csv, "comma-separated values (the only form so far)");
+  command.option("-o,--output", options->output, "file to write; default: standard output");
+  command.flag("--overwrite", options->overwrite, "replace the file where it exists");
+  command.option("--topic", options->topic, "which records").show_default();
+  command.action([options] { run_export(*options); });
 }
 
 }  // namespace haptic

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt record: everything a running session publishes, into a file.
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "clients/hapt_commands.h"
 #include "clients/recorder.h"
 #include "clients/seconds_option.h"
+#include "proto/command_line.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -79,18 +79,17 @@ void run_record(const RecordOptions& options) {
 
 }  // namespace
 
-void add_record_command(CLI::App& app) {
+void add_record_command(Command& app) {
   const auto options = std::make_shared<RecordOptions>();
-  CLI::App* command = app.add_subcommand("record", "Record a running session");
-  command->add_option("-o,--output", options->output, "file to write (.mcap)")->required();
-  command->add_option("--for", options->duration, "how long [s]; default: until Ctrl-C")
-      ->check(seconds_option());
-  command->add_option("--session", options->session, "which one; default: the only one running");
-  command->add_option("--config", options->config,
-                      "configuration to keep in the recording (.toml)");
-  command->add_flag("--overwrite", options->overwrite, "replace the file where it exists");
-  command->add_flag("--json", options->json, "counts as JSON");
-  command->callback([options] { run_record(*options); });
+  Command command = app.subcommand("record", "Record a running session");
+  command.option("-o,--output", options->output, "file to write (.mcap)").required();
+  command.option("--for", options->duration, "how long [s]; default: until Ctrl-C")
+      .check(problem_of_seconds, "SECONDS");
+  command.option("--session", options->session, "which one; default: the only one running");
+  command.option("--config", options->config, "configuration to keep in the recording (.toml)");
+  command.flag("--overwrite", options->overwrite, "replace the file where it exists");
+  command.flag("--json", options->json, "counts as JSON");
+  command.action([options] { run_record(*options); });
 }
 
 }  // namespace haptic

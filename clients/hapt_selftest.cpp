@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt selftest: on this machine, the loop does nothing that may block.
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -8,9 +7,11 @@
 #include "clients/find_config.h"
 #include "clients/guarded_loop.h"
 #include "clients/hapt_commands.h"
+#include "clients/lab_commands.h"
 #include "clients/print_rows.h"
 #include "clients/report.h"
 #include "contact/bake_session.h"
+#include "proto/command_line.h"
 
 namespace haptic {
 namespace {
@@ -70,18 +71,16 @@ void run_selftest(const SelftestOptions& options) {
 
 }  // namespace
 
-void add_selftest_command(CLI::App& app) {
+void add_selftest_command(Command& app) {
   const auto options = std::make_shared<SelftestOptions>();
-  CLI::App* command = app.add_subcommand(
-      "selftest", "Prove that the loop allocates, locks, faults and asks the kernel for nothing");
-  command->add_option("--config", options->config, "session file")->capture_default_str();
+  Command command = app.subcommand(kSelftestCommand.name, kSelftestCommand.help);
+  command.option("--config", options->config, "session file").show_default();
   command
-      ->add_option(
-          "--ticks", options->ticks,
-          "how many, as fast as they go [1000000]; with a real device on the clock [10000]")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}));
-  command->add_flag("--json", options->json, "rows as JSON");
-  command->callback([options] { run_selftest(*options); });
+      .option("--ticks", options->ticks,
+              "how many, as fast as they go [1000000]; with a real device on the clock [10000]")
+      .range(uint64_t{1}, uint64_t{1'000'000'000});
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { run_selftest(*options); });
 }
 
 }  // namespace haptic

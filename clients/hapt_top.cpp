@@ -2,7 +2,6 @@
 // hapt top: what each process of a session is doing now.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
@@ -14,6 +13,7 @@
 #include "clients/realtime_line.h"
 #include "clients/report.h"
 #include "clients/seconds_option.h"
+#include "proto/command_line.h"
 #include "proto/process.h"
 
 namespace haptic {
@@ -193,18 +193,18 @@ void run_top(const TopOptions& options) {
 
 }  // namespace
 
-void add_top_command(CLI::App& app) {
+void add_top_command(Command& app) {
   const auto options = std::make_shared<TopOptions>();
-  CLI::App* command = app.add_subcommand("top", "Watch the processes of a running session");
-  command->add_option("--session", options->session, "which one; default: the only one running");
-  command->add_option("-d,--period", options->period, "seconds between two screens")
-      ->check(seconds_option())
-      ->capture_default_str();
-  command->add_option("-n", options->screens, "screens to print; default: until Ctrl-C")
-      ->check(CLI::Range(1, 1000000));
-  command->add_flag("-b,--batch", options->batch, "do not clear the screen in between");
-  command->add_flag("--json", options->json, "rows as JSON, one array a screen");
-  command->callback([options] { run_top(*options); });
+  Command command = app.subcommand("top", "Watch the processes of a running session");
+  command.option("--session", options->session, "which one; default: the only one running");
+  command.option("-d,--period", options->period, "seconds between two screens")
+      .check(problem_of_seconds, "SECONDS")
+      .show_default();
+  command.option("-n", options->screens, "screens to print; default: until Ctrl-C")
+      .range(1, 1000000);
+  command.flag("-b,--batch", options->batch, "do not clear the screen in between");
+  command.flag("--json", options->json, "rows as JSON, one array a screen");
+  command.action([options] { run_top(*options); });
 }
 
 }  // namespace haptic

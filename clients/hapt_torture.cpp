@@ -3,7 +3,6 @@
 // emulated device.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <deque>
@@ -16,8 +15,10 @@
 #include "clients/check_outputs.h"
 #include "clients/faults.h"
 #include "clients/hapt_commands.h"
+#include "clients/lab_commands.h"
 #include "clients/report.h"
 #include "clients/torture_account.h"
+#include "proto/command_line.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -319,33 +320,29 @@ void run_torture(const TortureCommand& options) {
   if (options.keep)
     std::cerr << "what was received, recorded and said is in " << folder.path() << '\n';
   if (!result.broken.empty()) throw std::runtime_error(result.broken);
-  if (!all_hold(rows)) throw CLI::RuntimeError(1);
-  if (result.interrupted) throw CLI::RuntimeError(kExitInterrupted);
+  if (!all_hold(rows)) throw ExitCode{1};
+  if (result.interrupted) throw ExitCode{kExitInterrupted};
 }
 
 }  // namespace
 
-void add_torture_command(CLI::App& app) {
+void add_torture_command(Command& app) {
   const auto options = std::make_shared<TortureCommand>();
-  CLI::App* command = app.add_subcommand("torture",
-                                         "Do faults at random to a session of its own, and judge "
-                                         "the force by what the device received");
-  command->footer(
+  Command command = app.subcommand(kTortureCommand.name, kTortureCommand.help);
+  command.footer(
       "Starts an emulated device whose hand presses into a block, a session on it and a recorder, "
       "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "
       "hundred times a minute, and waits each time until the hand feels the spring again. Every "
       "force is read from the device's own log. Exit code 0: no violation, no unexplained loss.");
-  command->add_option("--minutes", options->minutes, "how long")
-      ->check(CLI::Range(0.05, 10000.0))
-      ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the order of the faults")->capture_default_str();
-  command->add_option("-o,--output", options->output,
-                      "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
-  command->add_flag("--overwrite", options->overwrite, "replace the recording where it exists");
-  command->add_flag("--keep", options->keep, "keep the folder with the device's log");
-  command->add_flag("--no-realtime", options->no_realtime, "do not ask for real-time priorities");
-  command->add_flag("--json", options->json, "figures as JSON on standard output");
-  command->callback([options] { run_torture(*options); });
+  command.option("--minutes", options->minutes, "how long").range(0.05, 10000.0).show_default();
+  command.option("--seed", options->seed, "of the order of the faults").show_default();
+  command.option("-o,--output", options->output,
+                 "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
+  command.flag("--overwrite", options->overwrite, "replace the recording where it exists");
+  command.flag("--keep", options->keep, "keep the folder with the device's log");
+  command.flag("--no-realtime", options->no_realtime, "do not ask for real-time priorities");
+  command.flag("--json", options->json, "figures as JSON on standard output");
+  command.action([options] { run_torture(*options); });
 }
 
 }  // namespace haptic

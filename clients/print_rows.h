@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <vector>
 
 #include "clients/report.h"
+#include "proto/command_line.h"
 
 namespace haptic {
 
@@ -13,7 +13,7 @@ namespace haptic {
 inline void print_judged(const std::vector<Row>& rows, bool json) {
   json ? print_json(std::cout, rows) : print_table(std::cout, rows);
   std::cout.flush();
-  if (!all_hold(rows)) throw CLI::RuntimeError(1);
+  if (!all_hold(rows)) throw ExitCode{1};
 }
 
 }  // namespace haptic

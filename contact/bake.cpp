@@ -44,8 +44,7 @@ double longest_side(const PolygonSoup& soup, const std::string& file) {
   bool first = true;
   for (const auto& polygon : soup.polygons) {
     for (const size_t i : polygon) {
-      const auto& p = soup.points[i];
-      const Vec3 v{p.x(), p.y(), p.z()};
+      const Vec3& v = soup.points[i];
       lower = first ? v : component_min(lower, v);
       upper = first ? v : component_max(upper, v);
       first = false;
@@ -74,7 +73,7 @@ void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& r
                     ": correct unit or size, or unit = \"any\" to scale");
   }
   if (scale == 1) return;
-  for (auto& p : soup.points) p = {scale * p.x(), scale * p.y(), scale * p.z()};
+  for (Vec3& p : soup.points) p = scale * p;
 }
 
 /// The report as text: a line of numbers, then its lines.
@@ -237,9 +236,8 @@ BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object) {
   PolygonSoup soup;
-  soup.points.reserve(vertices.size());
+  soup.points = vertices;
   soup.polygons.reserve(triangles.size());
-  for (const Vec3& v : vertices) soup.points.emplace_back(v.x, v.y, v.z);
   for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
   const std::string name = view(object.mesh).empty()
                                ? std::string("mesh '") + std::string(view(object.name)) + "'"

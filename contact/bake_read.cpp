@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake_read.h"
 
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/IO/polygon_soup_io.h>
 
 #include <algorithm>
@@ -10,17 +11,21 @@
 namespace haptic {
 namespace {
 
-bool read_soup(const std::string& path, MeshFormat format, PolygonSoup& soup) {
+using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
+using Polygons = std::vector<std::vector<size_t>>;
+
+bool read_soup(const std::string& path, MeshFormat format, std::vector<Point>& points,
+               Polygons& polygons) {
   // by scanned format: CGAL would go by the case of the extension
   switch (format) {
     case MeshFormat::kObj:
-      return CGAL::IO::read_OBJ(path, soup.points, soup.polygons);
+      return CGAL::IO::read_OBJ(path, points, polygons);
     case MeshFormat::kOff:
-      return CGAL::IO::read_OFF(path, soup.points, soup.polygons);
+      return CGAL::IO::read_OFF(path, points, polygons);
     case MeshFormat::kPly:
-      return CGAL::IO::read_PLY(path, soup.points, soup.polygons);
+      return CGAL::IO::read_PLY(path, points, polygons);
     case MeshFormat::kStl:
-      return CGAL::IO::read_STL(path, soup.points, soup.polygons);
+      return CGAL::IO::read_STL(path, points, polygons);
   }
   return false;
 }
@@ -30,7 +35,7 @@ bool read_soup(const std::string& path, MeshFormat format, PolygonSoup& soup) {
 void check_soup(const PolygonSoup& soup, const std::string& name) {
   for (size_t i = 0; i < soup.points.size(); ++i) {
     const auto& p = soup.points[i];
-    if (std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z())) continue;
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
     throw MeshError(name + ": vertex " + std::to_string(i + 1) +
                     " has a coordinate that is not finite; export the mesh again");
   }
@@ -47,9 +52,10 @@ void check_soup(const PolygonSoup& soup, const std::string& name) {
 
 PolygonSoup read_mesh_file(const std::string& path, const MeshFileFacts& facts) {
   PolygonSoup soup;
+  std::vector<Point> points;
   bool read = false;
   try {
-    read = read_soup(path, facts.format, soup);
+    read = read_soup(path, facts.format, points, soup.polygons);
   } catch (const std::exception& error) {
     throw MeshError(path + ": cannot be read (" + error.what() + "); export the mesh again");
   }
@@ -59,6 +65,8 @@ PolygonSoup read_mesh_file(const std::string& path, const MeshFileFacts& facts) 
                     std::to_string(facts.polygons) +
                     " faces can be read: damaged or truncated; export the mesh again");
   }
+  soup.points.reserve(points.size());
+  for (const Point& p : points) soup.points.push_back({p.x(), p.y(), p.z()});
   check_soup(soup, path);
   return soup;
 }

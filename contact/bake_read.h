@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -12,11 +10,9 @@
 
 namespace haptic {
 
-using BakeKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-
 /// Polygons as they stand in a file: any number of corners, nothing connected yet; file units.
 struct PolygonSoup {
-  std::vector<BakeKernel::Point_3> points;
+  std::vector<Vec3> points;
   std::vector<std::vector<size_t>> polygons;
 };
 

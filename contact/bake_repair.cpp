@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake_repair.h"
 
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
@@ -22,8 +23,14 @@ namespace haptic {
 namespace {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
-using Point = BakeKernel::Point_3;
+using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
+
+/// A polygon soup with CGAL's points: its functions split and merge them.
+struct CgalSoup {
+  std::vector<Point> points;
+  std::vector<std::vector<size_t>> polygons;
+};
 
 constexpr unsigned kMaxIntersections = 100000;  // pairs counted: junk has millions
 
@@ -32,7 +39,7 @@ std::string counted(size_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
-void merge_and_drop(PolygonSoup& soup, BakeReport& report) {
+void merge_and_drop(CgalSoup& soup, BakeReport& report) {
   auto& [points, polygons] = soup;
   pmp::merge_duplicate_points_in_polygon_soup(points, polygons);
   report.degenerate_removed += std::erase_if(polygons, [](const std::vector<size_t>& polygon) {
@@ -48,7 +55,7 @@ void merge_and_drop(PolygonSoup& soup, BakeReport& report) {
   pmp::repair_polygon_soup(points, polygons);
 }
 
-void orient_faces(PolygonSoup& soup, BakeReport& report) {
+void orient_faces(CgalSoup& soup, BakeReport& report) {
   const std::vector<std::vector<size_t>> before = soup.polygons;
   const size_t n_points = soup.points.size();
   pmp::orient_polygon_soup(soup.points, soup.polygons);
@@ -70,7 +77,7 @@ void orient_faces(PolygonSoup& soup, BakeReport& report) {
   report.non_manifold_split += soup.points.size() - n_points;
 }
 
-Mesh connect_faces(PolygonSoup& soup, BakeReport& report) {
+Mesh connect_faces(CgalSoup& soup, BakeReport& report) {
   if (!pmp::is_polygon_soup_a_polygon_mesh(soup.polygons)) {
     throw MeshError(report.file +
                     ": the faces cannot be made a surface (edges with more than two "
@@ -202,7 +209,10 @@ Soup number_by_first_use(const Mesh& mesh) {
 
 }  // namespace
 
-Soup repair_soup(PolygonSoup soup, bool allow_open, BakeReport& report) {
+Soup repair_soup(PolygonSoup raw, bool allow_open, BakeReport& report) {
+  CgalSoup soup{{}, std::move(raw.polygons)};
+  soup.points.reserve(raw.points.size());
+  for (const Vec3& p : raw.points) soup.points.emplace_back(p.x, p.y, p.z);
   merge_and_drop(soup, report);
   orient_faces(soup, report);
   Mesh mesh = connect_faces(soup, report);

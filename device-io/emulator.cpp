@@ -6,7 +6,6 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -22,6 +21,7 @@
 #include "device-io/fault_order.h"
 #include "device-io/hand_impedance.h"
 #include "device-io/intent.h"
+#include "proto/command_line.h"
 #include "proto/process.h"
 #include "proto/quantity.h"
 #include "proto/queued_order.h"
@@ -203,22 +203,21 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) try {
   haptic::Options options;
-  CLI::App app("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
-  app.add_option("--link", options.link, "name of the node, for [device.serial] path");
-  app.add_option("--log", options.log, "CSV of what the device received and where it was");
-  app.add_option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
-  app.add_option("--seed", options.seed, "of the strokes: the same seed, the same intention");
-  app.add_option("--centre", options.centre, "of the strokes: three lengths")->expected(3);
-  app.add_option("--direction", options.direction, "all strokes along it: three numbers")
-      ->expected(3);
-  app.add_option("--hover", options.hover, "distance from the centre between strokes");
-  app.add_option("--press", options.press, "distance from the centre the hand means to reach");
-  app.add_option("--stroke-angle", options.angle, "arc of a stroke; 0 deg: press on one spot");
-  app.add_option("--stroke-time", options.time, "reach (1/4), slide or press (1/2), lift (1/4)");
-  app.add_option("--tremor", options.tremor, "amplitude");
-  app.add_option("--button-after", options.button, "calibration button; 0 s: is not needed");
-  app.add_flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
-  CLI11_PARSE(app, argc, argv);
+  haptic::CommandLine line("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
+  line.option("--link", options.link, "name of the node, for [device.serial] path");
+  line.option("--log", options.log, "CSV of what the device received and where it was");
+  line.option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
+  line.option("--seed", options.seed, "of the strokes: the same seed, the same intention");
+  line.option("--centre", options.centre, "of the strokes: three lengths").expected(3);
+  line.option("--direction", options.direction, "all strokes along it: three numbers").expected(3);
+  line.option("--hover", options.hover, "distance from the centre between strokes");
+  line.option("--press", options.press, "distance from the centre the hand means to reach");
+  line.option("--stroke-angle", options.angle, "arc of a stroke; 0 deg: press on one spot");
+  line.option("--stroke-time", options.time, "reach (1/4), slide or press (1/2), lift (1/4)");
+  line.option("--tremor", options.tremor, "amplitude");
+  line.option("--button-after", options.button, "calibration button; 0 s: is not needed");
+  line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
+  if (const auto code = line.read(argc, argv)) return *code;
   return haptic::run(options);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "haptic-emulator: %s\n", error.what());

@@ -268,27 +268,16 @@ void check_body(Section& root, const SessionConfig& config) {
       "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
 }
 
-toml::table parse_toml(std::string_view text, const std::string& origin) {
-  try {
-    return toml::parse(text, std::string_view(origin));
-  } catch (const toml::parse_error& error) {
-    const toml::source_position at = error.source().begin;
-    throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
-                      ": not TOML: " + std::string(error.description()) +
-                      "; see https://toml.io for the syntax");
-  }
-}
-
 }  // namespace
 
 SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
-  const toml::table table = parse_toml(toml_text, origin);
+  const TomlDocument document(toml_text, origin);
   const fs::path file = fs::absolute(origin).lexically_normal();
   const fs::path folder = file.parent_path();
   SessionConfig config;
   assign(config.file, file.string());
 
-  Section root(table, "the file", origin);
+  Section root = document.root();
   read_session(root, config);
   read_rates(root, config);
   read_map(root, config.map);

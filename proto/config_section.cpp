@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config_section.h"
 
+#include <toml++/toml.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -55,7 +57,32 @@ std::string range_error(double value, const Range& range, const std::string& uni
   return "must not be less than " + as_text(range.min) + "; write a larger value";
 }
 
+toml::table parse_toml(std::string_view text, const std::string& origin) {
+  try {
+    return toml::parse(text, std::string_view(origin));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                      ": not TOML: " + std::string(error.description()) +
+                      "; see https://toml.io for the syntax");
+  }
+}
+
 }  // namespace
+
+TomlDocument::TomlDocument(std::string_view text, std::string origin)
+    : origin_(std::move(origin)),
+      table_(std::make_unique<toml::table>(parse_toml(text, origin_))) {}
+
+TomlDocument::~TomlDocument() = default;
+
+Section TomlDocument::root() const {
+  return Section(*table_, "the file", origin_);
+}
+
+bool Section::has(std::string_view key) const {
+  return table_.contains(key);
+}
 
 void Section::fail(const toml::source_region& at, const std::string& what) const {
   throw ConfigError(file_ + ":" + std::to_string(at.begin.line) + ":" +

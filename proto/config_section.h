@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <toml++/toml.h>
-
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +15,17 @@
 #include "proto/config.h"
 #include "proto/quantity.h"
 
-/// Checked reading of one table of a configuration file. For config.cpp alone: it brings in toml++.
+// toml++ takes long to compile: config_section.cpp alone includes it
+namespace toml {
+inline namespace v3 {
+class array;
+class node;
+class table;
+struct source_region;
+}  // namespace v3
+}  // namespace toml
+
+/// Checked reading of one table of a configuration file.
 namespace haptic {
 
 /// The words a key may have, with what they mean.
@@ -36,6 +46,24 @@ struct Range {
 inline constexpr Range kAny{};
 inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), true};
 inline constexpr Range kNotNegative{0};
+
+class Section;
+
+/// A configuration file as it was parsed. Throws ConfigError with file, line and column where the
+/// text is not TOML.
+class TomlDocument {
+ public:
+  TomlDocument(std::string_view text, std::string origin);
+  ~TomlDocument();
+  TomlDocument(const TomlDocument&) = delete;
+
+  /// All of it; valid as long as the document.
+  Section root() const;
+
+ private:
+  std::string origin_;
+  std::unique_ptr<toml::table> table_;
+};
 
 /// A table whose keys are taken one by one. Each read_* leaves `out` alone where the key is absent
 /// and returns whether it was there; it throws ConfigError with file, line and column where the
@@ -92,7 +120,7 @@ class Section {
   /// The tables of [[key]], in order.
   std::vector<Section> sections(std::string_view key);
 
-  bool has(std::string_view key) const { return table_.contains(key); }
+  bool has(std::string_view key) const;
   void finish() const;
 
   /// Throws ConfigError at the value of `key`: "file:line:column: 'key' what".

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proto/environment.h"
+#include "proto/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -34,7 +35,10 @@ constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;
 std::vector<fs::path> mesh_folders() {
   std::vector<fs::path> folders;
   if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
-  folders.push_back(fs::path(HAPTIC_SOURCE_DIR) / "build" / "meshes");
+  // a checkout keeps its meshes, an installed program those of its package
+  if (const fs::path tree = source_tree(); !tree.empty()) {
+    folders.push_back(tree / "build" / "meshes");
+  }
   folders.emplace_back("/usr/share/hapticd/meshes");
   return folders;
 }

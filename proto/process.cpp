@@ -88,9 +88,13 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   }
 }
 
-std::string program_folder() {
-  if (std::string folder = environment("HAPTICD_LIBEXEC"); !folder.empty()) return folder;
+std::string own_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
+}
+
+std::string program_folder() {
+  const std::string folder = environment("HAPTICD_LIBEXEC");
+  return folder.empty() ? own_folder() : folder;
 }
 
 void catch_stop_signals() {

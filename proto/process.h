@@ -72,7 +72,10 @@ bool stop_requested() noexcept;
 /// Raises the flag by hand.
 void request_stop() noexcept;
 
-/// Folder of the programs: $HAPTICD_LIBEXEC, else where this one itself lies.
+/// Folder that this program lies in.
+std::string own_folder();
+
+/// Folder of the programs: $HAPTICD_LIBEXEC, else that of this one.
 std::string program_folder();
 
 /// Whether a process of that number exists and has not ended; one that waits to be reaped has.

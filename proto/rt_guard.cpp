@@ -33,6 +33,28 @@ constinit thread_local bool is_ending = false;
 constinit thread_local GuardReport* current = nullptr;
 constinit bool hooks_linked = false;
 
+struct PageFaults {
+  long minor = 0, major = 0;
+};
+constinit thread_local PageFaults own_faults{};  // of the guard itself, since it was armed
+
+PageFaults page_faults() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return {usage.ru_minflt, usage.ru_majflt};
+}
+
+/// Who called. The unwinder's tables may be touched for the first time: those faults are not the
+/// loop's.
+int read_stack(std::array<void*, Caught::kMaxDepth>& stack) noexcept {
+  const PageFaults before = page_faults();
+  const int depth = backtrace(stack.data(), Caught::kMaxDepth);
+  const PageFaults after = page_faults();
+  own_faults.minor += after.minor - before.minor;
+  own_faults.major += after.major - before.major;
+  return depth;
+}
+
 void say(std::string_view text) noexcept {
   detail::call_past_filter(SYS_write, STDERR_FILENO, reinterpret_cast<intptr_t>(text.data()),
                            static_cast<long>(text.size()));
@@ -51,7 +73,7 @@ void say(std::string_view text) noexcept {
 
 void count(Violation kind) noexcept {
   Caught& caught = current->of(kind);
-  if (caught.count == 0) caught.depth = backtrace(caught.stack.data(), Caught::kMaxDepth);
+  if (caught.count == 0) caught.depth = read_stack(caught.stack);
   ++caught.count;
   if (aborts) abort_loudly(name_of(kind));
 }
@@ -170,6 +192,7 @@ RtGuard::Usage RtGuard::read_usage() noexcept {
 void RtGuard::arm() {
   // not before: in a warm-up the thread must find everything as it is unguarded
   if (filter_ && !std::exchange(is_filtered_, true)) filter_->load();
+  own_faults = {};
   armed_at_ = read_usage();
   is_armed = true;
 }
@@ -177,8 +200,10 @@ void RtGuard::arm() {
 void RtGuard::disarm() noexcept {
   is_armed = false;
   const Usage now = read_usage();
-  const auto minor = static_cast<uint64_t>(now.minor_faults - armed_at_.minor_faults);
-  const auto major = static_cast<uint64_t>(now.major_faults - armed_at_.major_faults);
+  const auto minor =
+      static_cast<uint64_t>(now.minor_faults - armed_at_.minor_faults - own_faults.minor);
+  const auto major =
+      static_cast<uint64_t>(now.major_faults - armed_at_.major_faults - own_faults.major);
   report_.of(Violation::kMinorFault).count += minor;
   report_.of(Violation::kMajorFault).count += major;
   report_.involuntary_switches +=

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The libc functions a real-time loop must not call, interposed: each tells rt_guard, then does
-// what it always does. Linked as an object into the tests and `hapt`, never into a process of a
+// what it always does. Linked as an object into the tests and hapt-lab, never into a process of a
 // session.
 #include "proto/rt_guard.h"
 

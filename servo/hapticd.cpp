@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapticd: starts, watches and restarts the three processes of a session, hands out their rings.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "proto/command_line.h"
 #include "proto/config.h"
 #include "proto/config_warnings.h"
 #include "proto/process.h"
@@ -45,21 +45,15 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) try {
   Options options;
-  CLI::App app("Haptics server: runs the session that a file describes until it is told to stop.");
-  app.add_option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
-      ->required();
-  app.add_option("--session", options.session, "name of the session; default: that in the file");
-  app.add_option("--replay", options.replay, "a recorded hand instead of the configured device");
-  app.add_flag("--check-config", options.check_only, "read and check the file, start nothing");
-  app.add_flag("--log-json", options.json, "one JSON object a line on stderr");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // a help text is no mistake
-    if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "hapticd: %s; see hapticd --help\n", error.what());
-    return haptic::kExitBadInput;
-  }
+  haptic::CommandLine line(
+      "Haptics server: runs the session that a file describes until it is told to stop.");
+  line.option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
+      .required();
+  line.option("--session", options.session, "name of the session; default: that in the file");
+  line.option("--replay", options.replay, "a recorded hand instead of the configured device");
+  line.flag("--check-config", options.check_only, "read and check the file, start nothing");
+  line.flag("--log-json", options.json, "one JSON object a line on stderr");
+  if (const auto code = line.read(argc, argv, "hapticd", haptic::kExitBadInput)) return *code;
   return run(options);
 } catch (const std::exception& error) {
   std::fprintf(stderr, "hapticd: %s\n", error.what());

@@ -1,17 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Tests on the real programs; included by CMakeLists.txt.
-haptic_tests(process LIBRARIES haptic_torture SOURCES
+# Tests on the real programs, in three: sessions, with what the sanitizers look at; faults in them;
+# and `hapt` with its lab. They wait more than they work, and begin first.
+haptic_tests(process COST 10 LIBRARIES haptic_device SOURCES
   process/chain_test.cpp
   process/emulator_test.cpp
+  process/session_test.cpp)
+haptic_tests(process NAME faults COST 20 LIBRARIES haptic_torture SOURCES
   process/fault_contact_test.cpp
   process/fault_device_test.cpp
-  process/fault_session_test.cpp
+  process/fault_session_test.cpp)
+haptic_tests(process NAME hapt COST 20 LIBRARIES haptic_torture SOURCES
   process/hapt_bench_test.cpp
   process/hapt_test.cpp
-  process/ring_torture_test.cpp
   process/rate_test.cpp
-  process/selftest_test.cpp
-  process/session_test.cpp)
-# it starts them
-add_dependencies(test_process hapt hapticd haptic-sim haptic-contact haptic-faulty-contact
-  haptic-servo haptic-emulator 01_watch)
+  process/ring_torture_test.cpp
+  process/selftest_test.cpp)
+# they start them
+add_dependencies(test_process hapticd haptic-sim haptic-contact haptic-servo haptic-emulator)
+add_dependencies(test_faults hapticd haptic-sim haptic-faulty-contact haptic-servo haptic-emulator
+  hapt hapt-lab)
+add_dependencies(test_hapt hapt hapt-lab hapticd haptic-sim haptic-contact haptic-servo
+  haptic-emulator 01_watch)

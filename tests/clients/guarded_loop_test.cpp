@@ -19,12 +19,13 @@
 #include <vector>
 
 #include "contact/bake_session.h"
+#include "tests/support/data.h"
 
 namespace haptic {
 namespace {
 
 SessionConfig plane() {
-  return load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
+  return load_config(test::from_source("configs/plane.toml"));
 }
 
 GuardedLoopResult run(const GuardedLoopOptions& options, const SessionConfig& config = plane()) {

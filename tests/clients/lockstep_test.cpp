@@ -19,7 +19,7 @@ using haptic::test::tol;
 
 namespace {
 
-const std::string kConfigs = std::string(HAPTIC_SOURCE_DIR) + "/configs/";
+const std::string kConfigs = haptic::test::from_source("configs/");
 
 struct Stage {
   SessionConfig config;

@@ -115,7 +115,7 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
 
 TEST_CASE("segment hit: on three meshes every search finds what brute force finds") {
   // HAPTIC_TORTURE_SCALE=500 makes it 10^6 segments a mesh
-  const size_t n = trials(static_cast<size_t>(2000 * torture_scale()));
+  const size_t n = sweep(2000);
   Soup waves = make_grid(0.05, 12);
   for (Vec3& v : waves.vertices) v.z = 0.01 * std::sin(90 * v.x) * std::cos(70 * v.y);
   for (const Soup& soup : {make_icosphere(0.05, 2), waves, make_degenerate_soup(6, 300)}) {

@@ -158,7 +158,7 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
   Random random(8);
   Pose X_OT = slide(0, 0.02);
   size_t touching = 0;
-  const auto frames = static_cast<size_t>(static_cast<double>(trials(2500)) * torture_scale());
+  const auto frames = sweep(2500);
   double reach = 0;
   for (size_t k = 0; k < frames; ++k) {
     // at most a third of a millimetre a frame; drawn back to where something touches

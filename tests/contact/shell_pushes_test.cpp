@@ -159,7 +159,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
   std::vector<ShellTouch> touches(shell.x.size());
   std::vector<PointPush> pushes(shell.x.size());
   const ShellForce force{stiffness, 1e9, 0.5e-3};
-  const auto steps = static_cast<size_t>(static_cast<double>(trials(5000)) * torture_scale());
+  const auto steps = sweep(5000);
   // once over the ball and in by 4 mm, turning, whatever the number of steps
   const auto at = [&](double way) {
     const Vec3 u = normalized(Vec3{1, 3 * way, 2 * way});

@@ -143,7 +143,7 @@ TEST_CASE("swept mesh: random rigid motions, none late and early by at most the 
     return s;
   }());
   size_t hits = 0, unproven = 0;
-  const auto n = static_cast<size_t>(static_cast<double>(trials(400)) * torture_scale());
+  const auto n = sweep(400);
   for (size_t trial = 0; trial < n; ++trial) {
     const MeshShape tool = trial % 3 == 0 ? soup.view() : ball.view();
     const MeshShape object = box.view();

@@ -34,7 +34,7 @@ std::string write_press_session(const std::string& folder, double seconds) {
   const std::string path = folder + "/press.toml";
   std::ofstream(path) << R"([session]
 name = "press"
-realtime = false
+realtime = true
 [device]
 kind = "replay"
 [device.replay]
@@ -274,7 +274,7 @@ TEST_CASE("chain: the 2 kHz recording of a human hand loses no sample in real ti
   const auto recording = test::find_data("tue-1dof-bilateral/m2_question1c_rigid.csv");
   if (!recording) return;
   const TemporaryRuntimeFolder folder;
-  const std::string config = std::string(HAPTIC_SOURCE_DIR) + "/configs/lever.toml";
+  const std::string config = test::from_source("configs/lever.toml");
   HapticdProcess hapticd({config, "--session", "lever", "--replay", *recording}, folder.path());
   Watcher watcher("lever");
   Frames frames;

@@ -35,6 +35,8 @@ class EmulatorProcess : public ProgramProcess {
     for (const char* word : {"--link", "/device", "--log", "/received.csv"}) {
       arguments.push_back(word[0] == '/' ? folder + word : word);
     }
+    // where it is granted, so that a busy machine does not silence the device
+    arguments.push_back("--realtime");
     return arguments;
   }
 

@@ -58,7 +58,7 @@ std::string write_session(const std::string& folder) {
   std::string path = folder + "/woody.toml";
   std::ofstream(path) << R"([session]
 name = "woody"
-realtime = false
+realtime = true
 [device]
 kind = "woodenhaptics"
 max_force = "5 N"

@@ -17,8 +17,9 @@ inline constexpr bool kFaultsSanitized = true;
 inline constexpr bool kFaultsSanitized = false;
 #endif
 
-/// A session on an emulated device whose hand presses, without real-time rights, and faults in it.
-/// Every force is read from the emulator's log.
+/// A session on an emulated device whose hand presses, and faults in it; with real-time priorities
+/// where they are granted, so that whatever else runs does not decide. Every force is read from the
+/// emulator's log.
 struct FaultedSession {
   static constexpr int kAttempts = 3;  // what is broken breaks each time, a busy machine does not
 
@@ -27,7 +28,7 @@ struct FaultedSession {
   FaultInjector injector{session, 1};
 
   explicit FaultedSession(bool recorded = false)
-      : session({folder.path(), recorded ? folder.path() + "/run" : "", false}) {}
+      : session({folder.path(), recorded ? folder.path() + "/run" : "", true}) {}
 
   /// Does a fault and fails the test where the judge finds a violation, or where servo or contact
   /// was replaced by a fault that is none of theirs.

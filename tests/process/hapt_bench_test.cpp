@@ -57,6 +57,27 @@ TEST_CASE("hapt bake --explain: the measured costs, the valid interval, the choi
   CHECK(hapt("bake missing.off --explain", folder.path()).code != 0);
 }
 
+TEST_CASE("hapt without its lab says what is missing and goes on with everything else") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "hapt";
+  std::filesystem::create_directory(alone.parent_path());
+  std::filesystem::copy_file(test::program_folder() / "hapt", alone);
+  for (const char* words : {"bench ring", "bench --help", "--help eval", "selftest", "torture"}) {
+    const Ran ran = test::shell("./bin/hapt " + std::string(words), folder.path());
+    INFO(ran.output);
+    CHECK(ran.code == 1);
+    CHECK(lines(ran.output) == 1);
+    CHECK(has(ran.output, "hapt: "));
+    CHECK(has(ran.output, "/bin/hapt-lab: cannot be started"));
+    CHECK(has(ran.output, " --target hapt-lab` builds it"));
+  }
+  const Ran help = test::shell("./bin/hapt --help", folder.path());
+  CHECK(help.code == 0);
+  CHECK(has(help.output, "  torture  "));
+  CHECK(test::shell("./bin/hapt bake --help", folder.path()).code == 0);
+}
+
 TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;

@@ -6,6 +6,7 @@
 #include "proto/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -24,7 +25,7 @@ using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
 std::string plane_config() {
-  return std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml";
+  return test::from_source("configs/plane.toml");
 }
 
 /// A recorded hand that presses 2 mm into the block of plane.toml, at this rate, for two seconds.

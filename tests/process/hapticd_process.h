@@ -1,16 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,9 +26,7 @@ bool eventually(Condition holds) {
 }
 
 /// Where the programs under test lie: beside the test itself.
-inline std::filesystem::path program_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
+std::filesystem::path program_folder();
 
 /// Whether a process of that number exists and has not ended.
 inline bool is_alive(uint64_t pid) {
@@ -47,50 +37,17 @@ inline bool is_alive(uint64_t pid) {
 class ProgramProcess {
  public:
   ProgramProcess(const std::string& name, std::vector<std::string> arguments,
-                 const std::string& folder)
-      : log_path_(folder + "/log." + std::to_string(now_ns())) {
-    const std::string program = program_folder() / name;
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (std::string& word : arguments) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ < 0) throw std::runtime_error("cannot fork");
-    if (pid_ != 0) return;
-    const int log = open(log_path_.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-    dup2(log, STDOUT_FILENO);
-    dup2(log, STDERR_FILENO);
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
-  ~ProgramProcess() {
-    if (pid_ > 0) {
-      send(SIGTERM);
-      exit_code();
-    }
-  }
+                 const std::string& folder);
+  ~ProgramProcess();
   ProgramProcess(const ProgramProcess&) = delete;
 
-  void send(int signal) const { kill(pid_, signal); }
+  void send(int signal) const;
   pid_t pid() const { return pid_; }
 
   /// Waits for the end; −signal when it was killed, −1000 when it does not come.
-  int exit_code() {
-    int status = 0;
-    const bool ended = eventually([&] { return waitpid(pid_, &status, WNOHANG) == pid_; });
-    if (!ended) {
-      kill(pid_, SIGKILL);
-      waitpid(pid_, nullptr, 0);
-    }
-    pid_ = -1;
-    if (!ended) return -1000;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
+  int exit_code();
 
-  std::string log() const {
-    std::ostringstream text;
-    text << std::ifstream(log_path_).rdbuf();
-    return text.str();
-  }
+  std::string log() const;
   bool said(const std::string& part) const { return log().find(part) != std::string::npos; }
 
  private:

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <sys/wait.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <optional>
 
 #include "proto/control_socket.h"
@@ -8,6 +11,7 @@
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -24,7 +28,7 @@ using test::writer_of;
 /// A scene without files to read.
 std::string write_config(const std::string& folder) {
   std::string path = folder + "/plane.toml";
-  std::ifstream in(std::string(HAPTIC_SOURCE_DIR) + "/configs/plane.toml");
+  std::ifstream in(test::from_source("configs/plane.toml"));
   std::ofstream(path) << in.rdbuf();
   return path;
 }

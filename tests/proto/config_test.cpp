@@ -11,6 +11,7 @@
 
 #include "proto/quantity.h"
 #include "tests/support/config_text.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
 
@@ -275,7 +276,7 @@ TEST_CASE("config: a serial device is read with its units, the examples in confi
   CHECK(config.device.serial.velocity_cutoff == SerialConfig{}.velocity_cutoff);
   CHECK(config.device.hand.intent.direction_B == Vec3{0, 0.6, 0.8});
   const SessionConfig example =
-      load_config(std::string(HAPTIC_SOURCE_DIR) + "/configs/woodenhaptics.toml");
+      load_config(test::from_source("configs/woodenhaptics.toml"));
   CHECK(example.device.kind == DeviceKind::kWoodenHaptics);
 }
 
@@ -442,7 +443,7 @@ TEST_CASE("config: the scenes that are shipped load") {
   }
   const Environment environment("HAPTICD_MESHES", meshes.string());
   size_t n = 0;
-  for (const auto& entry : fs::directory_iterator(fs::path(HAPTIC_SOURCE_DIR) / "configs")) {
+  for (const auto& entry : fs::directory_iterator(test::from_source("configs"))) {
     if (entry.path().extension() != ".toml") continue;
     CAPTURE(entry.path());
     const SessionConfig config = load_config(entry.path().string());
@@ -459,7 +460,7 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   touch(meshes / "bunny00.off");
   const Environment environment("HAPTICD_MESHES", meshes.string());
   const SessionConfig bunny =
-      load_config((fs::path(HAPTIC_SOURCE_DIR) / "configs" / "bunny.toml").string());
+      load_config(test::from_source("configs/bunny.toml"));
   const SessionConfig defaults;
   CHECK(bunny.servo_rate == defaults.servo_rate);
   CHECK(bunny.servo_wake == defaults.servo_wake);

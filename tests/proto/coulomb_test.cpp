@@ -211,7 +211,7 @@ TEST_CASE("coulomb: the law holds at random contacts", "[math][property]") {
   Random random(41);
   CoulombSolver solver(64);
   size_t converged = 0;
-  const auto n = static_cast<size_t>(static_cast<double>(trials(4000)) * torture_scale());
+  const auto n = sweep(4000);
   for (size_t trial = 0; trial < n; ++trial) {
     const Mat6 M = random_metric(random, 1);
     const Twist v_free{random.direction(), random.uniform(0, 1) * random.direction()};

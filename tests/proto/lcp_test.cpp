@@ -159,7 +159,7 @@ TEST_CASE("lcp: pivoting, Gauss-Seidel and least constraint agree", "[math][prop
     REQUIRE(difference <= tol(100 * kAgree));
     apart += difference > tol(kAgree);
   };
-  const auto n = static_cast<size_t>(static_cast<double>(trials(6000)) * torture_scale());
+  const auto n = sweep(6000);
   for (size_t trial = 0; trial < n; ++trial) {
     const MotionProblem problem = random_motion_problem(random, 1, {200, false, 0});
     const MotionMetric metric = factor_metric(problem.M);

@@ -2,10 +2,11 @@
 // Tests for proto/math/project_point.cpp.
 #include "proto/math/project_point.h"
 
-#include <Eigen/Dense>
+#include <limits>
 #include <random>
 #include <vector>
 
+#include "tests/support/least_squares.h"
 #include "tests/support/near.h"
 
 using haptic::HalfSpace;
@@ -49,7 +50,7 @@ Vec3 brute_force(const Vec3& p, const std::vector<HalfSpace>& h) {
           n.row(static_cast<long>(r)) << a.normal.x, a.normal.y, a.normal.z;
           gap(static_cast<long>(r)) = a.offset - dot(a.normal, p);
         }
-        const Eigen::Vector3d step = n.completeOrthogonalDecomposition().solve(gap);
+        const Eigen::Vector3d step = haptic::test::shortest_solution(n, gap);
         consider(p + Vec3{step.x(), step.y(), step.z()});
       }
     }

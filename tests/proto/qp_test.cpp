@@ -2,10 +2,10 @@
 // Tests for proto/math/qp.cpp and motion_metric.cpp.
 #include "proto/math/qp.h"
 
-#include <Eigen/Dense>
 #include <limits>
 
 #include "tests/support/contact_rows.h"
+#include "tests/support/least_squares.h"
 #include "tests/support/near.h"
 #include "tests/support/torture_scale.h"
 
@@ -17,10 +17,6 @@ namespace {
 constexpr double kKkt = 1e-9;  // of issue and reference: scaled residuals
 
 const Mat6 kCube = mass_matrix(1, 1.0 / 6 * Mat3{});
-
-size_t scaled_trials(size_t n) {
-  return static_cast<size_t>(static_cast<double>(trials(n)) * torture_scale());
-}
 
 void require_optimal(const MotionProblem& problem, const ConstrainedMotion& answer) {
   const KktResidual left = kkt_residual(problem, answer);
@@ -38,11 +34,11 @@ double distance(const Mat6& M, const Twist& a, const Twist& b) {
 /// Oracle: all subsets of at most six rows, their Lagrange points by Eigen's QR of L⁻¹Jᵀ, the
 /// nearest feasible one.
 Twist by_all_subsets(const MotionProblem& problem) {
-  Eigen::Matrix<double, 6, 6> M;
+  Eigen::MatrixXd M(6, 6);
   for (int i = 0; i < 36; ++i) M(i / 6, i % 6) = problem.M.a[static_cast<size_t>(i)];
-  const Eigen::Matrix<double, 6, 6> L = M.llt().matrixL();
+  const Eigen::MatrixXd L = lower_cholesky(M);
   const auto vector = [](const Twist& t) {
-    Eigen::Matrix<double, 6, 1> x;
+    Eigen::VectorXd x(6);
     x << t.v.x, t.v.y, t.v.z, t.w.x, t.w.y, t.w.z;
     return x;
   };
@@ -57,12 +53,12 @@ Twist by_all_subsets(const MotionProblem& problem) {
     for (size_t k = 0; k < problem.rows.size(); ++k) {
       if ((subset >> k & 1u) == 0) continue;
       const MotionRow& row = problem.rows[k];
-      G.row(i) = L.triangularView<Eigen::Lower>().solve(vector(row.J));
+      G.row(i) = solve_lower(L, vector(row.J));
       missing(i++) = row.b - dot(row.J, problem.a_u);
     }
-    Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
-    if (size > 0) y = G.completeOrthogonalDecomposition().solve(missing);
-    const Eigen::Matrix<double, 6, 1> d = L.transpose().triangularView<Eigen::Upper>().solve(y);
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(6);
+    if (size > 0) y = shortest_solution(G, missing);
+    const Eigen::VectorXd d = solve_lower_transposed(L, y);
     const Twist a = problem.a_u + Twist{{d[0], d[1], d[2]}, {d[3], d[4], d[5]}};
     const bool feasible = std::all_of(problem.rows.begin(), problem.rows.end(),
                                       [&](auto& row) { return dot(row.J, a) - row.b >= -1e-10; });
@@ -261,7 +257,7 @@ TEST_CASE("qp: nothing is left over on 100,000 random problems", "[math][propert
   const double radius = GENERATE(1.0, 0.05);
   Random random(20261122);
   int most_iterations = 0;
-  const size_t n = scaled_trials(radius == 1 ? 90000 : 10000);
+  const size_t n = sweep(radius == 1 ? 90000 : 10000);
   for (size_t trial = 0; trial < n; ++trial) {
     const MotionProblem problem = random_motion_problem(random, radius);
     const ConstrainedMotion out =
@@ -275,7 +271,7 @@ TEST_CASE("qp: nothing is left over on 100,000 random problems", "[math][propert
 
 TEST_CASE("qp: nothing is left over where overlaps push a tool at rest", "[math][property]") {
   Random random(13);
-  for (size_t trial = 0; trial < scaled_trials(10000); ++trial) {
+  for (size_t trial = 0; trial < sweep(10000); ++trial) {
     MotionProblem problem = random_motion_problem(random, 1, {200, true, 0.5});
     problem.a_u = (trial % 2 == 0 ? 0 : 1e-6) * problem.a_u;
     CAPTURE(trial, problem.rows.size());

@@ -5,6 +5,7 @@
 #include <functional>
 #include <thread>
 
+#include "proto/realtime.h"
 #include "proto/rt_guard.h"
 
 namespace haptic::test {
@@ -19,6 +20,8 @@ void use(T&& value) {
 inline GuardReport guarded(const std::function<void()>& body) {
   GuardReport report;
   std::thread([&] {
+    // as a servo begins: a stack that was never touched would fault in the handler of the signal
+    enter_realtime({.fifo_priority = 0, .lock_memory = false});
     RtGuard guard;
     guard.arm();
     guard.disarm();

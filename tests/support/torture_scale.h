@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdlib>
 
 namespace haptic::test {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr size_t kSlowdown = 20;
+#else
+inline constexpr size_t kSlowdown = 1;
+#endif
+
+/// Number of random trials, fewer where a sanitizer slows each one down.
+constexpr size_t trials(size_t n) {
+  return n / kSlowdown > 0 ? n / kSlowdown : 1;
+}
 
 /// How much longer than in CI: the environment's HAPTIC_TORTURE_SCALE, 1 where it is not set.
 inline double torture_scale() {
   const char* text = std::getenv("HAPTIC_TORTURE_SCALE");
   return text != nullptr ? std::strtod(text, nullptr) : 1;
+}
+
+/// Length of a sweep whose full length is a command: as many trials, times the torture scale.
+inline size_t sweep(size_t n) {
+  return static_cast<size_t>(static_cast<double>(trials(n)) * torture_scale());
 }
 
 }  // namespace haptic::test
