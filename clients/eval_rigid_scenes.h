@@ -32,8 +32,8 @@ RigidScene peg_in_hole(double clearance);
 /// Two scans of 75,408 triangles, 0.1 m large; empty where the folder has none. Throws MeshError.
 std::optional<RigidScene> bunny_on_bunny(const std::string& meshes);
 
-/// Where scans are looked for unless somebody says: $HAPTICD_MESHES, else build/meshes of the source
-/// tree.
+/// Where scans are looked for unless somebody says: $HAPTICD_MESHES, else build/meshes of the
+/// source tree.
 std::string meshes_folder();
 
 }  // namespace haptic

@@ -88,6 +88,7 @@ class FaultInjector {
     int64_t recovery_from_ns = 0;  // and this is where the time begins
     bool recovers = true;          // false: the force never left, there is nothing to time
     int64_t recovered_ns = 0;      // where it is not the force that tells; 0: it is
+    int64_t waited_ns = 0;         // for a processor, by who was started in another's place
     std::vector<std::string> problems = {};
     std::string left_out = {};
   };

@@ -9,8 +9,12 @@
 namespace haptic {
 namespace {
 
+std::string folder_of(pid_t pid) {
+  return "/proc/" + std::to_string(pid);
+}
+
 /// Since its start [ns]; −1: not known.
-int64_t time_waited(const std::string& folder) {
+int64_t read_time_waited(const std::string& folder) {
   int64_t ran_ns = 0, waited_ns = -1;
   std::ifstream(folder + "/schedstat") >> ran_ns >> waited_ns;
   return waited_ns;
@@ -26,9 +30,13 @@ bool is_stopped(const std::string& folder) {
 
 }  // namespace
 
+int64_t time_waited(pid_t pid) {
+  return std::max<int64_t>(0, read_time_waited(folder_of(pid)));
+}
+
 void ProcessWaits::look(int64_t t_ns) {
-  const std::string folder = "/proc/" + std::to_string(pid_);
-  const int64_t waited_ns = time_waited(folder);
+  const std::string folder = folder_of(pid_);
+  const int64_t waited_ns = read_time_waited(folder);
   if (waited_ns < 0) return;
   if (looked_ns_ != 0) {
     const int64_t longest_ns = t_ns - looked_ns_;

@@ -35,6 +35,8 @@ struct FaultedSession {
   FaultOutcome inject(FaultKind kind) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
+      // the second death within ten seconds is one for which no time to recover is stated
+      while (i > 0 && now_ns() < injector.ready_ns(kind)) session.pause(kNsPerSecond / 10);
       const uint64_t servo = session.servo().generation, contact = session.contact().generation;
       outcome = injector.inject(kind);
       forgive_slowness(outcome);

@@ -3,7 +3,8 @@
 
 #include <Eigen/Core>
 
-/// Eigen's decompositions, for oracles. They take long to compile, so they are called from one file.
+/// Eigen's decompositions, for oracles. They take long to compile, so they are called from one
+/// file.
 namespace haptic::test {
 
 /// The shortest x with the least |G x − b|, by complete orthogonal decomposition.
