@@ -69,5 +69,7 @@ haptic_tests(threads LIBRARIES haptic_hapticd haptic_torture haptic_guarded_loop
   servo/device_guard_test.cpp clients/recorder_test.cpp clients/process_waits_test.cpp clients/guarded_loop_test.cpp)
 
 # the ring as it is in the programs: what the optimiser does with it is what these look at
-set_source_files_properties(proto/ring_test.cpp proto/ring_model_test.cpp process/ring_torture_test.cpp
-  PROPERTIES COMPILE_OPTIONS $<$<NOT:$<CONFIG:Debug>>:-O2>)
+if(NOT HAPTIC_SANITIZE)
+  set_source_files_properties(proto/ring_test.cpp proto/ring_model_test.cpp
+    process/ring_torture_test.cpp PROPERTIES COMPILE_OPTIONS -O2)
+endif()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # what the servo's step may refer to; sanitizers put calls of their own everywhere
-if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+if(NOT HAPTIC_SANITIZE)
   add_library(planted_symbols OBJECT servo/planted_symbols.cpp)
   target_link_libraries(planted_symbols PRIVATE haptic_flags)
   # of the proto room what the step calls: the small solvers and the mapping
