@@ -35,6 +35,15 @@ const std::vector<std::string> kPressingHand{
     "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
 
+/// The end of a file that is gone with its folder, for a message.
+std::string last_lines(const std::string& path) {
+  constexpr size_t kMost = 1000;
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  const std::string all = text.str();
+  return all.size() > kMost ? "…" + all.substr(all.size() - kMost) : all;
+}
+
 template <typename Source, typename Time>
 void note_writer(WriterSeen& seen, const Source& source, Time time_of) {
   if (source.item_generation() == seen.generation) return;
@@ -98,9 +107,8 @@ TortureSession::TortureSession(const TortureOptions& options)
   start_recorder();
   if (!wait_whole(now_ns(), kStartNs)) {
     throw std::runtime_error(
-        "the session does not get as far as a force; what its programs said "
-        "is in " +
-        options_.folder + "/said");
+        "the session does not get as far as a force; its programs said last: " +
+        last_lines(options_.folder + "/said"));
   }
 }
 

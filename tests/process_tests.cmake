@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Tests on the real programs, in three: sessions, with what the sanitizers look at; faults in them;
-# and `hapt` with its lab. They wait more than they work, and begin first.
-haptic_tests(process COST 10 LIBRARIES haptic_device SOURCES
+# and `hapt` with its lab. They wait more than they work, and begin first. A sanitizer makes the
+# real-time processes of a session so heavy that a second one leaves no time to who watches.
+set(alone)
+if(HAPTIC_SANITIZE)
+  set(alone ALONE)
+endif()
+haptic_tests(process ${alone} COST 10 LIBRARIES haptic_device SOURCES
   process/chain_test.cpp
   process/emulator_test.cpp
   process/session_test.cpp)
-haptic_tests(process NAME faults COST 20 LIBRARIES haptic_torture SOURCES
+haptic_tests(process NAME faults ${alone} COST 20 LIBRARIES haptic_torture SOURCES
   process/fault_contact_test.cpp
   process/fault_device_test.cpp
   process/fault_session_test.cpp)
-haptic_tests(process NAME hapt COST 20 LIBRARIES haptic_torture SOURCES
+haptic_tests(process NAME hapt ${alone} COST 20 LIBRARIES haptic_torture SOURCES
   process/hapt_bench_test.cpp
   process/hapt_test.cpp
   process/rate_test.cpp
