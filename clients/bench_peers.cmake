@@ -3,6 +3,7 @@
 add_library(haptic_bench_peers STATIC
   bench_ccd_peers.cpp bench_pair_peers.cpp bench_qp_peers.cpp bench_segment_peers.cpp)
 target_link_libraries(haptic_bench_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+set_target_properties(haptic_bench_peers PROPERTIES JOB_POOL_COMPILE heavy)
 if(embree_FOUND)
   target_compile_definitions(haptic_bench_peers PRIVATE HAPTICD_EMBREE)
   target_link_libraries(haptic_bench_peers PRIVATE embree)

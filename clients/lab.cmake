@@ -34,6 +34,7 @@ target_link_libraries(haptic_torture PUBLIC haptic_client haptic_commands haptic
 # peers of the benchmarks; CGAL puts -frounding-math on its target, so it gets its own
 add_library(haptic_cgal_peers STATIC bench_closest_cgal_peers.cpp)
 target_link_libraries(haptic_cgal_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+set_target_properties(haptic_cgal_peers PROPERTIES JOB_POOL_COMPILE heavy)
 find_package(embree 3 CONFIG QUIET)
 if(embree_FOUND)
   set_source_files_properties(bench_closest_embree_peers.cpp PROPERTIES

@@ -9,8 +9,8 @@
 
 namespace haptic {
 
-/// How long a process has waited for a processor since it began, by the kernel's count [ns]; 0 where
-/// the kernel does not count and for a process that is not there.
+/// How long a process has waited for a processor since it began, by the kernel's count [ns]; 0
+/// where the kernel does not count and for a process that is not there.
 int64_t time_waited(pid_t pid);
 
 /// When a process had no time: it waited for a processor, by the kernel's count

@@ -128,8 +128,7 @@ TEST_CASE("fault: short of memory or of time, the force stays within its limits"
 TEST_CASE("fault: hapt torture does a handful of faults and accounts for every sample") {
   if (!programs_are_built()) return;
   const TemporaryFolder folder;
-  const test::Ran ran =
-      test::hapt("torture --minutes 0.1 --seed 2 --json", folder.path());
+  const test::Ran ran = test::hapt("torture --minutes 0.1 --seed 2 --json", folder.path());
   CAPTURE(ran.output);
   // ten faults in six seconds are not the point here
   CHECK((ran.code == 0 || ran.code == 1));

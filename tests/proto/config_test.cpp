@@ -275,8 +275,7 @@ TEST_CASE("config: a serial device is read with its units, the examples in confi
   CHECK(config.device.serial.max_current == 2.5);
   CHECK(config.device.serial.velocity_cutoff == SerialConfig{}.velocity_cutoff);
   CHECK(config.device.hand.intent.direction_B == Vec3{0, 0.6, 0.8});
-  const SessionConfig example =
-      load_config(test::from_source("configs/woodenhaptics.toml"));
+  const SessionConfig example = load_config(test::from_source("configs/woodenhaptics.toml"));
   CHECK(example.device.kind == DeviceKind::kWoodenHaptics);
 }
 
@@ -459,8 +458,7 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   const fs::path meshes = temporary.path();
   touch(meshes / "bunny00.off");
   const Environment environment("HAPTICD_MESHES", meshes.string());
-  const SessionConfig bunny =
-      load_config(test::from_source("configs/bunny.toml"));
+  const SessionConfig bunny = load_config(test::from_source("configs/bunny.toml"));
   const SessionConfig defaults;
   CHECK(bunny.servo_rate == defaults.servo_rate);
   CHECK(bunny.servo_wake == defaults.servo_wake);
