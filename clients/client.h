@@ -32,6 +32,10 @@ class Client {
 
   void start() { attachments_.start(); }
   bool is_connected() const { return attachments_.is_connected(); }
+
+  /// Why the session did not serve this client, in one line; empty: it did. Known once
+  /// is_connected() is false.
+  const std::string& refusal() const { return attachments_.refusal(); }
   void sleep(double seconds) const;
 
  private:

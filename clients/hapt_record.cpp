@@ -67,7 +67,8 @@ void run_record(const RecordOptions& options) {
     good = recorder.drain(trace, now_ns());
     seconds = static_cast<double>(now_ns() - begin_ns) * 1e-9;
   }
-  if (!attachments.is_connected()) std::cerr << "the session has ended\n";
+  const bool connected = attachments.is_connected();
+  if (!connected && attachments.refusal().empty()) std::cerr << "the session has ended\n";
   good = recorder.finish(trace, now_ns()) && good;
   if (options.json) {
     print_json(recorder, trace, seconds);
@@ -75,6 +76,7 @@ void run_record(const RecordOptions& options) {
     print_table(recorder, trace, options.output, seconds);
   }
   if (!good) throw McapError(trace.error());
+  if (!connected && !attachments.refusal().empty()) throw HandoutError(attachments.refusal());
 }
 
 }  // namespace

@@ -188,7 +188,9 @@ void run_top(const TopOptions& options) {
     print_screen(lines, servo.newest, servo.header());
     std::fflush(stdout);
   }
-  if (!client.is_connected()) std::cerr << "the session has ended\n";
+  if (client.is_connected()) return;
+  if (!client.refusal().empty()) throw HandoutError(client.refusal());
+  std::cerr << "the session has ended\n";
 }
 
 }  // namespace

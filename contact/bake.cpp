@@ -157,7 +157,7 @@ bool open_cache(const std::string& path, uint64_t key, const std::string& file, 
                 std::string& problem) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return false;
   try {
-    const MappedFile mapped = map_file(path);
+    const MappedFile mapped = map_cached(path);
     shape = make_shape(mapped.bytes, mapped.storage, key, file);
     shape.report.from_cache = true;
     return true;

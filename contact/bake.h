@@ -54,7 +54,8 @@ BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object);
 
-/// Cache folder: $HAPTICD_CACHE, else $XDG_CACHE_HOME/hapticd, else ~/.cache/hapticd.
+/// Cache folder: $HAPTICD_CACHE, else $XDG_CACHE_HOME/hapticd, else ~/.cache/hapticd; without a
+/// home /var/cache/hapticd (root) or /tmp/hapticd-cache-<uid>.
 std::string cache_folder();
 
 }  // namespace haptic

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake_cache.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
 
 #include "contact/bake.h"
-
 #include "proto/environment.h"
+#include "proto/file_descriptor.h"
 
 namespace haptic {
 namespace {
@@ -26,8 +31,11 @@ namespace ipc = boost::interprocess;
 std::string cache_folder() {
   if (std::string own = environment("HAPTICD_CACHE"); !own.empty()) return own;
   if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty()) return xdg + "/hapticd";
-  const std::string home = environment("HOME");
-  return (home.empty() ? fs::temp_directory_path().string() : home + "/.cache") + "/hapticd";
+  if (const std::string home = environment("HOME"); !home.empty()) return home + "/.cache/hapticd";
+  // a service: what lies in /tmp under a name that all know may be anybody's
+  return geteuid() == 0
+             ? "/var/cache/hapticd"
+             : fs::temp_directory_path() / ("hapticd-cache-" + std::to_string(geteuid()));
 }
 
 std::string cache_path(uint64_t key) {
@@ -36,11 +44,9 @@ std::string cache_path(uint64_t key) {
   return name.str();
 }
 
-MappedFile map_file(const std::string& path) {
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  if (error) throw std::runtime_error(error.message());
-  if (size == 0) return {};
+namespace {
+
+MappedFile map_name(const std::string& path) {
   try {
     const ipc::file_mapping file(path.c_str(), ipc::read_only);
     const auto region = std::make_shared<ipc::mapped_region>(file, ipc::read_only);
@@ -50,26 +56,71 @@ MappedFile map_file(const std::string& path) {
   }
 }
 
-std::string write_atomically(const std::string& path, std::span<const std::byte> bytes) {
-  std::error_code error;
-  fs::create_directories(fs::path(path).parent_path(), error);
-  if (error) return error.message();
-  // one name per process: two that bake the same mesh do not meet
-  const std::string temporary = path + "." + std::to_string(::getpid()) + ".tmp";
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(bytes.data()),
-              static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) {
-      fs::remove(temporary, error);
-      return "cannot write " + temporary;
-    }
+/// Why a file or folder may be somebody else's work; empty: it is ours.
+std::string distrust(const struct stat& status) {
+  if (status.st_uid != geteuid() && status.st_uid != 0) {
+    return "it belongs to user " + std::to_string(status.st_uid);
   }
-  fs::rename(temporary, path, error);
-  if (!error) return {};
-  std::string reason = error.message();
-  fs::remove(temporary, error);
+  return (status.st_mode & 022) != 0 ? "others may write it" : "";
+}
+
+std::string distrust_folder(const std::string& folder) {
+  struct stat name {
+  }, status{};
+  if (lstat(folder.c_str(), &name) != 0 || stat(folder.c_str(), &status) != 0) {
+    return std::strerror(errno);
+  }
+  if (name.st_uid != geteuid() && name.st_uid != 0) return "it is a link of another user";
+  return S_ISDIR(status.st_mode) ? distrust(status) : "it is no folder";
+}
+
+/// Writes all of it; false with errno set.
+bool write_all(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes = bytes.subspan(static_cast<size_t>(n));
+  }
+  return true;
+}
+
+}  // namespace
+
+MappedFile map_file(const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (error) throw std::runtime_error(error.message());
+  return size == 0 ? MappedFile{} : map_name(path);
+}
+
+MappedFile map_cached(const std::string& path) {
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  struct stat status {};
+  if (!file.is_open() || fstat(file.get(), &status) != 0) {
+    throw std::runtime_error(std::strerror(errno));
+  }
+  if (!S_ISREG(status.st_mode)) throw std::runtime_error("it is no file");
+  if (const std::string why = distrust(status); !why.empty()) throw std::runtime_error(why);
+  if (status.st_size == 0) return {};
+  // this very file, whatever lies under its name by now
+  return map_name("/proc/self/fd/" + std::to_string(file.get()));
+}
+
+std::string write_atomically(const std::string& path, std::span<const std::byte> bytes) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code error;
+  if (fs::create_directories(folder, error)) {
+    fs::permissions(folder, fs::perms::owner_all, error);
+  }
+  if (error) return error.message();
+  if (const std::string why = distrust_folder(folder); !why.empty()) return why;
+  std::string temporary = path + ".XXXXXX";
+  const FileDescriptor file(mkostemp(temporary.data(), O_CLOEXEC));
+  if (!file.is_open()) return std::string("cannot write there: ") + std::strerror(errno);
+  if (write_all(file.get(), bytes) && rename(temporary.c_str(), path.c_str()) == 0) return {};
+  std::string reason = std::strerror(errno);
+  unlink(temporary.c_str());
   return reason;
 }
 

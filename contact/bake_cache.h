@@ -19,11 +19,17 @@ struct MappedFile {
 /// system's reason.
 MappedFile map_file(const std::string& path);
 
+/// Maps a file of the cache: only one that this user (or root) owns and nobody else may write is
+/// believed, and no link is followed. Throws std::runtime_error with the reason.
+MappedFile map_cached(const std::string& path);
+
 /// Where the shape with this key is kept.
 std::string cache_path(uint64_t key);
 
-/// Writes a file under a temporary name and renames it, so that nobody ever maps half of one.
-/// Returns what went wrong, empty for success.
+/// Writes a file under a temporary name that nobody can guess and renames it, so that nobody ever
+/// maps half of one and nothing is written through a link. The folder is made where it is missing;
+/// one that belongs to another user, or that others may write, is not used. Returns what went
+/// wrong, empty for success.
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
 /// What people are told of a cache file that was not used, and of a folder that refuses one.

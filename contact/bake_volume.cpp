@@ -79,7 +79,7 @@ BakedVolume cached_volume(uint64_t key,
   BakedVolume volume;
   if (std::error_code error; std::filesystem::exists(path, error)) {
     try {
-      const MappedFile mapped = map_file(path);
+      const MappedFile mapped = map_cached(path);
       volume.content = view_volume(mapped.bytes, key, run_on_two_threads);
       volume.storage = mapped.storage;
       volume.from_cache = true;

@@ -4,13 +4,15 @@
 #include <poll.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <vector>
+#include <filesystem>
+#include <optional>
 
 #include "proto/unix_socket.h"
 
@@ -21,44 +23,49 @@ constexpr size_t kMostPeers = 32;
 constexpr uint64_t kDoor = 0;  // the listener, among the numbers of peers
 constexpr const char* kSuffix = ".control";
 
+std::string only_owner(uid_t owner) {
+  return "error: only user " + std::to_string(owner) +
+         " and root may control this session; watching is open to all";
+}
+
 bool send_line(int fd, const std::string& line) {
   return send(fd, line.data(), line.size(), MSG_DONTWAIT | MSG_NOSIGNAL) ==
          static_cast<ssize_t>(line.size());
 }
 
+uid_t owner_of(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 ? status.st_uid : 0;
+}
+
 }  // namespace
 
+// who may not control cannot even stand in the queue: a flood there would keep the owner out
 ControlServer::ControlServer(const std::string& session)
-    : path_(runtime_folder() + "/" + session + kSuffix), listener_(unix_socket()) {
-  // anybody may knock, so that everybody is told why he is not let in
-  if (!listen_at(listener_, path_)) {
-    throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
-  }
-  epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
+    : listener_(runtime_folder() + "/" + session + kSuffix, 0600),
+      epoll_(epoll_create1(EPOLL_CLOEXEC)) {
+  wait_for_peers();
+}
+
+void ControlServer::wait_for_peers() {
   epoll_event event{EPOLLIN, {.u64 = kDoor}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), &event) != 0) {
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.fd(), &event) != 0) {
     throw HandoutError(std::string("cannot wait for commands: ") + std::strerror(errno));
   }
 }
 
-ControlServer::~ControlServer() {
-  unlink(path_.c_str());
-}
-
-bool ControlServer::is_allowed(int fd) const {
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  return getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
-         (peer.uid == 0 || peer.uid == geteuid());
+void ControlServer::restore() {
+  if (listener_.is_in_place()) return;
+  listener_.listen_again();
+  wait_for_peers();
 }
 
 void ControlServer::accept_peer() {
-  FileDescriptor socket(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  FileDescriptor socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket.is_open()) return;
-  // at the door: who may not control must not keep others out either
-  if (!is_allowed(socket.get())) {
-    send_line(socket.get(), "error: only user " + std::to_string(geteuid()) +
-                                " and root may control this session; watching is open to all");
+  const std::optional<uid_t> user = user_of(socket.get());
+  if (user != 0 && user != geteuid()) {
+    send_line(socket.get(), only_owner(geteuid()));
     return;
   }
   // the oldest of too many has nothing to say any more
@@ -101,24 +108,26 @@ void ControlServer::answer(uint64_t peer, const std::string& line) {
 
 std::string say_to_session(const std::string& session, const std::string& line,
                            int64_t patience_ns) {
-  // the session's own socket says which folder it lives in, and that it runs
-  const SessionPeer peer = peer_of(connect_session(session));
+  // not by the socket for watching: others may have filled its queue
+  const std::string watching = find_session(session);
+  const std::string name = std::filesystem::path(watching).stem().string();
   const FileDescriptor socket = unix_socket();
-  const std::string path = peer.folder + "/" + peer.session + kSuffix;
-  if (!connect_to(socket, path)) {
-    throw HandoutError("session '" + peer.session + "' takes no commands (" + path + ": " +
-                       std::strerror(errno) + "); is it of an older hapticd?");
+  const std::string path = std::filesystem::path(watching).replace_extension(kSuffix).string();
+  if (!connect_to(socket, path, patience_ns)) {
+    if (errno == EACCES) return only_owner(owner_of(path));
+    throw HandoutError("session '" + name + "' takes no commands (" + path + ": " +
+                       std::strerror(errno) + "); see its log");
   }
   send_line(socket.get(), line);
   pollfd waiting{socket.get(), POLLIN, 0};
   if (poll(&waiting, 1, static_cast<int>(patience_ns / 1'000'000)) <= 0) {
-    throw HandoutError("session '" + peer.session + "' does not answer; see its log");
+    throw HandoutError("session '" + name + "' does not answer; see its log");
   }
   std::string answer(kLongestCommand, '\0');
   ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
   // refused at the door, before our line was read: the reason lies behind this error
   if (size < 0 && errno == ECONNRESET) size = recv(socket.get(), answer.data(), answer.size(), 0);
-  if (size <= 0) throw HandoutError("session '" + peer.session + "' hung up");
+  if (size <= 0) throw HandoutError("session '" + name + "' hung up");
   answer.resize(static_cast<size_t>(size));
   return answer;
 }

@@ -12,8 +12,8 @@
 #include "proto/handout.h"
 
 /// How people tell a session what to do: one line of text to `<runtime folder>/<session>.control`,
-/// one line back. Only hapticd's own user and root are listened to; anybody else may watch (see
-/// handout.h). A Unix socket: nothing listens on a network.
+/// one line back. Only hapticd's own user and root can connect; anybody else may watch (see
+/// handout.h), and how many do cannot delay a command. A Unix socket: nothing listens on a network.
 namespace haptic {
 
 /// Longest line either way [bytes].
@@ -25,7 +25,6 @@ class ControlServer {
  public:
   /// Listens beside the session's socket, whose lock is held. Throws HandoutError.
   explicit ControlServer(const std::string& session);
-  ~ControlServer();
   ControlServer(const ControlServer&) = delete;
 
   /// Readable when serve() has something to do.
@@ -39,13 +38,15 @@ class ControlServer {
   /// Answers a peer and hangs up; nothing where it has left.
   void answer(uint64_t peer, const std::string& line);
 
+  /// Listens again where somebody has removed its socket. Throws HandoutError.
+  void restore();
+
  private:
+  void wait_for_peers();
   void accept_peer();
   void hear(uint64_t peer, int fd, const Handler& handle);
-  bool is_allowed(int fd) const;
 
-  std::string path_;
-  FileDescriptor listener_;
+  UnixListener listener_;
   FileDescriptor epoll_;
   std::map<uint64_t, FileDescriptor> peers_;
   uint64_t next_peer_ = 1;

@@ -7,25 +7,36 @@
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <limits>
 
 #include "proto/config.h"
 #include "proto/environment.h"
+#include "proto/handout_message.h"
+#include "proto/process.h"
 #include "proto/unix_socket.h"
 
 namespace haptic {
 namespace {
 
-constexpr size_t kMaxClients = 64;
+constexpr size_t kMostEvents = 64;        // of one turn
+constexpr int kMostAccepted = 16;         // in one turn: what people ask for comes in between
+constexpr size_t kMostOfStranger = 16;    // connections of one user who is neither owner nor root
+constexpr size_t kMostOfStrangers = 64;   // and of all of them
+constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that they cannot use up,
+constexpr rlim_t kKeptForChildren = 48;   // and that nobody can: three restarts take some thirty
+constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // while others stand in the queue
 constexpr int kRetirePollMs = 100;
 constexpr const char* kSystemFolder = "/run/hapticd";
 
@@ -81,10 +92,10 @@ void check_session_name(const std::string& session) {
   if (!problem.empty()) throw HandoutError("'" + session + "' " + problem);
 }
 
-/// A connected socket, or none with errno set.
-FileDescriptor try_connect(const std::string& path) {
-  FileDescriptor fd = unix_socket();
-  return connect_to(fd, path) ? std::move(fd) : FileDescriptor{};
+/// Whether somebody listens there, however many wait for him.
+bool is_answered(const std::string& path) {
+  const FileDescriptor fd = unix_socket();
+  return connect_to(fd, path) || errno == EAGAIN;
 }
 
 std::vector<std::string> sessions_in(const std::string& folder) {
@@ -95,7 +106,7 @@ std::vector<std::string> sessions_in(const std::string& folder) {
   while (const dirent* entry = readdir(dir)) {
     const std::string_view file = entry->d_name;
     if (file.size() <= kSuffix.size() || !file.ends_with(kSuffix)) continue;
-    if (try_connect(folder + "/" + std::string(file)).is_open()) {
+    if (is_answered(folder + "/" + std::string(file))) {
       names.emplace_back(file.substr(0, file.size() - kSuffix.size()));
     }
   }
@@ -103,47 +114,10 @@ std::vector<std::string> sessions_in(const std::string& folder) {
   return names;
 }
 
-/// One message with at most one descriptor. Never blocks.
-bool send_announcement(int socket, const Announcement& announcement, int fd) {
-  iovec data{const_cast<Announcement*>(&announcement), sizeof announcement};
-  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
-  msghdr message{};
-  message.msg_iov = &data;
-  message.msg_iovlen = 1;
-  message.msg_control = control;
-  message.msg_controllen = sizeof control;
-  cmsghdr* part = CMSG_FIRSTHDR(&message);
-  part->cmsg_level = SOL_SOCKET;
-  part->cmsg_type = SCM_RIGHTS;
-  part->cmsg_len = CMSG_LEN(sizeof(int));
-  std::memcpy(CMSG_DATA(part), &fd, sizeof fd);
-  return sendmsg(socket, &message, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof announcement;
-}
-
-enum class Received { kMessage, kNothing, kBroken };
-
-/// One message; descriptors beyond the first cannot come (no room for them is given).
-Received receive_announcement(int socket, Announcement& announcement, FileDescriptor& fd) {
-  iovec data{&announcement, sizeof announcement};
-  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
-  msghdr message{};
-  message.msg_iov = &data;
-  message.msg_iovlen = 1;
-  message.msg_control = control;
-  message.msg_controllen = sizeof control;
-  const ssize_t n = recvmsg(socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
-  if (n < 0 && (errno == EAGAIN || errno == EINTR)) return Received::kNothing;
-
-  const cmsghdr* part = n > 0 ? CMSG_FIRSTHDR(&message) : nullptr;
-  if (part != nullptr && part->cmsg_type == SCM_RIGHTS && part->cmsg_len == CMSG_LEN(sizeof(int))) {
-    int received = -1;
-    std::memcpy(&received, CMSG_DATA(part), sizeof received);
-    fd = FileDescriptor(received);
-  }
-  const bool whole = n == sizeof announcement && fd.is_open() &&
-                     (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) == 0 &&
-                     announcement.protocol == kHandoutProtocol;
-  return whole ? Received::kMessage : Received::kBroken;
+/// Descriptors that this process may have.
+rlim_t descriptor_limit() {
+  rlimit limit{};
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
 }
 
 Announcement make_announcement(SegmentId id, uint64_t generation, const char* name) {
@@ -177,48 +151,84 @@ std::vector<std::string> running_sessions() {
   return names;
 }
 
-HandoutServer::HandoutServer(const std::string& session) {
-  check_session_name(session);
-  const std::string folder = runtime_folder();
-  prepare_folder(folder);
-  socket_path_ = folder + "/" + session + ".sock";
-  lock_session(folder, session);
-  open_socket();
-}
+namespace {
 
-HandoutServer::~HandoutServer() {
-  unlink(socket_path_.c_str());
-}
-
-void HandoutServer::lock_session(const std::string& folder, const std::string& session) {
-  const std::string path = folder + "/" + session + ".lock";
-  lock_ = FileDescriptor(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644));
-  if (!lock_.is_open()) throw_errno("cannot open the lock " + path);
-  if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
-    char pid[24] = {};
-    const ssize_t n = pread(lock_.get(), pid, sizeof pid - 1, 0);
-    const std::string owner = n > 0 ? std::string(pid, static_cast<size_t>(n)) : "?";
-    throw HandoutError("session '" + session + "' runs already (hapticd, pid " + owner +
-                       "); stop it with 'kill " + owner +
+/// Who holds the lock, for a second server: the hapticd that wrote it, or a process that only holds
+/// it. A pid alone names nobody: it may have been given again.
+[[noreturn]] void refuse_twin(const FileDescriptor& lock, const std::string& path,
+                              const std::string& session) {
+  char text[64] = {};
+  const ssize_t n = pread(lock.get(), text, sizeof text - 1, 0);
+  long pid = -1;
+  unsigned long long started = 0;
+  const bool known = n > 0 && std::sscanf(text, "%ld %llu", &pid, &started) == 2 && pid > 0 &&
+                     start_time_of(static_cast<pid_t>(pid)) == started;
+  if (known) {
+    throw HandoutError("session '" + session + "' runs already (hapticd, pid " +
+                       std::to_string(pid) + "); end it with 'hapt stop --session " + session +
                        "' or start this one with --session OTHER");
   }
-  // the file stays behind when we go: removing it would let two servers lock two files
-  const std::string pid = std::to_string(getpid());
-  if (ftruncate(lock_.get(), 0) != 0 ||
-      pwrite(lock_.get(), pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
-    throw_errno("cannot write the lock " + path);
-  }
+  throw HandoutError("the lock " + path +
+                     " is held by a process that is no running hapticd; 'fuser " + path +
+                     "' names it, remove the file when it is gone, or start this one with "
+                     "--session OTHER");
 }
 
-void HandoutServer::open_socket() {
-  listener_ = unix_socket();
+}  // namespace
+
+HandoutServer::HandoutServer(const std::string& session) : session_(session) {
+  check_session_name(session);
+  folder_ = runtime_folder();
+  lock_path_ = folder_ + "/" + session + ".lock";
+  prepare_folder(folder_);
+  lock_session();
   // we hold the lock, so what lies there is left over from a server that was killed; who may enter
   // the folder may read the segments
-  if (!listen_at(listener_, socket_path_)) throw_errno("cannot listen on " + socket_path_);
-
+  listener_.emplace(folder_ + "/" + session + ".sock", 0666);
+  spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
-  epoll_event event{EPOLLIN, {.fd = listener_.get()}};
-  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), &event) != 0) {
+  wait_for_clients();
+}
+
+HandoutServer::~HandoutServer() = default;
+
+void HandoutServer::lock_session() {
+  const std::string& path = lock_path_;
+  FileDescriptor lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!lock.is_open()) throw_errno("cannot open the lock " + path);
+  // an older version let everybody open it, and who can open it can hold it
+  if (fchmod(lock.get(), 0600) != 0) throw_errno("cannot keep others from the lock " + path);
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) refuse_twin(lock, path, session_);
+  // the file stays behind when we go: removing it would let two servers lock two files
+  const std::string owner =
+      std::to_string(getpid()) + " " + std::to_string(start_time_of(getpid()));
+  if (ftruncate(lock.get(), 0) != 0 ||
+      pwrite(lock.get(), owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
+    throw_errno("cannot write the lock " + path);
+  }
+  lock_ = std::move(lock);
+}
+
+bool HandoutServer::has_lock() const {
+  struct stat held {};
+  const std::optional<FileIdentity> named = identity_of(lock_path_);
+  return named && fstat(lock_.get(), &held) == 0 &&
+         *named == FileIdentity{held.st_dev, held.st_ino};
+}
+
+bool HandoutServer::restore() {
+  const bool locked = has_lock();
+  if (locked && listener_->is_in_place()) return false;
+  prepare_folder(folder_);
+  if (!locked) lock_session();
+  listener_->listen_again();
+  wait_for_clients();
+  return true;
+}
+
+void HandoutServer::wait_for_clients() {
+  epoll_event event{EPOLLIN, {.fd = listener_->fd()}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_->fd(), &event) != 0) {
     throw_errno("cannot wait for clients");
   }
 }
@@ -239,11 +249,54 @@ bool HandoutServer::add_peer(Peer peer) {
   return true;
 }
 
-void HandoutServer::accept_client() {
+/// Why a client is not served; empty: it is. The lowest free number is that of the newest
+/// descriptor, so it tells how many are left.
+std::string HandoutServer::refusal_of(uid_t user, int fd) const {
+  const rlim_t limit = descriptor_limit();
+  const bool known = user == 0 || user == geteuid();
+  const rlim_t kept = known ? kKeptForChildren : kKeptForStrangers;
+  if (limit != RLIM_INFINITY && static_cast<rlim_t>(fd) + kept >= limit) {
+    return "the session has no descriptor left for another client (its limit is " +
+           std::to_string(limit) + "); end some clients, or start hapticd with a larger ulimit -n";
+  }
+  if (known) return "";
+  size_t of_user = 0, of_strangers = 0;
+  for (const auto& [number, peer] : peers_) {
+    if (peer.is_child || peer.user == 0 || peer.user == geteuid()) continue;
+    ++of_strangers;
+    of_user += peer.user == user;
+  }
+  if (of_user >= kMostOfStranger) {
+    return "user " + std::to_string(user) + " already watches this session " +
+           std::to_string(of_user) + " times, no more are served; end one of them";
+  }
+  if (of_strangers >= kMostOfStrangers) {
+    return "other users already watch this session " + std::to_string(of_strangers) +
+           " times, no more are served; try again later";
+  }
+  return "";
+}
+
+bool HandoutServer::accept_client() {
   Peer peer;
   peer.socket =
-      FileDescriptor(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-  if (peer.socket.is_open() && n_clients() < kMaxClients) add_peer(std::move(peer));
+      FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!peer.socket.is_open()) {
+    if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
+    // who waits would be reported for ever: he is let in for as long as it takes to send him off
+    spare_.reset();
+    FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC));
+    spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    return true;
+  }
+  peer.user = user_of(peer.socket.get()).value_or(std::numeric_limits<uid_t>::max());
+  const std::string why = refusal_of(peer.user, peer.socket.get());
+  if (why.empty()) {
+    add_peer(std::move(peer));
+  } else {
+    send_refusal(peer.socket.get(), why);
+  }
+  return true;
 }
 
 FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
@@ -283,19 +336,16 @@ void HandoutServer::send_to_all(const Segment& segment) {
 }
 
 bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer) {
-  Announcement announcement{};
-  FileDescriptor fd;
-  const Received result = receive_announcement(peer.socket.get(), announcement, fd);
-  if (result == Received::kNothing) return true;
-  announcement.name.back() = '\0';
-  const bool allowed = result == Received::kMessage && peer.is_child &&
-                       announcement.id == peer.may_offer &&
-                       announcement.generation >= peer.generation;
+  const ReceivedMessage message = receive_message(peer.socket.get());
+  if (message.kind == Received::kNothing) return true;
+  const Announcement& offer = message.announcement;
+  const bool allowed = message.kind == Received::kMessage && peer.is_child &&
+                       offer.id == peer.may_offer && offer.generation >= peer.generation;
   if (!allowed) return false;
   try {
-    FileDescriptor read_only = reopen_read_only(fd.get());
+    FileDescriptor read_only = reopen_read_only(message.fd.get());
     const int shown = read_only.get();
-    if (store(announcement, std::move(read_only)) && on_offer) on_offer(announcement, shown);
+    if (store(offer, std::move(read_only)) && on_offer) on_offer(offer, shown);
   } catch (const SegmentError&) {
     return false;
   }
@@ -303,12 +353,13 @@ bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer) {
 }
 
 void HandoutServer::serve(const OfferHandler& on_offer) {
-  epoll_event events[kMaxClients];
-  const int n = epoll_wait(epoll_.get(), events, static_cast<int>(kMaxClients), 0);
+  epoll_event events[kMostEvents];
+  const int n = epoll_wait(epoll_.get(), events, static_cast<int>(kMostEvents), 0);
   for (int i = 0; i < n; ++i) {
     const int fd = events[i].data.fd;
-    if (fd == listener_.get()) {
-      accept_client();
+    if (fd == listener_->fd()) {
+      for (int k = 0; k < kMostAccepted && accept_client(); ++k) {
+      }
       continue;
     }
     // an earlier event of this round may have dropped it
@@ -318,23 +369,52 @@ void HandoutServer::serve(const OfferHandler& on_offer) {
   }
 }
 
-FileDescriptor connect_session(const std::string& session) {
-  if (!session.empty()) {
-    check_session_name(session);
-    const std::string socket = "/" + session + ".sock";
-    for (const std::string& folder : session_folders()) {
-      if (!is_trusted_folder(folder)) continue;
-      FileDescriptor fd = try_connect(folder + socket);
-      if (fd.is_open()) return fd;
-    }
+namespace {
+
+/// Sockets that a session of that name would have, those of folders that others can write left out.
+std::vector<std::string> places_of(const std::string& session) {
+  check_session_name(session);
+  std::vector<std::string> places;
+  for (const std::string& folder : session_folders()) {
+    if (is_trusted_folder(folder)) places.push_back(folder + "/" + session + ".sock");
   }
+  return places;
+}
+
+/// The only session there is where none is named; throws where there is none or more than one, and
+/// where the named one was not found.
+std::string only_session(const std::string& not_found) {
   // listing knocks at every session, so only when it is needed
   const std::vector<std::string> running = running_sessions();
-  if (session.empty() && running.size() == 1) return connect_session(running.front());
-  std::string what = session.empty() ? "which session?" : "no session '" + session + "' is running";
+  if (not_found.empty() && running.size() == 1) return running.front();
+  std::string what =
+      not_found.empty() ? "which session?" : "no session '" + not_found + "' is running";
   what += running.empty() ? "; none is running here" : "; running: " + join(running);
   throw HandoutError(what + "; start one with 'hapticd CONFIG.toml" +
-                     (session.empty() ? "'" : " --session " + session + "'"));
+                     (not_found.empty() ? "'" : " --session " + not_found + "'"));
+}
+
+}  // namespace
+
+std::string find_session(const std::string& session) {
+  if (session.empty()) return find_session(only_session(""));
+  for (const std::string& place : places_of(session)) {
+    if (is_answered(place)) return place;
+  }
+  return only_session(session);
+}
+
+FileDescriptor connect_session(const std::string& session) {
+  if (session.empty()) return connect_session(only_session(""));
+  for (const std::string& place : places_of(session)) {
+    FileDescriptor fd = unix_socket();
+    if (connect_to(fd, place, kConnectPatienceNs)) return fd;
+    if (errno == EAGAIN) {
+      throw HandoutError(place + ": others fill the queue of this session; try again");
+    }
+  }
+  only_session(session);
+  return {};
 }
 
 SessionPeer peer_of(const FileDescriptor& socket) {
@@ -404,12 +484,10 @@ void Attachments::run() {
 }
 
 bool Attachments::receive() {
-  Announcement announcement{};
-  FileDescriptor fd;
-  const Received result = receive_announcement(socket_.get(), announcement, fd);
-  if (result == Received::kBroken) return false;
-  if (result == Received::kMessage) attach(announcement, std::move(fd));
-  return true;
+  ReceivedMessage message = receive_message(socket_.get());
+  if (message.kind == Received::kMessage) attach(message.announcement, std::move(message.fd));
+  if (message.kind == Received::kRefusal) refusal_ = std::move(message.why);
+  return message.kind == Received::kMessage || message.kind == Received::kNothing;
 }
 
 void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {

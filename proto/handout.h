@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -13,6 +14,7 @@
 
 #include "proto/config.h"
 #include "proto/segment.h"
+#include "proto/unix_socket.h"
 
 /// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock`; whoever
 /// connects is sent the descriptor of every segment, and of each later generation. The children are
@@ -42,7 +44,10 @@ struct Announcement {
 inline constexpr uint32_t kHandoutProtocol = 1;
 
 /// hapticd's end: the session's lock and socket, its clients and its children. It owns no thread
-/// and never blocks: a peer whose socket is full is dropped.
+/// and never blocks: a peer whose socket is full is dropped. Nobody who watches can keep others
+/// out: each user but the server's own and root has a few connections, all such users together
+/// some, and the last descriptors of the process are kept for its children. Who is not served is
+/// told why.
 class HandoutServer {
  public:
   /// Takes the session's lock and opens its socket. Throws HandoutError: bad name, foreign folder,
@@ -66,8 +71,12 @@ class HandoutServer {
   /// with that id is forgotten. Returns the child's end, which is closed on exec unless kept.
   FileDescriptor connect_child(SegmentId id, uint64_t generation);
 
+  /// Puts lock and socket back where somebody has removed them (with the runtime folder, perhaps);
+  /// true: that was so. Throws HandoutError where another server has taken the name meanwhile.
+  bool restore();
+
   size_t n_clients() const;  // without the children
-  const std::string& socket_path() const { return socket_path_; }
+  const std::string& socket_path() const { return listener_->path(); }
 
  private:
   struct Segment {
@@ -79,22 +88,30 @@ class HandoutServer {
     bool is_child = false;
     SegmentId may_offer{};
     uint64_t generation = 0;
+    uid_t user = 0;  // of a client
   };
-  void lock_session(const std::string& folder, const std::string& session);
-  void open_socket();
-  void accept_client();
+  void lock_session();
+  bool has_lock() const;
+  void wait_for_clients();
+  bool accept_client();  // false: nobody waits any more
+  std::string refusal_of(uid_t user, int fd) const;
   bool add_peer(Peer peer);  // false: it was dropped at once
   bool receive_from(Peer& peer, const OfferHandler& on_offer);
   bool store(const Announcement& announcement, FileDescriptor fd);
   void send_to_all(const Segment& segment);
 
-  std::string socket_path_;
+  std::string session_, folder_, lock_path_;
   FileDescriptor lock_;
-  FileDescriptor listener_;
+  std::optional<UnixListener> listener_;
   FileDescriptor epoll_;
+  FileDescriptor spare_;                   // given up for a moment where no other is left
   std::map<SegmentId, Segment> segments_;  // the newest generation of each
   std::map<int, Peer> peers_;              // by descriptor
 };
+
+/// Path of the socket of a running session; an empty name means the only one there is. Does not
+/// wait where others stand in its queue. Throws as connect_session.
+std::string find_session(const std::string& session);
 
 /// Connects to a running session; an empty name means the only one there is. Throws HandoutError
 /// that lists the running sessions and says how to start one.
@@ -333,6 +350,10 @@ class Attachments {
 
   bool is_connected() const { return connected_.load(std::memory_order_acquire); }
 
+  /// Why hapticd did not serve this client, in one line; empty: it did. Known once is_connected()
+  /// is false.
+  const std::string& refusal() const { return refusal_; }
+
  private:
   template <auto kMember, typename Channels, typename RingType>
   RingSource<kMember> make_ring(RingType Channels::*, Start start) {
@@ -349,6 +370,7 @@ class Attachments {
   FileDescriptor stop_event_;
   AttachOptions options_;
   std::map<SegmentId, detail::Feed> feeds_;
+  std::string refusal_;  // written before connected_ is cleared
   std::atomic<bool> connected_{true};
   std::thread thread_;
 };

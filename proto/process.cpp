@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -112,13 +113,33 @@ void request_stop() noexcept {
   stop_flag.store(true, std::memory_order_relaxed);
 }
 
-bool is_running(pid_t pid) {
+namespace {
+
+/// What the kernel says of a process behind its name, which may hold anything, brackets too: state,
+/// parent and so on. Empty: there is none.
+std::string stat_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text;
   std::getline(file, text);
-  // the name before it may hold anything, brackets too
   const size_t bracket = text.rfind(')');
-  return bracket != std::string::npos && text.size() > bracket + 2 && text[bracket + 2] != 'Z';
+  return bracket == std::string::npos || text.size() < bracket + 2 ? "" : text.substr(bracket + 2);
+}
+
+}  // namespace
+
+bool is_running(pid_t pid) {
+  const std::string stat = stat_of(pid);
+  return !stat.empty() && stat.front() != 'Z';
+}
+
+uint64_t start_time_of(pid_t pid) {
+  constexpr int kFieldsBefore = 19;  // of state … itrealvalue, proc(5)
+  std::istringstream fields(stat_of(pid));
+  std::string skipped;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  uint64_t ticks = 0;
+  fields >> ticks;
+  return ticks;
 }
 
 void die_with_parent(int control_fd) {

@@ -5,12 +5,18 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
 #include "proto/handout.h"
+#include "proto/realtime.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kBacklog = 16;
+constexpr int kBacklog = SOMAXCONN;      // a flood must not fill it before it is accepted
+constexpr int64_t kRetryNs = 2'000'000;  // while the queue is full [ns]
 
 }  // namespace
 
@@ -35,12 +41,47 @@ bool connect_to(const FileDescriptor& socket, const std::string& path) {
          connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
 }
 
-bool listen_at(const FileDescriptor& socket, const std::string& path) {
-  const sockaddr_un address = unix_address(path);
-  if (!socket.is_open()) return false;
-  unlink(path.c_str());
-  return bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-         chmod(path.c_str(), 0666) == 0 && listen(socket.get(), kBacklog) == 0;
+bool connect_to(const FileDescriptor& socket, const std::string& path, int64_t patience_ns) {
+  const int64_t give_up_ns = now_ns() + patience_ns;
+  while (!connect_to(socket, path)) {
+    if (errno != EAGAIN || now_ns() > give_up_ns) return false;
+    sleep_until(now_ns() + kRetryNs);
+  }
+  return true;
+}
+
+std::optional<FileIdentity> identity_of(const std::string& path) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0) return std::nullopt;
+  return FileIdentity{status.st_dev, status.st_ino};
+}
+
+UnixListener::UnixListener(std::string path, mode_t mode) : path_(std::move(path)), mode_(mode) {
+  listen_again();
+}
+
+UnixListener::~UnixListener() {
+  if (is_in_place()) unlink(path_.c_str());
+}
+
+void UnixListener::listen_again() {
+  const sockaddr_un address = unix_address(path_);
+  socket_ = unix_socket();
+  unlink(path_.c_str());
+  // nobody can connect before listen(), so the rights of the file are set by then
+  if (!socket_.is_open() ||
+      bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      chmod(path_.c_str(), mode_) != 0 || listen(socket_.get(), kBacklog) != 0) {
+    throw HandoutError("cannot listen on " + path_ + ": " + std::strerror(errno));
+  }
+  file_ = identity_of(path_);
+}
+
+std::optional<uid_t> user_of(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return std::nullopt;
+  return peer.uid;
 }
 
 }  // namespace haptic

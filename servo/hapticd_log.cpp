@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/hapticd_log.h"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstring>
 #include <utility>
 
 #include "proto/realtime.h"
+#include "servo/patient_sink.h"
 
 namespace haptic {
 namespace {
@@ -33,6 +34,8 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoPassivity, "damped to stay passive"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
                                      std::pair{kServoNoDevice, "device lost or not homed"}};
+
+constexpr int64_t kLastWordsNs = kNsPerSecond / 5;  // for who reads slowly, at the end
 
 const char* reason(Fault fault) {
   switch (fault) {
@@ -134,12 +137,20 @@ LogLevel level_of(const Event& event) {
 }
 
 HapticdLog::HapticdLog(bool json)
-    : logger_(std::make_shared<spdlog::logger>(
-          "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>())),
+    : sink_(std::make_shared<PatientSink>(STDERR_FILENO)),
+      logger_(std::make_shared<spdlog::logger>("hapticd", sink_)),
       json_(json) {
   logger_->set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%e%z","level":"%l",%v})"
                             : "%H:%M:%S.%e %^%l%$ %v");
   logger_->flush_on(spdlog::level::info);
+}
+
+HapticdLog::~HapticdLog() {
+  sink_->drain_for(kLastWordsNs);
+}
+
+void HapticdLog::drain() {
+  sink_->drain();
 }
 
 void HapticdLog::write(LogLevel level, std::string_view source, const std::string& message) {

@@ -15,18 +15,27 @@ namespace haptic {
 
 enum class LogLevel { kInfo, kWarning, kError };
 
+class PatientSink;
+
 /// The one log of a session, on stderr: lines for people, or one JSON object a line. Real-time
-/// processes never log; hapticd puts their events into words.
+/// processes never log; hapticd puts their events into words. Writing never waits for whoever
+/// reads: what is not taken is kept for a while, then dropped and counted.
 class HapticdLog {
  public:
   explicit HapticdLog(bool json);
+  ~HapticdLog();
+  HapticdLog(const HapticdLog&) = delete;
 
   /// `source` is who it is about: "hapticd", or the name of a segment.
   void write(LogLevel level, std::string_view source, const std::string& message);
 
   void write_event(std::string_view source, const Event& event);
 
+  /// Writes what could not be written before; to be called now and then.
+  void drain();
+
  private:
+  std::shared_ptr<PatientSink> sink_;
   std::shared_ptr<spdlog::logger> logger_;
   bool json_;
 };

@@ -33,6 +33,7 @@ constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while somebody waits for th
 constexpr int64_t kEchoPatienceNs = 1000 * kMs;
 constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
+constexpr int64_t kRetryStartNs = 500 * kMs;  // where the kernel has no room for a process
 constexpr int kExitNoProgram = 127;
 constexpr int kMostDeathsUnborn = 8;  // about five seconds of trying
 
@@ -137,7 +138,9 @@ int Supervisor::run() {
       write_events();
       for (Process& process : processes_) watch_pulse(process, t_ns, t_ns - next_look_ns);
       watch_device(t_ns);
+      watch_place();
       tell_waiting(t_ns);
+      log_.drain();
       next_look_ns = t_ns + kLookPeriodNs;
     }
   }
@@ -338,7 +341,17 @@ void Supervisor::reap(Process& process) {
 
 void Supervisor::restart_due(int64_t t_ns) {
   for (Process& process : processes_) {
-    if (!stopping_ && t_ns >= start_time(process)) start(process);
+    if (stopping_ || t_ns < start_time(process)) continue;
+    try {
+      start(process);
+    } catch (const std::exception& error) {
+      // no descriptor, no memory for a process: that may pass, and the session is worth waiting for
+      process.output.reset();
+      process.restart_at_ns = t_ns + kRetryStartNs;
+      log_.write(LogLevel::kError, process.name,
+                 std::string(process.program) + " cannot be started: " + error.what() +
+                     "; trying again in " + std::to_string(kRetryStartNs / kMs) + " ms");
+    }
   }
 }
 
@@ -372,6 +385,23 @@ void Supervisor::watch_device(int64_t t_ns) {
   if (guard_->releases() == told_releases_) return;
   told_releases_ = guard_->releases();
   log_.write(LogLevel::kWarning, servo.name, "does not answer: hapticd has let go of the device");
+}
+
+/// A session that nobody can reach any more cannot be stopped either.
+void Supervisor::watch_place() {
+  try {
+    const bool was_removed = server_.restore();
+    commands_.restore();
+    if (was_removed) {
+      log_.write(LogLevel::kWarning, "hapticd",
+                 "somebody removed " + server_.socket_path() + " or its lock: put back");
+    }
+  } catch (const HandoutError& error) {
+    log_.write(LogLevel::kError, "hapticd",
+               std::string("the session can no longer be reached and ends: ") + error.what());
+    exit_code_ = kExitCrash;
+    stopping_ = true;
+  }
 }
 
 void Supervisor::publish_control(int64_t t_ns) {

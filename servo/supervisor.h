@@ -81,6 +81,7 @@ class Supervisor {
   std::string status() noexcept;
   void publish_control(int64_t t_ns);
   void watch_device(int64_t t_ns);
+  void watch_place();
   void watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns);
   void write_events();
   template <typename Events>

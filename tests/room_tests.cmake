@@ -3,7 +3,7 @@
 haptic_tests(proto LIBRARIES haptic_proto SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
-  proto/handout_test.cpp proto/realtime_test.cpp
+  proto/handout_test.cpp proto/handout_hostile_test.cpp proto/realtime_test.cpp
   proto/ring_model_test.cpp
   proto/ring_test.cpp
   proto/segment_fuzz_test.cpp
@@ -41,6 +41,7 @@ haptic_tests(servo LIBRARIES haptic_servo haptic_hapticd haptic_contact SOURCES
   servo/coupling_test.cpp
   servo/command_test.cpp
   servo/passivity_test.cpp
+  servo/patient_sink_test.cpp
   servo/penalty_dynamics_test.cpp
   servo/quasi_static_test.cpp servo/soft_contacts_test.cpp servo/soft_proxy_test.cpp
   servo/restart_policy_test.cpp

@@ -2,6 +2,7 @@
 // Prints where the tool is and what the hand feels, ten times a second: 01_watch [session]
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 
 #include "clients/client.h"
 
@@ -17,6 +18,7 @@ int main(int argc, char** argv) try {
     std::printf("tool %8.4f %8.4f %8.4f m   force %5.2f N\n", p.x, p.y, p.z, haptic::norm(f));
     std::fflush(stdout);
   }
+  if (!client.refusal().empty()) throw std::runtime_error(client.refusal());
 } catch (const std::exception& error) {
   std::fprintf(stderr, "01_watch: %s\n", error.what());
   return 1;

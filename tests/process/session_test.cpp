@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fcntl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <optional>
@@ -153,6 +156,88 @@ TEST_CASE("session: what people ask for reaches the servo before they are answer
   }));
   CHECK(say_to_session("asked", "stop") == "ok");
   CHECK(hapticd.exit_code() == 0);
+}
+
+TEST_CASE("session: a removed runtime folder is put back, and the session can be stopped") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder outer;
+  const std::string folder = outer.path() + "/run";
+  setenv("HAPTICD_RUNTIME_DIR", folder.c_str(), 1);
+  HapticdProcess hapticd({write_config(outer.path()), "--session", "lost"}, outer.path());
+  {
+    Watcher watcher("lost");
+    REQUIRE(watcher.wait_for_all());
+  }
+  // at once: what removes one file after another removes what was put back meanwhile too
+  std::filesystem::rename(folder, outer.path() + "/removed");
+  REQUIRE(eventually([&] { return hapticd.said("put back"); }));
+  // a second one finds it there
+  HapticdProcess second({write_config(outer.path()), "--session", "lost"}, outer.path());
+  CHECK(second.exit_code() == kExitBadInput);
+  CHECK(second.said("'lost' runs already"));
+  Watcher again("lost");
+  CHECK(again.wait_for_all());
+  CHECK(say_to_session("lost", "stop") == "ok");
+  CHECK(hapticd.exit_code() == 0);
+}
+
+TEST_CASE("session: where another hapticd has taken the name meanwhile, the first ends alone") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder outer;
+  const std::string folder = outer.path() + "/run";
+  setenv("HAPTICD_RUNTIME_DIR", folder.c_str(), 1);
+  HapticdProcess first({write_config(outer.path()), "--session", "taken"}, outer.path());
+  {
+    Watcher watcher("taken");
+    REQUIRE(watcher.wait_for_all());
+  }
+  first.send(SIGSTOP);
+  std::filesystem::rename(folder, outer.path() + "/removed");
+  HapticdProcess second({write_config(outer.path()), "--session", "taken"}, outer.path());
+  Watcher watcher("taken");
+  REQUIRE(watcher.wait_for_all());
+  first.send(SIGCONT);
+  CHECK(first.exit_code() != 0);
+  CHECK(first.said("can no longer be reached and ends"));
+  // its end took nothing of the second's away
+  CHECK(say_to_session("taken", "pause") == "ok");
+  CHECK(say_to_session("taken", "stop") == "ok");
+  CHECK(second.exit_code() == 0);
+}
+
+TEST_CASE("session: with a log that nobody reads it restarts, pauses and stops") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  std::array<int, 2> ends{};
+  REQUIRE(pipe2(ends.data(), O_CLOEXEC) == 0);
+  fcntl(ends[1], F_SETPIPE_SZ, 4096);
+  const std::string config = write_config(folder.path());
+  const pid_t hapticd = fork();
+  if (hapticd == 0) {
+    dup2(ends[1], STDERR_FILENO);
+    const std::string program = test::program_folder() / "hapticd";
+    execl(program.c_str(), program.c_str(), config.c_str(), "--session", "mute", nullptr);
+    _exit(127);
+  }
+  Watcher watcher("mute");
+  REQUIRE(watcher.wait_for_all());
+  // full for certain, and nobody reads
+  fcntl(ends[1], F_SETFL, O_NONBLOCK);
+  while (write(ends[1], "x", 1) == 1) {
+  }
+  fcntl(ends[1], F_SETFL, 0);
+  const pid_t servo = writer_of(watcher.servo);
+  kill(servo, SIGKILL);
+  CHECK(eventually([&] {
+    watcher.servo.latest(watcher.servo_frame);
+    return writer_of(watcher.servo) != servo;
+  }));
+  CHECK(say_to_session("mute", "pause") == "ok");
+  CHECK(say_to_session("mute", "stop") == "ok");
+  int status = 0;
+  CHECK(eventually([&] { return waitpid(hapticd, &status, WNOHANG) == hapticd; }));
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  for (const int end : ends) close(end);
 }
 
 TEST_CASE("session: who is neither the server's user nor root may watch but not control") {

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <spdlog/details/null_mutex.h>
+#include <spdlog/sinks/base_sink.h>
+
+#include <cstdint>
+#include <deque>
+#include <string>
+
+namespace haptic {
+
+/// Writes log lines to a descriptor that may stop taking them (a terminal after Ctrl-S, a pager, a
+/// stalled journal) and never waits for it: lines that cannot be written at once are kept, at most
+/// kMostLines, the oldest are dropped and counted. What was dropped is said as soon as something
+/// can be said again. A write of up to PIPE_BUF bytes does not block where poll() says that there
+/// is room (pipe(7)), so longer lines are written in pieces.
+class PatientSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+ public:
+  static constexpr size_t kMostLines = 2000;
+
+  explicit PatientSink(int fd);
+
+  /// Writes what can be written now.
+  void drain();
+  /// The same, but waits up to that long for the reader.
+  void drain_for(int64_t patience_ns);
+
+  uint64_t dropped() const { return dropped_; }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override;
+  void flush_() override { drain(); }
+
+ private:
+  bool has_room(int timeout_ms) const;
+  bool write_some();
+
+  int fd_;
+  bool colours_;
+  std::deque<std::string> lines_;
+  size_t written_ = 0;  // of the first
+  uint64_t dropped_ = 0, told_ = 0;
+};
+
+}  // namespace haptic
