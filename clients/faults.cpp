@@ -51,11 +51,12 @@ std::string milliseconds(int64_t ns) {
 const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
     {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactStop, "contact: stopped for a while", 14, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactNaN, "contact: NaN in an answer", 7, Effect::kZero, 0},
-    {FaultKind::kContactInfinity, "contact: infinity in an answer", 6, Effect::kZero, 0},
+    {FaultKind::kContactStop, "contact: stopped for a while", 12, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactNaN, "contact: NaN in an answer", 5, Effect::kZero, 0},
+    {FaultKind::kContactInfinity, "contact: infinity in an answer", 5, Effect::kZero, 0},
     {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
-    {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 6, Effect::kFade, 0},
+    {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 5, Effect::kFade, 0},
+    {FaultKind::kContactLies, "contact: planes that are not there", 6, Effect::kLies, 0},
     {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
     {FaultKind::kSimStop, "sim: stopped for a while", 9, Effect::kNothing, 0},
     {FaultKind::kServoKill, "servo: kill -9", 1, Effect::kZero, kServoGoal},
@@ -110,6 +111,8 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kContactTenTimes:
     case FaultKind::kContactThousandTimes:
       return slow_contact(kind);
+    case FaultKind::kContactLies:
+      return lie_in_contact();
     case FaultKind::kSimKill:
       return kill_sim();
     case FaultKind::kSimStop:
@@ -237,6 +240,17 @@ FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
   done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
   done.recovers = !ten;
   send_order(pid, static_cast<int>(ContactFault::kHealthy));
+  return done;
+}
+
+FaultInjector::Done FaultInjector::lie_in_contact() {
+  const pid_t pid = session_.contact().pid;
+  Done done;
+  send_order(pid, static_cast<int>(ContactFault::kLies));
+  done.begin_ns = now_ns();
+  session_.pause(between(100 * kMs, 300 * kMs));
+  send_order(pid, static_cast<int>(ContactFault::kHealthy));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
   return done;
 }
 

@@ -23,6 +23,7 @@ enum class FaultKind {
   kContactInfinity,
   kContactTenTimes,
   kContactThousandTimes,
+  kContactLies,
   kSimKill,
   kSimStop,
   kServoKill,
@@ -40,7 +41,7 @@ enum class FaultKind {
   kMemory,
   kBusy,
 };
-inline constexpr size_t kFaultKinds = 23;
+inline constexpr size_t kFaultKinds = 24;
 
 /// What is known of a kind beforehand.
 struct FaultInfo {
@@ -98,6 +99,7 @@ class FaultInjector {
   Done stop_contact();
   Done close_by(const std::function<void()>& cause);
   Done slow_contact(FaultKind kind);
+  Done lie_in_contact();
   Done kill_sim();
   Done stop_sim();
   Done fell_servo(int signal);

@@ -30,6 +30,7 @@ struct Command {
   double force = 0;
   double depth = 0;    // that the server knew [m]
   double deepest = 0;  // of the last answers [m]
+  double moved = 0;    // since the answer before, in any direction [m]
   double damper = 0;   // most that it may add to or take from the spring [N]
   bool is_spring = false;
   bool from_server = true;  // false: the firmware's watchdog
@@ -54,6 +55,7 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
       c.deepest = std::max(c.deepest, -answers[j].z);
       if (j > first) way = std::max(way, norm(answers[j] - answers[j - 1]));
     }
+    if (answers.size() > 1) c.moved = norm(answers.back() - answers[answers.size() - 2]);
     const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
     c.damper = rules.max_damping * speed;
     c.is_spring = from_server && is_wall(rules, r, speed);
@@ -76,23 +78,27 @@ class Findings {
   std::array<bool, kForceBreaches> known_{};
 };
 
-/// What holds at all times, with or without a fault.
-void judge_always(const ForceRules& rules, std::span<const Command> all,
-                  std::span<const Stall> stalls, Findings& found) {
+/// What holds at all times, with or without a fault. Planes that are not there may push more than
+/// the wall and to any side, but no faster than the hand's own motion and the slew limit.
+void judge_always(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                  Findings& found) {
+  const bool lies = fault.effect == Effect::kLies;
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
     const double strongest = rules.max_force + kCurrentStep;
     if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
     if (i + 1 < kAnswers) continue;
     const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
-    if (!(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
+    if (!lies && !(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
     // from the one before the last: a device that was held up has read the last too late
     const int64_t before_ns = all[i - 1].t_ns;
-    const int64_t late_ns = held_up(stalls, before_ns - kLateReadNs, before_ns);
+    const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
     const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
-    const double pushed = rules.stiffness * std::max(0.0, c.depth - all[i - 1].depth);
-    const double allowed =
-        all[i - 1].force + pushed + c.damper + rules.slew * dt + 2 * kCurrentStep;
+    // by the spring and the damper; by a lie to any side, of two answers, one of which came late
+    const double deeper = std::max(0.0, c.depth - all[i - 1].depth);
+    const double pushed =
+        lies ? rules.stiffness * (c.moved + all[i - 1].moved) : rules.stiffness * deeper + c.damper;
+    const double allowed = all[i - 1].force + pushed + rules.slew * dt + 2 * kCurrentStep;
     if (!(c.force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, c.force, allowed);
   }
 }
@@ -226,8 +232,9 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
   const std::vector<Command> all = commands_of(rules, records);
   Findings found;
   judge_complete(records, found);
-  judge_always(rules, all, fault.stalls, found);
+  judge_always(rules, all, fault, found);
   switch (fault.effect) {
+    case Effect::kLies:
     case Effect::kLimits:
       break;
     case Effect::kNothing:

@@ -18,7 +18,7 @@ struct ForceRules {
   double stiffness = 500;         // of the spring [N/m]
   double max_force = 3.6;         // [N]
   double max_damping = 2;         // of the passivity controller [N·s/m]
-  double slew = 200;              // of a force that comes back [N/s]
+  double slew = 200;              // of a force that grows by itself [N/s]
   double soft_start = 0.1;        // [s]
   int64_t tick_ns = 1'000'000;    // of the servo
   int64_t zero_ns = 20'000'000;   // stated: zero so long after a fault that closes the force
@@ -36,6 +36,7 @@ int64_t held_up(std::span<const Stall> stalls, int64_t from_ns, int64_t to_ns);
 
 /// What a fault may do to the force.
 enum class Effect {
+  kLies,     // contact pushes with what is not there: within limits, and no fast rise
   kLimits,   // only what always holds: within limits, never more than the wall, no fast rise
   kNothing,  // the hand feels the spring as before, command by command
   kFade,     // contacts grow old: hold, then fade, then zero until it is over; back by a ramp

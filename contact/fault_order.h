@@ -10,6 +10,7 @@ enum class ContactFault : int {
   kInfinity = 3,  // the same
   kTenTimes = 4,  // every answer takes ten periods of the servo, until told otherwise
   kThousandTimes = 5,
+  kLies = 6,  // finite planes that are not there, another lie in each answer, until told otherwise
 };
 
 }  // namespace haptic

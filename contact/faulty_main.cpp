@@ -3,6 +3,7 @@
 // and hapt torture; no session starts it unless HAPTICD_LIBEXEC names a folder where it stands in
 // for haptic-contact.
 #include <limits>
+#include <random>
 
 #include "contact/fault_order.h"
 #include "contact/loop.h"
@@ -29,6 +30,19 @@ void spoil(ContactSet& answer, double value) {
   in_force = ContactFault::kHealthy;
 }
 
+/// Finite, plausible and wrong: each plane up to 20 mm from where it is, turned by up to 60°.
+void lie(ContactSet& answer) {
+  static std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  constexpr double kOff = 20e-3;  // [m]
+  for (uint32_t i = 0; i < answer.n_contacts; ++i) {
+    Contact& plane = answer.contacts[i];
+    plane.object_point_O += kOff * unit(random) * plane.normal_O;
+    const Vec3 tilt{unit(random), unit(random), unit(random)};
+    plane.normal_O = plane.shading_normal_O = normalized(plane.normal_O + 0.5 * tilt);
+  }
+}
+
 /// How many times slower than the servo an answer is; 0: as fast as it can.
 int64_t slowness() {
   if (in_force == ContactFault::kTenTimes) return 10;
@@ -51,6 +65,7 @@ void publish(Child<ContactChannels>& child, ContactSet& answer) {
   hold_back(child);
   if (in_force == ContactFault::kNaN) spoil(answer, std::numeric_limits<double>::quiet_NaN());
   if (in_force == ContactFault::kInfinity) spoil(answer, std::numeric_limits<double>::infinity());
+  if (in_force == ContactFault::kLies) lie(answer);
   child.channels().sets.publish(answer);
 }
 

@@ -240,7 +240,7 @@ struct SafetyConfig {
   double max_force = 6;          // [N], device units; the device's own limit holds too
   double max_torque = 0.1;       // [N·m]
   double soft_start = 0.5;       // ramp after start, fault and re-seeding [s]
-  double slew = 2000;            // of a force that appears or comes back [N/s]
+  double slew = 2000;            // of a force that grows by itself, not by the hand's motion [N/s]
   double velocity_limit = 2;     // of the handle [m/s]
   int32_t dead_man_button = -1;  // bit that must be held; −1: none
   uint32_t armed_at_start = 1;   // 0: `hapt arm` is wanted first, the default of a real device

@@ -69,7 +69,7 @@ enum ServoFlag : uint32_t {
   kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
   kServoDisarmed = 1u << 14,       // dead-man button or `hapt arm` is wanted first; zero wrench
   kServoTooFast = 1u << 15,        // handle beyond the velocity limit, not calm yet; zero wrench
-  kServoSlewing = 1u << 16,        // a force that (re)appeared rises at the slew limit
+  kServoSlewing = 1u << 16,        // the force grows as fast as it may: slew and the hand's motion
   kServoThermal = 1u << 17,        // the motors' thermal budget lowers the limit
   kServoPassivity = 1u << 18,      // the passivity controller damps
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes

@@ -68,8 +68,6 @@ Rendered rendered_body(const ServoModel& model, const ServoState& state, const T
   out.surface_W = surface_of(solution, scene);
   out.held_back_W = solution.held_back_W;
   out.n_pushing = solution.n_pushing;
-  // later ones begin at nothing, or are let in by the solver; what comes at once is contact as such
-  out.is_new = solution.n_pushing > 0 && !state.body_pushed;
   out.finite = solution.finite;
   out.converged = solution.converged;
   out.object_impulse_W = state.object_impulse_W;
@@ -94,9 +92,8 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
   const BodySolution solution = solve_soft_proxy(proxy, state.body, tick);
 
   const Rendered out = rendered_body(model, state, scene, solution);
-  forget_point(state);
+  state.virtual_proxy = {};
   state.rigid = {};
-  state.body_pushed = solution.n_pushing > 0;
   return out;
 }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-
 #include "servo/rendered.h"
 #include "servo/solve/direct.h"
 
@@ -49,21 +47,6 @@ Vec3 surface_of(const PointProxySolution& solution, const TickScene& scene) {
   return velocity_at(scene.V_WO[object], solution.proxy_W - scene.X_WO[object].p);
 }
 
-/// Whether a plane pushes that did not push in the tick before; remembers those that do.
-bool note_active(ServoState& state, const PointProxySolution& proxy) {
-  bool fresh = false;
-  std::array<uint64_t, 3> active{};
-  for (size_t i = 0; i < static_cast<size_t>(proxy.n_active); ++i) {
-    // the id of a feature is one of its object
-    active[i] = proxy.pushes[i].feature ^ (uint64_t{proxy.pushes[i].object} << 48);
-    const auto end = state.active.begin() + state.n_active;
-    fresh |= std::find(state.active.begin(), end, active[i]) == end;
-  }
-  state.active = active;
-  state.n_active = proxy.n_active;
-  return fresh;
-}
-
 }  // namespace
 
 Rendered render_point(const ServoModel& model, ServoState& state, const ServoInput& input,
@@ -76,7 +59,6 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
   }
   state.body = {};
   state.rigid = {};
-  state.body_pushed = false;
 
   // the spring is here: this tick's tool pose, no queue in between
   Rendered out;
@@ -86,7 +68,6 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
       state.coupling, {frame.X_WT.p, proxy.proxy_W, frame.V_WT.v, out.surface_W, proxy.share});
   out.held_back_W = proxy.held_back_W;
   out.n_pushing = proxy.n_active;
-  out.is_new = note_active(state, proxy);
   out.finite = proxy.finite;
   out.converged = proxy.converged;
   out.object_impulse_W = state.object_impulse_W;

@@ -41,9 +41,8 @@ Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInp
   const BodySolution solution = solve(proxy_model(model, state, contacts), state,
                                       static_cast<Renderer>(contacts.renderer), tick);
   const Rendered out = rendered_body(model, state, scene, solution);
-  forget_point(state);
+  state.virtual_proxy = {};
   state.body = {};
-  state.body_pushed = solution.n_pushing > 0;
   return out;
 }
 

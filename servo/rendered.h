@@ -22,7 +22,6 @@ struct Rendered {
   Vec3 surface_W;             // velocity of what carries the proxy
   Vec3 held_back_W;           // how far friction holds the proxy back
   int n_pushing = 0;          // contacts
-  bool is_new = false;        // one of them did not push in the tick before
   bool finite = true;         // the contacts were
   bool converged = true;
   std::array<Wrench, kMaxObjects> object_impulse_W{};  // since start, if this tick is felt
@@ -32,13 +31,6 @@ struct Rendered {
 /// detector of the contacts, the coupling's force. `frame` has the tool.
 Rendered render_point(const ServoModel& model, ServoState& state, const ServoInput& input,
                       const TickScene& scene, const ServoFrame& frame);
-
-/// What only a point has.
-inline void forget_point(ServoState& state) {
-  state.virtual_proxy = {};
-  state.active = {};
-  state.n_active = 0;
-}
 
 /// The coupling in force, with the bounds of the session.
 VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& state);

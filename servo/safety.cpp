@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "servo/force_growth.h"
+
 namespace haptic {
 namespace {
 
@@ -26,26 +28,38 @@ bool saturate(Vec3& a, double limit) {
   return true;
 }
 
-/// Whether the handle went further than it can have in the time between two fresh samples.
-bool jumped(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
+/// Way and turn of the handle between the last two fresh samples, if this tick's is one.
+struct HandleMotion {
+  double way = 0;   // [m]
+  double turn = 0;  // [rad]
+};
+
+/// Also notes whether the handle went further than it can have in that time.
+HandleMotion follow_handle(const SafetyLimits& limits, SafetyState& state,
+                           const SafetyInput& input) {
   const DeviceState& device = input.device;
+  state.jumped = false;
+  if (!input.device_finite) return {};
   // homing, and a device that comes back, move the pose rightly
   const bool known = (device.flags & kDeviceHomed) != 0 && (device.flags & kDeviceLost) == 0;
   if (!known) state.any_sample = false;
-  if (!known || (device.flags & kDeviceFresh) == 0) return false;
-  // of which a sample that came late may be any
-  const double since = static_cast<double>(input.now_ns - state.measured_ns) * 1e-9;
-  const double way = norm(device.X_BH.p - state.p_B);
-  const bool jump = state.any_sample &&
-                    way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
-  state.p_B = device.X_BH.p;
+  if (!known || (device.flags & kDeviceFresh) == 0) return {};
+  HandleMotion motion;
+  if (state.any_sample) {
+    motion.way = norm(device.X_BH.p - state.X_BH.p);
+    motion.turn = norm(to_rotation_vector(device.X_BH.q * conjugate(state.X_BH.q)));
+    // of which a sample that came late may be any
+    const double since = static_cast<double>(input.now_ns - state.measured_ns) * 1e-9;
+    state.jumped =
+        motion.way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
+  }
+  state.X_BH = device.X_BH;
   state.measured_ns = device.t_ns;
   state.any_sample = true;
-  return jump;
+  return motion;
 }
 
-Fault find_fault(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input) {
-  state.jumped = input.device_finite && jumped(limits, state, input);
+Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const SafetyInput& input) {
   if (!input.device_finite) return Fault::kDeviceNotFinite;
   if (!input.contacts_finite) return Fault::kContactsNotFinite;
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
@@ -86,24 +100,17 @@ double since_last(SafetyState& state, const SafetyInput& input, double dt) {
   return since > 0 ? std::min(since, dt) : dt;
 }
 
-/// Lets a force that has just appeared grow no faster than the slew limit: along the force that is
-/// held, across it and against it. What becomes less of the held force is never slowed.
-bool slew(const SafetyLimits& limits, SafetyState& state, Wrench& F_B, double since) {
-  const double most = limits.slew * since, held = norm(state.held_B);
-  const Vec3 along_B = held > 0 ? state.held_B / held : Vec3{};
-  const double along = dot(F_B.f, along_B);
-  Vec3 across_B = F_B.f - along * along_B;
-  const double kept = std::clamp(along, -most, held + most), across = norm(across_B);
-  if (across > most) across_B *= most / across;
-  const bool too_far = across > most || kept != along;
-  if (!state.slewing || !too_far) {
-    state.slewing = false;
-    return false;
-  }
-  const double wanted = norm(F_B.f);
-  F_B.f = kept * along_B + across_B;
-  F_B.t *= norm(F_B.f) / wanted;
-  return true;
+/// By how much the wrench may grow in this tick. A torque that comes by itself takes as long to its
+/// limit as a force.
+WrenchGrowth most_growth(const SafetyLimits& limits, const HandleStiffness& stiffness,
+                         const HandleMotion& motion, double since) {
+  WrenchGrowth most;
+  most.force =
+      limits.slew * since + stiffness.translational * motion.way + stiffness.turning * motion.turn;
+  most.torque = stiffness.lever * most.force + stiffness.rotational * motion.turn;
+  if (limits.max_force > 0)
+    most.torque += limits.slew * since * limits.max_torque / limits.max_force;
+  return most;
 }
 
 /// The force the motors bear at present.
@@ -118,7 +125,6 @@ double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
 
 /// The hand feels nothing at present: what comes begins there.
 void forget_held(SafetyState& state) {
-  state.slewing = true;
   state.held_B = {};
   state.passivity = {};
 }
@@ -150,6 +156,7 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   const double speed = norm(input.device.V_BH.v);
   const double since = since_last(state, input, dt);
   clear_fault(state, input, speed);
+  const HandleMotion motion = follow_handle(limits, state, input);
   const Fault fault = find_fault(limits, state, input);
   if (state.fault == Fault::kNone) state.fault = fault;
   if (state.fault != Fault::kNone) return hold_nothing(state, kServoFault, dt);
@@ -169,9 +176,6 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
     state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
 
-  state.slewing |= input.restart || input.new_constraint;
-  if (slew(limits, state, out.F_B, since)) out.flags |= kServoSlewing;
-
   // a dropped torque is said once per tick it would have been felt
   if (limits.max_torque <= 0) {
     if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
@@ -183,6 +187,8 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   const bool torque_cut = saturate(out.F_B.t, limits.max_torque);
   if (force_cut || torque_cut) out.flags |= kServoSaturated;
 
+  const WrenchGrowth growth = most_growth(limits, input.stiffness, motion, since);
+  if (limit_growth(state.held_B, growth, out.F_B)) out.flags |= kServoSlewing;
   if ((input.device.flags & kDeviceOpenLoop) == 0) {
     const PassivityOutput passive =
         keep_passive(state.passivity,
@@ -192,10 +198,11 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
     if (passive.damped) out.flags |= kServoPassivity;
     out.F_B.f = passive.force_B;
     saturate(out.F_B.f, bearable);
+    if (passive.damped) limit_growth(state.held_B, growth, out.F_B);
     note_held(state.passivity, out.F_B.f, dt);
   }
-  state.held_B = out.F_B.f;
-  state.heat += dt / kThermalTime * (norm_squared(state.held_B) - state.heat);
+  state.held_B = out.F_B;
+  state.heat += dt / kThermalTime * (norm_squared(out.F_B.f) - state.heat);
   return out;
 }
 

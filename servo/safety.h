@@ -16,7 +16,7 @@ struct SafetyLimits {
   double max_torque = 0;        // [N·m]; 0: the torque is dropped, and said
   double soft_start = 0.5;      // ramp from zero to full force [s]
   double continuous_force = 0;  // what the motors bear for ever [N]; 0: as much as max_force
-  double slew = 2000;           // of a force that (re)appears [N/s]
+  double slew = 2000;           // of a force that grows by itself, not by the hand's motion [N/s]
   double velocity_limit = 2;    // of the handle [m/s]
   Vec3 workspace_centre_B{};    // [m]
   double workspace_radius = 0;  // a soft edge pushes back beyond it [m]; 0: none
@@ -28,19 +28,28 @@ struct SafetyState {
   Fault fault = Fault::kNone;
   uint64_t fault_clears = 0;  // of the request that was last carried out
   bool too_fast = false;      // until the handle has slowed down
-  bool slewing = true;        // the force has yet to catch up with what is asked for
   double heat = 0;            // low-passed |F|² [N²]
-  Vec3 held_B;                // force over the last tick [N]
+  Wrench held_B;              // over the last tick
   int64_t woke_ns = 0;        // of the last tick
-  Vec3 p_B;                   // last fresh sample [m]
+  Pose X_BH;                  // last fresh sample
   int64_t measured_ns = 0;    // and when it was true
   bool any_sample = false;
   bool jumped = false;  // this tick's sample is further than the hand can have moved
   PassivityState passivity;
 };
 
+/// What the handle feels at most per way and turn of its own: the coupling's stiffness in device
+/// units, where nothing else moves.
+struct HandleStiffness {
+  double translational = 0;  // [N/m]
+  double turning = 0;        // of the force, where the tool is off the handle [N/rad]
+  double rotational = 0;     // [N·m/rad]
+  double lever = 0;          // from the handle to the tool: of the force's torque [m]
+};
+
 struct SafetyInput {
   Wrench F_B;                   // what the solver asks for, on the handle, in B
+  HandleStiffness stiffness;    // of the coupling in force
   DeviceState device{};         // this tick's sample
   int64_t now_ns = 0;           // of the wake-up; never before the sample's own instant
   bool device_finite = true;    // it held no NaN or infinity
@@ -49,7 +58,6 @@ struct SafetyInput {
   bool force_closed = false;    // clutch held, paused or no free proxy pose: zero, then soft start
   bool restart = false;         // the proxy was placed anew: soft start from the present pose
   bool released = false;        // somebody may have put the device to zero since the last tick
-  bool new_constraint = false;  // a plane pushes that did not push in the tick before
   bool fading = false;          // contacts are too old: the force fades, or is gone
   Vec3 surface_velocity_B;      // of what is touched, in device units [m/s]
   uint64_t fault_clears = 0;    // of the ControlFrame in force
@@ -70,17 +78,17 @@ struct SafetyOutput {
 ///     slower than 0.1 m/s again): zero wrench, then soft start.
 ///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force; through the
 ///     soft start like the rest.
-///  4. slew: a force that re-engages (also after a release from outside) or belongs to a new
-///     constraint grows by at most slew·dt a tick, along, across and against the held one, until it
-///     has caught up; a tick that follows a late one counts for the time that has passed. An
-///     existing wall is never slowed, neither up nor down, because that would feed energy in.
-///  5. saturation, direction kept.
-///  6. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,
+///  4. saturation, direction kept.
+///  5. thermal budget: |F|² low-passed over 10 s; as it comes within a fifth of continuous_force²,
 ///     the limit goes from max_force to continuous_force.
+///  6. growth (force_growth.h): whatever contact says, the force grows by at most
+///     slew·dt + k·|motion of the handle since its last sample|, k the coupling's stiffness; a tick
+///     that follows a late one counts for the time that has passed. A wall at rest asks for no more
+///     than that, at any speed of the hand, so it is never slowed. What is held shrinks at once.
 ///  7. passivity observer and controller, on the force that is really held (passivity.h); not for
 ///     an open-loop device, where the force moves nothing, and not while contacts fade or are
 ///     stale: what is asked for then is the most that may be left.
-///  8. saturation of the sum.
+///  8. growth and saturation of the sum.
 /// The fade of stale contacts is in weigh_contacts, before it; the motors' clamp in the driver.
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt);

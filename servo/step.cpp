@@ -65,6 +65,14 @@ Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
   return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;
 }
 
+/// The coupling in force as the handle would feel it.
+HandleStiffness handle_stiffness(const DeviceMap& map, const Coupling& coupling) {
+  const double stiffness = map.force_scale * coupling.translational_stiffness;
+  const double lever = norm(map.X_HT.p);
+  return {map.motion_scale * stiffness, lever * stiffness,
+          map.force_scale * coupling.rotational_stiffness, lever};
+}
+
 /// Fills in what is known before contacts. False when the device sample cannot be used: the tool
 /// then keeps its last good pose.
 bool begin_frame(const ServoModel& model, ServoState& state, const ServoInput& input,
@@ -253,9 +261,9 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
 
   SafetyInput safety = note_inputs(model, state, input, frame);
   safety.F_B = device_wrench(model.map, frame.device.X_BH, frame.F_coupling_W);
+  safety.stiffness = handle_stiffness(model.map, state.coupling);
   safety.device_finite = usable;
   safety.contacts_finite = rendered.finite;
-  safety.new_constraint = rendered.is_new;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
   safety.surface_velocity_B = surface_in_device(model.map, rendered.surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);

@@ -48,7 +48,6 @@ struct ServoState {
   SoftProxyState body;
   RigidProxyState rigid;
   CoulombSolver friction{kMaxRigidContacts};  // of the rigid ones; nothing to forget
-  bool body_pushed = false;                   // in the last tick
   ContactAge age;
   SafetyState safety;
   Clutch clutch;
@@ -59,8 +58,6 @@ struct ServoState {
   int64_t t_ns = 0;
   uint64_t contact_generation = 0;
   ReseedMark reseeds;
-  std::array<uint64_t, 3> active{};  // features that pushed in the last tick
-  int n_active = 0;
   std::array<Wrench, kMaxObjects> object_impulse_W{};
 };
 

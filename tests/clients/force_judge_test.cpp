@@ -116,6 +116,17 @@ TEST_CASE("judge: more than the wall and its damper is caught") {
   CHECK(verdict.violations.front().t_ns == kStart + 400 * kMs);
 }
 
+TEST_CASE("judge: planes that are not there may push beyond the wall, but not in a step") {
+  // to 1.2 times the wall: in 5 ms, and in one
+  const auto lied = [](double time) {
+    return account([time](double t) { return 1 + 0.2 * std::clamp((t - 200) / time, 0.0, 1.0); });
+  };
+  CHECK(judge_force(kRules, lied(5), fault(Effect::kLies, 100, 300)).violations.empty());
+  const auto verdict = judge_force(kRules, lied(1), fault(Effect::kLies, 100, 300));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kRise);
+}
+
 TEST_CASE("judge: a force that returns in a step is caught") {
   const auto verdict = judge_force(kRules, account([](double t) {
                                      return t < 300 ? faded(t) : t < 500 ? 0 : 1;

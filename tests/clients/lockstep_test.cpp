@@ -104,7 +104,7 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
     const double depth = wall - f.X_WT.p.x;
     CAPTURE(frames, depth, f.n_contacts, f.F_device_B.f.x);
     // one recording begins inside the wall: no contact has answered its first sample yet, and the
-    // force it then meets appears at the slew limit
+    // force it then meets grows by the slew limit and the hand's own motion
     if (depth > 0 && frames >= options.contact_latency) {
       ++pressed;
       REQUIRE(f.n_contacts > 0);
@@ -112,7 +112,11 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
           std::min(config.coupling.translational_stiffness * depth, config.safety.max_force);
       const bool slewing = (f.flags & haptic::kServoSlewing) != 0;
       slewed += slewing;
-      const double exact = slewing ? held + config.safety.slew / config.servo_rate : wall_force;
+      const double moved =
+          frames > 0 ? norm(f.device.X_BH.p - trace.samples[frames - 1].X_BH.p) : 0;
+      const double grown =
+          config.safety.slew / config.servo_rate + config.coupling.translational_stiffness * moved;
+      const double exact = slewing ? held + grown : wall_force;
       REQUIRE(exact <= wall_force);
       REQUIRE(std::fabs(f.F_device_B.f.x - exact) <= tol(1e-9) * exact);
       peak = std::max(peak, f.F_device_B.f.x);

@@ -67,6 +67,13 @@ TEST_CASE("fault: contacts a second late are never rendered") {
   CHECK(s.is_pressing());
 }
 
+TEST_CASE("fault: planes that are not there push no faster than slew and hand allow") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  s.inject(FaultKind::kContactLies);
+  CHECK(s.is_pressing());
+}
+
 TEST_CASE("fault: sim is killed or stands still, and the hand does not notice") {
   if (!programs_are_built()) return;
   FaultedSession s;

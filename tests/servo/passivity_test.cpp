@@ -187,13 +187,11 @@ TEST_CASE("passivity: taps come back with no more energy than without the safety
     haptic::SafetyLimits limits{.max_force = 100, .max_torque = 1, .soft_start = 0};
     haptic::SafetyState state;
     state.gain = 1;
-    bool touched = false;
     for (int k = 0; k < 1000; ++k) {
       haptic::SafetyInput input;
       const bool inside = mass.x < 0;
+      input.stiffness.translational = stiffness;
       input.F_B.f = {inside ? -stiffness * mass.x : 0, 0, 0};
-      input.new_constraint = inside && !touched;
-      touched = inside;
       input.device.X_BH.p = {mass.x, 0, 0};
       input.device.V_BH.v = {mass.v, 0, 0};
       input.now_ns = input.device.t_ns = k * kTickNs;

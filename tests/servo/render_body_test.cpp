@@ -113,12 +113,9 @@ TEST_CASE("servo: a point that takes over from a body begins anew", "[servo][tra
   model.limits.slew = 1;
   ServoState state;
   step_armed(model, state, input_at(1, {0, 0, -1e-3}, soft.get()));
-  CHECK(state.body_pushed);
-  CHECK(state.n_active == 0);
   const auto hard = set_of({plane({0, 0, 1}, {})});
   const ServoFrame f = step_armed(model, state, input_at(2, {0, 0, -1e-3}, hard.get()));
-  CHECK_FALSE(state.body_pushed);
-  // what appears is new, so it slews
+  // the hand has not moved: what appears comes slowly
   CHECK((f.flags & haptic::kServoSlewing) != 0);
 }
 

@@ -86,28 +86,18 @@ TEST_CASE("servo: a free god-object with six degrees of freedom feels exactly no
   }
 }
 
-TEST_CASE("servo: what touches a rigid tool first is new, what follows is not", "[servo]") {
+TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly", "[servo]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   Session session(*floor_set(renderer));
   session.model.limits.slew = 100;
-  session.tick({0, 0, 1e-3});
-  CHECK_FALSE(session.state.body_pushed);
   ServoFrame f{};
-  int slewing = 0, ticks = 0;
-  for (; ticks < 200; ++ticks) {
+  double last = 0;
+  for (int i = 0; i < 200; ++i) {
     f = session.tick({0, 0, -5e-3});
-    slewing += (f.flags & kServoSlewing) != 0 ? 1 : 0;
+    REQUIRE(norm(f.F_device_B.f) - last <= 0.1 * (1 + 1e-9));
+    last = norm(f.F_device_B.f);
   }
-  CHECK(session.state.body_pushed);
-  // the mass is felt before it touches
-  if (renderer == Renderer::kGodObject6) CHECK(slewing > 0);
-  CHECK(slewing < ticks);
-  // another wall, well inside the first, comes in by itself
-  session.set().contacts[4] = session.set().contacts[0];
-  Contact& wall = session.set().contacts[4];
-  wall.normal_O = wall.shading_normal_O = {1, 0, 0};
-  session.set().n_contacts = 5;
-  f = session.tick({-1e-3, 0, -5e-3});
+  CHECK(last > 1);
   CHECK((f.flags & kServoSlewing) == 0);
 }
 
@@ -194,6 +184,5 @@ TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another rend
     session.tick({0, 0, 1e-3}, {}, &control);
     CHECK(started());
     CHECK_FALSE(session.state.body.started);
-    CHECK(session.state.n_active == 0);
   }
 }

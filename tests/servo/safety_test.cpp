@@ -3,6 +3,7 @@
 #include "servo/safety.h"
 
 #include <limits>
+#include <random>
 
 #include "tests/support/near.h"
 
@@ -17,14 +18,15 @@ using haptic::test::IsNear;
 namespace {
 
 constexpr double kDt = 1e-3;
-const SafetyLimits kLimits{.max_force = 5, .max_torque = 0.1, .soft_start = 0};
+// where a test is not about its growth the force is free to step
+const SafetyLimits kLimits{.max_force = 5, .max_torque = 0.1, .soft_start = 0, .slew = 1e9};
+const SafetyLimits kGrowing{.max_force = 5, .max_torque = 0.1, .soft_start = 0, .slew = 2000};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
 
 SafetyState warm() {
   SafetyState state;
   state.gain = 1;
-  state.slewing = false;
   return state;
 }
 SafetyInput asking(const Wrench& F_B) {
@@ -265,51 +267,131 @@ TEST_CASE("safety: not armed is zero, arming starts softly", "[servo]") {
 TEST_CASE("safety: after a release from outside the force rises from zero", "[servo]") {
   SafetyState state = warm();
   const Wrench F{{4, 0, 0}, {}};
-  CHECK(make_safe(kLimits, state, asking(F), kDt).F_B == F);
+  for (int k = 0; k < 2; ++k) make_safe(kGrowing, state, asking(F), kDt);
+  CHECK(state.held_B == F);
   SafetyInput input = asking(F);
   input.released = true;
-  const SafetyOutput first = make_safe(kLimits, state, input, kDt);
-  CHECK(first.F_B.f.x == Approx(kLimits.slew * kDt));
+  const SafetyOutput first = make_safe(kGrowing, state, input, kDt);
+  CHECK(first.F_B.f.x == Approx(kGrowing.slew * kDt));
   CHECK((first.flags & haptic::kServoSlewing) != 0);
-  CHECK(make_safe(kLimits, state, asking(F), kDt).F_B == F);
+  CHECK(make_safe(kGrowing, state, asking(F), kDt).F_B == F);
 }
 
-TEST_CASE("safety: slew limits what appears, never a wall that is there", "[servo]") {
-  SafetyState state = warm();
-  const double step = kLimits.slew * kDt;
-  // a wall that is there: up and down at once
-  CHECK(make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt).F_B.f.x == 4);
-  CHECK(make_safe(kLimits, state, asking({{0.5, 0, 0}, {}}), kDt).F_B.f.x == 0.5);
-  // a new constraint: up at the limit, in its own direction, until it has caught up
-  SafetyInput fresh = asking({{0, 4.8, 0}, {}});
-  fresh.new_constraint = true;
-  const SafetyOutput first = make_safe(kLimits, state, fresh, kDt);
-  CHECK_THAT(first.F_B.f, IsNear({0, step, 0}, 1e-12));
-  CHECK((first.flags & haptic::kServoSlewing) != 0);
-  fresh.new_constraint = false;
-  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(2 * step));
-  CHECK(make_safe(kLimits, state, fresh, kDt).F_B.f.y == Approx(4.8));
-  // a new one that asks for less is not held up
-  SafetyInput less = asking({{0, 1, 0}, {}});
-  less.new_constraint = true;
-  CHECK(make_safe(kLimits, state, less, kDt).F_B.f.y == 1);
-}
-
-TEST_CASE("safety: slew counts the time that has passed, not the ticks", "[servo]") {
+TEST_CASE("safety: the growth counts the time that has passed, not the ticks", "[servo]") {
   SafetyState state = warm();
   SafetyInput input = asking({{4.9, 0, 0}, {}});
   const auto at = [&](double ms) {
     input.now_ns = static_cast<int64_t>(1e6 * ms);
-    const double force = make_safe(kLimits, state, input, kDt).F_B.f.x;
+    const double force = make_safe(kGrowing, state, input, kDt).F_B.f.x;
     input.released = false;
     return force;
   };
   at(1);
   input.released = true;
   // a tick that comes 10.6 ms late counts for one, the next, 0.4 ms later, for 0.4
-  CHECK(at(12.6) == Approx(kLimits.slew * kDt));
-  CHECK(at(13) == Approx(1.4 * kLimits.slew * kDt));
-  CHECK(at(14) == Approx(2.4 * kLimits.slew * kDt));
+  CHECK(at(12.6) == Approx(kGrowing.slew * kDt));
+  CHECK(at(13) == Approx(1.4 * kGrowing.slew * kDt));
+  CHECK(at(14) == Approx(2.4 * kGrowing.slew * kDt));
+}
+
+TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and hand allow",
+          "[servo]") {
+  // any wrench, any motion of the hand below the velocity limit, closed loop or open
+  std::mt19937 rng(15);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto any = [&](double most) { return most * Vec3{unit(rng), unit(rng), unit(rng)}; };
+  const double stiffness = 800;
+  SafetyState state = warm();
+  SafetyInput input;
+  input.stiffness.translational = stiffness;
+  input.surface_velocity_B = {0.1, 0, 0};
+  Vec3 last_p, last_F;
+  double largest = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    // a lie, a lie that stays, or the truth
+    if (k % 3 != 0) input.F_B.f = any(20);
+    input.device.X_BH.p += any(1e-3);
+    input.device.V_BH.v = {};
+    input.device.t_ns = input.now_ns = int64_t{1'000'000} * (k + 1);
+    input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed;
+    if (k > 10'000) input.device.flags |= haptic::kDeviceOpenLoop;
+    const Vec3 F = make_safe(kGrowing, state, input, kDt).F_B.f;
+    const double moved = norm(input.device.X_BH.p - last_p);
+    const double most = kGrowing.slew * kDt + (k > 0 ? stiffness * moved : 0);
+    CAPTURE(k, norm(F), norm(last_F), moved);
+    REQUIRE(norm(F) - norm(last_F) <= most * (1 + 1e-12));
+    // nor in any direction: of the force before it any part may be left
+    const double length2 = norm_squared(last_F);
+    const double share = length2 > 0 ? std::clamp(dot(F, last_F) / length2, 0.0, 1.0) : 0;
+    REQUIRE(norm(F - share * last_F) <= most * (1 + 1e-12));
+    largest = std::max(largest, norm(F));
+    last_p = input.device.X_BH.p;
+    last_F = F;
+  }
+  CHECK(largest == Approx(kGrowing.max_force));
+}
+
+TEST_CASE("safety: a slap of 1.5 m/s on a stiff wall is not slowed", "[servo]") {
+  // twice the slew limit in each tick, and straight into it
+  const double stiffness = GENERATE(500.0, 3000.0), speed = 1.5;
+  const Vec3 normal = normalized(Vec3{1, 2, -2});
+  SafetyLimits limits = kGrowing;
+  limits.max_force = 40;
+  SafetyState state = warm();
+  SafetyInput input;
+  input.stiffness.translational = stiffness;
+  input.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
+  for (int k = -5; k < 5; ++k) {
+    const double depth = std::max(0.0, (k + 0.4) * speed * kDt);
+    input.device.X_BH.p = -((k + 0.4) * speed * kDt) * normal;
+    input.device.t_ns = input.now_ns = 1'000'000 * (k + 6);
+    input.F_B.f = stiffness * depth * normal;
+    const SafetyOutput out = make_safe(limits, state, input, kDt);
+    CAPTURE(k, depth);
+    CHECK(out.F_B == input.F_B);
+    CHECK((out.flags & haptic::kServoSlewing) == 0);
+  }
+}
+
+TEST_CASE("safety: what is held goes at once, what comes is slow", "[servo]") {
+  SafetyState state = warm();
+  const double step = kGrowing.slew * kDt;
+  const auto ask = [&](const Vec3& f) { return make_safe(kGrowing, state, asking({f, {}}), kDt); };
+  CHECK(ask({4, 0, 0}).F_B.f.x == step);
+  CHECK(ask({4, 0, 0}).F_B.f.x == 4);
+  CHECK(ask({0.5, 0, 0}).F_B.f.x == 0.5);
+  // into a corner: the wall that is there stays as it is
+  ask({2, 0, 0});
+  CHECK_THAT(ask({2, 3, 0}).F_B.f, IsNear({2, step, 0}, 1e-12));
+  // a wall on the other side
+  ask({2, 0, 0});
+  const SafetyOutput other = ask({-4.9, 0, 0});
+  CHECK_THAT(other.F_B.f, IsNear({-step, 0, 0}, 1e-12));
+  CHECK((other.flags & haptic::kServoSlewing) != 0);
+}
+
+TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it", "[servo]") {
+  SafetyLimits limits = kGrowing;
+  limits.slew = 1000;
+  SafetyState state = warm();
+  // a fifth of the largest force and torque a tick
+  const SafetyOutput first = make_safe(limits, state, asking({{}, {0, 0, 0.09}}), kDt);
+  CHECK_THAT(first.F_B.t, IsNear({0, 0, 0.02}, 1e-15));
+  CHECK((first.flags & haptic::kServoSlewing) != 0);
+  // that of a force that comes slowly comes as slowly
+  state = warm();
+  const SafetyOutput both = make_safe(limits, state, asking({{4, 0, 0}, {0, 0, 0.04}}), kDt);
+  CHECK_THAT(both.F_B.f, IsNear({1, 0, 0}, 1e-15));
+  CHECK_THAT(both.F_B.t, IsNear({0, 0, 0.01}, 1e-15));
+  // what the hand's own turn brings is not slowed
+  state = warm();
+  SafetyInput turned = asking({});
+  turned.stiffness.rotational = 1;
+  turned.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
+  make_safe(limits, state, turned, kDt);
+  turned.F_B.t = {0, 0, 0.05};
+  turned.device.X_BH.q = haptic::from_rotation_vector({0, 0, -0.05});
+  CHECK(make_safe(limits, state, turned, kDt).F_B == turned.F_B);
 }
 
 TEST_CASE("safety: where contacts fade the passivity controller adds nothing", "[servo]") {
@@ -331,21 +413,6 @@ TEST_CASE("safety: where contacts fade the passivity controller adds nothing", "
   };
   CHECK(pushed(false) > 0.05);
   CHECK(pushed(true) == 0);
-}
-
-TEST_CASE("safety: slew limits a new constraint across and against the held force", "[servo]") {
-  SafetyState state = warm();
-  const double step = kLimits.slew * kDt;
-  make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt);
-  // into a corner: the wall that is there stays as it is
-  SafetyInput corner = asking({{4, 3, 0}, {}});
-  corner.new_constraint = true;
-  CHECK_THAT(make_safe(kLimits, state, corner, kDt).F_B.f, IsNear({4, step, 0}, 1e-12));
-  // a wall on the other side: what is held goes at once, what comes is slow
-  make_safe(kLimits, state, asking({{4, 0, 0}, {}}), kDt);
-  SafetyInput other = asking({{-4.9, 0, 0}, {}});
-  other.new_constraint = true;
-  CHECK_THAT(make_safe(kLimits, state, other, kDt).F_B.f, IsNear({-step, 0, 0}, 1e-12));
 }
 
 TEST_CASE("safety: the thermal budget brings the limit down to what the motors bear", "[servo]") {
