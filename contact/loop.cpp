@@ -10,6 +10,8 @@ namespace haptic {
 namespace {
 
 constexpr int kFifoPriority = 60;
+constexpr int64_t kWarmUpLookNs = 10'000'000;
+constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it need not run
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
 
 BakedSession bake_told(const SessionConfig& config) {
@@ -20,6 +22,19 @@ BakedSession bake_told(const SessionConfig& config) {
   return bake_session(config, told);
 }
 
+/// One step for nobody, so that the first that counts finds its code and its meshes where they are
+/// needed. Waits a while for a question.
+void warm_up(const ContactModel& model, ContactState& state,
+             RingSource<&ServoChannels::frames>& hand) {
+  ServoFrame question{};
+  for (int i = 0; i < kWarmUpLooks && !stop_requested(); ++i) {
+    sleep_until(now_ns() + kWarmUpLookNs);
+    if (!hand.latest(question)) continue;
+    contact_step(model, state, question, nullptr);
+    return;
+  }
+}
+
 }  // namespace
 
 int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
@@ -28,12 +43,24 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   auto scenes = child.ring<&SimChannels::frames>(Start::kOldest);
   const BakedSession baked = bake_told(child.config());
   const ContactModel model = build_contact_model(child.config(), baked.shapes());
-  const auto state = std::make_unique<ContactState>(model);
-  child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
+  auto state = std::make_unique<ContactState>(model);
+  child.attach();
+  if (arguments.spare_fd >= 0) {
+    warm_up(model, *state, hand);
+    state = std::make_unique<ContactState>(model);
+  }
+  child.enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   ServoFrame question{};
   SceneFrame scene{};
   bool any_scene = false;
+  const auto look = [&] {
+    // what their dead writers have left is freed once it is read
+    any_scene |= scenes.latest(scene);
+    hand.latest(question);
+  };
+  if (!await_turn(arguments.spare_fd, look)) return kExitClean;
+  child.offer();
   DeadlineClock clock(period_ns(child.config().contact_poll_rate));
   while (!child.stopping()) {
     child.beat(clock.wait());

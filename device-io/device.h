@@ -44,7 +44,7 @@ class Device {
   virtual void write(const Wrench& F_B) = 0;
 
   /// Zero wrench, whatever came before. Idempotent; called on every way out. May wait for the
-  /// device to confirm it, 20 ms at most.
+  /// device to confirm it, 40 ms at most.
   virtual void stop() = 0;
 
   /// The same from outside of the process, by whoever holds the node open.

@@ -26,8 +26,10 @@ constexpr int64_t kAskAgainMostNs = 100 * kMs;  // of a silent device: it will h
 constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // a line may have been under way
 constexpr int64_t kGreetingNs = 2000 * kMs;
 constexpr int64_t kGreetingRoundNs = 50 * kMs;
-constexpr int kStopAttempts = 4;
+constexpr int64_t kStopNs = 40 * kMs;  // a device may be held up as long as the hand is promised
 constexpr int64_t kStopWaitNs = 5 * kMs;
+constexpr int64_t kQuietNs =
+    2 * kMs;  // then every line that met another one has been complained of
 constexpr int kReadsPerTick = 4;
 constexpr size_t kBytesPerRead = 256;
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: no arm, but noise
@@ -221,15 +223,21 @@ bool WoodenHaptics::ask(const Milliamperes& currents) {
   return true;
 }
 
+/// The firmware drops a line that meets another one and complains of each: what is under way comes
+/// to its end before zero is said, and once more until it is confirmed.
 void WoodenHaptics::stop() {
   EncoderReply reply;
-  // the firmware drops a line that meets another one: once more until it is confirmed
-  for (int i = 0; i < kStopAttempts && !gone_; ++i) {
-    const int64_t until_ns = haptic::now_ns() + kStopWaitNs;
-    if (awaiting_ && i == 0) wait_for_answer(until_ns, reply);
+  const int64_t give_up_ns = haptic::now_ns() + kStopNs;
+  const auto wait = [&](int64_t patience_ns) {
+    return wait_for_answer(std::min(haptic::now_ns() + patience_ns, give_up_ns), reply);
+  };
+  if (awaiting_) wait(kStopWaitNs);
+  do {
     ask({});
-    if (wait_for_answer(until_ns, reply) && reply.error == 0) return;
-  }
+    if (wait(kStopWaitNs) && reply.error == 0) return;
+    while (wait(kQuietNs)) {
+    }
+  } while (!gone_ && haptic::now_ns() < give_up_ns);
 }
 
 DeviceRelease WoodenHaptics::release() const {

@@ -300,8 +300,6 @@ bool HandoutServer::accept_client() {
 }
 
 FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
-  std::erase_if(peers_,
-                [id](const auto& p) { return p.second.is_child && p.second.may_offer == id; });
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) {
     throw_errno("cannot make a socket pair for a child");
@@ -310,6 +308,13 @@ FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
   Peer peer{FileDescriptor(ends[0]), true, id, generation};
   if (!add_peer(std::move(peer))) throw_errno("cannot hand the segments to a child");
   return child_end;
+}
+
+void HandoutServer::forget_children(SegmentId id, uint64_t before_generation) {
+  std::erase_if(peers_, [&](const auto& p) {
+    const Peer& peer = p.second;
+    return peer.is_child && peer.may_offer == id && peer.generation < before_generation;
+  });
 }
 
 void HandoutServer::announce(SegmentId id, uint64_t generation, const char* name, int fd) {
@@ -470,6 +475,9 @@ void Attachments::start() {
 }
 
 void Attachments::run() {
+  if (options_.fifo_priority > 0) {
+    enter_realtime({.fifo_priority = options_.fifo_priority, .lock_memory = false});
+  }
   bool retiring = false;
   for (;;) {
     pollfd waiting[] = {{socket_.get(), POLLIN, 0}, {stop_event_.get(), POLLIN, 0}};

@@ -67,9 +67,12 @@ class HandoutServer {
   /// Hands out a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
   void announce(SegmentId id, uint64_t generation, const char* name, int fd);
 
-  /// A socket pair for a child that may offer segment `id` from `generation` on; a former child
-  /// with that id is forgotten. Returns the child's end, which is closed on exec unless kept.
+  /// A socket pair for a child that may offer segment `id` from `generation` on. Returns the
+  /// child's end, which is closed on exec unless kept.
   FileDescriptor connect_child(SegmentId id, uint64_t generation);
+
+  /// Children of that id and an older generation are dead: nothing they still say is heard.
+  void forget_children(SegmentId id, uint64_t before_generation);
 
   /// Puts lock and socket back where somebody has removed them (with the runtime folder, perhaps);
   /// true: that was so. Throws HandoutError where another server has taken the name meanwhile.
@@ -317,13 +320,14 @@ class RingSource<kMember> {
 
 struct AttachOptions {
   bool lock_memory = false;  // mlock each segment
+  int fifo_priority = 0;     // of the attach thread, where it is granted; 0: normal
   /// Both run on the attach thread.
   std::function<void(const std::string&)> on_error = {};  // a segment was refused: one line
   std::function<void()> on_closed = {};                   // hapticd is gone, or dropped us
 };
 
-/// Receives announcements on a thread of normal priority, maps, checks and prefaults what comes and
-/// links it in with one atomic store; frees a generation once every reader is past it. Sources are
+/// Receives announcements on a thread of its own, maps, checks and prefaults what comes and links
+/// it in with one atomic store; frees a generation once every reader is past it. Sources are
 /// made before start() and must not be used after the Attachments are gone. Generations nobody
 /// reads on from stay mapped: that is the price of an exact loss count.
 class Attachments {

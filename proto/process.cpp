@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -47,7 +48,7 @@ int fail(const char* program, const char* what, int code) {
 
 ChildArguments parse_child_arguments(int argc, char** argv) {
   ChildArguments arguments;
-  bool ok = argc == 7 || argc == 9;
+  bool ok = argc == 7 || argc == 9;  // at most one of the last two
   for (int i = 1; ok && i + 1 < argc; i += 2) {
     const std::string_view key = argv[i];
     if (key == "--config-fd") {
@@ -56,15 +57,16 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
       ok = parse_number(argv[i + 1], arguments.control_fd);
     } else if (key == "--device-fd") {
       ok = parse_number(argv[i + 1], arguments.device_fd);
+    } else if (key == "--spare-fd") {
+      ok = parse_number(argv[i + 1], arguments.spare_fd);
     } else {
       ok = key == "--generation" && parse_number(argv[i + 1], arguments.generation);
     }
   }
   if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
     throw std::invalid_argument(
-        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D]; "
-        "start 'hapticd "
-        "CONFIG.toml' instead");
+        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D | "
+        "--spare-fd S]; start 'hapticd CONFIG.toml' instead");
   }
   return arguments;
 }
@@ -149,6 +151,21 @@ void die_with_parent(int control_fd) {
   if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) raise(SIGTERM);
 }
 
+bool await_turn(int spare_fd, const std::function<void()>& look) {
+  constexpr int kLookMs = 1000;
+  if (spare_fd < 0) return true;
+  send(spare_fd, &kSpareReady, 1, MSG_NOSIGNAL);
+  while (!stop_requested()) {
+    pollfd told{spare_fd, POLLIN, 0};
+    if (poll(&told, 1, kLookMs) > 0) {
+      char word = 0;
+      return recv(spare_fd, &word, 1, 0) == 1 && word == kSpareTurn;
+    }
+    look();
+  }
+  return false;
+}
+
 SessionConfig read_config(int config_fd) {
   const FileDescriptor fd(config_fd);
   struct stat status {};
@@ -166,6 +183,7 @@ SessionConfig read_config(int config_fd) {
 
 AttachOptions child_attach_options(const SessionConfig& config) {
   return {.lock_memory = config.realtime != 0,
+          .fifo_priority = config.realtime != 0 ? kHousekeepingPriority : 0,
           .on_error = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); },
           .on_closed = request_stop};
 }

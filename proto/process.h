@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -36,6 +37,12 @@
 ///   int main(int argc, char** argv) { return haptic::run_child(argc, argv, run); }
 namespace haptic {
 
+/// SCHED_FIFO of whoever replaces what died: hapticd's main thread and the threads that map a new
+/// writer's segment. Below every loop of a session (contact 60, servo 80), and above whatever else
+/// runs: a thread of normal priority waits tens of milliseconds for a processor on a busy machine,
+/// and cannot even die before.
+inline constexpr int kHousekeepingPriority = 40;
+
 /// Exit codes of the children, as hapticd understands them.
 inline constexpr int kExitClean = 0;
 inline constexpr int kExitCrash = 1;     // restart it
@@ -48,13 +55,14 @@ struct DeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, and to
-/// the servo of a device with a node --device-fd D.
+/// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, to the
+/// servo of a device with a node --device-fd D, and to a spare --spare-fd S.
 struct ChildArguments {
   int config_fd = -1;   // sealed memfd with a SessionConfig
   int control_fd = -1;  // this end of the socket pair
   uint64_t generation = 0;
   int device_fd = -1;  // the open device node; −1: the servo opens it itself
+  int spare_fd = -1;   // over which a spare is told that its turn has come; −1: it is no spare
 };
 
 /// Throws std::invalid_argument with the usage line.
@@ -89,6 +97,13 @@ uint64_t start_time_of(pid_t pid);
 /// shows (a pid could not: it may be reused).
 void die_with_parent(int control_fd);
 
+/// The word that a spare says over its socket once it waits, and the one that ends its wait.
+inline constexpr char kSpareReady = 'r', kSpareTurn = 't';
+
+/// A spare's wait until its predecessor is dead; who is no spare goes on at once. It sleeps, and
+/// calls `look` once a second. False: it is asked to stop, or hapticd is gone.
+bool await_turn(int spare_fd, const std::function<void()>& look);
+
 /// A copy of the configuration in a sealed memfd. Throws SegmentError where the size is not that of
 /// a SessionConfig of this build.
 SessionConfig read_config(int config_fd);
@@ -120,24 +135,37 @@ class Child {
     return attachments_.ring<kMember>(start);
   }
 
-  /// Offers the segment, starts to attach the others, catches the stop signals, then makes this
-  /// thread as real time as the session wants and the kernel grants (both in the header and in the
-  /// kStarted event), and says that it runs. Without `realtime` in the config nothing is asked for.
-  RealtimeReport start(RealtimeOptions wanted) {
-    offer_segment(arguments_.control_fd, Channels::kId, arguments_.generation, Channels::kName,
-                  segment_.fd());
+  /// attach(), enter_realtime() and offer() in one.
+  void start(const RealtimeOptions& wanted) {
+    attach();
+    enter_realtime(wanted);
+    offer();
+  }
+
+  /// Starts to attach the others' segments and catches the stop signals.
+  void attach() {
     attachments_.start();
     catch_stop_signals();
+  }
+
+  /// Makes this thread as real time as the session wants and the kernel grants (both in the header
+  /// and in the kStarted event). Without `realtime` in the config nothing is asked for.
+  void enter_realtime(RealtimeOptions wanted) {
     if (config_.realtime == 0) wanted = {.fifo_priority = 0, .lock_memory = false};
-    const RealtimeReport report = enter_realtime(wanted);
-    segment_.set_realtime(report);
+    realtime_ = haptic::enter_realtime(wanted);
+    segment_.set_realtime(realtime_);
+  }
+
+  /// Offers the segment and says that its writer runs: from now on it is heard.
+  void offer() {
     segment_.beat(0, now_ns());
     segment_.set_state(SegmentState::kRun);
     event(EventCode::kStarted,
           {static_cast<double>(segment_.header().pid.load()),
-           static_cast<double>(arguments_.generation), static_cast<double>(report.bits),
-           static_cast<double>(report.fifo_errno), static_cast<double>(report.memory_errno)});
-    return report;
+           static_cast<double>(arguments_.generation), static_cast<double>(realtime_.bits),
+           static_cast<double>(realtime_.fifo_errno), static_cast<double>(realtime_.memory_errno)});
+    offer_segment(arguments_.control_fd, Channels::kId, arguments_.generation, Channels::kName,
+                  segment_.fd());
   }
 
   /// Whether SIGTERM, SIGINT or the end of hapticd asks the loop to end.
@@ -171,6 +199,7 @@ class Child {
   SessionConfig config_;
   SegmentWriter<Channels> segment_;
   Attachments attachments_;
+  RealtimeReport realtime_;
   Tick last_tick_{};
 };
 

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/supervisor.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <sys/signalfd.h>
-#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -33,16 +31,11 @@ constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while somebody waits for th
 constexpr int64_t kEchoPatienceNs = 1000 * kMs;
 constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
 constexpr int64_t kStopNs = 2000 * kMs;
+constexpr int64_t kLongestRestNs = 5 * kMs;   // a tenth of what a contact's replacement may take
 constexpr int64_t kRetryStartNs = 500 * kMs;  // where the kernel has no room for a process
-constexpr int kExitNoProgram = 127;
+constexpr int64_t kSpareAfterNs = 500 * kMs;  // a contact has begun: its mesh is baked, all is calm
+constexpr const char* kSpareName = "contact0 spare";
 constexpr int kMostDeathsUnborn = 8;  // about five seconds of trying
-
-sigset_t stop_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
-  return set;
-}
 
 /// From now on the signals are read from a descriptor.
 FileDescriptor take_signals() {
@@ -50,24 +43,6 @@ FileDescriptor take_signals() {
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_IGN);
   return FileDescriptor(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
-}
-
-/// After fork: only calls that are safe in a copy of a process with threads.
-[[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept, int said) {
-  const sigset_t set = stop_signals();
-  sigprocmask(SIG_UNBLOCK, &set, nullptr);
-  signal(SIGPIPE, SIG_DFL);
-  // own group: Ctrl-C reaches hapticd alone, which stops the servo first
-  setpgid(0, 0);
-  dup2(said, STDERR_FILENO);
-  for (const int fd : kept) fcntl(fd, F_SETFD, 0);
-  execv(path, argv);
-  _exit(kExitNoProgram);
-}
-
-std::string how_it_ended(int status) {
-  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status));
-  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
 }  // namespace
@@ -85,6 +60,7 @@ Supervisor::Supervisor(const SessionConfig& config, const std::string& session, 
                   {"haptic-contact", SegmentId::kContact0, "contact0",
                    period_ns(config.contact_poll_rate)},
                   {"haptic-servo", SegmentId::kServo0, "servo0", period_ns(config.servo_rate)}}},
+      spare_(true),
       attachments_(connect_session(session), {.on_error =
                                                   [&log](const std::string& what) {
                                                     log.write(LogLevel::kError, "hapticd", what);
@@ -113,6 +89,9 @@ int Supervisor::run() {
   server_.announce(SegmentId::kControl, 1, ControlChannels::kName, control_.fd());
   attachments_.start();
   if (guard_) guard_->start();
+  if (config_.realtime != 0) {
+    enter_realtime({.fifo_priority = kHousekeepingPriority, .lock_memory = false});
+  }
   // the servo last: a hand must not get inside an object while its mesh is still being read
   Process& servo = processes_.back();
   for (Process& process : processes_) {
@@ -137,39 +116,49 @@ int Supervisor::run() {
     if (t_ns >= next_look_ns) {
       write_events();
       for (Process& process : processes_) watch_pulse(process, t_ns, t_ns - next_look_ns);
+      watch_spare(t_ns);
       watch_device(t_ns);
       watch_place();
       tell_waiting(t_ns);
       log_.drain();
       next_look_ns = t_ns + kLookPeriodNs;
     }
+    rest();
   }
   stop_children();
   write_events();
   return exit_code_;
 }
 
+/// However much is asked of hapticd, half of a processor is left to those below it, and it sleeps
+/// often enough not to be taken for a runaway loop.
+void Supervisor::rest() const {
+  const int64_t t_ns = now_ns();
+  sleep_until(t_ns + std::min(t_ns - woke_ns_, kLongestRestNs));
+}
+
 void Supervisor::wait_for_work(int64_t until_ns) {
-  std::array<pollfd, 9> waiting{};
+  std::array<pollfd, 11> waiting{};
   waiting[0] = {server_.poll_fd(), POLLIN, 0};
   waiting[1] = {signals_.get(), POLLIN, 0};
+  waiting[2] = {commands_.poll_fd(), POLLIN, 0};
+  // poll ignores the −1 of a process that does not run
+  const auto wait_for = [&](size_t i, const ChildProcess& child) {
+    waiting[3 + 2 * i] = {child.pidfd.get(), POLLIN, 0};
+    waiting[4 + 2 * i] = {child.output_fd(), POLLIN, 0};
+  };
   for (size_t i = 0; i < processes_.size(); ++i) {
-    // poll ignores the −1 of a process that does not run
-    waiting[2 + i] = {processes_[i].pidfd.get(), POLLIN, 0};
-    waiting[5 + i] = {processes_[i].output ? processes_[i].output->poll_fd() : -1, POLLIN, 0};
+    wait_for(i, processes_[i].child);
     until_ns = std::min(until_ns, start_time(processes_[i]));
   }
-  waiting[8] = {commands_.poll_fd(), POLLIN, 0};
+  wait_for(processes_.size(), spare_.process);
   if (!unanswered_.empty()) until_ns = std::min(until_ns, now_ns() + kEchoPeriodNs);
   const int64_t left_ns = std::max<int64_t>(until_ns - now_ns(), 0);
   poll(waiting.data(), waiting.size(), static_cast<int>((left_ns + kMs - 1) / kMs));
-  for (Process& process : processes_) write_output(process, false);
-  if (waiting[0].revents != 0) {
-    server_.serve([this](const Announcement& offer, int) {
-      Process& servo = processes_.back();
-      if (offer.id == SegmentId::kContact0 && servo.generation == 0) servo.restart_at_ns = 0;
-    });
-  }
+  woke_ns_ = now_ns();
+  for (Process& process : processes_) write_output(process.name, process.child, false);
+  write_output(kSpareName, spare_.process, false);
+  if (waiting[0].revents != 0) server_.serve([this](const Announcement& a, int) { take_offer(a); });
   commands_.serve([this](uint64_t peer, std::string_view line) { take_command(peer, line); });
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
@@ -179,12 +168,20 @@ void Supervisor::wait_for_work(int64_t until_ns) {
   }
 }
 
-void Supervisor::write_output(Process& process, bool ended) {
-  if (!process.output) return;
-  const auto use = [&](const std::string& line) {
-    log_.write(LogLevel::kInfo, process.name, line);
-  };
-  ended ? process.output->flush(use) : process.output->read(use);
+void Supervisor::take_offer(const Announcement& offer) {
+  for (Process& process : processes_) {
+    if (process.id == offer.id) process.offered_generation = offer.generation;
+  }
+  Process& servo = processes_.back();
+  if (offer.id != SegmentId::kContact0) return;
+  if (servo.generation == 0) servo.restart_at_ns = 0;
+  spare_.wait_until(now_ns() + kSpareAfterNs);
+}
+
+void Supervisor::write_output(const char* name, ChildProcess& child, bool ended) {
+  if (!child.output) return;
+  const auto use = [&](const std::string& line) { log_.write(LogLevel::kInfo, name, line); };
+  ended ? child.output->flush(use) : child.output->read(use);
 }
 
 void Supervisor::take_command(uint64_t peer, std::string_view line) {
@@ -233,15 +230,18 @@ std::string Supervisor::status() noexcept {
   std::string text = "{\"processes\": [";
   for (const Process& process : processes_) {
     const SegmentHeader* header = header_of(process);
-    const bool runs = process.pid >= 0 && header != nullptr &&
+    const bool runs = process.child.is_running() && header != nullptr &&
                       header->generation.load() == process.generation &&
                       header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
     text += std::string(&process == processes_.data() ? "" : ", ") + "{\"name\": \"" +
-            process.name + "\", \"pid\": " + std::to_string(process.pid) +
+            process.name + "\", \"pid\": " + std::to_string(process.child.pid) +
             ", \"generation\": " + std::to_string(process.generation) +
             ", \"runs\": " + (runs ? "true" : "false") + "}";
   }
-  return text + "], \"clients\": " + std::to_string(server_.n_clients()) +
+  return text + "], \"spare\": {\"pid\": " + std::to_string(spare_.process.pid) +
+         ", \"generation\": " + std::to_string(spare_.generation) +
+         ", \"ready\": " + (spare_.is_ready() ? "true" : "false") +
+         "}, \"clients\": " + std::to_string(server_.n_clients()) +
          ", \"revision\": " + std::to_string(control_frame_.revision) +
          ", \"armed\": " + (control_frame_.armed != 0 ? "true" : "false") +
          ", \"paused\": " + (control_frame_.paused != 0 ? "true" : "false") +
@@ -258,38 +258,66 @@ void Supervisor::tell_waiting(int64_t t_ns) {
   log_.write(LogLevel::kInfo, "hapticd", "the servo waits until contact0 has prepared its meshes");
 }
 
-void Supervisor::start(Process& process) {
-  ++process.generation;
-  process.output.emplace(process.program);
-  const FileDescriptor socket = server_.connect_child(process.id, process.generation);
-  const std::string path = folder_ + "/" + process.program;
-  std::vector<std::string> words{path,
-                                 "--config-fd",
-                                 std::to_string(config_file_.get()),
-                                 "--control-fd",
-                                 std::to_string(socket.get()),
-                                 "--generation",
-                                 std::to_string(process.generation)};
-  std::vector<int> kept{config_file_.get(), socket.get()};
-  if (drives(process)) {
-    words.insert(words.end(), {"--device-fd", std::to_string(guard_->node())});
-    kept.push_back(guard_->node());
-  }
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+void Supervisor::launch(const Process& process, uint64_t generation, ChildProcess& child,
+                        int spare_fd) {
+  const FileDescriptor socket = server_.connect_child(process.id, generation);
+  std::vector<std::string> words;
+  std::vector<int> kept;
+  const auto hand_over = [&](const char* key, int fd) {
+    words.insert(words.end(), {key, std::to_string(fd)});
+    kept.push_back(fd);
+  };
+  hand_over("--config-fd", config_file_.get());
+  hand_over("--control-fd", socket.get());
+  if (drives(process)) hand_over("--device-fd", guard_->node());
+  if (spare_fd >= 0) hand_over("--spare-fd", spare_fd);
+  words.insert(words.end(), {"--generation", std::to_string(generation)});
+  child.launch(folder_, process.program, std::move(words), kept);
+}
 
-  const pid_t pid = fork();
-  if (pid == 0) become(path.c_str(), argv.data(), kept, process.output->child_end().get());
-  if (pid < 0) throw std::runtime_error(std::string("cannot fork: ") + std::strerror(errno));
-  process.output->child_end().reset();
-  process.pid = pid;
-  process.pidfd = FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+void Supervisor::start(Process& process) {
+  if (&process == &contact_ && spare_.process.is_running()) {
+    promote_spare(process);
+  } else {
+    process.generation = ++process.last_generation;
+    launch(process, process.generation, process.child);
+    process.was_ready = false;
+  }
+  server_.forget_children(process.id, process.generation);
   process.started_ns = now_ns();
   process.pulse = Pulse::kFine;
   process.silence = {};
-  if (drives(process)) guard_->watch(process.pidfd.get(), process.generation);
+  if (drives(process)) guard_->watch(process.child.pidfd.get(), process.generation);
+}
+
+/// Contact is dead and reaped: there is no other writer.
+void Supervisor::promote_spare(Process& contact) {
+  contact.generation = spare_.generation;
+  contact.was_ready = spare_.is_ready();
+  contact.child = spare_.promote();
+}
+
+/// A contact that waits, beside one that runs: prepared at leisure, replaced when it dies.
+void Supervisor::watch_spare(int64_t t_ns) {
+  if (const auto status = spare_.process.ended()) {
+    write_output(kSpareName, spare_.process, true);
+    const int64_t wait_ns = spare_.put_off(t_ns);
+    log_.write(LogLevel::kWarning, kSpareName,
+               std::string(contact_.program) + " " + how_it_ended(*status) +
+                   " while it waited; another one in " + std::to_string(wait_ns / kMs) + " ms");
+  }
+  const bool contact_runs =
+      contact_.child.is_running() && contact_.offered_generation == contact_.generation;
+  if (!contact_runs || !spare_.is_due(t_ns)) return;
+  try {
+    const FileDescriptor turn = spare_.connect(t_ns);
+    spare_.generation = ++contact_.last_generation;
+    launch(contact_, spare_.generation, spare_.process, turn.get());
+  } catch (const std::exception& error) {
+    log_.write(LogLevel::kError, kSpareName,
+               std::string("cannot be started: ") + error.what() + "; trying again in " +
+                   std::to_string(spare_.put_off(t_ns) / kMs) + " ms");
+  }
 }
 
 /// Whether starting it again cannot help; says why.
@@ -319,11 +347,10 @@ bool Supervisor::is_hopeless(Process& process, int status) {
 }
 
 void Supervisor::reap(Process& process) {
-  int status = 0;
-  if (process.pid < 0 || waitpid(process.pid, &status, WNOHANG) != process.pid) return;
-  process.pid = -1;
-  process.pidfd = {};
-  write_output(process, true);
+  const auto ended = process.child.ended();
+  if (!ended) return;
+  const int status = *ended;
+  write_output(process.name, process.child, true);
   if (is_hopeless(process, status)) {
     stopping_ = true;
     return;
@@ -346,7 +373,6 @@ void Supervisor::restart_due(int64_t t_ns) {
       start(process);
     } catch (const std::exception& error) {
       // no descriptor, no memory for a process: that may pass, and the session is worth waiting for
-      process.output.reset();
       process.restart_at_ns = t_ns + kRetryStartNs;
       log_.write(LogLevel::kError, process.name,
                  std::string(process.program) + " cannot be started: " + error.what() +
@@ -357,7 +383,7 @@ void Supervisor::restart_due(int64_t t_ns) {
 
 /// When a process is to be started; never while it runs, or waits for its device.
 int64_t Supervisor::start_time(const Process& process) const {
-  const bool waits = process.pid < 0 && !lacks_device(process);
+  const bool waits = !process.child.is_running() && !lacks_device(process);
   return waits ? process.restart_at_ns : std::numeric_limits<int64_t>::max();
 }
 
@@ -380,7 +406,7 @@ void Supervisor::watch_device(int64_t t_ns) {
                guard_->path() + ": the device is gone; plug it in again, the session waits");
   } else if (change == DeviceGuard::Change::kBack) {
     log_.write(LogLevel::kInfo, servo.name, guard_->path() + ": the device is back");
-    if (servo.pid >= 0) kill(servo.pid, SIGTERM);
+    servo.child.send(SIGTERM);
   }
   if (guard_->releases() == told_releases_) return;
   told_releases_ = guard_->releases();
@@ -421,16 +447,23 @@ const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
   }
 }
 
-void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns) {
+/// How long it has not moved, where it is to [ns].
+int64_t Supervisor::silence_of(Process& process, int64_t t_ns, int64_t held_up_ns) {
+  if (!process.child.is_running()) return 0;
+  if (process.offered_generation != process.generation) {
+    // it may bake or home for long: no pulse is expected, but of one that had only to wake up
+    return process.was_ready ? process.silence.look(0, process.started_ns, t_ns, held_up_ns) : 0;
+  }
   const SegmentHeader* header = header_of(process);
-  // before its loop runs a process may bake or home for long: no pulse is expected
-  const bool expected = header != nullptr && process.pid >= 0 &&
-                        header->generation.load() == process.generation &&
+  const bool expected = header != nullptr && header->generation.load() == process.generation &&
                         header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
-  const int64_t silent_ns =
-      expected ? process.silence.look(header->heartbeat.load(), header->heartbeat_ns.load(), t_ns,
-                                      held_up_ns)
-               : 0;
+  if (!expected) return 0;
+  return process.silence.look(header->heartbeat.load(), header->heartbeat_ns.load(), t_ns,
+                              held_up_ns);
+}
+
+void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns) {
+  const int64_t silent_ns = silence_of(process, t_ns, held_up_ns);
   const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
   // one line when it gets worse, not one each look
   if (pulse > process.pulse) {
@@ -438,7 +471,7 @@ void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns)
     log_.write(hung ? LogLevel::kError : LogLevel::kWarning, process.name,
                std::string(hung ? "hangs: " : "late: ") + "no cycle for " +
                    std::to_string(silent_ns / kMs) + " ms" + (hung ? "; killed" : ""));
-    if (hung) kill(process.pid, SIGKILL);
+    if (hung) process.child.send(SIGKILL);
   }
   process.pulse = pulse;
 }
@@ -459,35 +492,28 @@ void Supervisor::write_events() {
   write_events_of(processes_[2].name, servo_events_, lost_events_[2]);
 }
 
-bool Supervisor::wait_for_exit(Process& process, int64_t deadline_ns) {
-  if (process.pid < 0) return true;
-  pollfd waiting{process.pidfd.get(), POLLIN, 0};
-  const int64_t left_ns = std::max<int64_t>(deadline_ns - now_ns(), 0);
-  if (poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs)) <= 0) return false;
-  waitpid(process.pid, nullptr, 0);
-  process.pid = -1;
-  process.pidfd = {};
-  write_output(process, true);
-  return true;
+void Supervisor::stop_child(const char* name, const char* program, ChildProcess& child,
+                            int64_t deadline_ns) {
+  if (!child.wait_for_exit(deadline_ns)) {
+    log_.write(LogLevel::kWarning, name,
+               std::string(program) + " did not stop in time and is killed");
+    child.end();
+  }
+  write_output(name, child, true);
 }
 
 void Supervisor::stop_children() {
   const int64_t begin_ns = now_ns();
   // the servo first: it writes the zero wrench while contact and sim still answer
-  Process& servo = processes_.back();
-  if (servo.pid >= 0) kill(servo.pid, SIGTERM);
-  wait_for_exit(servo, begin_ns + kServoStopNs);
+  ChildProcess& servo = processes_.back().child;
+  servo.send(SIGTERM);
+  servo.wait_for_exit(begin_ns + kServoStopNs);
+  for (const Process& process : processes_) process.child.send(SIGTERM);
+  spare_.process.send(SIGTERM);
   for (Process& process : processes_) {
-    if (process.pid >= 0) kill(process.pid, SIGTERM);
+    stop_child(process.name, process.program, process.child, begin_ns + kStopNs);
   }
-  for (Process& process : processes_) {
-    if (wait_for_exit(process, begin_ns + kStopNs)) continue;
-    log_.write(LogLevel::kWarning, process.name,
-               std::string(process.program) + " did not stop in time and is killed");
-    kill(process.pid, SIGKILL);
-    waitpid(process.pid, nullptr, 0);
-    process.pid = -1;
-  }
+  stop_child(kSpareName, contact_.program, spare_.process, begin_ns + kStopNs);
 }
 
 }  // namespace haptic

@@ -14,15 +14,18 @@
 #include "proto/control_socket.h"
 #include "proto/handout.h"
 #include "proto/segment.h"
-#include "servo/child_output.h"
+#include "servo/child_process.h"
 #include "servo/device_guard.h"
 #include "servo/hapticd_log.h"
 #include "servo/restart_policy.h"
+#include "servo/spare.h"
 
 namespace haptic {
 
 /// Starts haptic-sim, haptic-contact and haptic-servo, hands out their segments, restarts what dies
-/// and stops everything in the order that ends with a zero wrench.
+/// and stops everything in the order that ends with a zero wrench. Its main thread is real time, so
+/// that neither a restart nor its own end, of which the kernel tells its children, waits for a
+/// processor.
 class Supervisor {
  public:
   /// Takes the session's name; throws HandoutError, SegmentError, or std::runtime_error when a
@@ -40,10 +43,11 @@ class Supervisor {
     SegmentId id;
     const char* name;
     int64_t period_ns;
-    pid_t pid = -1;  // −1: not running
-    FileDescriptor pidfd = {};
-    std::optional<ChildOutput> output = {};
+    ChildProcess child = {};
     uint64_t generation = 0;
+    uint64_t last_generation = 0;     // given to it or to its spare
+    uint64_t offered_generation = 0;  // whose segment came last
+    bool was_ready = false;  // it was a spare: there is nothing it may still have to prepare
     int deaths_in_a_row = 0;
     int deaths_unborn = 0;  // in a row, before its loop ran
     bool ever_ran = false;
@@ -69,13 +73,19 @@ class Supervisor {
   int64_t start_time(const Process& process) const;
   void keep_fault();
   void start(Process& process);
+  void launch(const Process& process, uint64_t generation, ChildProcess& child, int spare_fd = -1);
+  void promote_spare(Process& contact);
+  void watch_spare(int64_t t_ns);
+  int64_t silence_of(Process& process, int64_t t_ns, int64_t held_up_ns);
   void reap(Process& process);
   void restart_due(int64_t t_ns);
   void wait_for_work(int64_t until_ns);
-  void write_output(Process& process, bool ended);
+  void rest() const;
+  void write_output(const char* name, ChildProcess& child, bool ended);
   bool is_hopeless(Process& process, int status);
   const SegmentHeader* header_of(const Process& process) noexcept;
   void tell_waiting(int64_t t_ns);
+  void take_offer(const Announcement& offer);
   void take_command(uint64_t peer, std::string_view line);
   void answer_commands(int64_t t_ns);
   std::string status() noexcept;
@@ -87,7 +97,7 @@ class Supervisor {
   template <typename Events>
   void write_events_of(const char* name, Events& events, uint64_t& lost);
   void stop_children();
-  bool wait_for_exit(Process& process, int64_t deadline_ns);
+  void stop_child(const char* name, const char* program, ChildProcess& child, int64_t deadline_ns);
 
   const SessionConfig config_;
   HapticdLog& log_;
@@ -99,6 +109,8 @@ class Supervisor {
   SegmentWriter<ControlChannels> control_{1};
   ControlFrame control_frame_{};
   std::array<Process, 3> processes_;  // sim, contact, servo: in the order of starting
+  Process& contact_ = processes_[1];
+  Spare spare_;
   // hapticd reads its children's events like any other client
   Attachments attachments_;
   RingSource<&SimChannels::events> sim_events_;
@@ -111,6 +123,7 @@ class Supervisor {
   std::array<uint64_t, 3> lost_events_{};
   std::vector<Unanswered> unanswered_;
   int64_t told_waiting_ns_ = 0;
+  int64_t woke_ns_ = 0;
   int exit_code_ = 0;
   bool stopping_ = false;
 };

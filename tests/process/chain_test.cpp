@@ -151,8 +151,9 @@ struct Press {
 void restart_contact_slowly(const test::Programs& programs, const std::string& pause) {
   // the last word is the generation; exec keeps the pid and the descriptors handed over
   programs.replace("haptic-contact",
-                   "for generation do :; done\n[ \"$generation\" = 1 ] || sleep " + pause +
-                       "\nexec '" + (test::program_folder() / "haptic-contact").string() +
+                   "case \"$*\" in *--spare-fd*) exit 1;; esac\n"
+                   "for generation do :; done\n[ \"$generation\" = 1 ] || sleep " +
+                       pause + "\nexec '" + (test::program_folder() / "haptic-contact").string() +
                        "' \"$@\"");
 }
 
@@ -178,7 +179,7 @@ uint64_t kill_contact(Watcher& watcher, Frames& frames) {
   REQUIRE(collect_until(
       watcher, frames, [&](const ServoFrame& f) { return f.tick >= back + 100 && is_pressed(f); }));
   watcher.contact.latest(watcher.contact_set);
-  CHECK(watcher.contact.generation() == 2);
+  CHECK(watcher.contact.generation() > 1);
   return before;
 }
 

@@ -119,6 +119,83 @@ TEST_CASE("session: what hangs is killed and replaced") {
   CHECK(hapticd.said("hangs: no cycle for "));
 }
 
+namespace {
+
+/// The contact that waits for its turn; 0 where none has said yet that it does.
+pid_t ready_spare(const std::string& session) {
+  const std::string status = say_to_session(session, "status"), key = "\"spare\": {\"pid\": ";
+  const size_t at = status.find(key);
+  if (at == status.npos || status.find("\"ready\": true") == status.npos) return 0;
+  return std::stoi(status.substr(at + key.size()));
+}
+
+/// A session whose spare is ready.
+struct SparedSession {
+  TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd{{write_config(folder.path()), "--session", "spare"}, folder.path()};
+  Watcher watcher{"spare"};
+  pid_t spare = 0;
+
+  SparedSession() {
+    REQUIRE(watcher.wait_for_all());
+    REQUIRE(gets_spare_other_than(0));
+  }
+  bool gets_spare_other_than(pid_t known) {
+    return eventually([&] {
+      spare = ready_spare("spare");
+      return spare != 0 && spare != known;
+    });
+  }
+  pid_t contact() { return writer_of(watcher.contact); }
+  bool is_answered_by(pid_t writer) {
+    return eventually(
+        [&] { return watcher.contact.latest(watcher.contact_set) && contact() == writer; });
+  }
+};
+
+}  // namespace
+
+TEST_CASE("session: a contact that dies or hangs is replaced by the spare that waits") {
+  if (!programs_are_built()) return;
+  SparedSession s;
+  const int signal = GENERATE(SIGKILL, SIGSTOP);
+  const pid_t before = s.contact(), spare = s.spare;
+  CHECK(before != spare);
+  kill(before, signal);
+  CHECK(s.is_answered_by(spare));
+  INFO(s.hapticd.log());
+  // who was replaced is dead, not only unheard
+  CHECK_FALSE(test::is_alive(uint64_t(before)));
+  CHECK(s.gets_spare_other_than(spare));
+  CHECK(s.contact() == spare);
+}
+
+TEST_CASE("session: a spare that dies is replaced, one that hangs is not waited for") {
+  if (!programs_are_built()) return;
+  SparedSession s;
+  const pid_t contact = s.contact(), first = s.spare;
+  kill(first, SIGKILL);
+  REQUIRE(s.gets_spare_other_than(first));
+  CHECK(s.contact() == contact);
+  const pid_t second = s.spare;
+  kill(second, SIGSTOP);
+  kill(contact, SIGKILL);
+  CHECK(eventually(
+      [&] { return s.watcher.contact.latest(s.watcher.contact_set) && s.contact() != contact; }));
+  INFO(s.hapticd.log());
+  CHECK(s.contact() != second);
+  CHECK_FALSE(test::is_alive(uint64_t(second)));
+}
+
+TEST_CASE("session: the spare ends with its session, however that ends") {
+  if (!programs_are_built()) return;
+  SparedSession s;
+  const int signal = GENERATE(SIGTERM, SIGKILL);
+  s.hapticd.send(signal);
+  s.hapticd.exit_code();
+  CHECK(eventually([&] { return !test::is_alive(uint64_t(s.spare)); }));
+}
+
 TEST_CASE("session: what people ask for reaches the servo before they are answered") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;

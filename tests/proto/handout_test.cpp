@@ -389,6 +389,32 @@ TEST_CASE("handout: only a child may offer a segment, and only its own") {
   CHECK(offers == 1);
 }
 
+TEST_CASE(
+    "handout: a second writer of a segment is connected beside the first until that is dead") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("spare");
+  SegmentWriter<SimChannels> first(1), second(2);
+  uint64_t newest = 0;
+  const auto note = [&](const Announcement& offer, int) { newest = offer.generation; };
+  const FileDescriptor one = server.connect_child(SegmentId::kSim, 1);
+  offer_segment(one.get(), SegmentId::kSim, 1, "sim", first.fd());
+  server.serve(note);
+  CHECK(newest == 1);
+  const FileDescriptor two = server.connect_child(SegmentId::kSim, 2);
+  server.forget_children(SegmentId::kSim, 1);
+  const auto is_connected = [](const FileDescriptor& end) {
+    pollfd peer{end.get(), 0, 0};
+    return poll(&peer, 1, 0) == 0;
+  };
+  CHECK(is_connected(one));
+  server.forget_children(SegmentId::kSim, 2);
+  CHECK_FALSE(is_connected(one));
+  CHECK(is_connected(two));
+  offer_segment(two.get(), SegmentId::kSim, 2, "sim", second.fd());
+  server.serve(note);
+  CHECK(newest == 2);
+}
+
 TEST_CASE("handout: junk from a client costs that client its connection") {
   const TemporaryRuntimeFolder folder;
   HandoutServer server("junk");
