@@ -3,7 +3,8 @@
 haptic_tests(proto LIBRARIES haptic_proto SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
-  proto/handout_test.cpp proto/handout_hostile_test.cpp proto/realtime_test.cpp
+  proto/handout_test.cpp proto/handout_hostile_test.cpp proto/mcap_hostile_test.cpp
+  proto/realtime_test.cpp proto/regular_file_test.cpp
   proto/ring_model_test.cpp
   proto/ring_test.cpp
   proto/segment_fuzz_test.cpp

@@ -156,7 +156,7 @@ TEST_CASE("bake: a file that is missing, empty, a folder or of unknown kind is n
   const Bench bench;
   CHECK_THAT(error_of(object_at("/nowhere/thing.obj")),
              Contains("/nowhere/thing.obj") && Contains("check the path"));
-  CHECK_THAT(error_of(object_at(bench.folder.path())), Contains("cannot be read"));
+  CHECK_THAT(error_of(object_at(bench.folder.path())), Contains("is a folder"));
   CHECK_THAT(error_of(bench, "thing.obj", ""), Contains("empty"));
   CHECK_THAT(error_of(bench, "thing.step", "x"), Contains(".step") && Contains("use .obj"));
   ObjectConfig cone = object_at("primitive:cone");
