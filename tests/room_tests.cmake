@@ -11,6 +11,10 @@ haptic_tests(proto LIBRARIES haptic_proto SOURCES
   proto/segment_hostile_test.cpp
   proto/segment_test.cpp
   proto/trace_test.cpp)
+# what reads files and sockets, given anything: docs/fuzzing.md
+haptic_tests(fuzz LIBRARIES haptic_hapticd SOURCES
+  fuzz/config_fuzz_test.cpp fuzz/log_fuzz_test.cpp fuzz/socket_fuzz_test.cpp
+  fuzz/trace_fuzz_test.cpp)
 haptic_tests(math LIBRARIES haptic_proto Eigen3::Eigen SOURCES
   proto/coupling_margin_test.cpp proto/mapping_test.cpp proto/math_test.cpp
   proto/project_point_test.cpp proto/qp_test.cpp proto/lcp_test.cpp proto/coulomb_test.cpp)
