@@ -9,13 +9,17 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/regular_file.h"
+
 namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
 
 void read_file(const fs::path& path, bool is_face, std::vector<CcdQuery>& queries) {
-  std::ifstream in(path);
+  std::ifstream in;
+  const std::string problem = open_stream(path.string(), in);
+  if (!problem.empty()) throw std::runtime_error(path.string() + ": " + problem);
   std::array<Vec3, 8> rows;
   size_t n = 0, line_number = 0;
   for (std::string line; std::getline(in, line);) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt status, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
+// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -33,6 +33,7 @@ void add_word(Command& app, const std::string& word, const std::string& help) {
 
 void add_control_commands(Command& app) {
   add_word(app, "status", "What a session and its processes are doing, as JSON");
+  add_word(app, "config", "The session file that a session was started with");
   add_word(app, "stop", "End a session");
   add_word(app, "arm", "Let the hand feel forces");
   add_word(app, "disarm", "Take the force away until armed again");

@@ -167,10 +167,10 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
     done = played_out || played.ended_early;
   }
   daemon.stop();
-  recorder.finish(trace, now_ns());
+  const bool finished = recorder.finish(trace, now_ns());
   for (const TopicCount& count : recorder.counts()) played.lost += count.lost;
   played.realtime = realtime_line(recorder.servo_header());
-  if (!trace.error().empty()) throw std::runtime_error(trace.error());
+  if (!finished) throw std::runtime_error(recorder.failure());
   return played;
 }
 

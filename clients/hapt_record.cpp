@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "clients/check_outputs.h"
 #include "clients/find_config.h"
@@ -11,6 +12,7 @@
 #include "clients/recorder.h"
 #include "clients/seconds_option.h"
 #include "proto/command_line.h"
+#include "proto/control_socket.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -46,12 +48,29 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
   std::cout << path << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
 }
 
+/// The session file, as hapticd has read it. Who may watch but not control is not told, and the
+/// recording does without.
+std::string config_of(const std::string& session) {
+  constexpr std::string_view kError = "error: ";
+  std::string problem;
+  try {
+    std::string answer = say_to_session(session, "config");
+    if (!answer.starts_with(kError)) return answer;
+    problem = answer.substr(kError.size());
+  } catch (const HandoutError& error) {
+    problem = error.what();
+  }
+  std::cerr << "the recording will not hold the session file: " << problem
+            << "; name it with --config\n";
+  return "";
+}
+
 void run_record(const RecordOptions& options) {
   check_outputs({options.output}, {options.config}, options.overwrite);
-  const std::string config =
-      options.config.empty() ? "" : read_config_text(find_config(options.config));
+  std::string config = options.config.empty() ? "" : read_config_text(find_config(options.config));
   FileDescriptor socket = connect_session(options.session);
   const std::string session = peer_of(socket).session;
+  if (options.config.empty()) config = config_of(session);
   Attachments attachments(std::move(socket));
   Recorder recorder(attachments);
   attachments.start();
@@ -69,13 +88,13 @@ void run_record(const RecordOptions& options) {
   }
   const bool connected = attachments.is_connected();
   if (!connected && attachments.refusal().empty()) std::cerr << "the session has ended\n";
-  good = recorder.finish(trace, now_ns()) && good;
+  good = recorder.finish(trace, now_ns());
   if (options.json) {
     print_json(recorder, trace, seconds);
   } else {
     print_table(recorder, trace, options.output, seconds);
   }
-  if (!good) throw McapError(trace.error());
+  if (!good) throw McapError(recorder.failure());
   if (!connected && !attachments.refusal().empty()) throw HandoutError(attachments.refusal());
 }
 
@@ -88,7 +107,8 @@ void add_record_command(Command& app) {
   command.option("--for", options->duration, "how long [s]; default: until Ctrl-C")
       .check(problem_of_seconds, "SECONDS");
   command.option("--session", options->session, "which one; default: the only one running");
-  command.option("--config", options->config, "configuration to keep in the recording (.toml)");
+  command.option("--config", options->config,
+                 "session file to keep in the recording; default: what hapticd has read");
   command.flag("--overwrite", options->overwrite, "replace the file where it exists");
   command.flag("--json", options->json, "counts as JSON");
   command.action([options] { run_record(*options); });

@@ -52,7 +52,7 @@ void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record)
   TopicCount& count = counts_[index_of(topic.name)];
   Stamp stamp{time_of(record), time_of(record) + realtime_offset_ns_, count.recorded + count.lost};
   if constexpr (std::is_same_v<T, ServoFrame>) stamp.realtime_ns = record.realtime_ns;
-  if (trace.write(topic, record, stamp)) ++count.recorded;
+  ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
 }
 
 template <typename T>
@@ -118,7 +118,24 @@ bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
   if (const SegmentHeader* servo = servo_header()) {
     trace.add_metadata("realtime", {{"servo", realtime_of(*servo).explain()}});
   }
-  return trace.close();
+  if (trace.close()) return true;
+  count_what_is_there(trace);
+  return false;
+}
+
+/// A file that was ended by an error holds its whole chunks. What it had taken for the open one is
+/// lost, as is what came after.
+void Recorder::count_what_is_there(const TraceWriter& trace) {
+  failure_ = trace.error();
+  const char* separator = "; lost: ";
+  for (TopicCount& count : counts_) {
+    const uint64_t there = trace.written(count.topic);
+    count.lost += count.recorded - there;
+    count.recorded = there;
+    if (count.lost == 0) continue;
+    failure_ += separator + std::to_string(count.lost) + " of " + std::string(count.topic);
+    separator = ", ";
+  }
 }
 
 }  // namespace haptic

@@ -13,8 +13,10 @@ namespace haptic {
 
 struct TopicCount {
   std::string_view topic;
-  uint64_t recorded = 0;
-  uint64_t lost = 0;  // published while recording, but overwritten before they were read
+  uint64_t recorded = 0;  // in the file once finish() has returned
+  // published while recording, but overwritten before they were read or, where the file was ended
+  // by an error, not in it; /events counts those that the recorder makes itself
+  uint64_t lost = 0;
 };
 
 /// Drains every ring of a session into a recording. A writer that restarts is followed; what its
@@ -38,8 +40,10 @@ class Recorder {
   /// error: trace.error() says why.
   bool drain(TraceWriter& trace, int64_t t_ns);
 
-  /// The last drain; adds the counts as metadata and closes the file. False as above.
+  /// The last drain; adds the counts as metadata and closes the file. False as above, and failure()
+  /// says in one line why and what was lost.
   bool finish(TraceWriter& trace, int64_t t_ns);
+  const std::string& failure() const { return failure_; }
 
   /// One for each of kTopics, in that order.
   std::array<TopicCount, 5> counts() const { return counts_; }
@@ -68,6 +72,7 @@ class Recorder {
                   SegmentId writer, TraceWriter& trace);
   template <typename T>
   void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
+  void count_what_is_there(const TraceWriter& trace);
 
   Source<ServoChannels> newest_servo_;
   Feed<&ServoChannels::frames, &ServoChannels::events> servo_;
@@ -77,6 +82,7 @@ class Recorder {
   std::array<TopicCount, 5> counts_;
   int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
   int64_t flushed_ns_ = 0;
+  std::string failure_;
 };
 
 }  // namespace haptic

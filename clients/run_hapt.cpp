@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/run_hapt.h"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -16,6 +17,8 @@ constexpr int kExitUsage = 2;
 }  // namespace
 
 int run_hapt(int argc, char** argv, const std::function<void(Command&)>& add_commands) try {
+  // a limit of the file size is an error of the write, which is told, and not the end
+  std::signal(SIGXFSZ, SIG_IGN);
   CommandLine line("hapt: start, watch, record and judge haptic sessions");
   line.require_subcommand();
   line.version(version());

@@ -6,13 +6,15 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
+
+#include "proto/regular_file.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kTick = 1e-3;  // [s]
+// half an hour at 1 kHz, a line of seven numbers being at most 170 characters [bytes]
+constexpr size_t kMostText = size_t{300} << 20;
 
 bool separates(char c) {
   return c == ' ' || c == '\t' || c == ',' || c == '\r';
@@ -68,9 +70,9 @@ std::vector<TrajSample> parse_traj(std::string_view text, const std::string& ori
 }
 
 std::vector<TrajSample> read_traj(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw TrajError(path + ": cannot be read; give a file that exists");
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  std::string text;
+  const std::string problem = read_regular_file(path, kMostText, text);
+  if (!problem.empty()) throw TrajError(path + ": " + problem + "; give a file of samples");
   return parse_traj(text, path);
 }
 

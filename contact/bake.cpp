@@ -207,7 +207,7 @@ MappedFile open_mesh(const std::string& path) {
   try {
     return map_file(path);
   } catch (const std::runtime_error& error) {
-    throw MeshError(path + ": cannot be read (" + error.what() + "); check the path");
+    throw MeshError(path + ": " + error.what() + "; check the path");
   }
 }
 

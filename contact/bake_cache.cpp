@@ -19,6 +19,7 @@
 #include "contact/bake.h"
 #include "proto/environment.h"
 #include "proto/file_descriptor.h"
+#include "proto/regular_file.h"
 
 namespace haptic {
 namespace {
@@ -46,8 +47,10 @@ std::string cache_path(uint64_t key) {
 
 namespace {
 
-MappedFile map_name(const std::string& path) {
+/// Maps this very file, whatever lies under its name by now.
+MappedFile map_descriptor(const FileDescriptor& descriptor) {
   try {
+    const std::string path = "/proc/self/fd/" + std::to_string(descriptor.get());
     const ipc::file_mapping file(path.c_str(), ipc::read_only);
     const auto region = std::make_shared<ipc::mapped_region>(file, ipc::read_only);
     return {{static_cast<const std::byte*>(region->get_address()), region->get_size()}, region};
@@ -88,14 +91,13 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
 }  // namespace
 
 MappedFile map_file(const std::string& path) {
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  if (error) throw std::runtime_error(error.message());
-  return size == 0 ? MappedFile{} : map_name(path);
+  const RegularFile file = open_regular_file(path);
+  if (!file.problem.empty()) throw std::runtime_error(file.problem);
+  return file.size == 0 ? MappedFile{} : map_descriptor(file.descriptor);
 }
 
 MappedFile map_cached(const std::string& path) {
-  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   struct stat status {};
   if (!file.is_open() || fstat(file.get(), &status) != 0) {
     throw std::runtime_error(std::strerror(errno));
@@ -103,8 +105,7 @@ MappedFile map_cached(const std::string& path) {
   if (!S_ISREG(status.st_mode)) throw std::runtime_error("it is no file");
   if (const std::string why = distrust(status); !why.empty()) throw std::runtime_error(why);
   if (status.st_size == 0) return {};
-  // this very file, whatever lies under its name by now
-  return map_name("/proc/self/fd/" + std::to_string(file.get()));
+  return map_descriptor(file);
 }
 
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes) {

@@ -2,14 +2,15 @@
 #include "proto/config.h"
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "proto/config_material.h"
 #include "proto/config_section.h"
 #include "proto/config_shape.h"
+#include "proto/config_text.h"
 #include "proto/config_tool.h"
+#include "proto/one_line.h"
+#include "proto/regular_file.h"
 #include "proto/renderer.h"
 
 namespace haptic {
@@ -270,7 +271,13 @@ void check_body(Section& root, const SessionConfig& config) {
 
 }  // namespace
 
-SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+namespace {
+
+SessionConfig read_config(std::string_view toml_text, const std::string& origin) {
+  if (toml_text.size() > kMostConfigText) {
+    throw ConfigError(origin + ": has more than " + std::to_string(kMostConfigText >> 10) +
+                      " KiB; make it shorter");
+  }
   const TomlDocument document(toml_text, origin);
   const fs::path file = fs::absolute(origin).lexically_normal();
   const fs::path folder = file.parent_path();
@@ -292,6 +299,17 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   return config;
 }
 
+}  // namespace
+
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+  try {
+    return read_config(toml_text, origin);
+  } catch (const ConfigError& error) {
+    // it may quote what is in the file
+    throw ConfigError(one_line(error.what()));
+  }
+}
+
 std::string session_name_problem(std::string_view name) {
   constexpr size_t kLongest = 32;
   constexpr std::string_view kAllowed =
@@ -304,12 +322,13 @@ std::string session_name_problem(std::string_view name) {
 }
 
 std::string read_config_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code error;
-  if (!file || fs::is_directory(path, error)) {
-    throw ConfigError(path + ": cannot be read; check the name, examples are in configs/");
+  std::string text;
+  const std::string problem = read_regular_file(path, kMostConfigText, text);
+  if (!problem.empty()) {
+    throw ConfigError(path + ": " + problem +
+                      "; name a session file (.toml), examples are in configs/");
   }
-  return std::string((std::istreambuf_iterator<char>(file)), {});
+  return text;
 }
 
 SessionConfig load_config(const std::string& path) {

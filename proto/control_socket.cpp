@@ -91,8 +91,11 @@ void ControlServer::serve(const Handler& handle) {
 
 void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
   std::array<char, kLongestCommand> line;
-  const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT);
-  if (size > 0) {
+  // its true length: half a command could be another one
+  const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT | MSG_TRUNC);
+  if (size > static_cast<ssize_t>(line.size())) {
+    answer(peer, "error: a command has at most " + std::to_string(line.size()) + " bytes");
+  } else if (size > 0) {
     handle(peer, std::string_view(line.data(), static_cast<size_t>(size)));
   } else if (size == 0 || (errno != EAGAIN && errno != EINTR)) {
     peers_.erase(peer);
@@ -102,7 +105,7 @@ void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
 void ControlServer::answer(uint64_t peer, const std::string& line) {
   const auto found = peers_.find(peer);
   if (found == peers_.end()) return;
-  send_line(found->second.get(), line.substr(0, kLongestCommand));
+  send_line(found->second.get(), line.substr(0, kLongestAnswer));
   peers_.erase(found);
 }
 
@@ -123,7 +126,7 @@ std::string say_to_session(const std::string& session, const std::string& line,
   if (poll(&waiting, 1, static_cast<int>(patience_ns / 1'000'000)) <= 0) {
     throw HandoutError("session '" + name + "' does not answer; see its log");
   }
-  std::string answer(kLongestCommand, '\0');
+  std::string answer(kLongestAnswer, '\0');
   ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
   // refused at the door, before our line was read: the reason lies behind this error
   if (size < 0 && errno == ECONNRESET) size = recv(socket.get(), answer.data(), answer.size(), 0);

@@ -9,15 +9,20 @@
 #include <string>
 #include <string_view>
 
+#include "proto/config_text.h"
 #include "proto/handout.h"
 
 /// How people tell a session what to do: one line of text to `<runtime folder>/<session>.control`,
-/// one line back. Only hapticd's own user and root can connect; anybody else may watch (see
-/// handout.h), and how many do cannot delay a command. A Unix socket: nothing listens on a network.
+/// one line back, or the text of the session file. Only hapticd's own user and root can connect;
+/// anybody else may watch (see handout.h), and how many do cannot delay a command. A Unix socket:
+/// nothing listens on a network.
 namespace haptic {
 
-/// Longest line either way [bytes].
+/// Longest line that is said to a session [bytes].
 inline constexpr size_t kLongestCommand = 8192;
+/// Longest answer [bytes]: the text of a session file, and the line that tells of a replay. Below
+/// what a socket holds unless told otherwise.
+inline constexpr size_t kLongestAnswer = kMostConfigText + sizeof(Path) + 64;
 
 /// hapticd's end. It owns no thread and never blocks: a peer whose socket is full is dropped, and
 /// of too many peers the oldest.

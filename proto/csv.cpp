@@ -8,8 +8,14 @@
 #include <map>
 #include <type_traits>
 
+#include "proto/regular_file.h"
+
 namespace haptic {
 namespace {
+
+// the widest export has some 700 columns of at most 30 characters
+constexpr size_t kLongestLine = size_t{64} << 10;
+constexpr size_t kQuoted = 60;  // bytes of a cell that a message shows
 
 /// Calls `use` with the number at `bytes` in its own type.
 template <typename Use>
@@ -127,8 +133,9 @@ std::vector<std::string_view> split(std::string_view line) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& path) : path_(path), file_(path) {
-  if (!file_) throw CsvError(path + ": cannot be read; check the name and its rights");
+CsvReader::CsvReader(const std::string& path) : path_(path) {
+  const std::string problem = open_stream(path, file_);
+  if (!problem.empty()) throw CsvError(path + ": " + problem + "; name a CSV file");
   if (!read_line()) fail("is empty; the first line must name the columns");
   for (const std::string_view cell : split(text_)) columns_.emplace_back(cell);
 }
@@ -139,10 +146,17 @@ void CsvReader::fail(const std::string& what) const {
 
 /// The next line that is not blank.
 bool CsvReader::read_line() {
-  while (std::getline(file_, text_)) {
+  buffer_.resize(kLongestLine + 1);
+  while (file_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()))) {
     ++line_;
+    // what getline() took, less the end of the line
+    text_.assign(buffer_.data(), static_cast<size_t>(file_.gcount()) - (file_.eof() ? 0 : 1));
     if (!text_.empty() && text_.back() == '\r') text_.pop_back();
     if (!trimmed(text_).empty()) return true;
+  }
+  if (!file_.eof()) {
+    ++line_;
+    fail("is longer than " + std::to_string(kLongestLine) + " characters; it is no table");
   }
   return false;
 }
@@ -158,7 +172,7 @@ size_t CsvReader::require(std::string_view column, std::string_view mend) const 
   constexpr size_t kNamed = 12;  // enough to see what file it is
   std::string there;
   for (size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
-    there += (i > 0 ? ", " : "") + columns_[i];
+    there += (i > 0 ? ", " : "") + one_line(columns_[i], kQuoted);
   }
   if (columns_.size() > kNamed) there += ", …";
   throw CsvError(path_ + ":1: has no column '" + std::string(column) + "'; it has " + there +
@@ -183,8 +197,8 @@ Number CsvReader::parse(size_t column, const char* kind) const {
   bool good = error == std::errc() && end == cell.data() + cell.size() && !cell.empty();
   if constexpr (std::is_floating_point_v<Number>) good = good && std::isfinite(value);
   if (!good) {
-    fail("'" + columns_[column] + "' is '" + std::string(cell) + "', not " + kind +
-         "; mend or remove the line");
+    fail("'" + one_line(columns_[column], kQuoted) + "' is '" +
+         one_line(std::string(cell), kQuoted) + "', not " + kind + "; mend or remove the line");
   }
   return value;
 }

@@ -10,13 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/one_line.h"
 #include "proto/trace.h"
 
 namespace haptic {
 
 /// What is wrong with a CSV file: one line "file:line: what; how to mend".
 struct CsvError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit CsvError(const std::string& what) : std::runtime_error(one_line(what)) {}
 };
 
 /// Reads a file of numbers with a header line, row by row. Comma-separated, no quotes; blank lines
@@ -57,6 +58,7 @@ class CsvReader {
   std::string text_;
   std::vector<std::string> columns_;
   std::vector<std::string_view> cells_;  // of text_
+  std::vector<char> buffer_;
 };
 
 /// Name of a field as a column: its unit becomes a suffix, "X_WP.position.x_m",

@@ -1,28 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/hand_trace.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 
 #include "proto/csv.h"
+#include "proto/regular_file.h"
 #include "proto/trace.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kNsPerS = 1e9;
+// A sample's time, either way [s]: a century; the difference of two such is still a number of
+// nanoseconds.
+constexpr double kMostTime = 3.2e9;
+constexpr double kUnitTolerance = 1e-6;  // of the length of a quaternion; a rounded one is at 1e-7
 
 std::string as_seconds(int64_t t_ns) {
   return std::to_string(static_cast<double>(t_ns) / kNsPerS) + " s";
 }
 
-/// Appends a sample; `fail` is told when time does not advance.
+/// Why a sample cannot be played; empty: it can.
+std::string problem_of(const DeviceState& sample) {
+  if (std::abs(static_cast<double>(sample.t_ns)) > kMostTime * kNsPerS) {
+    return "time is more than a century from zero; subtract the time of the first sample";
+  }
+  if (!is_finite(sample.X_BH) || !is_finite(sample.V_BH) || !std::isfinite(sample.grip)) {
+    return "has a number that is not finite; remove it";
+  }
+  const Quat& q = sample.X_BH.q;
+  const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  if (!(std::abs(squared - 1) <= 2 * kUnitTolerance)) {
+    return "has an orientation that is no unit quaternion; record it again";
+  }
+  return "";
+}
+
+/// Appends a sample; `fail` is told when it cannot be played or time does not advance.
 template <typename Fail>
 void append(HandTrace& trace, const DeviceState& sample, const Fail& fail) {
+  if (const std::string problem = problem_of(sample); !problem.empty()) fail(problem);
   if (!trace.samples.empty()) {
     const DeviceState& last = trace.samples.back();
     if (sample.t_ns <= last.t_ns) {
@@ -81,7 +103,8 @@ HandTrace load_export(CsvReader& csv) {
 
 DeviceState sample_at(double t_s) {
   DeviceState sample{};
-  sample.t_ns = std::llround(t_s * kNsPerS);
+  // beyond what append() takes, and within what an integer holds
+  sample.t_ns = std::llround(std::clamp(t_s, -2 * kMostTime, 2 * kMostTime) * kNsPerS);
   sample.flags = kDeviceFresh | kDeviceHomed;
   return sample;
 }
@@ -133,9 +156,9 @@ HandTrace load_csv(const std::string& path, const ReplayConfig& config) {
 
 HandTrace load_hand_trace(const ReplayConfig& config) {
   const std::string path(view(config.path));
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) {
-    throw CsvError(path + ": is a folder; name a recording in it (.mcap or .csv)");
+  const std::string problem = open_regular_file(path).problem;
+  if (!problem.empty()) {
+    throw CsvError(path + ": " + problem + "; name a recording (.mcap or .csv)");
   }
   const bool is_mcap = is_mcap_file(path);
   HandTrace trace = is_mcap ? load_mcap(path) : load_csv(path, config);

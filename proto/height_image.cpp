@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/height_image.h"
 
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
+
+#include "proto/regular_file.h"
 
 namespace haptic {
 namespace {
 
 constexpr uint32_t kMostGrey = 255;
+// 64 × 64 numbers as text are 20 kB; the rest is for comments [bytes]
+constexpr size_t kMostText = size_t{1} << 20;
 
 /// The next number of the header or of a text image; comments run from '#' to the end of the line.
 uint32_t read_number(std::istream& in) {
@@ -23,8 +27,10 @@ uint32_t read_number(std::istream& in) {
 }  // namespace
 
 HeightImage read_height_image(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error("cannot be read: " + path + "; check the name");
+  std::string text;
+  const std::string problem = read_regular_file(path, kMostText, text);
+  if (!problem.empty()) throw std::runtime_error(path + " " + problem + "; name a PGM image");
+  std::istringstream in(text);
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error(path + " " + why + "; make it a grey PGM of at most 64 × 64 pixels");
   };

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proto/file_descriptor.h"
+#include "proto/one_line.h"
 
 /// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
 /// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
@@ -19,7 +20,7 @@ namespace haptic {
 
 /// A recording that cannot be made or read: one line "file: what; how to mend".
 struct McapError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit McapError(const std::string& what) : std::runtime_error(one_line(what)) {}
 };
 
 using McapMetadata = std::map<std::string, std::string>;
@@ -68,7 +69,7 @@ struct McapMetadataIndex {
 /// `error()` says what happened, and further messages are refused.
 class McapWriter {
  public:
-  /// Creates or replaces the file. Throws McapError.
+  /// Creates or replaces the file. Throws McapError, also where a device or a pipe has that name.
   explicit McapWriter(const std::string& path);
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
@@ -92,6 +93,9 @@ class McapWriter {
   const std::string& error() const { return error_; }
   /// Bytes in the file so far.
   uint64_t size() const { return offset_; }
+  /// Messages of a channel in the file so far. Those of the open chunk are not there yet; what
+  /// write() took may still be lost with it.
+  uint64_t written(uint16_t channel) const;
 
  private:
   using Buffer = std::vector<char>;
@@ -103,6 +107,7 @@ class McapWriter {
   bool append(const Buffer& bytes);
   bool finish();
   void stop(int error);
+  void tell(int error, bool whole);
   Buffer make_chunk(McapChunkIndex& index) const;
   void put_statistics(Buffer& out) const;
   Buffer make_end() const;
@@ -127,7 +132,8 @@ class McapWriter {
 bool is_mcap_file(const std::string& path);
 
 /// Reads a file by its index, or by scanning it when it has no end (a killed writer): everything up
-/// to the last whole chunk.
+/// to the last whole chunk. Nobody vouches for the file: a chunk may hold 16 MiB, and memory beyond
+/// that of two such chunks is a small multiple of the size of the file, whatever is in it.
 class McapReader {
  public:
   /// Throws McapError when it is no MCAP file or uses what this reader does not know.
@@ -156,9 +162,13 @@ class McapReader {
     std::vector<char> content;
   };
 
+  bool find_record(uint64_t offset, Record& record) const;
+  void read_content(Record& record, uint64_t most) const;
   bool read_record(uint64_t offset, Record& record) const;
   bool read_summary();
+  bool read_summary(uint64_t begin, uint64_t end);
   void scan();
+  McapChunkIndex find_chunk(Record& record) const;
   void keep(const Record& record);
   std::vector<char> read_chunk(const McapChunkIndex& index) const;
   [[noreturn]] void fail(const std::string& what) const;

@@ -17,6 +17,7 @@ inline constexpr std::string_view kZstd = "zstd";
 
 /// First byte of a record; its length follows as uint64.
 enum Op : uint8_t {
+  kNone = 0x00,  // of no record
   kHeader = 0x01,
   kFooter = 0x02,
   kSchema = 0x03,

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/mcap.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "proto/mcap_format.h"
+#include "proto/regular_file.h"
 
 namespace haptic {
 
@@ -17,7 +17,13 @@ using namespace mcap;
 
 namespace {
 
-constexpr uint64_t kMaxChunk = uint64_t{1} << 30;  // a larger one is taken for a broken file
+// What a chunk may hold [bytes]: it is unpacked as a whole, and zstd packs zeros ten thousand
+// times. McapWriter closes a chunk at 256 KiB, the public C++ library at 768 KiB, other tools at
+// some MiB.
+constexpr uint64_t kMostUnpacked = uint64_t{16} << 20;
+// Longest record that is read as a whole [bytes]: a packed chunk can be longer than what it holds.
+constexpr uint64_t kMostRecord = kMostUnpacked + (uint64_t{1} << 20);
+constexpr size_t kMostNamed = 1024;  // schemas, and channels, of a file; a recording has five
 
 using Buffer = std::vector<char>;
 
@@ -84,19 +90,23 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
   return index;
 }
 
+/// Records that keep() looks at.
+bool is_kept(uint8_t op) {
+  return op == kSchema || op == kChannel || op == kMetadata || op == kMessage;
+}
+
 }  // namespace
 
 bool is_mcap_file(const std::string& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  return file.is_open() && read_magic(file.get(), 0);
+  const RegularFile file = open_regular_file(path);
+  return file.descriptor.is_open() && read_magic(file.descriptor.get(), 0);
 }
 
 McapReader::McapReader(const std::string& path) : path_(path) {
-  file_ = FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file_.is_open()) fail(std::string("cannot be read (") + std::strerror(errno) + ")");
-  struct stat status {};
-  if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode)) fail("is not a file");
-  size_ = static_cast<uint64_t>(status.st_size);
+  RegularFile file = open_regular_file(path);
+  if (!file.problem.empty()) fail(file.problem + "; name a recording (.mcap)");
+  file_ = std::move(file.descriptor);
+  size_ = file.size;
   if (!read_magic(file_.get(), 0)) {
     fail("is not an MCAP file; recordings are made by `hapt record`");
   }
@@ -121,8 +131,8 @@ const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
   throw McapError(path_ + ": topic '" + channel.topic + "' has no schema; the file is damaged");
 }
 
-/// False when the record is not wholly in the file.
-bool McapReader::read_record(uint64_t offset, Record& record) const {
+/// Where a record lies and what it is; false when it is not wholly in the file.
+bool McapReader::find_record(uint64_t offset, Record& record) const {
   char header[kRecordHeader];
   if (offset > size_ || size_ - offset < sizeof header) return false;
   if (::pread(file_.get(), header, sizeof header, static_cast<off_t>(offset)) != sizeof header) {
@@ -134,13 +144,30 @@ bool McapReader::read_record(uint64_t offset, Record& record) const {
   record.op = static_cast<uint8_t>(header[0]);
   record.offset = offset;
   record.length = sizeof header + length;
+  return true;
+}
+
+/// The first `most` bytes of a record that was found, all where it has no more.
+void McapReader::read_content(Record& record, uint64_t most) const {
+  const uint64_t length = std::min(record.length - kRecordHeader, most);
+  if (length > kMostRecord) {
+    fail("the record at byte " + std::to_string(record.offset) + " has " +
+         std::to_string(length >> 20) + " MiB, more than the " + std::to_string(kMostRecord >> 20) +
+         " that are read; is it a recording of `hapt record`?");
+  }
   record.content.resize(length);
   for (uint64_t done = 0; done < length;) {
     const ssize_t n = ::pread(file_.get(), record.content.data() + done, length - done,
-                              static_cast<off_t>(offset + sizeof header + done));
-    if (n <= 0) return false;
+                              static_cast<off_t>(record.offset + kRecordHeader + done));
+    if (n <= 0) fail("ends within the record at byte " + std::to_string(record.offset));
     done += static_cast<uint64_t>(n);
   }
+}
+
+/// False when the record is not wholly in the file.
+bool McapReader::read_record(uint64_t offset, Record& record) const {
+  if (!find_record(offset, record)) return false;
+  read_content(record, record.length);
   return true;
 }
 
@@ -153,6 +180,7 @@ void McapReader::keep(const Record& record) {
     for (const McapSchema& s : schemas_) {
       if (s.id == id) return;
     }
+    if (schemas_.size() == kMostNamed) fail("has more than 1024 schemas; the file is damaged");
     schemas_.push_back({id, std::move(name), std::move(encoding), in.text()});
   } else if (record.op == kChannel) {
     const uint16_t id = in.number<uint16_t>(), schema = in.number<uint16_t>();
@@ -160,6 +188,7 @@ void McapReader::keep(const Record& record) {
     for (const McapChannel& c : channels_) {
       if (c.id == id) return;
     }
+    if (channels_.size() == kMostNamed) fail("has more than 1024 channels; the file is damaged");
     channels_.push_back({id, schema, std::move(topic), std::move(encoding), in.metadata()});
   } else if (record.op == kMetadata) {
     std::string name = in.text();
@@ -176,59 +205,86 @@ bool McapReader::read_summary() {
   }
   const uint64_t footer_offset = size_ - kMagic.size() - kFooterBytes;
   Record record;
-  if (!read_record(footer_offset, record) || record.op != kFooter) return false;
+  if (!find_record(footer_offset, record) || record.op != kFooter) return false;
   try {
+    read_content(record, kFooterBytes);
     const uint64_t summary = Parser(record.content).number<uint64_t>();
-    if (summary == 0) return false;
-    for (uint64_t at = summary; at < footer_offset; at += record.length) {
-      if (!read_record(at, record)) return false;
-      if (record.op == kChunkIndex) {
-        chunks_.push_back(parse_chunk_index(record.content));
-      } else if (record.op == kMetadataIndex) {
-        Record metadata;
-        if (!read_record(Parser(record.content).number<uint64_t>(), metadata)) return false;
-        keep(metadata);
-      } else {
-        keep(record);
-      }
-    }
-    finished_ = true;
+    finished_ = summary != 0 && read_summary(summary, footer_offset);
   } catch (const std::out_of_range&) {
-    chunks_.clear();
   }
   return finished_;
 }
 
-/// Walks the records from the start to the first that is not whole.
+/// The records from `begin` to `end`. What they point to comes in the order of the file and does
+/// not overlap, so that nothing is read twice, however often it is named.
+bool McapReader::read_summary(uint64_t begin, uint64_t end) {
+  uint64_t chunks_end = 0, metadata_end = 0;
+  Record record, metadata;
+  for (uint64_t at = begin; at < end; at += record.length) {
+    if (!read_record(at, record)) return false;
+    if (record.op == kChunkIndex) {
+      McapChunkIndex index = parse_chunk_index(record.content);
+      if (index.offset < chunks_end || index.length > size_ ||
+          index.offset > size_ - index.length) {
+        return false;
+      }
+      chunks_end = index.offset + index.length;
+      chunks_.push_back(std::move(index));
+    } else if (record.op == kMetadataIndex) {
+      const uint64_t offset = Parser(record.content).number<uint64_t>();
+      if (offset < metadata_end || !read_record(offset, metadata)) return false;
+      metadata_end = offset + metadata.length;
+      keep(metadata);
+    } else {
+      keep(record);
+    }
+  }
+  return true;
+}
+
+/// Walks the records from the start to the first that is not whole, or is none: what a crash leaves
+/// behind the last record may be zeros.
 void McapReader::scan() {
+  schemas_.clear();
+  channels_.clear();
   chunks_.clear();
+  metadata_.clear();
   Record record;
   try {
-    for (uint64_t at = kMagic.size(); read_record(at, record); at += record.length) {
-      if (record.op == kDataEnd) break;
-      if (record.op != kChunk) {
+    for (uint64_t at = kMagic.size(); find_record(at, record); at += record.length) {
+      if (record.op == kNone || record.op == kDataEnd) break;
+      if (record.op == kChunk) {
+        chunks_.push_back(find_chunk(record));
+      } else if (is_kept(record.op)) {
+        read_content(record, record.length);
         keep(record);
-        continue;
       }
-      // no message index: it may be the part that is missing
-      Parser in(record.content);
-      McapChunkIndex chunk;
-      chunk.first_ns = in.number<uint64_t>();
-      chunk.last_ns = in.number<uint64_t>();
-      chunk.offset = record.offset;
-      chunk.length = record.length;
-      chunks_.push_back(std::move(chunk));
     }
   } catch (const std::out_of_range&) {
     fail("damaged record at byte " + std::to_string(record.offset));
   }
 }
 
+/// What is known of a chunk without its message index: that may be the part that is missing.
+McapChunkIndex McapReader::find_chunk(Record& record) const {
+  read_content(record, 2 * sizeof(uint64_t));
+  Parser in(record.content);
+  McapChunkIndex chunk;
+  chunk.first_ns = in.number<uint64_t>();
+  chunk.last_ns = in.number<uint64_t>();
+  chunk.offset = record.offset;
+  chunk.length = record.length;
+  return chunk;
+}
+
 /// The records of a chunk, unpacked and checked.
 std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   const std::string where = "chunk at byte " + std::to_string(index.offset);
   Record record;
-  if (!read_record(index.offset, record) || record.op != kChunk) fail(where + " is not there");
+  if (!find_record(index.offset, record) || record.op != kChunk || record.length != index.length) {
+    fail(where + " is not there");
+  }
+  read_content(record, record.length);
   Parser in(record.content);
   in.bytes(2 * sizeof(uint64_t));
   const uint64_t size = in.number<uint64_t>();
@@ -236,15 +292,21 @@ std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   const std::string compression = in.text();
   const uint64_t packed_size = in.number<uint64_t>();
   const char* packed = in.bytes(packed_size);
-  if (size > kMaxChunk) fail(where + " claims " + std::to_string(size) + " bytes");
+  if (size > kMostUnpacked) {
+    fail(where + " claims " + std::to_string(size >> 20) + " MiB, more than the " +
+         std::to_string(kMostUnpacked >> 20) +
+         " that a chunk may hold; write it with smaller ones");
+  }
   Buffer out(size);
   if (compression == kZstd) {
+    // no more than the chunk claims, whatever the packed bytes say
     const size_t got = ZSTD_decompress(out.data(), out.size(), packed, packed_size);
     if (ZSTD_isError(got) || got != size) fail(where + " cannot be unpacked; the file is damaged");
   } else if (compression.empty() && packed_size == size) {
     out.assign(packed, packed + size);
   } else {
-    fail(where + " is packed with '" + compression + "'; only zstd and none can be read");
+    fail(where + " is packed with '" + one_line(compression, 20) +
+         "'; only zstd and none can be read");
   }
   if (crc != 0 && crc != crc32(out.data(), out.size())) {
     fail(where + " has a wrong CRC; the file is damaged");

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
 
@@ -13,6 +14,7 @@
 #include <type_traits>
 
 #include "proto/mcap_format.h"
+#include "proto/regular_file.h"
 
 namespace haptic {
 
@@ -122,14 +124,29 @@ bool write_all(int file, const Buffer& bytes, uint64_t offset) {
   return true;
 }
 
-}  // namespace
-
-McapWriter::McapWriter(const std::string& path) : path_(path) {
-  file_ = FileDescriptor(::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644));
-  if (!file_.is_open()) {
-    throw McapError(path + ": cannot be written (" + std::strerror(errno) +
+/// An empty file, in the place of what was there. What is no file is left alone: it cannot be cut
+/// back to its last whole chunk, and a pipe would wait for a reader.
+FileDescriptor create(const std::string& path) {
+  FileDescriptor file(
+      ::open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0644));
+  const int error = errno;
+  struct stat status {};
+  const bool known =
+      file.is_open() ? ::fstat(file.get(), &status) == 0 : ::stat(path.c_str(), &status) == 0;
+  const std::string kind = known ? kind_problem(status.st_mode) : "";
+  if (!kind.empty()) {
+    throw McapError(path + ": " + kind + ", and a recording needs a file; name one (.mcap)");
+  }
+  if (!file.is_open() || ::ftruncate(file.get(), 0) != 0) {
+    throw McapError(path + ": cannot be written (" + std::strerror(file.is_open() ? errno : error) +
                     "); check the folder and its rights");
   }
+  return file;
+}
+
+}  // namespace
+
+McapWriter::McapWriter(const std::string& path) : path_(path), file_(create(path)) {
   chunk_.reserve(kChunkBytes + (64 << 10));
   Buffer start(kMagic.begin(), kMagic.end());
   put_record(start, kHeader, [&] {
@@ -209,7 +226,14 @@ bool McapWriter::flush() {
 
 bool McapWriter::close() {
   if (!file_.is_open()) return error_.empty();
-  return flush() && finish();
+  if (!flush()) return false;
+  if (!finish()) tell(errno, false);
+  return error_.empty();
+}
+
+uint64_t McapWriter::written(uint16_t channel) const {
+  const auto count = counts_.find(channel);
+  return count == counts_.end() ? 0 : count->second;
 }
 
 /// The open chunk as records, and where it will lie.
@@ -360,20 +384,27 @@ bool McapWriter::append(const Buffer& bytes) {
 
 /// Ends the file where it is whole and says why.
 void McapWriter::stop(int error) {
-  const bool whole = finish();
+  tell(error, finish());
+}
+
+void McapWriter::tell(int error, bool whole) {
   error_ = path_ + ": " + std::strerror(error) + " after " + std::to_string(offset_ >> 10) +
            " KiB; what was recorded is kept (" +
            (whole ? "the file is complete" : "the file has no end, its whole chunks are readable") +
            "), free some space and record again";
 }
 
+/// Writes the end and closes the file; false, with errno, where it has none then.
 bool McapWriter::finish() {
   const Buffer end = make_end();
   // over the half chunk of a write that fell short, or into the space reserved for it
   const bool whole = write_all(file_.get(), end, offset_);
+  int error = errno;
   const uint64_t size = offset_ + (whole ? end.size() : 0);
   const bool cut = ::ftruncate(file_.get(), static_cast<off_t>(size)) == 0;
+  if (whole && !cut) error = errno;
   file_.reset();
+  errno = error;
   return whole && cut;
 }
 

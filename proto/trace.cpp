@@ -74,6 +74,11 @@ bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t 
                       message_});
 }
 
+uint64_t TraceWriter::written(std::string_view topic) const {
+  const TopicInfo* info = find_topic(topic);
+  return info == nullptr ? 0 : mcap_.written(channels_[static_cast<size_t>(info - kTopics.data())]);
+}
+
 TraceReader::TraceReader(const std::string& path) : path_(path), mcap_(path) {}
 
 std::vector<const TopicInfo*> TraceReader::topics() const {

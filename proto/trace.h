@@ -76,6 +76,8 @@ class TraceWriter {
   bool close() { return mcap_.close(); }
   const std::string& error() const { return mcap_.error(); }
   uint64_t size() const { return mcap_.size(); }
+  /// Records of a topic that are in the file, those of the open chunk left out.
+  uint64_t written(std::string_view topic) const;
 
  private:
   bool write_bytes(std::string_view topic, const void* value, size_t size, const Stamp& stamp);

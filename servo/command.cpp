@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "proto/one_line.h"
 #include "proto/quantity.h"
 #include "proto/renderer.h"
 
@@ -11,7 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr const char* kCommands =
-    "status, stop, clear-fault, arm, disarm, pause, resume, "
+    "status, config, stop, clear-fault, arm, disarm, pause, resume, "
     "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer VALUE";
 constexpr double kMostStiffness = 1e5;            // [N/m]
 constexpr double kMostDamping = 1e3;              // [N·s/m]
@@ -20,7 +21,13 @@ constexpr double kMostRotationalDamping = 10;     // [N·m·s/rad]
 constexpr double kMostTimeScale = 10;
 
 Command refused(const std::string& problem) {
-  return {CommandKind::kRefused, false, problem};
+  return {CommandKind::kRefused, false, one_line(problem)};
+}
+
+/// What was said, for an answer.
+std::string quoted(std::string_view text) {
+  constexpr size_t kLongest = 60;
+  return one_line(std::string(text), kLongest);
 }
 
 /// The first word; the rest stays in `line`.
@@ -68,7 +75,7 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
     wanted.renderer = static_cast<uint32_t>(renderer);
     return {CommandKind::kChange, false, ""};
   }
-  return refused("renderer: there is no '" + std::string(name) + "'; known: " + known);
+  return refused("renderer: there is no '" + quoted(name) + "'; known: " + known);
 }
 
 Command set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
@@ -93,7 +100,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
       target = &wanted.scene_time_scale, most = kMostTimeScale;
       value = plain_number(line);
     } else {
-      return refused("cannot set '" + std::string(key) +
+      return refused("cannot set '" + quoted(key) +
                      "'; what can be set: stiffness, damping, rotational-stiffness, "
                      "rotational-damping, time-scale, renderer");
     }
@@ -115,11 +122,12 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view word = take_word(line);
   if (word != "set" && !line.empty()) {
-    return refused("'" + std::string(word) + "' takes nothing after it");
+    return refused("'" + quoted(word) + "' takes nothing after it");
   }
   ControlFrame changed = wanted;
   Command command{CommandKind::kChange, false, ""};
   if (word == "status") return {CommandKind::kStatus, false, ""};
+  if (word == "config") return {CommandKind::kConfig, false, ""};
   if (word == "stop") return {CommandKind::kStop, false, ""};
   if (word == "clear-fault") {
     ++changed.fault_clears;
@@ -132,7 +140,7 @@ Command apply_command(std::string_view line, const SessionConfig& config, Contro
   } else if (word == "set") {
     command = set(line, config, changed);
   } else {
-    return refused("unknown command '" + std::string(word) + "'; known: " + kCommands);
+    return refused("unknown command '" + quoted(word) + "'; known: " + kCommands);
   }
   if (command.kind != CommandKind::kChange) return command;
   ++changed.revision;

@@ -10,7 +10,7 @@
 namespace haptic {
 
 /// What a line that came over the control socket asks for.
-enum class CommandKind { kStatus, kStop, kChange, kRefused };
+enum class CommandKind { kStatus, kConfig, kStop, kChange, kRefused };
 
 struct Command {
   CommandKind kind = CommandKind::kRefused;
@@ -19,7 +19,7 @@ struct Command {
 };
 
 /// Understands one line and applies it to the desired state (never partly):
-///   status | stop | clear-fault | arm | disarm | pause | resume
+///   status | config | stop | clear-fault | arm | disarm | pause | resume
 ///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
 ///   set rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad"
 ///   set renderer NAME, one that the session has a tool and maps for

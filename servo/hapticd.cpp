@@ -21,8 +21,12 @@ struct Options {
 };
 
 int run(const Options& options) {
-  haptic::SessionConfig config = haptic::load_config(options.config_path);
-  if (!options.replay.empty()) haptic::use_trace(config, options.replay);
+  std::string text = haptic::read_config_text(options.config_path);
+  haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
+  if (!options.replay.empty()) {
+    haptic::use_trace(config, options.replay);
+    text += "\n# its device was replaced: --replay " + options.replay + "\n";
+  }
   const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) {
     for (const std::string& line : warnings) {
@@ -38,7 +42,7 @@ int run(const Options& options) {
   for (const std::string& line : warnings) {
     log.write(haptic::LogLevel::kWarning, "hapticd", options.config_path + ": " + line);
   }
-  return haptic::Supervisor(config, session, log).run();
+  return haptic::Supervisor(config, text, session, log).run();
 }
 
 }  // namespace

@@ -47,8 +47,10 @@ FileDescriptor take_signals() {
 
 }  // namespace
 
-Supervisor::Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log)
+Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
+                       const std::string& session, HapticdLog& log)
     : config_(config),
+      config_text_(std::move(config_text)),
       log_(log),
       folder_(program_folder()),
       server_(session),
@@ -192,6 +194,9 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
       break;
     case CommandKind::kStatus:
       commands_.answer(peer, status());
+      break;
+    case CommandKind::kConfig:
+      commands_.answer(peer, config_text_);
       break;
     case CommandKind::kStop:
       log_.write(LogLevel::kInfo, "hapticd", "stopping: asked to");

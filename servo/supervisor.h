@@ -30,7 +30,9 @@ class Supervisor {
  public:
   /// Takes the session's name; throws HandoutError, SegmentError, or std::runtime_error when a
   /// program is missing.
-  Supervisor(const SessionConfig& config, const std::string& session, HapticdLog& log);
+  /// `config_text` is what was read, for whoever may control the session.
+  Supervisor(const SessionConfig& config, std::string config_text, const std::string& session,
+             HapticdLog& log);
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
 
@@ -100,6 +102,7 @@ class Supervisor {
   void stop_child(const char* name, const char* program, ChildProcess& child, int64_t deadline_ns);
 
   const SessionConfig config_;
+  const std::string config_text_;
   HapticdLog& log_;
   std::string folder_;  // of the programs
   HandoutServer server_;

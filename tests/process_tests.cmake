@@ -9,6 +9,7 @@ endif()
 haptic_tests(process ${alone} COST 10 LIBRARIES haptic_device SOURCES
   process/chain_test.cpp
   process/emulator_test.cpp
+  process/recording_test.cpp
   process/session_test.cpp)
 haptic_tests(process NAME faults ${alone} COST 20 LIBRARIES haptic_torture SOURCES
   process/fault_contact_test.cpp
@@ -21,7 +22,7 @@ haptic_tests(process NAME hapt ${alone} COST 20 LIBRARIES haptic_torture SOURCES
   process/ring_torture_test.cpp
   process/selftest_test.cpp)
 # they start them
-add_dependencies(test_process hapticd haptic-sim haptic-contact haptic-servo haptic-emulator)
+add_dependencies(test_process hapt hapticd haptic-sim haptic-contact haptic-servo haptic-emulator)
 add_dependencies(test_faults hapticd haptic-sim haptic-faulty-contact haptic-servo haptic-emulator
   hapt hapt-lab)
 add_dependencies(test_hapt hapt hapt-lab hapticd haptic-sim haptic-contact haptic-servo

@@ -3,13 +3,18 @@
 haptic_tests(proto LIBRARIES haptic_proto SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
-  proto/handout_test.cpp proto/handout_hostile_test.cpp proto/realtime_test.cpp
+  proto/handout_test.cpp proto/handout_hostile_test.cpp proto/mcap_hostile_test.cpp
+  proto/realtime_test.cpp proto/regular_file_test.cpp
   proto/ring_model_test.cpp
   proto/ring_test.cpp
   proto/segment_fuzz_test.cpp
   proto/segment_hostile_test.cpp
   proto/segment_test.cpp
   proto/trace_test.cpp)
+# what reads files and sockets, given anything: docs/fuzzing.md
+haptic_tests(fuzz LIBRARIES haptic_hapticd SOURCES
+  fuzz/config_fuzz_test.cpp fuzz/log_fuzz_test.cpp fuzz/socket_fuzz_test.cpp
+  fuzz/trace_fuzz_test.cpp)
 haptic_tests(math LIBRARIES haptic_proto Eigen3::Eigen SOURCES
   proto/coupling_margin_test.cpp proto/mapping_test.cpp proto/math_test.cpp
   proto/project_point_test.cpp proto/qp_test.cpp proto/lcp_test.cpp proto/coulomb_test.cpp)

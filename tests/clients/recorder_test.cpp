@@ -2,10 +2,15 @@
 #include "clients/recorder.h"
 
 #include <poll.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <filesystem>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -29,8 +34,8 @@ struct Session {
   std::unique_ptr<Recorder> recorder;
   std::unique_ptr<TraceWriter> trace;
 
-  Session() {
-    path = folder.path() + "/run.mcap";
+  explicit Session(const std::string& where = "") {
+    path = (where.empty() ? folder.path() : where) + "/run.mcap";
     attachments = std::make_unique<Attachments>(connect_session("recorded"));
     recorder = std::make_unique<Recorder>(*attachments);
     attachments->start();
@@ -213,6 +218,79 @@ TEST_CASE("recorder: a chunk is closed after a quarter of a second, however litt
   CHECK(session.trace->size() > with_first);
   // and a reader sees it though the file has no end yet
   CHECK(TraceReader(session.path).read(kServo0Topic).size() == 2);
+}
+
+namespace {
+
+/// A frame that cannot be compressed.
+ServoFrame noisy_frame(uint64_t tick) {
+  ServoFrame frame = frame_of(tick);
+  std::mt19937_64 random(tick);
+  for (Wrench& impulse : frame.object_impulse_W) {
+    for (double* part : {&impulse.f.x, &impulse.f.y, &impulse.f.z, &impulse.t.x}) {
+      *part = std::bit_cast<double>(random() >> 2);
+    }
+  }
+  return frame;
+}
+
+/// Publishes until the file is ended by an error, and then some; finishes it and checks the counts.
+void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>& servo) {
+  uint64_t published = 0;
+  bool good = true;
+  while (good && published < 20'000) {
+    for (int i = 0; i < 50; ++i) servo.channels().frames.publish(noisy_frame(published++));
+    good = session.recorder->drain(*session.trace, now_ns());
+  }
+  REQUIRE_FALSE(good);
+  // what still comes before the recorder ends is lost as well
+  for (int i = 0; i < 7; ++i) servo.channels().frames.publish(noisy_frame(published++));
+  CHECK_FALSE(session.recorder->finish(*session.trace, now_ns()));
+
+  const TraceReader trace(session.path);
+  CHECK(trace.mcap().finished());
+  const uint64_t there = trace.read(kServo0Topic).size();
+  CHECK(there > 0);
+  CHECK(session.recorded(kServo) == there);
+  CHECK(session.lost(kServo) == published - there);
+  CHECK_THAT(
+      session.recorder->failure(),
+      Catch::StartsWith(session.path + ": ") &&
+          Catch::EndsWith("; lost: " + std::to_string(published - there) + " of /servo0/frame"));
+}
+
+}  // namespace
+
+TEST_CASE("recorder: at a limit of the file size what is not in the file is counted as lost") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  session.announce(servo);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  // as `ulimit -f` sets it; the writer looks at it before the kernel sends a signal
+  const rlimit small{1'000'000, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  check_counts_of_what_is_full(session, servo);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+}
+
+TEST_CASE("recorder: on a full disk what is not in the file is counted as lost") {
+  const test::TemporaryFolder folder;
+  const std::string disk = folder.path() + "/disk";
+  std::filesystem::create_directory(disk);
+  if (mount("none", disk.c_str(), "tmpfs", 0, "size=1m") != 0) {
+    WARN("SKIPPED: mounting a small disk needs root");
+    return;
+  }
+  {
+    Session session(disk);
+    SegmentWriter<ServoChannels> servo(1);
+    session.announce(servo);
+    REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+    check_counts_of_what_is_full(session, servo);
+  }
+  CHECK(umount(disk.c_str()) == 0);
 }
 
 }  // namespace haptic

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Recordings (MCAP) that are damaged, or put together to do harm: refused in one line, or read with
+// bounded time and memory.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "proto/csv.h"
+#include "proto/hand_trace.h"
+#include "tests/fuzz/fuzz_run.h"
+#include "tests/fuzz/hostile_input.h"
+#include "tests/support/mcap_bytes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::FuzzRandom;
+using test::McapBytes;
+
+struct Record {
+  uint8_t op = 0;
+  std::string content;
+};
+
+constexpr uint8_t kFooter = 0x02, kMessage = 0x05, kChunk = 0x06;
+
+/// A file of the program: five topics, three chunks, metadata and an end.
+std::string valid_file(const std::string& folder) {
+  const std::string path = folder + "/seed.mcap";
+  {
+    TraceWriter trace(path, recording_metadata("fuzz", "[session]\nname = \"fuzz\"\n"));
+    for (int i = 0; i < 12; ++i) {
+      ServoFrame frame{};
+      frame.tick = static_cast<uint64_t>(i);
+      frame.t_ns = frame.device.t_ns = 1'000'000 * i;
+      frame.device.flags = kDeviceFresh;
+      const Stamp stamp{frame.t_ns, frame.t_ns, frame.tick};
+      trace.write(kServo0Topic, frame, stamp);
+      if (i % 6 == 0) trace.write(kContact0Topic, ContactSet{}, stamp);
+      trace.write(kEventTopic, Event{}, stamp);
+      if (i % 4 == 3) trace.flush();
+    }
+  }
+  std::ifstream in(path, std::ios::binary);
+  return std::string((std::istreambuf_iterator<char>(in)), {});
+}
+
+template <typename T>
+T number_at(const std::string& bytes, size_t at) {
+  T value{};
+  if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+/// Records between two places of a file.
+std::vector<Record> records_of(const std::string& file, size_t begin, size_t end) {
+  std::vector<Record> records;
+  for (size_t at = begin; at + 9 <= end;) {
+    const size_t length = number_at<uint64_t>(file, at + 1);
+    records.push_back({static_cast<uint8_t>(file[at]), file.substr(at + 9, length)});
+    at += 9 + length;
+  }
+  return records;
+}
+
+/// A chunk that is not packed, of messages that are like those of the program.
+std::string plain_chunk(const test::Damage& damage, FuzzRandom& random) {
+  McapBytes inside;
+  const std::vector<size_t> sizes{sizeof(ServoFrame), sizeof(ContactSet), sizeof(SceneFrame),
+                                  sizeof(ControlFrame), sizeof(Event)};
+  for (size_t left = random.below(6); left > 0; --left) {
+    const size_t topic = random.below(sizes.size());
+    McapBytes content;
+    content.number(static_cast<uint16_t>(topic + 1)).number(uint32_t{0}).number(uint64_t{left});
+    std::string payload = std::string("\0\1\0\0", 4) + std::string(sizes[topic], '\0');
+    if (random.below(2) == 0) {
+      for (char& c : payload) c = random.below(4) == 0 ? static_cast<char>(random.bits()) : c;
+      payload[1] = 1;
+    }
+    const bool is_whole = random.below(4) != 0;
+    content.number(uint64_t{left}).raw(is_whole ? payload : damage.apply(payload, random));
+    inside.record(kMessage, content);
+  }
+  return test::chunk(inside.size(), "", inside.bytes()).bytes();
+}
+
+/// A chunk whose packed bytes are few and unpack to many, or say so.
+std::string bomb(FuzzRandom& random) {
+  const uint32_t blocks = 1u << random.below(13), each = 1u << random.below(18);
+  const uint64_t size = uint64_t{blocks} * each;
+  const uint64_t claims[] = {size, size + 1, 0, 1 << 20, uint64_t{1} << 62, ~uint64_t{0}};
+  return test::chunk(claims[random.below(6)], "zstd",
+                     test::repeating_frame(blocks, each, claims[random.below(6)]))
+      .bytes();
+}
+
+void change_record(std::vector<Record>& records, const test::Damage& damage, FuzzRandom& random) {
+  const size_t at = random.below(records.size());
+  const auto place = records.begin() + static_cast<std::ptrdiff_t>(at);
+  switch (random.below(7)) {
+    case 0:
+      records.erase(place);
+      break;
+    case 1:
+      records.insert(place, random.pick(std::vector<Record>(records)));
+      break;
+    case 2:
+      std::swap(records[at], records[random.below(records.size())]);
+      break;
+    case 3:
+      records[at].content = damage.apply(records[at].content, random);
+      break;
+    case 4:
+      records[at].op = static_cast<uint8_t>(random.below(17));
+      break;
+    default:
+      records.insert(place,
+                     {kChunk, random.below(2) == 0 ? bomb(random) : plain_chunk(damage, random)});
+  }
+}
+
+/// Put together again with true lengths, and a summary that is found where there is one.
+std::string file_of(const std::vector<Record>& records, FuzzRandom& random) {
+  McapBytes file;
+  file.raw(test::kMcapMagic);
+  uint64_t data_end = 0;
+  for (const Record& record : records) {
+    if (record.op == kFooter && random.below(4) != 0) {
+      McapBytes footer;
+      footer.number(data_end).number(uint64_t{0}).number(uint32_t{0});
+      file.record(kFooter, footer);
+    } else {
+      file.record(record.op, McapBytes().raw(record.content));
+    }
+    if (record.op == 0x0F) data_end = file.size();
+  }
+  return file.raw(test::kMcapMagic).bytes();
+}
+
+std::string input(const std::string& seed, const test::Damage& damage, FuzzRandom& random) {
+  if (random.below(3) == 0) return damage.apply(seed, random, 1 << 20);
+  const size_t magic = test::kMcapMagic.size();
+  std::vector<Record> records = records_of(seed, magic, seed.size() - magic);
+  for (size_t left = 1 + random.below(4); left > 0 && !records.empty(); --left) {
+    change_record(records, damage, random);
+  }
+  const std::string file = file_of(records, random);
+  return random.below(8) == 0 ? damage.apply(file, random, 1 << 20) : file;
+}
+
+/// All that the program does with a recording that it is given.
+void use(const std::string& path) {
+  const TraceReader trace(path);
+  std::ostream nowhere(nullptr);
+  for (const TopicInfo* topic : trace.topics()) export_csv(trace, *topic, nowhere);
+  ReplayConfig config;
+  assign(config.path, path);
+  for (const DeviceState& s : load_hand_trace(config).samples) {
+    const bool finite = is_finite(s.X_BH) && is_finite(s.V_BH) && std::isfinite(s.grip);
+    if (!finite) throw std::runtime_error("a number is not finite:\n");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and memory") {
+  const test::TemporaryFolder folder;
+  const std::string seed = valid_file(folder.path());
+  const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg",
+                             std::string(test::kMcapMagic), std::string(9, '\0'), "\n\x1b[2J"});
+  const std::string path = folder.path() + "/fuzzed.mcap";
+  test::FuzzRun fuzz("log", 3, 1500);
+  fuzz.run([&](FuzzRandom& random) {
+    std::ofstream(path, std::ios::binary) << input(seed, damage, random);
+    use(path);
+  });
+  CHECK(fuzz.accepted() > fuzz.inputs() / 50);
+  CHECK(fuzz.accepted() < fuzz.inputs() * 9 / 10);
+}
+
+}  // namespace haptic

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What `hapt record` writes, where it does not, and what is not read: on the real binaries.
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "proto/config.h"
+#include "proto/trace.h"
+#include "tests/process/hapt_command.h"
+#include "tests/process/watcher.h"
+#include "tests/support/data.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::hapt;
+using test::HapticdProcess;
+using test::has;
+using test::lines;
+using test::programs_are_built;
+using test::Ran;
+using test::shell;
+using test::TemporaryRuntimeFolder;
+using test::Watcher;
+
+/// A session that runs, from a file of its own.
+struct Session {
+  TemporaryRuntimeFolder folder;
+  std::string text =
+      read_config_text(test::from_source("configs/plane.toml")) + "# of this test alone\n";
+  std::string file = write();
+  HapticdProcess hapticd{{file, "--session", "recorded"}, folder.path()};
+  Watcher watcher{"recorded"};
+
+  Session() { REQUIRE(watcher.wait_for_all()); }
+  std::string write() const {
+    std::string path = folder.path() + "/own.toml";
+    std::ofstream(path) << text;
+    return path;
+  }
+};
+
+std::string config_in(const std::string& recording) {
+  return TraceReader(recording).mcap().metadata().at("recording").at("config");
+}
+
+}  // namespace
+
+TEST_CASE("hapt record: the recording holds the session file that hapticd has read") {
+  if (!programs_are_built()) return;
+  const Session session;
+  // what it was started with, whatever lies there by now
+  std::ofstream(session.file) << "something else";
+  const Ran ran = hapt("record -o run.mcap --for 0.3", session.folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(config_in(session.folder.path() + "/run.mcap") == session.text);
+  CHECK(hapt("config", session.folder.path()).output == session.text + "\n");
+}
+
+TEST_CASE("hapt record: a user who may watch is not told the session file") {
+  if (!programs_are_built()) return;
+  if (geteuid() != 0) {
+    WARN("SKIPPED: needs root, to become somebody else");
+    return;
+  }
+  const Session session;
+  namespace fs = std::filesystem;
+  fs::permissions(session.folder.path(), fs::perms(0755));
+  const std::string open = session.folder.path() + "/open";
+  fs::create_directory(open);
+  fs::permissions(open, fs::perms::all);
+  const Ran ran =
+      shell("setpriv --reuid 65534 --clear-groups hapt record -o open/run.mcap --for 0.3",
+            session.folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(has(ran.output, "the recording will not hold the session file: only user 0 and root"));
+  CHECK(config_in(open + "/run.mcap").empty());
+}
+
+TEST_CASE("hapt record: what is no file is refused, and a full one ends with the count of losses") {
+  if (!programs_are_built()) return;
+  const Session session;
+  const std::string folder = session.folder.path();
+  REQUIRE(mkfifo((folder + "/pipe").c_str(), 0600) == 0);
+  for (const std::string output : {"/dev/null", "/dev/full", "pipe"}) {
+    const Ran ran = shell("timeout 20 hapt record --for 5 -o " + output, folder);
+    CAPTURE(output, ran.output);
+    CHECK(ran.code == 1);
+    CHECK(lines(ran.output) == 1);
+    CHECK(has(ran.output, output == "pipe" ? "is a pipe" : "is a device"));
+  }
+  const Ran full = shell("ulimit -f 100; timeout 60 hapt record -o full.mcap", folder);
+  INFO(full.output);
+  CHECK(full.code == 1);
+  CHECK(has(full.output, "File too large after "));
+  CHECK(has(full.output, "; lost: "));
+  CHECK(TraceReader(folder + "/full.mcap").mcap().finished());
+}
+
+TEST_CASE("hapt: a pipe, a device or a folder in the place of a file is refused in one line") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  REQUIRE(mkfifo((folder.path() + "/pipe").c_str(), 0600) == 0);
+  for (const std::string words :
+       {"hapt export pipe", "hapt export /dev/zero", "hapt export .", "hapt demo --config pipe",
+        "hapt demo --config /dev/zero", "hapt replay pipe --config plane.toml", "hapticd pipe",
+        "hapticd /dev/zero"}) {
+    const Ran ran = shell("timeout 20 " + words, folder.path());
+    CAPTURE(words, ran.output);
+    CHECK((ran.code == 1 || ran.code == 2));
+    CHECK(lines(ran.output) == 1);
+    CHECK((has(ran.output, "is a pipe") || has(ran.output, "is a device") ||
+           has(ran.output, "is a folder")));
+  }
+}
+
+}  // namespace haptic
