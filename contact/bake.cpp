@@ -221,8 +221,7 @@ BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_
   if (open_cache(cached, key, path, shape, problem)) return shape;
 
   const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
-  const MeshFileFacts facts = scan_mesh_file(text, path, memory_limit);
-  std::vector<std::byte> bytes = bake_bytes(read_mesh_file(path, facts), object, path, key);
+  std::vector<std::byte> bytes = bake_bytes(read_mesh(text, path, memory_limit), object, path, key);
   const std::string refused = write_atomically(cached, bytes);
   shape = shape_in_memory(std::move(bytes), key, path);
   // about this run, not about the mesh: after what is kept

@@ -11,13 +11,14 @@
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
-#include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <array>
 #include <set>
 #include <sstream>
+
+#include "contact/bake_polygons.h"
 
 namespace haptic {
 namespace {
@@ -55,6 +56,28 @@ void merge_and_drop(CgalSoup& soup, BakeReport& report) {
   pmp::repair_polygon_soup(points, polygons);
 }
 
+/// Leaves triangles alone. The polygons were checked before points were merged, which does not move
+/// them.
+void cut_polygons(CgalSoup& soup, const BakeReport& report) {
+  std::vector<std::vector<size_t>> triangles;
+  triangles.reserve(soup.polygons.size());
+  std::vector<Vec3> corners;
+  for (std::vector<size_t>& polygon : soup.polygons) {
+    if (polygon.size() == 3) {
+      triangles.push_back(std::move(polygon));
+      continue;
+    }
+    corners.clear();
+    for (const size_t i : polygon) {
+      corners.push_back({soup.points[i].x(), soup.points[i].y(), soup.points[i].z()});
+    }
+    const auto cut = cut_polygon(corners);
+    if (!cut) throw MeshError(report.file + ": a face crosses itself; triangulate on export");
+    for (const auto& [a, b, c] : *cut) triangles.push_back({polygon[a], polygon[b], polygon[c]});
+  }
+  soup.polygons = std::move(triangles);
+}
+
 void orient_faces(CgalSoup& soup, BakeReport& report) {
   const std::vector<std::vector<size_t>> before = soup.polygons;
   const size_t n_points = soup.points.size();
@@ -85,9 +108,6 @@ Mesh connect_faces(CgalSoup& soup, BakeReport& report) {
   }
   Mesh mesh;
   pmp::polygon_soup_to_polygon_mesh(soup.points, soup.polygons, mesh);
-  if (!CGAL::is_triangle_mesh(mesh) && !pmp::triangulate_faces(mesh)) {
-    throw MeshError(report.file + ": a face cannot be cut into triangles; triangulate on export");
-  }
   return mesh;
 }
 
@@ -210,10 +230,12 @@ Soup number_by_first_use(const Mesh& mesh) {
 }  // namespace
 
 Soup repair_soup(PolygonSoup raw, bool allow_open, BakeReport& report) {
+  check_polygons(raw, report.file);
   CgalSoup soup{{}, std::move(raw.polygons)};
   soup.points.reserve(raw.points.size());
   for (const Vec3& p : raw.points) soup.points.emplace_back(p.x, p.y, p.z);
   merge_and_drop(soup, report);
+  cut_polygons(soup, report);
   orient_faces(soup, report);
   Mesh mesh = connect_faces(soup, report);
   drop_degenerate(mesh, report);

@@ -18,8 +18,12 @@ haptic_tests(rt_guard LIBRARIES haptic_rt_guard haptic_rt_guard_hooks SOURCES
   proto/rt_guard_test.cpp)
 # functions by name in what it reports
 set_target_properties(test_rt_guard PROPERTIES ENABLE_EXPORTS ON)
+# what is done to a mesh before anybody touches it
+haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
+  contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp
+  contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
-  contact/bake_test.cpp contact/bake_volume_test.cpp contact/body_detectors_test.cpp
+  contact/body_detectors_test.cpp
   contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
   contact/sphere_proxy_test.cpp
