@@ -65,9 +65,11 @@ FileDescriptor take_signals() {
   _exit(kExitNoProgram);
 }
 
-std::string how_it_ended(int status) {
-  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status));
-  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
+/// "was killed: Killed while it prepared thing.obj".
+std::string how_it_ended(int status, const std::string& preparing) {
+  const std::string what = preparing.empty() ? "" : " while it prepared " + preparing;
+  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status)) + what;
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status)) + what;
 }
 
 }  // namespace
@@ -182,6 +184,7 @@ void Supervisor::wait_for_work(int64_t until_ns) {
 void Supervisor::write_output(Process& process, bool ended) {
   if (!process.output) return;
   const auto use = [&](const std::string& line) {
+    if (line.starts_with(kPreparing)) process.preparing = line.substr(kPreparing.size());
     log_.write(LogLevel::kInfo, process.name, line);
   };
   ended ? process.output->flush(use) : process.output->read(use);
@@ -261,6 +264,7 @@ void Supervisor::tell_waiting(int64_t t_ns) {
 void Supervisor::start(Process& process) {
   ++process.generation;
   process.output.emplace(process.program);
+  process.preparing.clear();
   const FileDescriptor socket = server_.connect_child(process.id, process.generation);
   const std::string path = folder_ + "/" + process.program;
   std::vector<std::string> words{path,
@@ -298,6 +302,7 @@ bool Supervisor::is_hopeless(Process& process, int status) {
   const bool ran = header != nullptr && header->generation.load() == process.generation &&
                    header->state.load() != static_cast<uint32_t>(SegmentState::kInit);
   process.ever_ran |= ran;
+  if (ran) process.preparing.clear();
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
   // a device that was there is waited for, as long as it takes
   if (code == kExitNoDevice && process.ever_ran) return false;
@@ -308,10 +313,20 @@ bool Supervisor::is_hopeless(Process& process, int status) {
     exit_code_ = kExitBadInput;
     return true;
   }
+  // what has been prepared once is in the cache: then the next attempt may well succeed
+  if (!process.preparing.empty() && !process.ever_ran) {
+    log_.write(
+        LogLevel::kError, process.name,
+        std::string(process.program) + " " + how_it_ended(status, process.preparing) +
+            "; the session ends; try that mesh alone (hapt bake), repair or decimate it; the "
+            "kernel kills what takes more memory than there is");
+    exit_code_ = kExitCrash;
+    return true;
+  }
   process.deaths_unborn = ran ? 0 : process.deaths_unborn + 1;
   if (process.deaths_unborn < kMostDeathsUnborn) return false;
   log_.write(LogLevel::kError, process.name,
-             std::string(process.program) + " " + how_it_ended(status) + " " +
+             std::string(process.program) + " " + how_it_ended(status, process.preparing) + " " +
                  std::to_string(kMostDeathsUnborn) +
                  " times before it ran; the session ends; look for the reason above");
   exit_code_ = kExitCrash;
@@ -334,7 +349,8 @@ void Supervisor::reap(Process& process) {
   process.restart_at_ns = t_ns + delay_ns;
   if (process.id == SegmentId::kServo0) keep_fault();
   log_.write(LogLevel::kWarning, process.name,
-             std::string(process.program) + " " + how_it_ended(status) + "; starting it again " +
+             std::string(process.program) + " " + how_it_ended(status, process.preparing) +
+                 "; starting it again " +
                  (lacks_device(process) ? "when the device is back"
                                         : "in " + std::to_string(delay_ns / kMs) + " ms"));
 }

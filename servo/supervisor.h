@@ -43,6 +43,7 @@ class Supervisor {
     pid_t pid = -1;  // −1: not running
     FileDescriptor pidfd = {};
     std::optional<ChildOutput> output = {};
+    std::string preparing = {};  // what it said last that it prepares; empty: nothing, or it runs
     uint64_t generation = 0;
     int deaths_in_a_row = 0;
     int deaths_unborn = 0;  // in a row, before its loop ran
