@@ -15,6 +15,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
+constexpr uint64_t kPlenty = uint64_t{4} << 30;  // [bytes]
+
 /// A point of the plane with integer coordinates, so that the judge's arithmetic is exact.
 struct Grid2 {
   int64_t x, y;
@@ -211,4 +213,22 @@ TEST_CASE("bake polygons: corners on one line are a fan, double corners are no m
   CHECK_THROWS_WITH(
       check_polygons(soup, "thing.obj"),
       Contains("thing.obj: face 3, of 5 corners") && Contains("triangulate on export"));
+}
+
+TEST_CASE(
+    "bake polygons: one that is not planar is cut, one that crosses itself refused by number") {
+  ObjectConfig object;
+  object.unit = 1;
+  assign(object.mesh, "thing.obj");
+  // a pyramid whose base of five corners is bent and has a notch
+  const BakedShape baked = bake_contents(
+      "v 0 0 0\nv 4 0 0.5\nv 4 4 0\nv 2 1 0.3\nv 0 4 0.2\nv 2 0.5 5\n"
+      "f 5 4 3 2 1\nf 1 2 6\nf 2 3 6\nf 3 4 6\nf 4 5 6\nf 5 1 6\n",
+      object, kPlenty);
+  CHECK(baked.shape.mesh.closed);
+  CHECK(baked.shape.mesh.triangles.size() == 8);
+  CHECK(baked.report.lines.empty());
+  CHECK_THROWS_WITH(
+      bake_contents("v 0 0 0\nv 1 1 0\nv 1 0 1\nv 0 1 0\nv 2 2 1\nf 1 2 3 4 5\n", object, kPlenty),
+      Contains("thing.obj: face 1, of 5 corners") && Contains("triangulate on export"));
 }

@@ -374,23 +374,6 @@ TEST_CASE("bake: polygons are triangulated") {
   CHECK(baked.shape.mesh.closed);
 }
 
-TEST_CASE(
-    "bake: a polygon that is not planar is cut, one that crosses itself is refused by number") {
-  const Bench bench;
-  // a pyramid whose base of five corners is bent and has a notch; every side is there twice
-  const std::string pyramid =
-      "v 0 0 0\nv 4 0 0.5\nv 4 4 0\nv 2 1 0.3\nv 0 4 0.2\nv 2 0.5 5\n"
-      "f 5 4 3 2 1\nf 1 2 6\nf 2 3 6\nf 3 4 6\nf 4 5 6\nf 5 1 6\n";
-  const BakedShape baked = bake_object(object_at(bench.write("bent.obj", pyramid)), kPlenty);
-  CHECK(baked.shape.mesh.closed);
-  CHECK(baked.shape.mesh.triangles.size() == 8);
-  CHECK(all_lines(baked.report) == "");
-  // six lines: the sides of its only face cross
-  CHECK_THAT(
-      error_of(bench, "bow.obj", "v 0 0 0\nv 1 1 0\nv 1 0 1\nv 0 1 0\nv 2 2 1\nf 1 2 3 4 5\n"),
-      Contains("bow.obj: face 1, of 5 corners") && Contains("triangulate on export"));
-}
-
 TEST_CASE("bake: unit and size must agree and any unit is scaled") {
   const Bench bench;
   ObjectConfig object = object_at(bench.write("box.obj", as_obj(make_box({2.5, 1, 1}))));
