@@ -25,7 +25,7 @@ using Bytes = std::vector<std::byte>;
 using Random = FuzzMeter::Random;
 
 constexpr uint64_t kKey = 7;
-constexpr unsigned kSeconds = kSlowdown > 1 ? 60 : 10;  // that no input takes, on a busy machine
+constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // of the processor, that no input takes
 constexpr size_t kShapeArrays = 20, kVolumeArrays = 14;
 
 Bytes shape_block() {
