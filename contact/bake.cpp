@@ -21,7 +21,11 @@ namespace {
 
 constexpr size_t kEyeTriangles = 20000;
 constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
-constexpr char kGridMark = '\t';         // begins the lines of the report that explain the grid
+// of the longest side [m]: beyond any workspace, and so far from the limits of a double that the
+// fourth powers of lengths, which normals take, neither overflow nor vanish
+constexpr double kSmallestSize = 1e-9, kLargestSize = 1e6;
+constexpr double kSmallestCoordinate = 1e-40;  // [m]; what is less is 0, for the same reason
+constexpr char kGridMark = '\t';  // begins the lines of the report that explain the grid
 constexpr std::string_view kPrimitive = "primitive:";
 
 std::string millimetres(double metres) {
@@ -72,8 +76,16 @@ void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& r
                     millimetres(report.size) +
                     ": correct unit or size, or unit = \"any\" to scale");
   }
-  if (scale == 1) return;
-  for (Vec3& p : soup.points) p = scale * p;
+  if (!(report.size >= kSmallestSize && report.size <= kLargestSize)) {
+    throw MeshError(report.file + ": its longest side is " + millimetres(report.size) +
+                    ", which nobody can touch; correct unit or size, or export it again");
+  }
+  for (Vec3& p : soup.points) {
+    for (int k = 0; k < 3; ++k) {
+      p[k] *= scale;
+      if (std::fabs(p[k]) < kSmallestCoordinate) p[k] = 0;
+    }
+  }
 }
 
 /// The report as text: a line of numbers, then its lines.
@@ -221,8 +233,7 @@ BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_
   if (open_cache(cached, key, path, shape, problem)) return shape;
 
   const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
-  const MeshFileFacts facts = scan_mesh_file(text, path, memory_limit);
-  std::vector<std::byte> bytes = bake_bytes(read_mesh_file(path, facts), object, path, key);
+  std::vector<std::byte> bytes = bake_bytes(read_mesh(text, path, memory_limit), object, path, key);
   const std::string refused = write_atomically(cached, bytes);
   shape = shape_in_memory(std::move(bytes), key, path);
   // about this run, not about the mesh: after what is kept
@@ -232,6 +243,12 @@ BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_
 }
 
 }  // namespace
+
+BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit) {
+  const std::string name(view(object.mesh));
+  return shape_in_memory(bake_bytes(read_mesh(bytes, name, memory_limit), object, name, 0), 0,
+                         name);
+}
 
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "contact/shape/mesh_shape.h"
@@ -49,6 +50,9 @@ struct BakedShape {
 /// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder when it was
 /// baked before (key: content, unit, size, options, version). Throws MeshError.
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
+
+/// The same for the bytes of a mesh file that object.mesh only names; nothing is cached.
+BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit);
 
 /// The same for a mesh in memory (generators, tests); nothing is cached.
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,

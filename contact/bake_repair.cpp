@@ -11,13 +11,14 @@
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
-#include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <array>
 #include <set>
 #include <sstream>
+
+#include "contact/bake_polygons.h"
 
 namespace haptic {
 namespace {
@@ -39,20 +40,48 @@ std::string counted(size_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
+/// Takes out corners that follow themselves. What then has a corner twice has no area: a polygon
+/// with an area that touches itself was refused.
+bool has_no_area(std::vector<size_t>& polygon) {
+  polygon.erase(std::unique(polygon.begin(), polygon.end()), polygon.end());
+  while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
+  return polygon.size() < 3 ||
+         std::set<size_t>(polygon.begin(), polygon.end()).size() < polygon.size();
+}
+
 void merge_and_drop(CgalSoup& soup, BakeReport& report) {
   auto& [points, polygons] = soup;
   pmp::merge_duplicate_points_in_polygon_soup(points, polygons);
-  report.degenerate_removed += std::erase_if(polygons, [](const std::vector<size_t>& polygon) {
-    return std::set<size_t>(polygon.begin(), polygon.end()).size() < 3;
-  });
+  report.degenerate_removed += std::erase_if(polygons, has_no_area);
   report.duplicate_removed = pmp::merge_duplicate_polygons_in_polygon_soup(
       points, polygons, CGAL::parameters::require_same_orientation(false));
   if (report.duplicate_removed > 0) {
     report.lines.push_back(counted(report.duplicate_removed, "face that was", "faces that were") +
                            " there twice removed");
   }
-  // what is left: repeated and pinched corners, unused points
-  pmp::repair_polygon_soup(points, polygons);
+  pmp::remove_isolated_points_in_polygon_soup(points, polygons);
+}
+
+/// Leaves triangles alone. The polygons were checked before points were merged, which does not move
+/// them.
+void cut_polygons(CgalSoup& soup, const BakeReport& report) {
+  std::vector<std::vector<size_t>> triangles;
+  triangles.reserve(soup.polygons.size());
+  std::vector<Vec3> corners;
+  for (std::vector<size_t>& polygon : soup.polygons) {
+    if (polygon.size() == 3) {
+      triangles.push_back(std::move(polygon));
+      continue;
+    }
+    corners.clear();
+    for (const size_t i : polygon) {
+      corners.push_back({soup.points[i].x(), soup.points[i].y(), soup.points[i].z()});
+    }
+    const auto cut = cut_polygon(corners);
+    if (!cut) throw MeshError(report.file + ": a face crosses itself; triangulate on export");
+    for (const auto& [a, b, c] : *cut) triangles.push_back({polygon[a], polygon[b], polygon[c]});
+  }
+  soup.polygons = std::move(triangles);
 }
 
 void orient_faces(CgalSoup& soup, BakeReport& report) {
@@ -85,9 +114,6 @@ Mesh connect_faces(CgalSoup& soup, BakeReport& report) {
   }
   Mesh mesh;
   pmp::polygon_soup_to_polygon_mesh(soup.points, soup.polygons, mesh);
-  if (!CGAL::is_triangle_mesh(mesh) && !pmp::triangulate_faces(mesh)) {
-    throw MeshError(report.file + ": a face cannot be cut into triangles; triangulate on export");
-  }
   return mesh;
 }
 
@@ -154,6 +180,30 @@ std::vector<std::array<Mesh::Vertex_index, 3>> corners_of(const Mesh& mesh) {
   return corners;
 }
 
+/// Six times the volume that faces enclose, by a point of theirs: negative where they look inward.
+double signed_volume(const Mesh& mesh, const std::vector<Mesh::Face_index>& faces) {
+  const Point& origin = mesh.point(mesh.target(mesh.halfedge(faces.front())));
+  double sum = 0;
+  for (const auto f : faces) {
+    const auto h = mesh.halfedge(f);
+    sum +=
+        CGAL::determinant(mesh.point(mesh.source(h)) - origin, mesh.point(mesh.target(h)) - origin,
+                          mesh.point(mesh.target(mesh.next(h))) - origin);
+  }
+  return sum;
+}
+
+/// Each part of a mesh whose parts cut each other, for itself.
+void turn_parts_outward(Mesh& mesh) {
+  std::vector<std::vector<Mesh::Face_index>> parts;
+  const auto part_of = mesh.add_property_map<Mesh::Face_index, size_t>("f:own_part").first;
+  parts.resize(pmp::connected_components(mesh, part_of));
+  for (const auto f : mesh.faces()) parts[part_of[f]].push_back(f);
+  for (const auto& part : parts) {
+    if (signed_volume(mesh, part) < 0) pmp::reverse_face_orientations(part, mesh);
+  }
+}
+
 void turn_outward(Mesh& mesh, BakeReport& report) {
   if (!report.closed) return;
   const auto before = corners_of(mesh);
@@ -161,7 +211,7 @@ void turn_outward(Mesh& mesh, BakeReport& report) {
   if (report.self_intersections == 0) {
     pmp::orient_to_bound_a_volume(mesh);
   } else {
-    pmp::orient(mesh);
+    turn_parts_outward(mesh);
   }
   const auto after = corners_of(mesh);
   size_t turned = 0;
@@ -207,13 +257,20 @@ Soup number_by_first_use(const Mesh& mesh) {
   return soup;
 }
 
-}  // namespace
+/// CGAL prints what it complains of before it throws; here that is said in one line.
+void be_quiet() {
+  const auto say_nothing = [](const char*, const char*, const char*, int, const char*) {};
+  CGAL::set_error_handler(say_nothing);
+  CGAL::set_warning_handler(say_nothing);
+}
 
-Soup repair_soup(PolygonSoup raw, bool allow_open, BakeReport& report) {
+Soup repair(PolygonSoup raw, bool allow_open, BakeReport& report) {
+  check_polygons(raw, report.file);
   CgalSoup soup{{}, std::move(raw.polygons)};
   soup.points.reserve(raw.points.size());
   for (const Vec3& p : raw.points) soup.points.emplace_back(p.x, p.y, p.z);
   merge_and_drop(soup, report);
+  cut_polygons(soup, report);
   orient_faces(soup, report);
   Mesh mesh = connect_faces(soup, report);
   drop_degenerate(mesh, report);
@@ -227,6 +284,18 @@ Soup repair_soup(PolygonSoup raw, bool allow_open, BakeReport& report) {
   report.vertices = clean.vertices.size();
   report.triangles = clean.triangles.size();
   return clean;
+}
+
+}  // namespace
+
+Soup repair_soup(PolygonSoup raw, bool allow_open, BakeReport& report) {
+  be_quiet();
+  try {
+    return repair(std::move(raw), allow_open, report);
+  } catch (const CGAL::Failure_exception& failure) {
+    throw MeshError(report.file + ": its faces are too entangled to be made a surface (" +
+                    failure.expression() + "); repair it in a mesh editor");
+  }
 }
 
 }  // namespace haptic

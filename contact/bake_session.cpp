@@ -11,7 +11,12 @@ BakedShape bake_told(const ShapeConfig& shape, uint64_t memory_limit, const Bake
   return baked;
 }
 
-BakedVolume told_of(BakedVolume volume, const BakeTold& told) {
+using BakeVolume = BakedVolume (&)(const BakedShape&, const VoxelConfig&, const BakeProgress&);
+
+BakedVolume bake_told(BakeVolume bake, const BakedShape& shape, const VoxelConfig& options,
+                      const BakeTold& told) {
+  told.begin("the voxels of " + shape.report.file);
+  BakedVolume volume = bake(shape, options, told.progress);
   for (const std::string& line : volume.lines) told.finding(line);
   return volume;
 }
@@ -38,9 +43,9 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
   if (config.renderer != Renderer::kVoxel && config.voxel.is_wanted == 0) return session;
   for (const BakedShape& object : session.objects) {
-    session.volumes.push_back(told_of(bake_obstacle(object, config.voxel, told.progress), told));
+    session.volumes.push_back(bake_told(bake_obstacle, object, config.voxel, told));
   }
-  session.shell = told_of(bake_tool(*session.tool, config.voxel, told.progress), told);
+  session.shell = bake_told(bake_tool, *session.tool, config.voxel, told);
   return session;
 }
 

@@ -14,11 +14,14 @@ constexpr int64_t kWarmUpLookNs = 10'000'000;
 constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it need not run
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
 
+void say(const std::string& line) {
+  std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
+}
+
 BakedSession bake_told(const SessionConfig& config) {
   BakeTold told;
-  told.finding = [](const std::string& line) {
-    std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
-  };
+  told.begin = [](const std::string& mesh) { say(std::string(kPreparing) + mesh); };
+  told.finding = say;
   return bake_session(config, told);
 }
 

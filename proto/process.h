@@ -9,6 +9,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "proto/config.h"
 #include "proto/handout.h"
@@ -49,6 +50,10 @@ inline constexpr int kExitCrash = 1;     // restart it
 inline constexpr int kExitBadInput = 2;  // config or mesh: a restart would not help
 inline constexpr int kExitNoDevice =
     3;  // the device is silent: bad input, unless it was there once
+
+/// Begins a line on a child's stderr that names what it now prepares, before its loop runs. Should
+/// it die of that, hapticd can say of what.
+inline constexpr std::string_view kPreparing = "preparing ";
 
 /// The device does not answer, or is another one. The text says how to mend it.
 struct DeviceError : std::runtime_error {

@@ -49,6 +49,7 @@ void ChildProcess::launch(const std::string& folder, const char* program,
   argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  preparing.clear();
   output.emplace(program);
   const pid_t child = fork();
   if (child == 0) become(argv.front(), argv.data(), kept, output->child_end().get());
@@ -93,9 +94,10 @@ void ChildProcess::forget() {
   pidfd = {};
 }
 
-std::string how_it_ended(int status) {
-  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status));
-  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
+std::string how_it_ended(int status, const std::string& preparing) {
+  const std::string what = preparing.empty() ? "" : " while it prepared " + preparing;
+  if (WIFSIGNALED(status)) return std::string("was killed: ") + strsignal(WTERMSIG(status)) + what;
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status)) + what;
 }
 
 }  // namespace haptic

@@ -25,6 +25,7 @@ struct ChildProcess {
   pid_t pid = -1;  // −1: not running
   FileDescriptor pidfd = {};
   std::optional<ChildOutput> output = {};
+  std::string preparing = {};  // what it said last that it prepares; empty: nothing, or it runs
 
   bool is_running() const noexcept { return pid >= 0; }
   /// Where what it says is to be polled; −1: it says nothing any more.
@@ -46,7 +47,7 @@ struct ChildProcess {
   void forget();
 };
 
-/// In words: "was killed: Killed", "ended with exit code 2".
-std::string how_it_ended(int status);
+/// In words: "was killed: Killed while it prepared thing.obj", "ended with exit code 2".
+std::string how_it_ended(int status, const std::string& preparing);
 
 }  // namespace haptic

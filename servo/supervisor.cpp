@@ -182,7 +182,10 @@ void Supervisor::take_offer(const Announcement& offer) {
 
 void Supervisor::write_output(const char* name, ChildProcess& child, bool ended) {
   if (!child.output) return;
-  const auto use = [&](const std::string& line) { log_.write(LogLevel::kInfo, name, line); };
+  const auto use = [&](const std::string& line) {
+    if (line.starts_with(kPreparing)) child.preparing = line.substr(kPreparing.size());
+    log_.write(LogLevel::kInfo, name, line);
+  };
   ended ? child.output->flush(use) : child.output->read(use);
 }
 
@@ -308,7 +311,8 @@ void Supervisor::watch_spare(int64_t t_ns) {
     write_output(kSpareName, spare_.process, true);
     const int64_t wait_ns = spare_.put_off(t_ns);
     log_.write(LogLevel::kWarning, kSpareName,
-               std::string(contact_.program) + " " + how_it_ended(*status) +
+               std::string(contact_.program) + " " +
+                   how_it_ended(*status, spare_.is_ready() ? "" : spare_.process.preparing) +
                    " while it waited; another one in " + std::to_string(wait_ns / kMs) + " ms");
   }
   const bool contact_runs =
@@ -331,6 +335,7 @@ bool Supervisor::is_hopeless(Process& process, int status) {
   const bool ran = header != nullptr && header->generation.load() == process.generation &&
                    header->state.load() != static_cast<uint32_t>(SegmentState::kInit);
   process.ever_ran |= ran;
+  if (ran) process.child.preparing.clear();
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
   // a device that was there is waited for, as long as it takes
   if (code == kExitNoDevice && process.ever_ran) return false;
@@ -341,11 +346,21 @@ bool Supervisor::is_hopeless(Process& process, int status) {
     exit_code_ = kExitBadInput;
     return true;
   }
+  // what has been prepared once is in the cache: then the next attempt may well succeed
+  if (!process.child.preparing.empty() && !process.ever_ran) {
+    log_.write(
+        LogLevel::kError, process.name,
+        std::string(process.program) + " " + how_it_ended(status, process.child.preparing) +
+            "; the session ends; try that mesh alone (hapt bake), repair or decimate it; the "
+            "kernel kills what takes more memory than there is");
+    exit_code_ = kExitCrash;
+    return true;
+  }
   process.deaths_unborn = ran ? 0 : process.deaths_unborn + 1;
   if (process.deaths_unborn < kMostDeathsUnborn) return false;
   log_.write(LogLevel::kError, process.name,
-             std::string(process.program) + " " + how_it_ended(status) + " " +
-                 std::to_string(kMostDeathsUnborn) +
+             std::string(process.program) + " " + how_it_ended(status, process.child.preparing) +
+                 " " + std::to_string(kMostDeathsUnborn) +
                  " times before it ran; the session ends; look for the reason above");
   exit_code_ = kExitCrash;
   return true;
@@ -366,7 +381,8 @@ void Supervisor::reap(Process& process) {
   process.restart_at_ns = t_ns + delay_ns;
   if (process.id == SegmentId::kServo0) keep_fault();
   log_.write(LogLevel::kWarning, process.name,
-             std::string(process.program) + " " + how_it_ended(status) + "; starting it again " +
+             std::string(process.program) + " " + how_it_ended(status, process.child.preparing) +
+                 "; starting it again " +
                  (lacks_device(process) ? "when the device is back"
                                         : "in " + std::to_string(delay_ns / kMs) + " ms"));
 }

@@ -23,8 +23,12 @@ haptic_tests(rt_guard LIBRARIES haptic_rt_guard haptic_rt_guard_hooks SOURCES
   proto/rt_guard_test.cpp)
 # functions by name in what it reports
 set_target_properties(test_rt_guard PROPERTIES ENABLE_EXPORTS ON)
+# what is done to a mesh before anybody touches it
+haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
+  contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp
+  contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
-  contact/bake_test.cpp contact/bake_volume_test.cpp contact/body_detectors_test.cpp
+  contact/body_detectors_test.cpp
   contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
   contact/sphere_proxy_test.cpp
@@ -32,6 +36,9 @@ haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/swept_sphere_test.cpp contact/voxmap_test.cpp contact/distance_field_test.cpp contact/pointshell_test.cpp
   contact/voxel_scan_test.cpp contact/shell_in_field_test.cpp contact/cluster_pushes_test.cpp contact/shell_pushes_test.cpp contact/voxel_test.cpp contact/machine_parts_test.cpp
   contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
+# any bytes for whoever reads files
+haptic_tests(fuzz LIBRARIES haptic_bake SOURCES
+  fuzz/cache_fuzz_test.cpp fuzz/fuzz_meter.cpp fuzz/mesh_fuzz_test.cpp fuzz/mesh_inputs.cpp)
 haptic_tests(device LIBRARIES haptic_device SOURCES
   device-io/emulator_firmware_test.cpp
   device-io/hand_plant_test.cpp

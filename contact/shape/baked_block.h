@@ -21,7 +21,7 @@ inline void require_baked(bool holds, const char* what) {
 }
 
 /// Bumped with every change of a layout or of what baking does: old caches are not read.
-inline constexpr uint32_t kBakeVersion = 4;
+inline constexpr uint32_t kBakeVersion = 5;
 
 /// What a block holds.
 enum class BakedKind : uint32_t { kShape = 1, kVolume = 2 };

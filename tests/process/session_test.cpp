@@ -398,6 +398,43 @@ TEST_CASE("session: bad input of one process ends the session, it is not tried a
   CHECK_FALSE(hapticd.said("starting it again"));
 }
 
+TEST_CASE("session: a mesh that kills its baker is named with what to do, and not tried again") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const Programs programs(folder.path());
+  programs.replace("haptic-servo", "exec sleep 1000");
+  programs.replace("haptic-contact",
+                   "echo 'haptic-contact: preparing good.off' >&2\n"
+                   "echo 'haptic-contact: preparing bad.obj' >&2\nkill -SEGV $$");
+  HapticdProcess hapticd({write_config(folder.path()), "--session", "bad"}, folder.path());
+  CHECK(hapticd.exit_code() == kExitCrash);
+  INFO(hapticd.log());
+  CHECK(hapticd.said("was killed: Segmentation fault while it prepared bad.obj; the session ends"));
+  CHECK(hapticd.said("hapt bake"));
+  CHECK_FALSE(hapticd.said("starting it again"));
+}
+
+TEST_CASE("session: haptic-contact killed while it reads a mesh leaves the mesh's name") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  std::string config = write_config(folder.path());
+  // a mesh that takes seconds
+  std::ofstream(config, std::ios::app) << "\n[[object]]\nname = \"large\"\n"
+                                          "primitive = \"sphere\"\nsize = \"100 mm\"\n"
+                                          "subdivisions = 8\n";
+  HapticdProcess hapticd({config, "--session", "large"}, folder.path());
+  REQUIRE(eventually([&] { return hapticd.said("contact0: preparing primitive:sphere"); }));
+  // as the kernel does where memory has run out
+  const std::string status = say_to_session("large", "status");
+  const std::string key = "\"contact0\", \"pid\": ";
+  const size_t at = status.find(key);
+  REQUIRE(at != std::string::npos);
+  kill(std::stoi(status.substr(at + key.size())), SIGKILL);
+  CHECK(hapticd.exit_code() == kExitCrash);
+  INFO(hapticd.log());
+  CHECK(hapticd.said("was killed: Killed while it prepared primitive:sphere; the session ends"));
+}
+
 TEST_CASE("session: a process that keeps dying is started again ever more slowly") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
