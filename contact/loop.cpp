@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "contact/bake_session.h"
+#include "proto/message.h"
 
 namespace haptic {
 namespace {
@@ -15,7 +16,7 @@ constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more tha
 BakedSession bake_told(const SessionConfig& config) {
   BakeTold told;
   told.finding = [](const std::string& line) {
-    std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
+    std::fprintf(stderr, "haptic-contact: %s\n", one_line(line).c_str());
   };
   return bake_session(config, told);
 }

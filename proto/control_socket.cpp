@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "proto/message.h"
 #include "proto/unix_socket.h"
 
 namespace haptic {
@@ -102,7 +103,8 @@ void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
 void ControlServer::answer(uint64_t peer, const std::string& line) {
   const auto found = peers_.find(peer);
   if (found == peers_.end()) return;
-  send_line(found->second.get(), line.substr(0, kLongestCommand));
+  // as long as the status; an error is one_line() by then
+  send_line(found->second.get(), printable(line, kLongestAnswer));
   peers_.erase(found);
 }
 
@@ -115,7 +117,7 @@ std::string say_to_session(const std::string& session, const std::string& line,
   const std::string path = std::filesystem::path(watching).replace_extension(kSuffix).string();
   if (!connect_to(socket, path, patience_ns)) {
     if (errno == EACCES) return only_owner(owner_of(path));
-    throw HandoutError("session '" + name + "' takes no commands (" + path + ": " +
+    throw HandoutError("session '" + shown(name) + "' takes no commands (" + path + ": " +
                        std::strerror(errno) + "); see its log");
   }
   send_line(socket.get(), line);

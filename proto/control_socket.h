@@ -18,6 +18,8 @@ namespace haptic {
 
 /// Longest line either way [bytes].
 inline constexpr size_t kLongestCommand = 8192;
+/// Longest answer, of which a character has four bytes at most [characters].
+inline constexpr size_t kLongestAnswer = kLongestCommand / 4;
 
 /// hapticd's end. It owns no thread and never blocks: a peer whose socket is full is dropped, and
 /// of too many peers the oldest.

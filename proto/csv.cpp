@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/csv.h"
+#include "proto/message.h"
 
 #include <algorithm>
 #include <charconv>
@@ -158,10 +159,10 @@ size_t CsvReader::require(std::string_view column, std::string_view mend) const 
   constexpr size_t kNamed = 12;  // enough to see what file it is
   std::string there;
   for (size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
-    there += (i > 0 ? ", " : "") + columns_[i];
+    there += (i > 0 ? ", " : "") + printable(columns_[i], 40);
   }
   if (columns_.size() > kNamed) there += ", …";
-  throw CsvError(path_ + ":1: has no column '" + std::string(column) + "'; it has " + there +
+  throw CsvError(path_ + ":1: has no column '" + shown(column) + "'; it has " + there +
                  std::string(mend));
 }
 
@@ -183,7 +184,7 @@ Number CsvReader::parse(size_t column, const char* kind) const {
   bool good = error == std::errc() && end == cell.data() + cell.size() && !cell.empty();
   if constexpr (std::is_floating_point_v<Number>) good = good && std::isfinite(value);
   if (!good) {
-    fail("'" + columns_[column] + "' is '" + std::string(cell) + "', not " + kind +
+    fail("'" + shown(columns_[column]) + "' is '" + shown(cell) + "', not " + kind +
          "; mend or remove the line");
   }
   return value;

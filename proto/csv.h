@@ -5,18 +5,18 @@
 #include <cstdint>
 #include <fstream>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "proto/message.h"
 #include "proto/trace.h"
 
 namespace haptic {
 
 /// What is wrong with a CSV file: one line "file:line: what; how to mend".
-struct CsvError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct CsvError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// Reads a file of numbers with a header line, row by row. Comma-separated, no quotes; blank lines

@@ -6,11 +6,11 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 
 #include "proto/config.h"
 #include "proto/handout.h"
+#include "proto/message.h"
 #include "proto/realtime.h"
 #include "proto/segment.h"
 
@@ -44,8 +44,8 @@ inline constexpr int kExitNoDevice =
     3;  // the device is silent: bad input, unless it was there once
 
 /// The device does not answer, or is another one. The text says how to mend it.
-struct DeviceError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct DeviceError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, and to
