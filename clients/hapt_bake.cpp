@@ -4,12 +4,16 @@
 
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "clients/hapt_commands.h"
 #include "contact/bake.h"
 #include "contact/bake_volume.h"
 #include "proto/command_line.h"
+#include "proto/config_shape.h"
+#include "proto/config_tool.h"
+#include "proto/message.h"
 #include "proto/quantity.h"
 
 namespace haptic {
@@ -18,27 +22,31 @@ namespace {
 constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // as much as a session allows a mesh
 
 struct BakeOptions {
-  std::string mesh, voxel, band, spacing;
-  double unit = 0, size = 0;
+  std::string mesh, unit;
+  double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not said
   bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
 };
 
-double parse_length(const std::string& option, const std::string& text) {
+std::string problem_of_unit(const std::string& text) {
   try {
-    const double length = parse_quantity(text, Dimension::kLength);
-    if (length > 0) return length;
+    parse_mesh_unit(text, "m");
+    return "";
   } catch (const QuantityError& error) {
-    throw UsageError(option + ": " + error.what());
+    return error.what();
   }
-  throw UsageError(option + ": '" + text + "' must be greater than 0");
 }
 
 VoxelConfig voxel_options(const BakeOptions& options) {
   VoxelConfig voxel;
-  voxel.size = voxel.point_spacing = parse_length("--voxel", options.voxel);
-  voxel.band = default_band(voxel);
-  if (!options.band.empty()) voxel.band = parse_length("--band", options.band);
-  if (!options.spacing.empty()) voxel.point_spacing = parse_length("--spacing", options.spacing);
+  voxel.size = voxel.point_spacing = options.voxel;
+  voxel.band = options.band > 0 ? options.band : default_band(voxel);
+  const Range bands = band_range(voxel);
+  if (voxel.band < bands.min || voxel.band > bands.max) {
+    throw UsageError("--band: must lie between " + quantity_text(bands.min, Dimension::kLength) +
+                     " and " + quantity_text(bands.max, Dimension::kLength) +
+                     " with voxels of this size");
+  }
+  if (options.spacing > 0) voxel.point_spacing = options.spacing;
   voxel.field = options.map_alone ? 0 : 1;
   voxel.open_as_sheet = options.as_sheet;
   return voxel;
@@ -99,25 +107,30 @@ void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
   if (voxel.field != 0) print_field(obstacle);
   print_shell(tool);
   for (const BakedVolume* volume : {&obstacle, &tool}) {
-    for (const std::string& line : volume->lines) std::cout << "  " << line << '\n';
+    for (const std::string& line : volume->lines) std::cout << "  " << one_line(line) << '\n';
   }
 }
 
 void run_bake(const BakeOptions& options) {
   ShapeConfig object{};
   assign(object.mesh, options.mesh);
-  object.unit = options.unit;
+  if (options.unit == "any" && options.size == 0) {
+    throw UsageError("--unit any: scales the mesh to --size, which is missing");
+  }
+  object.unit = options.unit.empty() ? 0 : parse_mesh_unit(options.unit, "m");
   object.size = options.size;
   object.allow_open = options.allow_open || options.as_sheet;
+  const std::optional<VoxelConfig> voxel =
+      options.voxel > 0 ? std::optional(voxel_options(options)) : std::nullopt;
   const BakedShape shape = bake_object(object, kMemoryLimit);
   const BakeReport& report = shape.report;
-  std::cout << options.mesh << ": " << report.triangles << " triangles, " << report.vertices
+  std::cout << shown(options.mesh) << ": " << report.triangles << " triangles, " << report.vertices
             << " vertices, " << 1e3 * report.size << " mm, " << (report.closed ? "closed" : "open")
             << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
-  for (const std::string& line : report.lines) std::cout << "  " << line << '\n';
-  if (!options.voxel.empty()) run_voxel(shape, voxel_options(options));
+  for (const std::string& line : report.lines) std::cout << "  " << one_line(line) << '\n';
+  if (voxel) run_voxel(shape, *voxel);
   if (!options.explain) return;
-  for (const std::string& line : report.grid) std::cout << "  " << line << '\n';
+  for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
 }
 
 }  // namespace
@@ -126,15 +139,22 @@ void add_bake_command(Command& app) {
   const auto options = std::make_shared<BakeOptions>();
   Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
   command.option("mesh", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
-  command.option("--unit", options->unit, "of the file [m]; left out: metres, or any with a size")
-      .positive();
-  command.option("--size", options->size, "longest side [m]").positive();
+  command
+      .option("--unit", options->unit,
+              "of the file: m, mm, cm, in, a length (a number alone: metres), or any, with --size; "
+              "left out: metres, or any with a size")
+      .check(problem_of_unit);
+  command.quantity("--size", options->size, Dimension::kLength, kMeshSizes,
+                   "longest side, as \"80 mm\"; a number alone: metres", "m");
   command.flag("--allow-open", options->allow_open, "the mesh may have borders");
-  command.option("--voxel", options->voxel,
-                 "also bake what the renderer voxel needs, with voxels of this size: 1mm");
-  command.option("--band", options->band, "of the distance field; left out: two voxels")
+  const auto length = [&](const char* name, double& value, const Range& range, const char* help) {
+    return command.quantity(name, value, Dimension::kLength, range, help);
+  };
+  length("--voxel", options->voxel, kVoxelSizes,
+         "also bake what the renderer voxel needs, with voxels of this size: 1mm");
+  length("--band", options->band, kPositive, "of the distance field; left out: two voxels")
       .needs("--voxel");
-  command.option("--spacing", options->spacing, "of the tool's points; left out: as --voxel")
+  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points; left out: as --voxel")
       .needs("--voxel");
   command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
   command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")

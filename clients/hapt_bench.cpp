@@ -88,8 +88,9 @@ void add_point_proxy_command(Command& bench) {
       .check([](const std::string& name) {
         return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
       });
-  command.option("--radius", options->proxy.radii, "of the proxy [m], as often as wanted")
-      .range(0.0, 0.05)
+  command
+      .quantities("--radius", options->proxy.radii, Dimension::kLength, {0, 0.05},
+                  "of the proxy, as often as wanted; a number alone: metres", "m")
       .show_default();
   command.option("--repetitions", options->proxy.repetitions, "the fastest of each tick counts")
       .range(1, 100)
@@ -123,8 +124,9 @@ void add_voxel_command(Command& bench) {
       .show_default();
   command.option("--pair", voxel.contact.pairs, "of whole contact steps; as often as wanted")
       .one_of({"bolt", "free-bolt", "peg", "jaws"});
-  command.option("--coarser", voxel.contact.coarser, "times that their voxels and points are")
-      .range(1.0, 100.0)
+  command
+      .number("--coarser", voxel.contact.coarser, {1, 100},
+              "times that their voxels and points are")
       .show_default();
   command.option("--ticks", voxel.contact.ticks, "contact steps of a pair")
       .range(100, 1'000'000)

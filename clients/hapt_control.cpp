@@ -7,6 +7,7 @@
 #include "clients/hapt_commands.h"
 #include "proto/command_line.h"
 #include "proto/control_socket.h"
+#include "proto/message.h"
 
 namespace haptic {
 namespace {
@@ -19,7 +20,7 @@ void say(const ControlOptions& options, const std::string& line) {
   constexpr std::string_view kError = "error: ";
   const std::string answer = say_to_session(options.session, line);
   if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
-  std::cout << answer << '\n';
+  std::cout << printable(answer, kLongestAnswer) << '\n';
 }
 
 void add_word(Command& app, const std::string& word, const std::string& help) {

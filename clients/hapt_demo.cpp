@@ -11,16 +11,17 @@
 #include <memory>
 
 #include "clients/check_outputs.h"
+#include "clients/duration_option.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/realtime_line.h"
 #include "clients/recorder.h"
-#include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/session_process.h"
 #include "clients/summary.h"
 #include "proto/command_line.h"
 #include "proto/hand_trace.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -84,9 +85,9 @@ BakedSession bake_all(const SessionConfig& config) {
   BakeTold told;
   told.begin = [](const std::string& mesh) {
     stop_where_asked();
-    std::cerr << "reading and checking " << mesh << '\n';
+    std::cerr << "reading and checking " << shown(mesh) << '\n';
   };
-  told.finding = [](const std::string& line) { std::cerr << "  " << line << '\n'; };
+  told.finding = [](const std::string& line) { std::cerr << "  " << one_line(line) << '\n'; };
   BakedSession baked = bake_session(config, told);
   stop_where_asked();
   return baked;
@@ -248,12 +249,12 @@ void play(PlayOptions options) {
   if (options.json) {
     print_json(std::cout, rows);
   } else {
-    std::cout << "session '" << options.session << "'\n";
+    std::cout << "session '" << shown(options.session) << "'\n";
     print_table(std::cout, rows);
   }
   std::cout.flush();
   if (played.ended_early) {
-    std::cerr << "the session ended early; what was recorded is in " << options.log << '\n';
+    std::cerr << "the session ended early; what was recorded is in " << shown(options.log) << '\n';
   }
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
   if (played.ended_early || !all_hold(rows)) throw ExitCode{1};
@@ -282,9 +283,7 @@ void add_demo_command(Command& app) {
       .one_of(scene_names())
       .excludes("--config");
   command.option("--trace", options->trace, "a recorded hand instead of the simulated one");
-  command.option("--for", options->duration, "how long the hand explores [s]")
-      .check(problem_of_seconds, "SECONDS")
-      .show_default();
+  add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
   command.action([options, scene] {
     if (!scene->empty()) options->config = kScenes.at(*scene);
     play(*options);

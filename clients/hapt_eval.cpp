@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "clients/check_outputs.h"
+#include "clients/duration_option.h"
 #include "clients/eval_artefacts.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
@@ -18,11 +19,11 @@
 #include "clients/lab_commands.h"
 #include "clients/lockstep.h"
 #include "clients/print_rows.h"
-#include "clients/seconds_option.h"
 #include "clients/session_plot.h"
 #include "clients/summary.h"
 #include "proto/command_line.h"
 #include "proto/config_warnings.h"
+#include "proto/message.h"
 #include "proto/realtime.h"
 #include "proto/renderer.h"
 
@@ -83,9 +84,10 @@ void run_eval(const EvalOptions& options) {
                              "recorded hand, or another --config");
   }
   check_outputs({options.plot}, {options.trace, file}, options.overwrite);
-  for (const std::string& line : config_warnings(config)) std::cerr << file << ": " << line << '\n';
+  for (const std::string& line : config_warnings(config))
+    std::cerr << one_line(file + ": " + line) << '\n';
   BakeTold told;
-  told.finding = [](const std::string& line) { std::cerr << line << '\n'; };
+  told.finding = [](const std::string& line) { std::cerr << one_line(line) << '\n'; };
   const BakedSession baked = bake_session(config, told);
   const ContactShapes shapes = baked.shapes();
   const EvalRun first = run_lockstep(config, shapes, options);
@@ -176,8 +178,7 @@ void run_rigid_suite(const EvalOptions& options, const Command& command) {
 void add_session_options(Command& command, EvalOptions& options) {
   command.option("--config", options.config, "session file").show_default();
   command.option("--trace", options.trace, "recorded hand instead of the configured device");
-  command.option("--for", options.duration, "how long a simulated hand plays [s]")
-      .check(problem_of_seconds, "SECONDS")
+  add_duration(command, "--for", options.duration, "how long a simulated hand plays")
       .show_default();
   command
       .option("--contact-period", options.lockstep.contact_period,
@@ -207,17 +208,20 @@ void add_renderer_options(Command& command, EvalOptions& options) {
   command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
       .needs("--mesh")
       .show_default("god-object3");
-  const auto add = [&](const std::string& name, auto& value, auto low, auto high,
-                       const std::string& text) {
-    command.option(name, value, text).needs("--mesh").range(low, high).show_default();
-  };
-  add("--radius", options.radii, 0.0, 0.1,
-      "of the proxy of virtual-proxy3 [m], one or several; 0: a point");
-  add("--friction", judged.friction, 0.0, 10.0, "μ of virtual-proxy3, measured on flat:N");
-  add("--size", judged.size, 1e-3, 10.0, "longest side of a mesh file [m]");
-  add("--stiffness", judged.stiffness, 1.0, 1e5, "of the coupling [N/m]");
-  add("--max-force", judged.max_force, 0.1, 1e3, "limit of the device [N]");
-  add("--ticks", judged.ticks, 1, 10'000'000, "length of the tool's path");
+  const auto add = [](Option option) { option.needs("--mesh").show_default(); };
+  add(command.quantities("--radius", options.radii, Dimension::kLength, {0, 0.1},
+                         "of the proxy of virtual-proxy3, one or several, as \"1 mm\"; a number "
+                         "alone: metres; 0: a point",
+                         "m"));
+  add(command.number("--friction", judged.friction, {0, 10},
+                     "μ of virtual-proxy3, measured on flat:N"));
+  add(command.quantity("--size", judged.size, Dimension::kLength, {1e-3, 10},
+                       "longest side of a mesh file; a number alone: metres", "m"));
+  add(command.quantity("--stiffness", judged.stiffness, Dimension::kStiffness, {1, 1e5},
+                       "of the coupling; a number alone: N/m", "N/m"));
+  add(command.quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
+                       "limit of the device; a number alone: N", "N"));
+  add(command.option("--ticks", judged.ticks, "length of the tool's path").range(1, 10'000'000));
 }
 
 /// A protocol of its own, without a session.
@@ -242,9 +246,10 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .needs("--protocol")
       .one_of({"plane", "sphere", "torus", "bumpy"})
       .show_default();
-  command.option("--noise", ruffaldi.noise, "of the tracker, σ [m]")
+  command
+      .quantity("--noise", ruffaldi.noise, Dimension::kLength, {0, 1e-3},
+                "of the tracker, σ; a number alone: metres", "m")
       .needs("--protocol")
-      .range(0.0, 1e-3)
       .show_default();
   command.option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
       .needs("--protocol")

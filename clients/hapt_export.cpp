@@ -10,6 +10,7 @@
 #include "clients/hapt_commands.h"
 #include "proto/command_line.h"
 #include "proto/csv.h"
+#include "proto/message.h"
 
 namespace haptic {
 namespace {
@@ -26,7 +27,7 @@ const TopicInfo& choose_topic(const TraceReader& trace, const ExportOptions& opt
     if (topic->name == options.topic) return *topic;
     there += (there.empty() ? "" : ", ") + std::string(topic->name);
   }
-  throw McapError(options.recording + ": has no topic '" + options.topic + "'; it has " +
+  throw McapError(options.recording + ": has no topic '" + shown(options.topic) + "'; it has " +
                   (there.empty() ? "none of this program" : there));
 }
 
@@ -35,7 +36,7 @@ void run_export(const ExportOptions& options) {
   const TraceReader trace(options.recording);
   const TopicInfo& topic = choose_topic(trace, options);
   if (!trace.mcap().finished()) {
-    std::cerr << options.recording << ": its writer was killed; exporting what is whole\n";
+    std::cerr << shown(options.recording) << ": its writer was killed; exporting what is whole\n";
   }
   if (options.output.empty()) {
     export_csv(trace, topic, std::cout);
@@ -47,7 +48,7 @@ void run_export(const ExportOptions& options) {
   if (!file) {
     throw CsvError(options.output + ": cannot be written; check the folder and the space left");
   }
-  std::cerr << rows << " rows of " << topic.name << " written to " << options.output << '\n';
+  std::cerr << rows << " rows of " << topic.name << " written to " << shown(options.output) << '\n';
 }
 
 }  // namespace

@@ -7,12 +7,13 @@
 #include <string_view>
 
 #include "clients/check_outputs.h"
+#include "clients/duration_option.h"
 #include "clients/find_config.h"
 #include "clients/hapt_commands.h"
 #include "clients/recorder.h"
-#include "clients/seconds_option.h"
 #include "proto/command_line.h"
 #include "proto/control_socket.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -45,7 +46,7 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
     std::cout << "  " << count.topic << ": " << count.recorded << " recorded, " << count.lost
               << " lost\n";
   }
-  std::cout << path << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
+  std::cout << shown(path) << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
 }
 
 /// The session file, as hapticd has read it. Who may watch but not control is not told, and the
@@ -77,7 +78,7 @@ void run_record(const RecordOptions& options) {
   catch_stop_signals();
 
   TraceWriter trace(options.output, recording_metadata(session, config));
-  std::cerr << "recording to " << options.output << "; Ctrl-C ends it\n";
+  std::cerr << "recording to " << shown(options.output) << "; Ctrl-C ends it\n";
   const int64_t begin_ns = now_ns();
   double seconds = 0;
   bool good = true;
@@ -104,8 +105,7 @@ void add_record_command(Command& app) {
   const auto options = std::make_shared<RecordOptions>();
   Command command = app.subcommand("record", "Record a running session");
   command.option("-o,--output", options->output, "file to write (.mcap)").required();
-  command.option("--for", options->duration, "how long [s]; default: until Ctrl-C")
-      .check(problem_of_seconds, "SECONDS");
+  add_duration(command, "--for", options->duration, "how long; default: until Ctrl-C");
   command.option("--session", options->session, "which one; default: the only one running");
   command.option("--config", options->config,
                  "session file to keep in the recording; default: what hapticd has read");

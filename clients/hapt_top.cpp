@@ -9,10 +9,10 @@
 #include <memory>
 
 #include "clients/client.h"
+#include "clients/duration_option.h"
 #include "clients/hapt_commands.h"
 #include "clients/realtime_line.h"
 #include "clients/report.h"
-#include "clients/seconds_option.h"
 #include "proto/command_line.h"
 #include "proto/process.h"
 
@@ -199,9 +199,7 @@ void add_top_command(Command& app) {
   const auto options = std::make_shared<TopOptions>();
   Command command = app.subcommand("top", "Watch the processes of a running session");
   command.option("--session", options->session, "which one; default: the only one running");
-  command.option("-d,--period", options->period, "seconds between two screens")
-      .check(problem_of_seconds, "SECONDS")
-      .show_default();
+  add_duration(command, "-d,--period", options->period, "between two screens").show_default();
   command.option("-n", options->screens, "screens to print; default: until Ctrl-C")
       .range(1, 1000000);
   command.flag("-b,--batch", options->batch, "do not clear the screen in between");

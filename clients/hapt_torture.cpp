@@ -30,7 +30,8 @@ constexpr int64_t kProgressNs = kNsPerSecond;
 constexpr int kExitInterrupted = 130;
 
 struct TortureCommand {
-  double minutes = 1;
+  double seconds = 60;
+  double minutes() const { return seconds / 60; }
   uint64_t seed = 1;
   std::string output;
   bool json = false, keep = false, overwrite = false, no_realtime = false;
@@ -176,9 +177,9 @@ void torture(const TortureCommand& options, TortureSession& session, Result& res
   Deck deck(options.seed);
   std::ofstream log(session.folder() + "/faults.csv");
   log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
-  Progress progress(options.minutes);
+  Progress progress(options.minutes());
   const int64_t begin_ns = now_ns();
-  while (result.minutes < options.minutes && result.broken.empty()) {
+  while (result.minutes < options.minutes() && result.broken.empty()) {
     result.interrupted = stop_requested();
     if (result.interrupted) break;
     try {
@@ -221,9 +222,9 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   Rows totals("torture");
   totals.note("machine", machine_line());
   totals.add("faults", static_cast<double>(result.faults), "",
-             std::floor(kFaultsPerMinute * options.minutes),
+             std::floor(kFaultsPerMinute * options.minutes()),
              result.interrupted || static_cast<double>(result.faults) >=
-                                       std::floor(kFaultsPerMinute * options.minutes));
+                                       std::floor(kFaultsPerMinute * options.minutes()));
   totals.add("faults with violations", static_cast<double>(result.violations), "", 0,
              result.violations == 0);
   const SampleAccount& s = result.samples;
@@ -334,7 +335,10 @@ void add_torture_command(Command& app) {
       "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "
       "hundred times a minute, and waits each time until the hand feels the spring again. Every "
       "force is read from the device's own log. Exit code 0: no violation, no unexplained loss.");
-  command.option("--minutes", options->minutes, "how long").range(0.05, 10000.0).show_default();
+  command
+      .quantity("--minutes", options->seconds, Dimension::kTime, {3, 6e5},
+                "how long, as \"30 s\"; a number alone: minutes", "min")
+      .show_default();
   command.option("--seed", options->seed, "of the order of the faults").show_default();
   command.option("-o,--output", options->output,
                  "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");

@@ -11,6 +11,7 @@
 #include <limits>
 #include <thread>
 
+#include "proto/message.h"
 #include "proto/version.h"
 
 namespace haptic {
@@ -162,7 +163,7 @@ void Rows::add(const std::string& metric, const Histogram& durations) {
 
 void Rows::note(const std::string& metric, const std::string& text) {
   constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
-  rows_.push_back({case_name_, metric, kNoFigure, "", "", {}, {}, {}, text});
+  rows_.push_back({case_name_, metric, kNoFigure, "", "", {}, {}, {}, one_line(text)});
 }
 
 void Rows::append(const std::vector<Row>& rows) {

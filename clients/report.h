@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "clients/histogram.h"
+#include "proto/message.h"
 
 namespace haptic {
 
@@ -32,7 +33,7 @@ struct Row {
 /// Collects the rows of one case.
 class Rows {
  public:
-  explicit Rows(std::string case_name) : case_name_(std::move(case_name)) {}
+  explicit Rows(const std::string& case_name) : case_name_(one_line(case_name)) {}
 
   void add(const std::string& metric, double value, const std::string& unit);
   void add(const std::string& metric, double value, const std::string& unit, double goal,

@@ -6,6 +6,7 @@
 #include <exception>
 #include <iostream>
 
+#include "proto/message.h"
 #include "proto/version.h"
 
 namespace haptic {
@@ -31,7 +32,7 @@ int run_hapt(int argc, char** argv, const std::function<void(Command&)>& add_com
   }
   return code;
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "hapt: %s\n", error.what());
+  std::fprintf(stderr, "hapt: %s\n", one_line(error.what()).c_str());
   return kExitFailed;
 }
 

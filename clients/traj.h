@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "proto/math/vec3.h"
+#include "proto/message.h"
 
 namespace haptic {
 
@@ -18,8 +18,8 @@ struct TrajSample {
 };
 
 /// What is wrong with a .traj file: "file:line: what; how to mend".
-struct TrajError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct TrajError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// Reads a trajectory as text: a sample a line, numbers apart by blanks, tabs or commas, empty

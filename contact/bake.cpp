@@ -15,6 +15,8 @@
 #include "contact/shape/baked_file.h"
 #include "contact/shape/machine_parts.h"
 #include "contact/shape/mesh_topology.h"
+#include "proto/config_shape.h"
+#include "proto/quantity.h"
 
 namespace haptic {
 namespace {
@@ -42,8 +44,14 @@ std::string unit_name(double unit) {
   return "of " + millimetres(unit);
 }
 
-/// Longest side of the bounding box of the points that faces use, in file units.
-double longest_side(const PolygonSoup& soup, const std::string& file) {
+/// Of the points that faces use.
+struct Extent {
+  double longest = 0;   // side of the bounding box
+  double furthest = 0;  // coordinate, without its sign
+};
+
+/// In file units.
+Extent extent_of(const PolygonSoup& soup, const std::string& file) {
   Vec3 lower, upper;
   bool first = true;
   for (const auto& polygon : soup.polygons) {
@@ -58,17 +66,37 @@ double longest_side(const PolygonSoup& soup, const std::string& file) {
   const double longest = std::max({side.x, side.y, side.z});
   if (first || !(longest > 0))
     throw MeshError(file + ": no triangle has an area; export a surface");
-  if (!std::isfinite(longest))
-    throw MeshError(file + ": coordinates out of range; export it again");
-  return longest;
+  const Vec3 reach = component_max(upper, -lower);
+  return {longest, std::max({reach.x, reach.y, reach.z})};
+}
+
+/// Coordinates that no double resolves, and sides whose areas vanish in rounding, are a wrong unit.
+void check_extent(const Extent& extent, double scale, const std::string& file) {
+  const auto metres = [](double length) { return quantity_text(length, Dimension::kLength); };
+  const std::string mend =
+      " at unit " + unit_name(scale) + "; state the right unit, or unit = \"any\" and a size";
+  // written so that what overflows is refused
+  if (!(scale * extent.furthest <= kMostLength && std::isfinite(extent.longest))) {
+    throw MeshError(file + ": its largest coordinate is " + number_text(extent.furthest) +
+                    ", at most " + number_text(kMostLength / scale) + " (" + metres(kMostLength) +
+                    ") is allowed" + mend);
+  }
+  // a mesh that is scaled to the least size is that but for rounding
+  if (!(scale * extent.longest >= (1 - kSizeTolerance) * kMeshSizes.min)) {
+    throw MeshError(file + ": its longest side is " + number_text(extent.longest) + ", at least " +
+                    number_text(kMeshSizes.min / scale) + " (" + metres(kMeshSizes.min) +
+                    ") is wanted" + mend);
+  }
 }
 
 /// File units to metres. Without a stated size there is nothing to compare with; without unit and
 /// size the numbers are metres.
 void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& report) {
-  const double longest = longest_side(soup, report.file);
+  const Extent extent = extent_of(soup, report.file);
+  const double longest = extent.longest;
   const bool any_unit = object.unit == 0 && object.size > 0;
   const double scale = any_unit ? object.size / longest : object.unit > 0 ? object.unit : 1;
+  check_extent(extent, scale, report.file);
   report.size = scale * longest;
   if (object.size > 0 && std::fabs(report.size - object.size) > kSizeTolerance * object.size) {
     throw MeshError(report.file + ": states size " + millimetres(object.size) +
@@ -158,8 +186,11 @@ BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std
 uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& path,
                      const ShapeConfig& object) {
   std::ostringstream options;
+  // which sizes are accepted belongs to it: a version that took any of them may have filled the
+  // cache
   options << std::hexfloat << object.unit << " " << object.size << " " << object.allow_open << " "
-          << kBakeVersion << " " << std::filesystem::path(path).extension().string();
+          << kMeshSizes.min << " " << kMeshSizes.max << " " << kBakeVersion << " "
+          << std::filesystem::path(path).extension().string();
   const std::string text = options.str();
   return hash_bytes(file_bytes, hash_bytes(std::as_bytes(std::span(text))));
 }

@@ -3,19 +3,19 @@
 
 #include <cstddef>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "contact/shape/mesh_shape.h"
 #include "proto/config.h"
+#include "proto/message.h"
 
 namespace haptic {
 
 /// A mesh that cannot be used: one line "file[:line]: what is wrong; how to mend".
-struct MeshError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct MeshError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// What the checks found and what was repaired. Never silent: people read `lines`.

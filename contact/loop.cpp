@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "contact/bake_session.h"
+#include "proto/message.h"
 
 namespace haptic {
 namespace {
@@ -15,7 +16,7 @@ constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it ne
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
 
 void say(const std::string& line) {
-  std::fprintf(stderr, "haptic-contact: %s\n", line.c_str());
+  std::fprintf(stderr, "haptic-contact: %s\n", one_line(line).c_str());
 }
 
 BakedSession bake_told(const SessionConfig& config) {

@@ -22,6 +22,7 @@
 #include "device-io/hand_impedance.h"
 #include "device-io/intent.h"
 #include "proto/command_line.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/quantity.h"
 #include "proto/queued_order.h"
@@ -34,11 +35,14 @@ constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes
 constexpr int kFifoPriority = 70;     // under the servo it tests
 
 struct Options {
-  std::string link, log, hand = "typical", button = "0 s";
-  std::vector<std::string> centre{"0 mm", "0 mm", "0 mm"};
+  std::string link, log, hand = "typical";
+  double button = 0;                    // [s]
+  std::vector<double> centre{0, 0, 0};  // [m]
   std::vector<double> direction;
-  std::string hover = "50 mm", press = "30 mm", angle = "0.7 rad", time = "1.2 s",
-              tremor = "0.1 mm";
+  double hover = 0.05, press = 0.03;  // [m]
+  double angle = 0.7;                 // [rad]
+  double time = 1.2;                  // [s]
+  double tremor = 1e-4;               // [m]
   uint64_t seed = 1;
   bool realtime = false;
 };
@@ -59,23 +63,23 @@ EmulatedDeviceOptions device_options(const Options& options) {
   if (hand == nullptr) {
     std::string known;
     for (const HandImpedance& h : kHandImpedances) known += " " + std::string(h.name);
-    throw std::runtime_error("--hand '" + options.hand + "' is unknown; use one of" + known);
+    throw std::runtime_error("--hand '" + shown(options.hand) + "' is unknown; use one of" + known);
   }
   put_into_hand(*hand, device.hand);
   device.hand.seed = options.seed;
   IntentConfig& intent = device.hand.intent;
   for (int i = 0; i < 3; ++i) {
     const size_t k = static_cast<size_t>(i);
-    intent.centre_B[i] = parse_quantity(options.centre[k], Dimension::kLength);
+    intent.centre_B[i] = options.centre[k];
     if (!options.direction.empty()) intent.direction_B[i] = options.direction[k];
   }
   intent.direction_B = normalized(intent.direction_B);
-  intent.hover_radius = parse_quantity(options.hover, Dimension::kLength);
-  intent.press_radius = parse_quantity(options.press, Dimension::kLength);
-  intent.stroke_angle = parse_quantity(options.angle, Dimension::kAngle);
-  intent.stroke_time = parse_quantity(options.time, Dimension::kTime);
-  intent.tremor_amplitude = parse_quantity(options.tremor, Dimension::kLength);
-  device.button_ns = static_cast<int64_t>(1e9 * parse_quantity(options.button, Dimension::kTime));
+  intent.hover_radius = options.hover;
+  intent.press_radius = options.press;
+  intent.stroke_angle = options.angle;
+  intent.stroke_time = options.time;
+  intent.tremor_amplitude = options.tremor;
+  device.button_ns = static_cast<int64_t>(1e9 * options.button);
   return device;
 }
 
@@ -194,7 +198,7 @@ int run(const Options& options) {
               static_cast<unsigned long long>(outcome.rows));
   if (outcome.lost == 0 && outcome.written) return kExitClean;
   std::fprintf(stderr, "haptic-emulator: %s: %llu records lost; use a faster or emptier disk\n",
-               options.log.c_str(), static_cast<unsigned long long>(outcome.lost));
+               shown(options.log).c_str(), static_cast<unsigned long long>(outcome.lost));
   return kExitCrash;
 }
 
@@ -208,18 +212,31 @@ int main(int argc, char** argv) try {
   line.option("--log", options.log, "CSV of what the device received and where it was");
   line.option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
   line.option("--seed", options.seed, "of the strokes: the same seed, the same intention");
-  line.option("--centre", options.centre, "of the strokes: three lengths").expected(3);
-  line.option("--direction", options.direction, "all strokes along it: three numbers").expected(3);
-  line.option("--hover", options.hover, "distance from the centre between strokes");
-  line.option("--press", options.press, "distance from the centre the hand means to reach");
-  line.option("--stroke-angle", options.angle, "arc of a stroke; 0 deg: press on one spot");
-  line.option("--stroke-time", options.time, "reach (1/4), slide or press (1/2), lift (1/4)");
-  line.option("--tremor", options.tremor, "amplitude");
-  line.option("--button-after", options.button, "calibration button; 0 s: is not needed");
+  using haptic::Dimension;
+  constexpr haptic::Range kDelays{0, 3600};  // an hour is more than anybody waits
+  const auto length = [&](const char* name, double& value, const char* help) {
+    line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help);
+  };
+  line.quantities("--centre", options.centre, Dimension::kLength, haptic::kAny,
+                  "of the strokes: three lengths")
+      .expected(3);
+  line.numbers("--direction", options.direction, haptic::kAny,
+               "all strokes along it: three numbers")
+      .expected(3);
+  length("--hover", options.hover, "distance from the centre between strokes");
+  length("--press", options.press, "distance from the centre the hand means to reach");
+  line.quantity("--stroke-angle", options.angle, Dimension::kAngle, haptic::kAny,
+                "arc of a stroke; 0 deg: press on one spot");
+  line.quantity("--stroke-time", options.time, Dimension::kTime, haptic::kNotNegative,
+                "reach (1/4), slide or press (1/2), lift (1/4)");
+  length("--tremor", options.tremor, "amplitude");
+  line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
+                "calibration button; 0 s: is not needed");
   line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
-  if (const auto code = line.read(argc, argv)) return *code;
+  if (const auto code = line.read(argc, argv, "haptic-emulator", haptic::kExitBadInput))
+    return *code;
   return haptic::run(options);
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "haptic-emulator: %s\n", error.what());
+  std::fprintf(stderr, "haptic-emulator: %s\n", haptic::one_line(error.what()).c_str());
   return haptic::kExitBadInput;
 }

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "proto/quantity.h"
+
 namespace CLI {  // NOLINT(readability-identifier-naming): of the library
 class App;
 class Option;
@@ -24,9 +26,8 @@ struct ExitCode {
 };
 
 /// Thrown by an action that finds that what was typed is wrong.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+struct UsageError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// What may be typed for one option; a handle. Other options are named as they are typed.
@@ -40,10 +41,7 @@ class Option {
   /// How many words follow it.
   Option& expected(int words);
   Option& range(int low, int high);
-  Option& range(double low, double high);
   Option& range(uint64_t low, uint64_t high);
-  /// A number above zero.
-  Option& positive();
   Option& one_of(const std::vector<std::string>& words);
   /// The kind is what the help text calls such a word.
   Option& check(const Check& check, const std::string& kind = "");
@@ -75,6 +73,19 @@ class Command {
   template <typename T>
   Option option(const std::string& name, T& value, const std::string& help);
   Option flag(const std::string& name, bool& value, const std::string& help);
+
+  /// A quantity, as "80 mm"; a bare number is meant in `bare_unit`, of which the help text is to
+  /// speak. `value` is in SI units. What is wrong is told as parse_quantity() does.
+  Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
+                  const std::string& help, const std::string& bare_unit = "");
+  /// Several of a kind.
+  Option quantities(const std::string& name, std::vector<double>& values, Dimension dimension,
+                    const Range& range, const std::string& help, const std::string& bare_unit = "");
+  /// A number without unit; several.
+  Option number(const std::string& name, double& value, const Range& range,
+                const std::string& help);
+  Option numbers(const std::string& name, std::vector<double>& values, const Range& range,
+                 const std::string& help);
 
   /// One of several words, each of which stands for a value.
   template <typename Enum>
@@ -115,8 +126,6 @@ class CommandLine : public Command {
   /// the program is to end: 0 after a help text, that of an ExitCode, and `usage_code` where
   /// something was typed wrongly, after one line "program: what; see program --help".
   std::optional<int> read(int argc, char** argv, const std::string& program, int usage_code);
-  /// The same with the lines and exit codes of CLI11.
-  std::optional<int> read(int argc, char** argv);
 
  private:
   explicit CommandLine(std::unique_ptr<CLI::App> owned);

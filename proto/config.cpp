@@ -9,7 +9,7 @@
 #include "proto/config_shape.h"
 #include "proto/config_text.h"
 #include "proto/config_tool.h"
-#include "proto/one_line.h"
+#include "proto/message.h"
 #include "proto/regular_file.h"
 #include "proto/renderer.h"
 
@@ -239,7 +239,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   section.read_text("name", object.name);
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     if (config.objects[i].name == object.name) {
-      section.fail_at("name", "is used twice ('" + std::string(view(object.name)) +
+      section.fail_at("name", "is used twice ('" + shown(view(object.name)) +
                                   "'); give each [[object]] its own name");
     }
   }

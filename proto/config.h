@@ -4,12 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
 #include "proto/mapping.h"
+#include "proto/message.h"
 #include "proto/proxy_solver.h"
 #include "proto/renderer.h"
 #include "proto/wire.h"
@@ -276,8 +276,8 @@ struct SessionConfig {
 static_assert(std::is_trivially_copyable_v<SessionConfig>);
 
 /// What is wrong with a file a person wrote: one line "file:line:column: what; how to mend".
-struct ConfigError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct ConfigError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// Reads, checks and resolves a TOML session file. Quantities are strings with a unit ("800 N/m",
@@ -298,7 +298,7 @@ std::string read_config_text(const std::string& path);
 template <size_t N>
 void assign(std::array<char, N>& out, std::string_view text) {
   if (text.size() >= N) {
-    throw ConfigError("'" + std::string(text) + "' is longer than " + std::to_string(N - 1) +
+    throw ConfigError("'" + shown(text) + "' is longer than " + std::to_string(N - 1) +
                       " characters; shorten it");
   }
   out = {};

@@ -12,6 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr double kUnitTolerance = 1e-3;  // of a typed quaternion's length
+constexpr size_t kLongestReason = 240;   // of the parser, with words of the file in it [characters]
 
 /// Insertions, deletions and substitutions that turn a into b (Levenshtein).
 size_t edit_distance(std::string_view a, std::string_view b) {
@@ -38,32 +39,13 @@ std::string type_name(const toml::node& node) {
   return "a date or time";
 }
 
-std::string as_text(double value) {
-  char text[32];
-  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
-}
-
-/// What is wrong with a value outside of the range; empty when nothing is.
-std::string range_error(double value, const Range& range, const std::string& unit) {
-  if (!std::isfinite(value)) return "is not a finite number; write a number";
-  if (value > range.min || (value == range.min && !range.open)) {
-    if (value <= range.max) return "";
-  }
-  if (std::isfinite(range.max)) {
-    return "is out of range; it must lie between " + as_text(range.min) + unit + " and " +
-           as_text(range.max) + unit;
-  }
-  if (range.open) return "must be greater than " + as_text(range.min) + "; write a larger value";
-  return "must not be less than " + as_text(range.min) + "; write a larger value";
-}
-
 toml::table parse_toml(std::string_view text, const std::string& origin) {
   try {
     return toml::parse(text, std::string_view(origin));
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
-                      ": not TOML: " + std::string(error.description()) +
+                      ": not TOML: " + printable(error.description(), kLongestReason) +
                       "; see https://toml.io for the syntax");
   }
 }
@@ -129,7 +111,7 @@ std::string Section::suggestion(std::string_view word, const std::vector<std::st
 void Section::finish() const {
   for (auto&& [key, node] : table_) {
     if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
-    fail(key.source(), "unknown key '" + std::string(key.str()) + "' in " + name_ + "; " +
+    fail(key.source(), "unknown key '" + shown(key.str()) + "' in " + name_ + "; " +
                            suggestion(key.str(), asked_));
   }
 }
@@ -137,24 +119,19 @@ void Section::finish() const {
 double Section::quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
                             const Range& range) const {
   const std::string quoted = "'" + std::string(key) + "' ";
-  const std::string example = "write for example \"" + std::string(example_of(dimension)) + "\"";
   const auto text = node.value_exact<std::string_view>();
   if (!text) {
     fail(node.source(),
          quoted +
              (node.is_number() ? std::string("needs a unit")
                                : "is " + type_name(node) + ", not text with a unit") +
-             "; " + example);
+             "; " + how_to_write(dimension));
   }
-  double value = 0;
   try {
-    value = parse_quantity(*text, dimension);
+    return parse_quantity(*text, dimension, range);
   } catch (const QuantityError& error) {
     fail(node.source(), quoted + error.what());
   }
-  const std::string wrong = range_error(value, range, " (SI)");
-  if (!wrong.empty()) fail(node.source(), quoted + wrong);
-  return value;
 }
 
 double Section::number_of(const toml::node& node, std::string_view key, const Range& range) const {
@@ -164,7 +141,7 @@ double Section::number_of(const toml::node& node, std::string_view key, const Ra
     fail(node.source(), quoted + "is " + type_name(node) + ", not a number; write it without " +
                             "quotes and unit");
   }
-  const std::string wrong = range_error(*value, range, "");
+  const std::string wrong = number_problem(*value, range);
   if (!wrong.empty()) fail(node.source(), quoted + wrong);
   return *value;
 }

@@ -37,16 +37,6 @@ std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& l
   return list;
 }
 
-/// Which values a number may have.
-struct Range {
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-  bool open = false;  // min itself is not allowed
-};
-inline constexpr Range kAny{};
-inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), true};
-inline constexpr Range kNotNegative{0};
-
 class Section;
 
 /// A configuration file as it was parsed. Throws ConfigError with file, line and column where the
@@ -103,7 +93,7 @@ class Section {
       out = value;
       return true;
     }
-    fail_at(key, "is '" + text + "'; " + suggestion(text, known));
+    fail_at(key, "is '" + shown(text) + "'; " + suggestion(text, known));
   }
   /// Three of a kind.
   bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);

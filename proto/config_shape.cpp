@@ -72,8 +72,14 @@ void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& sha
   assign(shape.mesh, path);
   section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
   section.require("size", "size = \"100 mm\", the longest side of the bounding box");
-  section.read_choice("unit", words(kMeshUnits), shape.unit);
-  section.read_quantity("size", Dimension::kLength, kPositive, shape.size);
+  std::string unit;
+  section.read_text("unit", unit);
+  try {
+    shape.unit = parse_mesh_unit(unit);
+  } catch (const QuantityError& error) {
+    section.fail_at("unit", error.what());
+  }
+  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
   section.read_flag("open", shape.allow_open);
 }
 
@@ -84,7 +90,7 @@ void read_box(Section& section, ShapeConfig& shape) {
 
 void read_sphere(Section& section, ShapeConfig& shape) {
   section.require("size", "size = \"100 mm\", the diameter");
-  section.read_quantity("size", Dimension::kLength, kPositive, shape.size);
+  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
   int64_t subdivisions = 4;
   section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
   shape.subdivisions = static_cast<uint32_t>(subdivisions);
@@ -220,6 +226,22 @@ void read_primitive(Section& section, ShapeConfig& shape) {
 }
 
 }  // namespace
+
+double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
+  std::string known;
+  for (const auto& [word, metres] : kMeshUnits) {
+    if (text == word) return metres;
+    known += std::string(word) + ", ";
+  }
+  constexpr Range kMetresPerUnit{1e-12, kMostLength};
+  const bool begins_with_number =
+      text.find_first_of("0123456789") <= text.find_first_not_of(" +-.");
+  if (begins_with_number) {
+    return parse_quantity(text, Dimension::kLength, kMetresPerUnit, bare_unit);
+  }
+  throw QuantityError("is '" + shown(text) + "'; known here: " + known +
+                      "or a length as \"25.4 mm\"");
+}
 
 void read_shape(Section& section, const fs::path& config_folder, ShapeConfig& shape) {
   if (section.has("mesh") == section.has("primitive")) {

@@ -14,7 +14,6 @@ constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit}
                                              {"implicit", Integrator::kImplicit}}};
 constexpr Words<Braking, 2> kBrakings{
     {{"velocity", Braking::kAlongVelocity}, {"normal", Braking::kAlongNormal}}};
-constexpr Range kVoxelSizes{1e-5, 0.1};
 constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
 constexpr Range kDensities{1, 25e3};
 constexpr Range kRigidGains{0.05, 2};
@@ -65,6 +64,10 @@ void read_proxy(Section& root, ProxyConfig& proxy) {
   section->finish();
 }
 
+Range band_range(const VoxelConfig& voxel) {
+  return {(voxel.offset_layers + 1) * voxel.size, 100 * voxel.size};
+}
+
 void read_voxel(Section& contact, VoxelConfig& voxel) {
   auto section = contact.section("voxel");
   if (!section) return;
@@ -75,11 +78,8 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   section->read_integer("offset_layers", 0, kMaxOffsetLayers, layers);
   voxel.offset_layers = static_cast<uint32_t>(layers);
   section->read_flag("field", voxel.field);
-  const double layer = voxel.offset_layers * voxel.size;
   voxel.band = default_band(voxel);
-  // the field is read by cells: it must reach one beyond the layer
-  section->read_quantity("band", Dimension::kLength, {layer + voxel.size, 100 * voxel.size},
-                         voxel.band);
+  section->read_quantity("band", Dimension::kLength, band_range(voxel), voxel.band);
   section->read_flag("open_as_sheet", voxel.open_as_sheet);
   section->read_quantity("point_spacing", Dimension::kLength, kVoxelSizes, voxel.point_spacing);
   section->read_quantity("stiffness", Dimension::kStiffness, kPositive, voxel.stiffness);

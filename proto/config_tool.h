@@ -8,6 +8,13 @@
 
 namespace haptic {
 
+/// Of a voxel, and between the points of a tool [m].
+inline constexpr Range kVoxelSizes{1e-5, 0.1};
+
+/// How far from the surface a field may be stored [m]: it is read by cells, so it must reach one
+/// beyond the layer of force.
+Range band_range(const VoxelConfig& voxel);
+
 /// Reads [tool]. Throws ConfigError.
 void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool);
 

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "proto/message.h"
 #include "proto/unix_socket.h"
 
 namespace haptic {
@@ -118,7 +119,7 @@ std::string say_to_session(const std::string& session, const std::string& line,
   const std::string path = std::filesystem::path(watching).replace_extension(kSuffix).string();
   if (!connect_to(socket, path, patience_ns)) {
     if (errno == EACCES) return only_owner(owner_of(path));
-    throw HandoutError("session '" + name + "' takes no commands (" + path + ": " +
+    throw HandoutError("session '" + shown(name) + "' takes no commands (" + path + ": " +
                        std::strerror(errno) + "); see its log");
   }
   send_line(socket.get(), line);

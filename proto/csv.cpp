@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/csv.h"
+#include "proto/message.h"
 
 #include <algorithm>
 #include <charconv>
@@ -15,7 +16,6 @@ namespace {
 
 // the widest export has some 700 columns of at most 30 characters
 constexpr size_t kLongestLine = size_t{64} << 10;
-constexpr size_t kQuoted = 60;  // bytes of a cell that a message shows
 
 /// Calls `use` with the number at `bytes` in its own type.
 template <typename Use>
@@ -172,10 +172,10 @@ size_t CsvReader::require(std::string_view column, std::string_view mend) const 
   constexpr size_t kNamed = 12;  // enough to see what file it is
   std::string there;
   for (size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
-    there += (i > 0 ? ", " : "") + one_line(columns_[i], kQuoted);
+    there += (i > 0 ? ", " : "") + printable(columns_[i], 40);
   }
   if (columns_.size() > kNamed) there += ", …";
-  throw CsvError(path_ + ":1: has no column '" + std::string(column) + "'; it has " + there +
+  throw CsvError(path_ + ":1: has no column '" + shown(column) + "'; it has " + there +
                  std::string(mend));
 }
 
@@ -197,8 +197,8 @@ Number CsvReader::parse(size_t column, const char* kind) const {
   bool good = error == std::errc() && end == cell.data() + cell.size() && !cell.empty();
   if constexpr (std::is_floating_point_v<Number>) good = good && std::isfinite(value);
   if (!good) {
-    fail("'" + one_line(columns_[column], kQuoted) + "' is '" +
-         one_line(std::string(cell), kQuoted) + "', not " + kind + "; mend or remove the line");
+    fail("'" + shown(columns_[column]) + "' is '" + shown(cell) + "', not " + kind +
+         "; mend or remove the line");
   }
   return value;
 }

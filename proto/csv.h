@@ -5,19 +5,18 @@
 #include <cstdint>
 #include <fstream>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "proto/one_line.h"
+#include "proto/message.h"
 #include "proto/trace.h"
 
 namespace haptic {
 
 /// What is wrong with a CSV file: one line "file:line: what; how to mend".
-struct CsvError : std::runtime_error {
-  explicit CsvError(const std::string& what) : std::runtime_error(one_line(what)) {}
+struct CsvError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// Reads a file of numbers with a header line, row by row. Comma-separated, no quotes; blank lines

@@ -24,6 +24,7 @@
 #include "proto/config.h"
 #include "proto/environment.h"
 #include "proto/handout_message.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/unix_socket.h"
 
@@ -89,7 +90,7 @@ void prepare_folder(const std::string& folder) {
 
 void check_session_name(const std::string& session) {
   const std::string problem = session_name_problem(session);
-  if (!problem.empty()) throw HandoutError("'" + session + "' " + problem);
+  if (!problem.empty()) throw HandoutError("'" + shown(session) + "' " + problem);
 }
 
 /// Whether somebody listens there, however many wait for him.
@@ -393,10 +394,10 @@ std::string only_session(const std::string& not_found) {
   const std::vector<std::string> running = running_sessions();
   if (not_found.empty() && running.size() == 1) return running.front();
   std::string what =
-      not_found.empty() ? "which session?" : "no session '" + not_found + "' is running";
+      not_found.empty() ? "which session?" : "no session '" + shown(not_found) + "' is running";
   what += running.empty() ? "; none is running here" : "; running: " + join(running);
   throw HandoutError(what + "; start one with 'hapticd CONFIG.toml" +
-                     (not_found.empty() ? "'" : " --session " + not_found + "'"));
+                     (not_found.empty() ? "'" : " --session " + shown(not_found) + "'"));
 }
 
 }  // namespace

@@ -7,12 +7,12 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "proto/config.h"
+#include "proto/message.h"
 #include "proto/segment.h"
 #include "proto/unix_socket.h"
 
@@ -22,8 +22,8 @@
 namespace haptic {
 
 /// One line for people: what is wrong and how to mend it.
-struct HandoutError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct HandoutError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// Where sessions of this user live: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else

@@ -6,21 +6,20 @@
 #include <functional>
 #include <map>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "proto/file_descriptor.h"
-#include "proto/one_line.h"
+#include "proto/message.h"
 
 /// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
 /// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
 namespace haptic {
 
 /// A recording that cannot be made or read: one line "file: what; how to mend".
-struct McapError : std::runtime_error {
-  explicit McapError(const std::string& what) : std::runtime_error(one_line(what)) {}
+struct McapError : MessageError {
+  using MessageError::MessageError;
 };
 
 using McapMetadata = std::map<std::string, std::string>;

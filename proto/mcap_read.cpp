@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "proto/mcap_format.h"
+#include "proto/message.h"
 #include "proto/regular_file.h"
 
 namespace haptic {
@@ -128,7 +129,8 @@ const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
   for (const McapSchema& s : schemas_) {
     if (s.id == channel.schema) return s;
   }
-  throw McapError(path_ + ": topic '" + channel.topic + "' has no schema; the file is damaged");
+  throw McapError(path_ + ": topic '" + shown(channel.topic) +
+                  "' has no schema; the file is damaged");
 }
 
 /// Where a record lies and what it is; false when it is not wholly in the file.
@@ -305,8 +307,7 @@ std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   } else if (compression.empty() && packed_size == size) {
     out.assign(packed, packed + size);
   } else {
-    fail(where + " is packed with '" + one_line(compression, 20) +
-         "'; only zstd and none can be read");
+    fail(where + " is packed with '" + shown(compression) + "'; only zstd and none can be read");
   }
   if (crc != 0 && crc != crc32(out.data(), out.size())) {
     fail(where + " has a wrong CRC; the file is damaged");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/process.h"
+#include "proto/message.h"
 
 #include <poll.h>
 #include <sys/mman.h>
@@ -40,7 +41,7 @@ bool parse_number(std::string_view text, Number& out) {
 }
 
 int fail(const char* program, const char* what, int code) {
-  std::fprintf(stderr, "%s: %s\n", program, what);
+  std::fprintf(stderr, "%s\n", one_line(std::string(program) + ": " + what).c_str());
   return code;
 }
 
@@ -184,7 +185,8 @@ SessionConfig read_config(int config_fd) {
 AttachOptions child_attach_options(const SessionConfig& config) {
   return {.lock_memory = config.realtime != 0,
           .fifo_priority = config.realtime != 0 ? kHousekeepingPriority : 0,
-          .on_error = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); },
+          .on_error =
+              [](const std::string& what) { std::fprintf(stderr, "%s\n", one_line(what).c_str()); },
           .on_closed = request_stop};
 }
 

@@ -7,12 +7,12 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "proto/config.h"
 #include "proto/handout.h"
+#include "proto/message.h"
 #include "proto/realtime.h"
 #include "proto/segment.h"
 
@@ -56,8 +56,8 @@ inline constexpr int kExitNoDevice =
 inline constexpr std::string_view kPreparing = "preparing ";
 
 /// The device does not answer, or is another one. The text says how to mend it.
-struct DeviceError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct DeviceError : MessageError {
+  using MessageError::MessageError;
 };
 
 /// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, to the

@@ -11,13 +11,18 @@
 namespace haptic {
 namespace {
 
+// beyond it nothing is felt, and the products of a few such values are still finite
+constexpr double kMost = 1e12;
+constexpr double kMostMemory = 1e15;  // [bytes]; a double counts them exactly
+
 struct Kind {
   Dimension dimension;
   std::string_view name, example;
+  double most = kMost;  // in SI units, either sign
 };
 
 constexpr std::array<Kind, 17> kKinds{{
-    {Dimension::kLength, "a length", "100 mm"},
+    {Dimension::kLength, "a length", "100 mm", kMostLength},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
     {Dimension::kFrequency, "a rate", "1 kHz"},
@@ -33,7 +38,7 @@ constexpr std::array<Kind, 17> kKinds{{
     {Dimension::kInertia, "a moment of inertia", "1e-4 kg·m²"},
     {Dimension::kDensity, "a density", "1 g/cm³"},
     {Dimension::kCurrent, "a current", "3 A"},
-    {Dimension::kMemory, "an amount of memory", "4 GiB"},
+    {Dimension::kMemory, "an amount of memory", "4 GiB", kMostMemory},
 }};
 
 struct Unit {
@@ -123,8 +128,86 @@ std::string compact(std::string_view unit) {
   return out;
 }
 
-[[noreturn]] void fail(const std::string& what, Dimension dimension) {
-  throw QuantityError(what + "; write for example \"" + std::string(example_of(dimension)) + "\"");
+std::string list_units(Dimension dimension) {
+  std::string list;
+  for (const Unit& unit : kUnits) {
+    if (unit.dimension != dimension) continue;
+    list += (list.empty() ? "" : ", ") + std::string(unit.name);
+  }
+  return list;
+}
+
+/// The unit whose factor is 1.
+std::string_view si_unit(Dimension dimension) {
+  return std::find_if(
+             kUnits.begin(), kUnits.end(),
+             [&](const Unit& unit) { return unit.dimension == dimension && unit.factor == 1; })
+      ->name;
+}
+
+/// What is wrong with a finite value, which was written so; empty: nothing. `unit` is written
+/// behind each bound.
+std::string range_problem(double value, const Range& range, const std::string& unit,
+                          const std::string& written) {
+  if (value > range.min || (value == range.min && !range.open)) {
+    if (value <= range.max) return "";
+  }
+  const std::string min = number_text(range.min);
+  if (std::isfinite(range.max)) {
+    return "is out of range (" + written + "); it must lie between " + min + unit + " and " +
+           number_text(range.max) + unit;
+  }
+  return (range.open ? "must be greater than " : "must not be less than ") + min + " (" + written +
+         "); write a larger value";
+}
+
+struct Number {
+  double value = 0;
+  std::string_view rest;   // behind it
+  std::string_view wrong;  // empty: nothing
+};
+
+/// The number that a text begins with.
+Number read_number(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  Number number;
+  const char* const end_of_text = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), end_of_text, number.value);
+  number.rest = text.substr(static_cast<size_t>(end - text.data()));
+  if (error == std::errc::result_out_of_range) {
+    number.wrong = "is too large or too small";
+  } else if (error != std::errc()) {
+    number.wrong = "does not begin with a number";
+  } else if (!std::isfinite(number.value)) {
+    number.wrong = "is not a finite number";
+  } else if (number.rest.starts_with(',')) {
+    number.wrong = "has a comma; the decimal sign is a point, as in 8.5";
+  }
+  return number;
+}
+
+/// The value in SI units where only its unit can be wrong.
+double with_unit(const Number& number, Dimension dimension, std::string_view bare_unit,
+                 const std::string& quoted) {
+  const auto fail = [&](const std::string& what) {
+    throw QuantityError(quoted + " " + what + "; " + how_to_write(dimension));
+  };
+  std::string unit = compact(number.rest);
+  if (unit.empty()) unit = bare_unit;
+  if (unit.empty()) fail("needs a unit");
+  const auto at =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
+  if (at == kUnits.end()) fail("has an unknown unit");
+  if (at->dimension != dimension) {
+    fail("is " + std::string(kind_of(at->dimension).name) + ", not " +
+         std::string(kind_of(dimension).name));
+  }
+  return number.value * at->factor;
+}
+
+std::string in_quotes(std::string_view text) {
+  return "\"" + shown(text) + "\"";
 }
 
 }  // namespace
@@ -133,27 +216,64 @@ std::string_view example_of(Dimension dimension) {
   return kind_of(dimension).example;
 }
 
-double parse_quantity(std::string_view text, Dimension dimension) {
-  const std::string quoted = "\"" + std::string(text) + "\"";
-  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc::result_out_of_range)
-    fail(quoted + " is too large or too small", dimension);
-  if (error != std::errc()) fail(quoted + " does not begin with a number", dimension);
-  if (!std::isfinite(value)) fail(quoted + " is not a finite number", dimension);
+std::string_view name_of(Dimension dimension) {
+  const std::string_view name = kind_of(dimension).name;
+  return name.substr(name.find(' ') + 1);
+}
 
-  const std::string unit = compact(text.substr(static_cast<size_t>(end - text.data())));
-  if (unit.empty()) fail(quoted + " needs a unit", dimension);
-  const auto at =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
-  if (at == kUnits.end()) fail(quoted + " has an unknown unit", dimension);
-  if (at->dimension != dimension) {
-    fail(quoted + " is " + std::string(kind_of(at->dimension).name) + ", not " +
-             std::string(kind_of(dimension).name),
-         dimension);
+std::string how_to_write(Dimension dimension) {
+  return "write for example \"" + std::string(example_of(dimension)) +
+         "\"; known units: " + list_units(dimension);
+}
+
+std::string number_text(double value) {
+  std::array<char, 32> text;
+  return std::string(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+}
+
+std::string quantity_text(double value, Dimension dimension) {
+  return number_text(value) + " " + std::string(si_unit(dimension));
+}
+
+double parse_quantity(std::string_view text, Dimension dimension, const Range& range,
+                      std::string_view bare_unit) {
+  const std::string quoted = in_quotes(text);
+  const Number number = read_number(text);
+  if (!number.wrong.empty()) {
+    throw QuantityError(quoted + " " + std::string(number.wrong) + "; " + how_to_write(dimension));
   }
-  return value * at->factor;
+  const double value = with_unit(number, dimension, bare_unit, quoted);
+  const double most = kind_of(dimension).most;
+  if (!(std::fabs(value) <= most)) {
+    throw QuantityError(quoted + " is too large; the most is " + quantity_text(most, dimension) +
+                        "; " + how_to_write(dimension));
+  }
+  const std::string wrong =
+      range_problem(value, range, " " + std::string(si_unit(dimension)), quoted);
+  if (!wrong.empty()) throw QuantityError(wrong);
+  return value;
+}
+
+std::string number_problem(double value, const Range& range) {
+  if (!std::isfinite(value)) return "is not a finite number; write a number";
+  const std::string written = number_text(value);
+  if (std::fabs(value) > kMost)
+    return "is too large (" + written + "); the most is " + number_text(kMost);
+  return range_problem(value, range, "", written);
+}
+
+double parse_number(std::string_view text, const Range& range) {
+  const std::string quoted = in_quotes(text);
+  const Number number = read_number(text);
+  if (!number.wrong.empty()) {
+    throw QuantityError(quoted + " " + std::string(number.wrong) + "; write for example 0.5");
+  }
+  if (number.rest.find_first_not_of(' ') != std::string_view::npos) {
+    throw QuantityError(quoted + " is not a number; write it without a unit, for example 0.5");
+  }
+  const std::string wrong = number_problem(number.value, range);
+  if (!wrong.empty()) throw QuantityError(wrong);
+  return number.value;
 }
 
 }  // namespace haptic

@@ -16,6 +16,7 @@
 
 #include "proto/channels.h"
 #include "proto/file_descriptor.h"
+#include "proto/message.h"
 #include "proto/realtime.h"
 #include "proto/schema.h"
 
@@ -88,8 +89,8 @@ enum class SegmentFault {
   kWrongTable,   // a channel out of bounds, or not where it belongs
 };
 
-struct SegmentError : std::runtime_error {
-  SegmentError(SegmentFault why, const std::string& what) : std::runtime_error(what), fault(why) {}
+struct SegmentError : MessageError {
+  SegmentError(SegmentFault why, const std::string& what) : MessageError(what), fault(why) {}
   SegmentFault fault;
 };
 

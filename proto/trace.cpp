@@ -3,6 +3,7 @@
 
 #include <sys/utsname.h>
 
+#include "proto/message.h"
 #include "proto/version.h"
 
 namespace haptic {
@@ -94,7 +95,7 @@ void TraceReader::for_each_bytes(
     const TopicInfo& topic, const std::function<void(const std::byte*, const Stamp&)>& use) const {
   const McapChannel* channel = mcap_.find_channel(topic.name);
   if (channel == nullptr) return;
-  const std::string where = path_ + ": topic '" + channel->topic + "' ";
+  const std::string where = path_ + ": topic '" + shown(channel->topic) + "' ";
   if (mcap_.schema_of(*channel).text != full_definition(topic.text)) {
     throw McapError(where + "was recorded with another layout of " + std::string(topic.schema) +
                     "; export it with the version that recorded it");

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/command.h"
 
-#include <charconv>
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <optional>
 
-#include "proto/one_line.h"
+#include "proto/message.h"
 #include "proto/quantity.h"
 #include "proto/renderer.h"
 
@@ -14,20 +15,9 @@ namespace {
 constexpr const char* kCommands =
     "status, config, stop, clear-fault, arm, disarm, pause, resume, "
     "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer VALUE";
-constexpr double kMostStiffness = 1e5;            // [N/m]
-constexpr double kMostDamping = 1e3;              // [N·s/m]
-constexpr double kMostRotationalStiffness = 1e3;  // [N·m/rad]
-constexpr double kMostRotationalDamping = 10;     // [N·m·s/rad]
-constexpr double kMostTimeScale = 10;
 
 Command refused(const std::string& problem) {
   return {CommandKind::kRefused, false, one_line(problem)};
-}
-
-/// What was said, for an answer.
-std::string quoted(std::string_view text) {
-  constexpr size_t kLongest = 60;
-  return one_line(std::string(text), kLongest);
 }
 
 /// The first word; the rest stays in `line`.
@@ -37,15 +27,6 @@ std::string_view take_word(std::string_view& line) {
   line.remove_prefix(word.size());
   line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
   return word;
-}
-
-double plain_number(std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    throw QuantityError("'" + std::string(text) + "' is not a number; write for example 0.5");
-  }
-  return value;
 }
 
 /// What this session lacks for a renderer; empty: nothing.
@@ -75,43 +56,45 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
     wanted.renderer = static_cast<uint32_t>(renderer);
     return {CommandKind::kChange, false, ""};
   }
-  return refused("renderer: there is no '" + quoted(name) + "'; known: " + known);
+  return refused("renderer: there is no '" + shown(name) + "'; known: " + known);
+}
+
+/// A number that can be set, with its largest value in SI units.
+struct Parameter {
+  std::string_view name;
+  double ControlFrame::*target;
+  double most;
+  std::optional<Dimension> dimension;  // none: a plain number
+};
+constexpr std::array<Parameter, 5> kParameters{
+    {{"stiffness", &ControlFrame::translational_stiffness, 1e5, Dimension::kStiffness},
+     {"damping", &ControlFrame::translational_damping, 1e3, Dimension::kDamping},
+     {"rotational-stiffness", &ControlFrame::rotational_stiffness, 1e3,
+      Dimension::kRotationalStiffness},
+     {"rotational-damping", &ControlFrame::rotational_damping, 10, Dimension::kRotationalDamping},
+     {"time-scale", &ControlFrame::scene_time_scale, 10, std::nullopt}}};
+
+double parse_value(std::string_view text, const Parameter& parameter) {
+  const Range range{0, parameter.most};
+  return parameter.dimension ? parse_quantity(text, *parameter.dimension, range)
+                             : parse_number(text, range);
 }
 
 Command set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view key = take_word(line);
   if (key == "renderer") return set_renderer(line, config, wanted);
-  double* target = nullptr;
-  double most = 0, value = 0;
+  const auto parameter = std::find_if(kParameters.begin(), kParameters.end(),
+                                      [&](const Parameter& p) { return p.name == key; });
+  if (parameter == kParameters.end()) {
+    return refused("cannot set '" + shown(key) +
+                   "'; what can be set: stiffness, damping, rotational-stiffness, "
+                   "rotational-damping, time-scale, renderer");
+  }
   try {
-    if (key == "stiffness") {
-      target = &wanted.translational_stiffness, most = kMostStiffness;
-      value = parse_quantity(line, Dimension::kStiffness);
-    } else if (key == "damping") {
-      target = &wanted.translational_damping, most = kMostDamping;
-      value = parse_quantity(line, Dimension::kDamping);
-    } else if (key == "rotational-stiffness") {
-      target = &wanted.rotational_stiffness, most = kMostRotationalStiffness;
-      value = parse_quantity(line, Dimension::kRotationalStiffness);
-    } else if (key == "rotational-damping") {
-      target = &wanted.rotational_damping, most = kMostRotationalDamping;
-      value = parse_quantity(line, Dimension::kRotationalDamping);
-    } else if (key == "time-scale") {
-      target = &wanted.scene_time_scale, most = kMostTimeScale;
-      value = plain_number(line);
-    } else {
-      return refused("cannot set '" + quoted(key) +
-                     "'; what can be set: stiffness, damping, rotational-stiffness, "
-                     "rotational-damping, time-scale, renderer");
-    }
+    wanted.*parameter->target = parse_value(line, *parameter);
   } catch (const QuantityError& error) {
     return refused(std::string(key) + ": " + error.what());
   }
-  if (!(value >= 0 && value <= most)) {
-    return refused(std::string(key) + ": is out of range; use 0 to " +
-                   std::to_string(static_cast<long>(most)) + " (SI)");
-  }
-  *target = value;
   const std::string lack = lack_of(config, static_cast<Renderer>(wanted.renderer), wanted);
   if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
   return {CommandKind::kChange, false, ""};
@@ -122,7 +105,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view word = take_word(line);
   if (word != "set" && !line.empty()) {
-    return refused("'" + quoted(word) + "' takes nothing after it");
+    return refused("'" + shown(word) + "' takes nothing after it");
   }
   ControlFrame changed = wanted;
   Command command{CommandKind::kChange, false, ""};
@@ -140,7 +123,7 @@ Command apply_command(std::string_view line, const SessionConfig& config, Contro
   } else if (word == "set") {
     command = set(line, config, changed);
   } else {
-    return refused("unknown command '" + quoted(word) + "'; known: " + kCommands);
+    return refused("unknown command '" + shown(word) + "'; known: " + kCommands);
   }
   if (command.kind != CommandKind::kChange) return command;
   ++changed.revision;

@@ -7,6 +7,7 @@
 #include "proto/command_line.h"
 #include "proto/config.h"
 #include "proto/config_warnings.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "servo/supervisor.h"
 
@@ -29,11 +30,12 @@ int run(const Options& options) {
   }
   const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) {
+    const std::string file = haptic::shown(options.config_path);
     for (const std::string& line : warnings) {
-      std::printf("%s: warning: %s\n", options.config_path.c_str(), line.c_str());
+      std::printf("%s: warning: %s\n", file.c_str(), line.c_str());
     }
-    std::printf("%s: ok, session '%s', %u objects\n", options.config_path.c_str(),
-                config.name.data(), config.n_objects);
+    std::printf("%s: ok, session '%s', %u objects\n", file.c_str(), config.name.data(),
+                config.n_objects);
     return haptic::kExitClean;
   }
   const std::string session =
@@ -60,6 +62,6 @@ int main(int argc, char** argv) try {
   if (const auto code = line.read(argc, argv, "hapticd", haptic::kExitBadInput)) return *code;
   return run(options);
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "hapticd: %s\n", error.what());
+  std::fprintf(stderr, "hapticd: %s\n", haptic::one_line(error.what()).c_str());
   return haptic::kExitBadInput;
 }

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "proto/message.h"
 #include "proto/realtime.h"
 #include "servo/patient_sink.h"
 
@@ -154,9 +155,10 @@ void HapticdLog::drain() {
 }
 
 void HapticdLog::write(LogLevel level, std::string_view source, const std::string& message) {
+  const std::string line = one_line(message);
   const std::string text =
-      json_ ? fmt::format(R"("source":"{}","message":"{}")", json_text(source), json_text(message))
-            : fmt::format("{}: {}", source, message);
+      json_ ? fmt::format(R"("source":"{}","message":"{}")", json_text(source), json_text(line))
+            : fmt::format("{}: {}", source, line);
   logger_->log(spdlog_level(level), text);
 }
 

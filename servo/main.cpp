@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "proto/message.h"
 #include "proto/process.h"
 #include "servo/loop.h"
 
@@ -18,7 +19,8 @@ int run(const ChildArguments& arguments) {
   const std::unique_ptr<Device> device =
       open_device(config.device, FileDescriptor(arguments.device_fd));
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());
-  std::fprintf(stderr, "haptic-servo: device: %s\n", device->description().c_str());
+  std::fprintf(stderr, "haptic-servo: device: %s\n",
+               haptic::one_line(device->description()).c_str());
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   DeadlineClock clock(period_ns(config.servo_rate),

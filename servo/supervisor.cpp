@@ -16,6 +16,7 @@
 #include <stdexcept>
 
 #include "proto/control.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 #include "servo/command.h"
@@ -193,7 +194,7 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
   const Command command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
     case CommandKind::kRefused:
-      commands_.answer(peer, "error: " + command.problem);
+      commands_.answer(peer, one_line("error: " + command.problem));
       break;
     case CommandKind::kStatus:
       commands_.answer(peer, status());

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Tests of the rooms, one program each; included by CMakeLists.txt.
-haptic_tests(proto LIBRARIES haptic_proto SOURCES
+haptic_tests(proto LIBRARIES haptic_proto haptic_command_line SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
   proto/handout_test.cpp proto/handout_hostile_test.cpp proto/mcap_hostile_test.cpp
-  proto/realtime_test.cpp proto/regular_file_test.cpp
+  proto/message_test.cpp proto/quantity_test.cpp proto/realtime_test.cpp
+  proto/regular_file_test.cpp
   proto/ring_model_test.cpp
   proto/ring_test.cpp
   proto/segment_fuzz_test.cpp
   proto/segment_hostile_test.cpp
   proto/segment_test.cpp
   proto/trace_test.cpp)
-# what reads files and sockets, given anything: docs/fuzzing.md
-haptic_tests(fuzz LIBRARIES haptic_hapticd SOURCES
-  fuzz/config_fuzz_test.cpp fuzz/log_fuzz_test.cpp fuzz/socket_fuzz_test.cpp
-  fuzz/trace_fuzz_test.cpp)
 haptic_tests(math LIBRARIES haptic_proto Eigen3::Eigen SOURCES
   proto/coupling_margin_test.cpp proto/mapping_test.cpp proto/math_test.cpp
   proto/project_point_test.cpp proto/qp_test.cpp proto/lcp_test.cpp proto/coulomb_test.cpp)
@@ -28,7 +25,7 @@ haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
   contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp
   contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
-  contact/body_detectors_test.cpp
+  contact/bake_extent_test.cpp contact/body_detectors_test.cpp
   contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
   contact/sphere_proxy_test.cpp
@@ -37,8 +34,10 @@ haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/voxel_scan_test.cpp contact/shell_in_field_test.cpp contact/cluster_pushes_test.cpp contact/shell_pushes_test.cpp contact/voxel_test.cpp contact/machine_parts_test.cpp
   contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
 # any bytes for whoever reads files
-haptic_tests(fuzz LIBRARIES haptic_bake SOURCES
-  fuzz/cache_fuzz_test.cpp fuzz/fuzz_meter.cpp fuzz/mesh_fuzz_test.cpp fuzz/mesh_inputs.cpp)
+haptic_tests(fuzz LIBRARIES haptic_hapticd haptic_bake SOURCES
+  fuzz/cache_fuzz_test.cpp fuzz/config_fuzz_test.cpp fuzz/fuzz_meter.cpp fuzz/log_fuzz_test.cpp
+  fuzz/mesh_fuzz_test.cpp fuzz/mesh_inputs.cpp fuzz/socket_fuzz_test.cpp
+  fuzz/trace_fuzz_test.cpp)
 haptic_tests(device LIBRARIES haptic_device SOURCES
   device-io/emulator_firmware_test.cpp
   device-io/hand_plant_test.cpp

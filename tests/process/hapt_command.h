@@ -29,6 +29,13 @@ inline Ran shell(const std::string& line, const std::string& folder) {
   return ran;
 }
 
+/// A word of a shell, whatever bytes it holds; a shell knows no zero byte.
+inline std::string word(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 /// Runs `hapt` with these words.
 inline Ran hapt(const std::string& words, const std::string& folder) {
   return shell("hapt " + words, folder);

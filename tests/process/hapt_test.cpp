@@ -174,12 +174,12 @@ TEST_CASE("hapt: what is typed wrongly is named in one line, exit 2") {
   const Typed typed = GENERATE(values<Typed>({
       {"bogus", "hapt: no command 'bogus'; see hapt --help"},
       {"", "hapt: A subcommand is required; see hapt --help"},
-      {"demo --for abc", "'abc' is not a number of seconds above 0, as 20 or 0.5; see hapt demo"},
-      {"demo --for nan", "'nan' is not a number of seconds"},
-      {"eval --for -1", "'-1' is not a number of seconds"},
-      {"record -o x --for 0", "'0' is not a number of seconds"},
+      {"demo --for abc", "known units: s, ms, us, µs, min; see hapt demo"},
+      {"demo --for nan", "\"nan\" is not a finite number"},
+      {"eval --for -1", "--for: is out of range (\"-1\")"},
+      {"record -o x --for 0", "--for: is out of range (\"0\")"},
       {"top -n -1", "-1"},
-      {"top -d 1e9", "'1e9' is not a number of seconds"},
+      {"top -d 1e9", "is out of range (\"1e9\")"},
       {"demo --bogus", "--bogus"},
       {"export", "recording is required"},
   }));
