@@ -28,9 +28,12 @@ haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/voxel_scan_test.cpp contact/shell_in_field_test.cpp contact/cluster_pushes_test.cpp contact/shell_pushes_test.cpp contact/voxel_test.cpp contact/machine_parts_test.cpp
   contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
 haptic_tests(device LIBRARIES haptic_device SOURCES
+  device-io/answer_match_test.cpp
   device-io/emulator_firmware_test.cpp
+  device-io/encoder_noise_test.cpp
   device-io/hand_plant_test.cpp
   device-io/intent_test.cpp
+  device-io/lying_device_test.cpp
   device-io/replay_test.cpp
   device-io/simulated_hand_test.cpp
   device-io/woodenhaptics_kinematics_test.cpp
