@@ -57,6 +57,7 @@ haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/eval_oracle_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
   clients/eval_renderer_test.cpp
+  clients/emulated_hands_test.cpp
   clients/eval_ruffaldi_test.cpp
   clients/eval_sphere_oracle_test.cpp
   clients/eval_workload_test.cpp

@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <numbers>
 #include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/support/data.h"
 
@@ -17,7 +22,7 @@ using haptic::MotorCounts;
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr double kCount = 50e-6;  // of an encoder, at the tip [m]; the finest is 33 µm
+constexpr double kCount = 33e-6;  // of an encoder at the tip, the finest there is [m]
 
 /// Ticks until a path in metres is taken for noise; -1: never. Each sample is taken `sampled_ms`
 /// after its question, which is answered a tick after it.
@@ -109,4 +114,54 @@ TEST_CASE("noise: a longer time between samples allows a larger turn", "[device-
     noise.add({i % 2 == 0 ? 50 : -50, 0, 0}, 20 * i * kMs, (20 * i + 1) * kMs);
   }
   CHECK_FALSE(noise.is_noisy());
+}
+
+namespace {
+
+/// A column of a recording against its first, sampled at 1 kHz by straight lines in between.
+std::function<double(double)> column_of(const std::string& path, size_t column, double scale) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  std::vector<std::pair<double, double>> rows;
+  while (std::getline(file, line)) {
+    std::istringstream text(line);
+    std::vector<double> values;
+    for (std::string value; std::getline(text, value, ',');) values.push_back(std::stod(value));
+    rows.emplace_back(values.front(), scale * values[column]);
+  }
+  return [rows, next = size_t{1}](double t) mutable {
+    while (next + 1 < rows.size() && rows[next].first < t) ++next;
+    const auto [t0, x0] = rows[next - 1];
+    const auto [t1, x1] = rows[next];
+    return x0 + std::clamp((t - t0) / (t1 - t0), 0.0, 1.0) * (x1 - x0);
+  };
+}
+
+}  // namespace
+
+TEST_CASE("noise: no recorded hand is noise", "[device-io]") {
+  constexpr double kLever = 0.075;  // [m] of arm
+  const std::string tue = "tue-1dof-bilateral/", epfl = "epfl-wiping/";
+  for (const char* name : {"m2_question1c_foam", "m2_question1c_free_motion", "m2_question1c_rigid",
+                           "m2_question1c_spring", "question1a_foam", "question1a_free_motion",
+                           "question1a_rigid", "question1a_spring"}) {
+    const auto path = haptic::test::find_data(tue + name + ".csv");
+    if (!path) return;
+    CAPTURE(name);
+    // master and slave
+    CHECK(noisy_after(column_of(*path, 1, kLever), 5000) == -1);
+    CHECK(noisy_after(column_of(*path, 2, kLever), 5000) == -1);
+  }
+  if (const auto path = haptic::test::find_data(tue + "handRef.csv")) {
+    CHECK(noisy_after(column_of(*path, 1, kLever), 5000) == -1);
+  }
+  for (const char* name : {"wipe_fender_1", "wipe_rim_1", "wipe_rim_2"}) {
+    const auto path = haptic::test::find_data(epfl + name + ".csv");
+    if (!path) return;
+    CAPTURE(name);
+    for (size_t axis = 1; axis <= 3; ++axis) {
+      CHECK(noisy_after(column_of(*path, axis, 1), 20'000) == -1);
+    }
+  }
 }
