@@ -21,7 +21,9 @@ constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken tak
 constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing, for the judge
 constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, judged as well
 constexpr int64_t kLatchPatienceNs = 150 * kMs;
-constexpr int kLatchAttempts = 5;              // an answer may be overwritten unread
+constexpr int64_t kFoundNs = 80 * kMs;   // stated, with the 20 ms of every zero: 100 ms
+constexpr int64_t kTrustNs = 500 * kMs;  // of an honest device, until the driver believes it again
+constexpr int kLatchAttempts = 5;        // an answer may be overwritten unread
 constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds and a look
 constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // children after the death of hapticd
 constexpr size_t kManyClients = 64;
@@ -51,14 +53,14 @@ std::string milliseconds(int64_t ns) {
 const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
     {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactStop, "contact: stopped for a while", 12, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactStop, "contact: stopped for a while", 10, Effect::kFade, kRestartGoal},
     {FaultKind::kContactNaN, "contact: NaN in an answer", 5, Effect::kZero, 0},
     {FaultKind::kContactInfinity, "contact: infinity in an answer", 5, Effect::kZero, 0},
     {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
     {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 5, Effect::kFade, 0},
     {FaultKind::kContactLies, "contact: planes that are not there", 6, Effect::kLies, 0},
     {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
-    {FaultKind::kSimStop, "sim: stopped for a while", 9, Effect::kNothing, 0},
+    {FaultKind::kSimStop, "sim: stopped for a while", 6, Effect::kNothing, 0},
     {FaultKind::kServoKill, "servo: kill -9", 1, Effect::kZero, kServoGoal},
     {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
     {FaultKind::kServoPause, "servo: stopped for a while", 1, Effect::kLimits, 0},
@@ -66,11 +68,15 @@ const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
     {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
     {FaultKind::kRecorderStop, "recorder: stopped for a while", 5, Effect::kNothing, 0},
-    {FaultKind::kClientKill, "watching client: kill -9", 8, Effect::kNothing, 0},
-    {FaultKind::kClientStop, "watching client: stopped", 6, Effect::kNothing, 0},
+    {FaultKind::kClientKill, "watching client: kill -9", 5, Effect::kNothing, 0},
+    {FaultKind::kClientStop, "watching client: stopped", 5, Effect::kNothing, 0},
     {FaultKind::kManyClients, "64 clients attach and die", 2, Effect::kNothing, 0},
-    {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 7, Effect::kZero, 0},
+    {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 6, Effect::kZero, 0},
     {FaultKind::kDeviceSilent, "device: stops answering", 5, Effect::kSilence, 0},
+    {FaultKind::kDeviceFrozen, "device: the same answer for ever", 3, Effect::kZero, 0, kFoundNs},
+    {FaultKind::kDeviceOldFirst, "device: old answers between", 2, Effect::kZero, 0, kFoundNs},
+    {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs},
+    {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs},
     {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
     {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
 }};
@@ -143,6 +149,14 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
       });
     case FaultKind::kDeviceSilent:
       return silence_device();
+    case FaultKind::kDeviceFrozen:
+      return lie(EmulatorFault::kFrozen);
+    case FaultKind::kDeviceOldFirst:
+      return lie(EmulatorFault::kOldFirst);
+    case FaultKind::kDeviceDelayed:
+      return lie(EmulatorFault::kDelayed);
+    case FaultKind::kDeviceNoise:
+      return lie(EmulatorFault::kNoise);
     case FaultKind::kMemory:
       return stress({"--vm", "1", "--vm-bytes", "50%"});
     case FaultKind::kBusy:
@@ -192,7 +206,8 @@ FaultInjector::Done FaultInjector::stop_contact() {
 }
 
 /// A cause that makes safety latch the force at zero, until it is told to clear the fault.
-FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause) {
+FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause,
+                                            const std::function<void()>& cure) {
   Done done;
   const auto is_closed = [&] {
     const auto since = session_.records_since(done.begin_ns);
@@ -207,8 +222,21 @@ FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause) 
   }
   session_.pause(between(20 * kMs, 60 * kMs));
   done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  if (cure) cure();
   clear_fault(done);
   return done;
+}
+
+/// A device that answers, but not what is so, until it is told to.
+FaultInjector::Done FaultInjector::lie(EmulatorFault how) {
+  const auto order = [this](EmulatorFault what) {
+    send_order(session_.emulator().pid(), static_cast<int>(what));
+  };
+  const auto cure = [&] {
+    order(EmulatorFault::kHealthy);
+    session_.pause(kTrustNs);
+  };
+  return close_by([&] { order(how); }, cure);
 }
 
 /// Accepted once the hand is calm: nothing has held it up.
@@ -409,8 +437,9 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
   // where nothing may change, nothing may change afterwards either
   const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
-  const JudgedFault fault{info.effect, done.begin_ns, over_ns, done.soft_ns,
-                          session_.stalls(since_ns, !silence)};
+  const JudgedFault fault{
+      info.effect,  done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
+      info.found_ns};
   const ForceVerdict verdict = judge_force(
       TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);
   for (const ForceViolation& v : verdict.violations) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "clients/torture_session.h"
+#include "device-io/fault_order.h"
 
 namespace haptic {
 
@@ -38,18 +39,23 @@ enum class FaultKind {
   kManyClients,
   kPoseJump,
   kDeviceSilent,
+  kDeviceFrozen,
+  kDeviceOldFirst,
+  kDeviceDelayed,
+  kDeviceNoise,
   kMemory,
   kBusy,
 };
-inline constexpr size_t kFaultKinds = 24;
+inline constexpr size_t kFaultKinds = 28;
 
 /// What is known of a kind beforehand.
 struct FaultInfo {
   FaultKind kind;
   std::string_view name;
-  int share;        // of a hundred faults
-  Effect effect;    // on the force
-  int64_t goal_ns;  // whole again after that; 0: nothing is stated
+  int share;             // of a hundred faults
+  Effect effect;         // on the force
+  int64_t goal_ns;       // whole again after that; 0: nothing is stated
+  int64_t found_ns = 0;  // stated: what nobody can know at once is known after so long
 };
 extern const std::array<FaultInfo, kFaultKinds> kFaults;
 
@@ -97,7 +103,8 @@ class FaultInjector {
   Done inflict(FaultKind kind);
   Done kill_contact(bool hang);
   Done stop_contact();
-  Done close_by(const std::function<void()>& cause);
+  Done close_by(const std::function<void()>& cause, const std::function<void()>& cure = {});
+  Done lie(EmulatorFault how);
   Done slow_contact(FaultKind kind);
   Done lie_in_contact();
   Done kill_sim();

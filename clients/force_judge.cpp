@@ -184,7 +184,7 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
   const auto first = std::find_if(after, all.end(), is_zero);
-  const int64_t stated_ns = from_ns + rules.zero_ns;
+  const int64_t stated_ns = from_ns + fault.found_ns + rules.zero_ns;
   const int64_t limit_ns =
       first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);
   const bool late = first == all.end() || (away ? first != after : first->t_ns > limit_ns);

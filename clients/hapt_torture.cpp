@@ -267,7 +267,8 @@ std::string stated(const FaultInfo& info) {
     case Effect::kFade:
       return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
     case Effect::kZero:
-      return "zero in 20 ms" + (whole.empty() ? "" : ", " + whole);
+      return std::string(info.found_ns > 0 ? "zero in 100 ms" : "zero in 20 ms") +
+             (whole.empty() ? "" : ", " + whole);
     case Effect::kSilence:
       break;
   }

@@ -150,13 +150,20 @@ class Link {
 
 /// What a test has told the device to do meanwhile.
 void obey_orders(EmulatedDevice& device) {
-  switch (static_cast<EmulatorFault>(take_order())) {
+  const auto order = static_cast<EmulatorFault>(take_order());
+  switch (order) {
     case EmulatorFault::kJumpOnce:
       return device.disturb(kJumpCounts, 1);
     case EmulatorFault::kJump:
       return device.disturb(kJumpCounts, std::numeric_limits<uint64_t>::max());
     case EmulatorFault::kHealthy:
-      return device.disturb({}, 0);
+      device.disturb({}, 0);
+      return device.lie(EmulatorFault::kHealthy);
+    case EmulatorFault::kFrozen:
+    case EmulatorFault::kOldFirst:
+    case EmulatorFault::kDelayed:
+    case EmulatorFault::kNoise:
+      return device.lie(order);
   }
 }
 

@@ -93,11 +93,45 @@ int EmulatedDevice::read_line() {
   return error;
 }
 
+/// Appends an answer.
+void EmulatedDevice::put(const EncoderReply& reply) {
+  const auto& e = reply.counts;
+  char* const at = answer_.data() + answer_size_;
+  const int size = std::snprintf(at, answer_.size() - answer_size_, "[%d,%d,%d,%d,%d,%d,%d,%d]\n",
+                                 reply.model, e[0], e[1], e[2], e[3], e[4], e[5], reply.error);
+  answer_size_ += static_cast<size_t>(size);
+}
+
+/// Answers, or lies. What was said last is what counts_ holds afterwards.
 void EmulatedDevice::say(int error) {
-  const auto& e = counts_;
-  const int size = std::snprintf(answer_.data(), answer_.size(), "[%d,%d,%d,%d,%d,%d,%d,%d]\n",
-                                 kWoodenHapticsModel, e[0], e[1], e[2], e[3], e[4], e[5], error);
-  answer_size_ = static_cast<size_t>(size);
+  const EncoderReply honest{kWoodenHapticsModel, counts_, error};
+  // the oldest that is kept is where the newest will be
+  EncoderReply& kept = said_[n_said_ % said_.size()];
+  const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;
+  switch (lie_) {
+    case EmulatorFault::kFrozen:
+      put(frozen_);
+      counts_ = frozen_.counts;
+      return;
+    case EmulatorFault::kOldFirst:
+      put(old);
+      put(honest);
+      break;
+    case EmulatorFault::kDelayed:
+      put(old);
+      counts_ = old.counts;
+      break;
+    default:
+      put(honest);
+  }
+  if (error == 0) frozen_ = honest;
+  kept = honest;
+  ++n_said_;
+}
+
+void EmulatedDevice::add_noise() {
+  if (lie_ != EmulatorFault::kNoise) return;
+  counts_[1] += std::uniform_int_distribution<int32_t>(-kNoiseCounts, kNoiseCounts)(noise_);
 }
 
 void EmulatedDevice::note(int64_t t_ns, EmulatorEvent event) {
@@ -139,6 +173,7 @@ bool EmulatedDevice::obey(int error) {
     --disturbed_answers_;
     for (size_t i = 0; i < off_by_.size(); ++i) counts_[i] += off_by_[i];
   }
+  add_noise();
   if (!calibrated_) {
     const double phase = 0.0002 * static_cast<double>(questions_++);
     counts_[0] = kSineMiddle + static_cast<int32_t>(kSineAmplitude * std::sin(phase));

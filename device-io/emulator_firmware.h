@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <random>
 #include <span>
 #include <string_view>
 
+#include "device-io/fault_order.h"
 #include "device-io/hand_plant.h"
 #include "device-io/woodenhaptics_kinematics.h"
 #include "device-io/woodenhaptics_protocol.h"
@@ -66,6 +68,10 @@ class EmulatedDevice {
   /// encoder that slips. What the record calls answered is what was said.
   void disturb(const MotorCounts& off_by, uint64_t answers);
 
+  /// For faults: from the next line on it answers as this one of EmulatorFault says, until it is
+  /// told to be healthy.
+  void lie(EmulatorFault how) { lie_ = how; }
+
   std::string_view answer() const { return {answer_.data(), answer_size_}; }
   const EmulatorRecord& record() const { return record_; }
   const HandPlant& plant() const { return plant_; }
@@ -76,6 +82,8 @@ class EmulatedDevice {
   int read_line();
   bool obey(int error);
   void say(int error);
+  void put(const EncoderReply& reply);
+  void add_noise();
   void note(int64_t t_ns, EmulatorEvent event);
   MotorCounts encoders();
 
@@ -90,12 +98,17 @@ class EmulatedDevice {
   std::array<int32_t, 6> counts_{};  // of the last good line
   MotorCounts off_by_{};
   uint64_t disturbed_answers_ = 0;  // still to come
+  EmulatorFault lie_ = EmulatorFault::kHealthy;
+  std::array<EncoderReply, kLateAnswers> said_{};  // what was, or would have been, last
+  uint64_t n_said_ = 0;
+  EncoderReply frozen_{.model = kWoodenHapticsModel};  // the last valid one
+  std::minstd_rand noise_;
   bool calibrated_;
   uint64_t questions_ = 0;  // while not calibrated
   std::array<char, 4096> queue_{};
   size_t queued_ = 0;
   std::array<char, 128> line_{};
-  std::array<char, 128> answer_{};
+  std::array<char, 256> answer_{};  // two, where an old one comes first
   size_t answer_size_ = 0;
 };
 

@@ -32,6 +32,8 @@ constexpr int64_t kQuietNs =
     2 * kMs;  // then every line that met another one has been complained of
 constexpr int kReadsPerTick = 4;
 constexpr size_t kBytesPerRead = 256;
+constexpr int64_t kHeldUpNs = 5 * kMs;      // between two reads, before hapticd may let go
+constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: no arm, but noise
 
 bool is_plausible(const EncoderReply& reply) {
@@ -69,7 +71,7 @@ void WoodenHaptics::greet(const std::string& path) {
   EncoderReply reply;
   const int64_t give_up_ns = now_ns() + kGreetingNs;
   while (!gone_ && now_ns() < give_up_ns) {
-    ask({});
+    ask({}, false);
     // an error here is the rest of what an earlier program left behind
     if (!wait_for_answer(now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
     if (reply.model != kWoodenHapticsModel) {
@@ -107,9 +109,10 @@ void WoodenHaptics::hang_up() {
   node_.reset();
 }
 
-/// The newest answer there is; false when none has come. Bounded work.
+/// The newest answer to a question; false when none has come. Bounded work.
 bool WoodenHaptics::receive(EncoderReply& newest) {
-  bool any = false;
+  bool any = false, heard = false;
+  EncoderReply reply;
   std::array<char, kBytesPerRead> bytes;
   for (int i = 0; i < kReadsPerTick && !gone_; ++i) {
     const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
@@ -117,14 +120,16 @@ bool WoodenHaptics::receive(EncoderReply& newest) {
     // nothing, not even "try again": the node has hung up
     if (n <= 0) hang_up();
     for (ssize_t k = 0; k < n; ++k) {
-      any |= reader_.push(bytes[static_cast<size_t>(k)], newest);
+      if (!reader_.push(bytes[static_cast<size_t>(k)], reply)) continue;
+      heard = true;
+      any = !match_.hear(reply.error, now_ns_ < excused_ns_);
+      if (any) newest = reply;
     }
     if (n < static_cast<ssize_t>(bytes.size())) break;
   }
-  if (any) {
-    awaiting_ = false;
-    patience_ns_ = kAskAgainNs;
-  }
+  if (heard) patience_ns_ = kAskAgainNs;
+  heard_ |= heard;
+  if (any && !match_.awaits_echo()) awaiting_ = false;
   return any;
 }
 
@@ -134,10 +139,19 @@ bool WoodenHaptics::accept(const EncoderReply& reply) {
     ++errors_;
     return false;
   }
-  answered_ns_ = now_ns_;
   // a firmware that waits for its button repeats what it was sent
   if (!homed_) homed_ = !(may_be_invented(reply.counts[0]) && reply.counts[1] == currents_[0]);
+  if (homed_ && !match_.is_settled()) {
+    if (doubted_ns_ == 0) doubted_ns_ = now_ns_;
+    return false;
+  }
+  doubted_ns_ = 0;
+  answered_ns_ = now_ns_;
   return homed_;
+}
+
+bool WoodenHaptics::is_stale() const {
+  return match_.is_distrusted() || (doubted_ns_ != 0 && now_ns_ - doubted_ns_ > kDeviceSilenceNs);
 }
 
 void WoodenHaptics::move_to(const MotorCounts& counts) {
@@ -146,6 +160,7 @@ void WoodenHaptics::move_to(const MotorCounts& counts) {
 }
 
 bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
+  if (started_ && tick.now_ns - now_ns_ > kHeldUpNs) excused_ns_ = tick.now_ns + kExcusedNs;
   now_ns_ = tick.now_ns;
   if (!started_) answered_ns_ = tick.now_ns;
   started_ = true;
@@ -165,7 +180,9 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
       last_.V_BH.v += dt / (dt + pole) * (raw_B - last_.V_BH.v);
     } else {
       last_.V_BH = {};
+      noise_.restart();
     }
+    noise_.add({reply.counts[0], reply.counts[1], reply.counts[2]}, first_asked_ns_, now_ns_);
     // how far the hand has come since is judged over the longer time
     last_.t_ns = first_asked_ns_;
     moved_ = true;
@@ -174,8 +191,10 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   // held up here for so long that the firmware has put the motors off: no step back to full force
   const bool let_go = moved_ && tick.now_ns - asked_ns_ > kLetGoNs;
   lost_ = silent || gone_ || let_go || returning_;
-  last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | (homed_ ? uint32_t{kDeviceHomed} : 0) |
-                (saturated_ ? uint32_t{kDeviceSaturated} : 0) | (lost_ ? uint32_t{kDeviceLost} : 0);
+  const auto flag = [](bool holds, DeviceFlag which) { return holds ? uint32_t{which} : 0; };
+  last_.flags = (fresh ? kDeviceFresh : kDeviceHeld) | flag(homed_, kDeviceHomed) |
+                flag(saturated_, kDeviceSaturated) | flag(lost_, kDeviceLost) |
+                flag(is_stale(), kDeviceStale) | flag(noise_.is_noisy(), kDeviceNoisy);
   state = last_;
   return fresh;
 }
@@ -206,11 +225,13 @@ void WoodenHaptics::write(const Wrench& F_B) {
   if (lost_) currents = {};
   // a number that no encoder repeats by chance twice; the motors are off, and it is 13 mN at most
   if (!homed_) currents = {static_cast<int32_t>(1 + ++probe_ % 7), 0, 0};
-  ask(currents);
+  // not to a silent device, which must find a zero when it wakes, nor before the zero of a return
+  ask(currents, homed_ && !returning_ && (!awaiting_ || heard_));
 }
 
-bool WoodenHaptics::ask(const Milliamperes& currents) {
-  const CommandText command = encode_currents(currents);
+bool WoodenHaptics::ask(const Milliamperes& currents, bool may_challenge) {
+  const CommandText command = encode_currents(currents, match_.ask(may_challenge));
+  heard_ = false;
   const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
   if (n < 0 && errno != EAGAIN && errno != EINTR) hang_up();
   // unanswered, the next answer may be to either question
@@ -233,7 +254,7 @@ void WoodenHaptics::stop() {
   };
   if (awaiting_) wait(kStopWaitNs);
   do {
-    ask({});
+    ask({}, false);
     if (wait(kStopWaitNs) && reply.error == 0) return;
     while (wait(kQuietNs)) {
     }

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <string>
 
+#include "device-io/answer_match.h"
 #include "device-io/device.h"
+#include "device-io/encoder_noise.h"
 #include "device-io/woodenhaptics_kinematics.h"
 #include "device-io/woodenhaptics_protocol.h"
 
@@ -15,9 +17,10 @@ namespace haptic {
 inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 
 /// A WoodenHaptics behind a serial node: three axes sensed, three driven, no orientation, no
-/// buttons. One line is under way at a time, sent by write() and answered before the next read(),
-/// so a sample is as old as one tick: t_ns is the instant of the write that asked for it. In the
-/// loop that is one tick of delay on top of the hold: a wall is stable for K < (b + B)/(3T/2).
+/// buttons. One line (with a challenge before it, now and then: AnswerMatch) is under way at a
+/// time, sent by write() and answered before the next read(), so a sample is as old as one tick:
+/// t_ns is the instant of the write that asked for it. In the loop that is one tick of delay on top
+/// of the hold: a wall is stable for K < (b + B)/(3T/2).
 ///
 /// Pose: tip_position, identity orientation; velocity: backward difference over the time between
 /// samples through one pole. Force: motor_currents at the pose of the last sample, at the tip; the
@@ -26,8 +29,10 @@ inline constexpr int64_t kDeviceSilenceNs = 20'000'000;
 ///
 /// Lost, and zero force whatever write() is given: after kDeviceSilenceNs without a good answer,
 /// until the next one; after a pause of write() in which the firmware has put the motors off; for
-/// good when the node hangs up. Not homed while the firmware waits for its
-/// calibration button (the position is then an invention of the firmware).
+/// good when the node hangs up. An answer that does not match is no good answer; kDeviceStale where
+/// none has matched for kDeviceSilenceNs although there were some, or where there are too many.
+/// kDeviceNoisy by EncoderNoise. Both until it is well again. Not homed while the firmware waits
+/// for its calibration button (the position is then an invention of the firmware).
 class WoodenHaptics final : public Device {
  public:
   /// Takes the open node and waits until the device answers. Throws std::runtime_error when it does
@@ -51,11 +56,12 @@ class WoodenHaptics final : public Device {
 
  private:
   void hang_up();
-  bool ask(const Milliamperes& currents);
+  bool ask(const Milliamperes& currents, bool may_challenge);
   bool receive(EncoderReply& newest);
   bool wait_for_answer(int64_t until_ns, EncoderReply& newest);
   void greet(const std::string& path);
   bool accept(const EncoderReply& reply);
+  bool is_stale() const;
   void move_to(const MotorCounts& counts);
   Milliamperes currents_for(const Vec3& force_B);
 
@@ -63,6 +69,8 @@ class WoodenHaptics final : public Device {
   double max_force_, max_current_, velocity_cutoff_;
   FileDescriptor node_;
   ReplyReader reader_;
+  AnswerMatch match_;
+  EncoderNoise noise_;
   Milliamperes currents_{};
   Vec3 joint_angles_;
   DeviceState last_{};
@@ -70,9 +78,12 @@ class WoodenHaptics final : public Device {
   int64_t asked_ns_ = 0;        // of the line under way
   int64_t first_asked_ns_ = 0;  // of the first one that is unanswered
   int64_t answered_ns_ = 0;     // of the read that last found a good answer
+  int64_t doubted_ns_ = 0;      // of the first read since then whose answers do not match; 0: none
+  int64_t excused_ns_ = 0;      // until then answers may be to lines that hapticd sent
   int64_t patience_ns_ = 0;     // with the line under way
   uint64_t errors_ = 0;
   uint32_t probe_ = 0;  // counts the questions asked while not homed
+  bool heard_ = false;  // anything, since the line under way was sent
   bool awaiting_ = false, started_ = false, moved_ = false, saturated_ = false;
   bool homed_ = false, lost_ = false, gone_ = false;
   bool returning_ = false;  // lost, but it has answered once since

@@ -21,10 +21,15 @@ bool parse_numbers(const char* at, const char* end, std::array<int32_t, N>& numb
 
 }  // namespace
 
-CommandText encode_currents(const Milliamperes& currents) {
+CommandText encode_currents(const Milliamperes& currents, Challenge before) {
   CommandText command;
   char* at = command.text.data();
   char* const end = at + command.text.size();
+  if (before == Challenge::kNotThree) *at++ = '[';
+  if (before != Challenge::kNone) {
+    *at++ = ']';
+    *at++ = '\n';
+  }
   *at++ = '[';
   for (size_t i = 0; i < currents.size(); ++i) {
     if (i > 0) *at++ = ',';

@@ -26,14 +26,22 @@ inline constexpr int32_t kSineMiddle = 8000, kSineAmplitude = 4000;
 
 using Milliamperes = std::array<int32_t, 3>;
 
-/// One line, ready to be sent.
+/// A line that is no command, by the error that the firmware answers it with and with nothing else
+/// it does. What follows it is read as if it were not there.
+enum class Challenge : int32_t {
+  kNone = 0,
+  kNoBegin = 256,   // "]": an end without a beginning
+  kNotThree = 512,  // "[]": not three numbers
+};
+
+/// One line, ready to be sent; two with a challenge.
 struct CommandText {
-  std::array<char, 40> text;
+  std::array<char, 48> text;
   size_t size;
   std::string_view view() const { return {text.data(), size}; }
 };
 
-CommandText encode_currents(const Milliamperes& currents);
+CommandText encode_currents(const Milliamperes& currents, Challenge before = Challenge::kNone);
 
 /// The line that asks for no force: what stop() sends, and hapticd when the servo cannot.
 inline constexpr std::string_view kZeroCommand = "[0,0,0]\n";

@@ -39,6 +39,8 @@ enum DeviceFlag : uint32_t {
   kDeviceSimulated = 1u << 6,  // no hardware behind it
   kDeviceLostTime = 1u << 7,   // a simulated hand was held up for longer than it catches up with
   kDeviceLost = 1u << 8,       // it does not answer, or is unplugged: nothing may be rendered
+  kDeviceStale = 1u << 9,      // its answers are not those to what it was asked
+  kDeviceNoisy = 1u << 10,     // its encoders turn back and forth faster than a hand can
 };
 
 /// What the device measured, in its own base frame.
@@ -84,6 +86,8 @@ enum class Fault : uint32_t {
   kForceNotFinite = 3,     // what was to be rendered did
   kForceHuge = 4,          // a thousand times the limit
   kPoseJump = 5,           // further than the hand can have moved in the measured time
+  kDeviceStale = 6,        // the device does not answer what it is asked: frozen, or old answers
+  kDeviceNoisy = 7,        // an encoder says what no hand can do
 };
 
 /// One servo tick: what was measured, what was used, what the device was told to hold.

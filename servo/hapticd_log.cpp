@@ -50,6 +50,12 @@ const char* reason(Fault fault) {
       return "the force was beyond all reason";
     case Fault::kPoseJump:
       return "the pose of the device jumped";
+    case Fault::kDeviceStale:
+      return "the device does not answer what it is asked (frozen, or old answers): plug it out "
+             "and "
+             "in again";
+    case Fault::kDeviceNoisy:
+      return "an encoder of the device is noisy: check its cable and plug";
     case Fault::kNone:
       break;
   }

@@ -64,6 +64,8 @@ Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const Saf
   if (!input.contacts_finite) return Fault::kContactsNotFinite;
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
   if (state.jumped) return Fault::kPoseJump;
+  if ((input.device.flags & kDeviceStale) != 0) return Fault::kDeviceStale;
+  if ((input.device.flags & kDeviceNoisy) != 0) return Fault::kDeviceNoisy;
   // not by its norm: that of a huge but finite vector is infinite
   const auto largest = [](const Vec3& a) {
     return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});

@@ -70,10 +70,10 @@ struct SafetyOutput {
 
 /// The last stage before the device; runs after every solver and cannot be switched off. In this
 /// order:
-///  1. finite check; a force a thousand times the limit, or a pose that jumps further than twice
-///     the velocity limit explains over the time since the sample before: latched fault, zero
-///     wrench. Cleared by ControlFrame::fault_clears, once the handle is slower than 0.1 m/s; then
-///     soft start.
+///  1. finite check; a force a thousand times the limit, a pose that jumps further than twice
+///     the velocity limit explains over the time since the sample before, or a device whose driver
+///     says that its answers are stale or noisy: latched fault, zero wrench. Cleared by
+///     ControlFrame::fault_clears, once the handle is slower than 0.1 m/s; then soft start.
 ///  2. closed (not armed, clutch, pause, no free pose, faster than the velocity limit and not yet
 ///     slower than 0.1 m/s again): zero wrench, then soft start.
 ///  3. the soft edge of the workspace: a spring inwards, at most 30 % of max_force; through the

@@ -39,9 +39,12 @@ haptic_tests(fuzz LIBRARIES haptic_hapticd haptic_bake SOURCES
   fuzz/mesh_fuzz_test.cpp fuzz/mesh_inputs.cpp fuzz/socket_fuzz_test.cpp
   fuzz/trace_fuzz_test.cpp)
 haptic_tests(device LIBRARIES haptic_device SOURCES
+  device-io/answer_match_test.cpp
   device-io/emulator_firmware_test.cpp
+  device-io/encoder_noise_test.cpp
   device-io/hand_plant_test.cpp
   device-io/intent_test.cpp
+  device-io/lying_device_test.cpp
   device-io/replay_test.cpp
   device-io/simulated_hand_test.cpp
   device-io/woodenhaptics_kinematics_test.cpp
@@ -65,6 +68,7 @@ haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/eval_oracle_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
   clients/eval_renderer_test.cpp
+  clients/emulated_hands_test.cpp
   clients/eval_ruffaldi_test.cpp
   clients/eval_sphere_oracle_test.cpp
   clients/eval_workload_test.cpp

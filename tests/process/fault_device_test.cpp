@@ -82,6 +82,23 @@ TEST_CASE("fault: encoders that go on lying leave the force closed") {
                     [](const EmulatorRecord& r) { return norm(r.force_B) <= kZero; }));
 }
 
+TEST_CASE("fault: a device that is frozen, late or noisy is found, and zero until it is cleared") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  const FaultKind kind = GENERATE(FaultKind::kDeviceFrozen, FaultKind::kDeviceOldFirst,
+                                  FaultKind::kDeviceDelayed, FaultKind::kDeviceNoise);
+  const FaultOutcome outcome = s.inject(kind);
+  CHECK(outcome.zero_after_ns);
+  CHECK(s.is_pressing());
+  // the reason is said, and once
+  const char* reason = kind == FaultKind::kDeviceNoise ? "an encoder of the device is noisy"
+                                                       : "does not answer what";
+  std::ifstream said(s.folder.path() + "/said");
+  const std::string text((std::istreambuf_iterator<char>(said)), {});
+  CAPTURE(text);
+  CHECK(text.find(reason) != text.npos);
+}
+
 TEST_CASE("fault: a jump of a whole metre, as no arm can do it, is a fault with zero force") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;

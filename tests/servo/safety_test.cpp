@@ -194,6 +194,27 @@ SafetyInput sample(const Vec3& p_B, double t_s) {
 
 }  // namespace
 
+TEST_CASE("safety: a device whose driver doubts it closes the force until it is cleared",
+          "[servo]") {
+  const auto [flag, fault] = GENERATE(
+      table<uint32_t, haptic::Fault>({{haptic::kDeviceStale, haptic::Fault::kDeviceStale},
+                                      {haptic::kDeviceNoisy, haptic::Fault::kDeviceNoisy}}));
+  SafetyState state = warm();
+  make_safe(kLimits, state, sample({}, 0), kDt);
+  SafetyInput doubted = sample({}, 0.001);
+  doubted.device.flags |= flag;
+  CHECK(make_safe(kLimits, state, doubted, kDt).F_B == Wrench{});
+  CHECK(state.fault == fault);
+  // well again, it waits for somebody who says so; and before that, nobody can
+  CHECK(make_safe(kLimits, state, sample({}, 0.002), kDt).F_B == Wrench{});
+  doubted.fault_clears = 1;
+  make_safe(kLimits, state, doubted, kDt);
+  CHECK(state.fault == fault);
+  SafetyInput cleared = sample({}, 0.004);
+  cleared.fault_clears = 2;
+  CHECK(make_safe(kLimits, state, cleared, kDt).F_B.f.x == 1);
+}
+
 TEST_CASE("safety: a pose that jumps is a fault, over the time that was measured", "[servo]") {
   SafetyState state = warm();
   make_safe(kLimits, state, sample({}, 0), kDt);
