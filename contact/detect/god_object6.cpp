@@ -73,16 +73,29 @@ double GodObject6::distance_of(const Twist& motion) const {
   return spring_length(motion, options_.translational_stiffness, options_.rotational_stiffness);
 }
 
+bool GodObject6::is_free_of(const Obstacle& o, const Pose& X_OT) const {
+  return !any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) &&
+         !holds(o.shape, shell_points_T_, X_OT) && !holds(tool_, o.shell_points, inverse(X_OT));
+}
+
 bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   if (!is_finite(X_WT)) return false;
   for (size_t i = 0; i < obstacles_.size(); ++i) {
-    const Obstacle& o = obstacles_[i];
-    const Pose X_OT = inverse(X_WO[i]) * X_WT;
-    if (any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin)) return false;
-    if (holds(o.shape, shell_points_T_, X_OT)) return false;
-    if (holds(tool_, o.shell_points, inverse(X_OT))) return false;
+    if (!is_free_of(obstacles_[i], inverse(X_WO[i]) * X_WT)) return false;
   }
   return true;
+}
+
+/// Whether on the way between two poses there is an object of which the first is free.
+bool GodObject6::is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W) {
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    Obstacle& o = obstacles_[i];
+    const Pose from_O = inverse(X_WO[i]) * from_W, to_O = inverse(X_WO[i]) * to_W;
+    if (!is_free_of(o, from_O)) continue;
+    const SweptPairOptions options{kApart * options_.margin, 0};
+    if (o.sweep.time_of_impact(way_of(from_O, to_O), options).meets) return true;
+  }
+  return false;
 }
 
 bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
@@ -105,7 +118,9 @@ bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
     // to the 26 neighbours of a cube
     for (int k = 0; k < 27; ++k) {
       const Vec3 to{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
-      if (k != 13 && place(X_WO, {X_WT.p + way * normalized(to), X_WT.q})) return true;
+      const Pose beside{X_WT.p + way * normalized(to), X_WT.q};
+      if (k == 13 || !is_free(X_WO, beside)) continue;
+      if (!is_across(X_WO, X_WT, beside) && place(X_WO, beside)) return true;
     }
   }
   return false;

@@ -73,7 +73,8 @@ class GodObject6 {
   bool place(std::span<const Pose> X_WO, const Pose& X_WT);
 
   /// The same at this pose or, where it is not free, at another: where it was before, then away
-  /// from the pose in all directions, the shortest way first.
+  /// from the pose in all directions, the shortest way first; never where an object that is not
+  /// met at this pose lies between, since the force would pull across it.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
 
   bool is_placed() const { return is_placed_; }
@@ -122,6 +123,8 @@ class GodObject6 {
   };
 
   bool is_free(std::span<const Pose> X_WO, const Pose& X_WT) const;
+  bool is_free_of(const Obstacle& o, const Pose& X_OT) const;
+  bool is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W);
   bool follow_objects(std::span<const Pose> X_WO);
   bool goes_rigidly();
   bool goes_with_any();

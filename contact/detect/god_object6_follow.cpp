@@ -10,6 +10,8 @@ namespace {
 // A try costs two passes over the fronts, as a move does; a step takes some ten of those.
 constexpr int kMostTries = 16;  // of parts of the objects' way, in one step
 constexpr int kRounds = 3;      // of a try: each knows what the one before has met
+// pairs that the fronts may look at before no further try begins: a few times what a thread costs
+constexpr size_t kMostWork = 20'000;
 
 }  // namespace
 
@@ -61,7 +63,8 @@ bool GodObject6::gives_way_in_parts(std::span<const Pose> X_WO) {
     o.n_kept = 0;
   }
   double gone = 0, part = 1;
-  for (int tries = 0; tries < kMostTries && gone < 1; ++tries) {
+  work_ = 0;
+  for (int tries = 0; tries < kMostTries && gone < 1 && work_ < kMostWork; ++tries) {
     const double to = std::min(gone + part, 1.0);
     for (size_t i = 0; i < obstacles_.size(); ++i) {
       obstacles_[i].X_WO = to < 1 ? obstacles_[i].way_WO.at(to) : X_WO[i];

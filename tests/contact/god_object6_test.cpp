@@ -257,6 +257,24 @@ TEST_CASE("god object of six degrees of freedom: a free pose is found near one t
   CHECK(is_same(god.X_WG(), at(0, 0, 30e-3)));
 }
 
+TEST_CASE(
+    "god object of six degrees of freedom: what begins inside one object is not placed beyond "
+    "another",
+    "[trap]") {
+  World world(make_box({10e-3, 10e-3, 10e-3}));
+  const double beside = GENERATE(8e-3, 24e-3, 40e-3);
+  world.add(make_box({0.5, 0.5, 10e-3}));
+  world.add(make_box({0.5, 0.5, 1e-3}), at(0, 0, beside));
+  world.add(make_box({0.5, 0.5, 1e-3}), at(0, 0, -beside));
+  GodObject6 god = world.make();
+  // between the first and either of the others there is room for it, or none
+  const bool has_room = beside - 5.5e-3 > 10e-3;
+  REQUIRE(god.place_near(world.X_WO, at(0, 0, 1e-3)) == has_room);
+  if (!has_room) return;
+  CHECK_FALSE(world.is_met(god.X_WG()));
+  CHECK(std::fabs(god.X_WG().p.z) < beside);
+}
+
 TEST_CASE("god object of six degrees of freedom: a plate of 0.01 mm at 10 m/s is not passed",
           "[trap]") {
   World world(make_icosphere(5e-3, 2));
