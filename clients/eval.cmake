@@ -6,6 +6,8 @@ target_sources(haptic_lab PRIVATE
   eval_facets.cpp
   eval_friction.cpp
   eval_judge.cpp
+  eval_moving.cpp
+  eval_moving_scenes.cpp
   eval_oracle.cpp
   eval_place.cpp
   eval_quality.cpp
@@ -19,3 +21,8 @@ target_sources(haptic_lab PRIVATE
   eval_table.cpp
   eval_walls.cpp
   eval_workload.cpp)
+# CGAL puts -frounding-math on its target, so it gets its own
+add_library(haptic_eval_peers STATIC eval_exact_peers.cpp)
+target_link_libraries(haptic_eval_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+set_target_properties(haptic_eval_peers PROPERTIES JOB_POOL_COMPILE heavy)
+target_link_libraries(haptic_lab PUBLIC haptic_eval_peers)

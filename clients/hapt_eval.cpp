@@ -9,6 +9,7 @@
 #include "clients/check_outputs.h"
 #include "clients/duration_option.h"
 #include "clients/eval_artefacts.h"
+#include "clients/eval_moving.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
 #include "clients/eval_rigid.h"
@@ -40,6 +41,7 @@ struct EvalOptions {
   std::vector<double> radii{1e-3};  // of the proxy [m]
   std::string protocol, suite;
   RuffaldiEval ruffaldi;
+  MovingEval moving;
 };
 
 struct EvalRun {
@@ -237,11 +239,16 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .option("--suite", options.suite,
               "quality: each renderer with six degrees of freedom in scenes whose answer "
               "symmetry knows; rigid: whole sessions of those whose tool never enters an "
-              "object, shaken by a hand, for 4 s unless --for says")
-      .one_of({"quality", "rigid"})
+              "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
+              "that move, in --scenes scenes with a free way")
+      .one_of({"quality", "rigid", "moving"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
+  command.option("--scenes", options.moving.scenes, "of --suite moving")
+      .needs("--suite")
+      .range(1, 1'000'000)
+      .show_default();
   command.option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
       .needs("--protocol")
       .one_of({"plane", "sphere", "torus", "bumpy"})
@@ -265,6 +272,11 @@ void add_eval_command(Command& app) {
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);
   command.action([options, command] {
+    if (options->suite == "moving") {
+      options->moving.lockstep = options->lockstep;
+      print_judged(eval_moving(options->moving), options->json);
+      return;
+    }
     if (!options->suite.empty()) {
       options->suite == "rigid" ? run_rigid_suite(*options, command)
                                 : print_judged(eval_quality(QualityGrain{}), options->json);

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "clients/eval_rigid_pose.h"
 #include "contact/bake_inside.h"
 #include "contact/query/closest_point.h"
+#include "proto/math/motion_metric.h"
 #include "proto/renderer.h"
 #include "proto/scene_pose.h"
 #include "proto/trace.h"
@@ -17,6 +19,9 @@ namespace {
 
 constexpr double kTouchForce = 0.05;        // below, a hand feels free space [N]
 constexpr size_t kMostPosesChecked = 2000;  // of a rigid tool: each takes a millisecond
+constexpr size_t kMostWaysChecked = 100;
+constexpr int kPlacesOfWay = 32;   // at which a tool that was placed anew is put on its way there
+constexpr double kFarShare = 0.5;  // of the tool's size: no way led so far in one answer
 
 template <typename Items, typename Get>
 Histogram durations(const Items& items, Get get) {
@@ -60,6 +65,41 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
+/// Whether the tool would be in an object somewhere on its way from one pose to another, seen from
+/// that object.
+bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to_OT) {
+  const Twist way = way_between(from_OT, to_OT);
+  for (int k = 1; k < kPlacesOfWay; ++k) {
+    if (judge.is_entered(moved(from_OT, static_cast<double>(k) / kPlacesOfWay * way))) return true;
+  }
+  return false;
+}
+
+/// Poses of a rigid tool that no way led to: placed anew by what contact says, or too far from the
+/// one before.
+void check_places(const std::vector<VerifiedProxy>& rigid, std::span<const RigidPoseJudge> judges,
+                  double size, Penetration& out) {
+  const VerifiedProxy* last = nullptr;
+  for (const VerifiedProxy& proxy : rigid) {
+    const bool is_unknown = (proxy.flags & kContactNoFreePose) != 0;
+    out.without_pose += is_unknown;
+    if (is_unknown) continue;
+    const VerifiedProxy* before = std::exchange(last, &proxy);
+    if (before == nullptr) continue;
+    bool is_anew = (proxy.flags & kContactReseeded) != 0, is_across = false;
+    for (size_t i = 0; i < judges.size(); ++i) {
+      const Pose from = inverse(before->X_WO[i]) * before->X_WG;
+      const Pose to = inverse(proxy.X_WO[i]) * proxy.X_WG;
+      const bool is_far = norm(to.p - from.p) > kFarShare * size;
+      if (!(is_anew || is_far) || out.placed_anew >= kMostWaysChecked) continue;
+      is_anew = true;
+      is_across |= is_through(judges[i], from, to);
+    }
+    out.placed_anew += is_anew;
+    out.across += is_across;
+  }
+}
+
 /// The verified poses of a rigid tool, some of them: whether its surface meets an object's. The
 /// renderer may be another than the config's: a session can change it.
 void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
@@ -84,6 +124,8 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
     }
     out.verified_inside += is_inside;
   }
+  const TriangleMesh& tool = baked.tool->shape.mesh;
+  check_places(rigid, judges, norm(tool.upper - tool.lower), out);
 }
 
 /// Of a tool with six degrees of freedom.
@@ -215,6 +257,13 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
              penetration.verified_inside == 0 && penetration.verified_checked > 0);
   } else {
     rows.note("verified proxy inside (exact check)", penetration.unchecked);
+  }
+  if (is_rigid(config.renderer)) {
+    rows.add("answers without a free pose: nothing felt",
+             static_cast<double>(penetration.without_pose), "");
+    rows.add("verified proxy placed anew", static_cast<double>(penetration.placed_anew), "");
+    rows.add("of these with an object between: changes of side",
+             static_cast<double>(penetration.across), "", 0, penetration.across == 0);
   }
   const PortEnergy energy = port_energy(frames);
   rows.add("energy the hand put in", energy.into_device, "J");

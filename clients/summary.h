@@ -49,7 +49,10 @@ PortEnergy port_energy(std::span<const ServoFrame> frames);
 struct Penetration {
   size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
   size_t verified_checked = 0;
-  std::string unchecked;     // why nothing is verified; empty: it is
+  std::string unchecked;  // why nothing is verified; empty: it is
+  // of a rigid tool: placed elsewhere than a way had led it, and of these the ones that an object
+  // lies between; sets without a free pose, of which nothing was felt
+  size_t placed_anew = 0, across = 0, without_pose = 0;
   double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
 };
 

@@ -66,6 +66,7 @@ haptic_tests(sim LIBRARIES haptic_sim SOURCES sim/scene_test.cpp)
 haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/bench_burst_test.cpp clients/step_budget_test.cpp clients/ccd_queries_test.cpp
   clients/eval_oracle_test.cpp
+  clients/eval_moving_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
   clients/eval_renderer_test.cpp
   clients/emulated_hands_test.cpp

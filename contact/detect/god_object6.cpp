@@ -34,7 +34,8 @@ constexpr size_t kFewPairs = 100;    // with which it may grow
 constexpr size_t kMostRows = 128;    // of each object, in one move
 // what stands for each other lies closer here than by default: 64 are for the whole tool
 constexpr NearContactOptions kThinned{.place = 0.01};
-constexpr int kDistancesTried = 10;  // when a free pose is looked for, each twice the last
+constexpr int kMostStepsBehind = 20;  // 20 ms at 1 kHz: as long as a scene is carried on
+constexpr int kDistancesTried = 10;   // when a free pose is looked for, each twice the last
 
 /// About the origin of T: it must begin as the rows say, which hold for that turn.
 RigidMotion way_of(const Pose& from, const Pose& to) {
@@ -72,16 +73,29 @@ double GodObject6::distance_of(const Twist& motion) const {
   return spring_length(motion, options_.translational_stiffness, options_.rotational_stiffness);
 }
 
+bool GodObject6::is_free_of(const Obstacle& o, const Pose& X_OT) const {
+  return !any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin) &&
+         !holds(o.shape, shell_points_T_, X_OT) && !holds(tool_, o.shell_points, inverse(X_OT));
+}
+
 bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   if (!is_finite(X_WT)) return false;
   for (size_t i = 0; i < obstacles_.size(); ++i) {
-    const Obstacle& o = obstacles_[i];
-    const Pose X_OT = inverse(X_WO[i]) * X_WT;
-    if (any_near_pair(o.shape, tool_, X_OT, kApart * options_.margin)) return false;
-    if (holds(o.shape, shell_points_T_, X_OT)) return false;
-    if (holds(tool_, o.shell_points, inverse(X_OT))) return false;
+    if (!is_free_of(obstacles_[i], inverse(X_WO[i]) * X_WT)) return false;
   }
   return true;
+}
+
+/// Whether on the way between two poses there is an object of which the first is free.
+bool GodObject6::is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W) {
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    Obstacle& o = obstacles_[i];
+    const Pose from_O = inverse(X_WO[i]) * from_W, to_O = inverse(X_WO[i]) * to_W;
+    if (!is_free_of(o, from_O)) continue;
+    const SweptPairOptions options{kApart * options_.margin, 0};
+    if (o.sweep.time_of_impact(way_of(from_O, to_O), options).meets) return true;
+  }
+  return false;
 }
 
 bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
@@ -91,6 +105,7 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
   n_active_ = 0;
   trust_ = kFar;
   is_placed_ = was_placed_ = true;
+  steps_behind_ = 0;
   stand_at(X_WT);
   look_around();
   return true;
@@ -103,7 +118,9 @@ bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
     // to the 26 neighbours of a cube
     for (int k = 0; k < 27; ++k) {
       const Vec3 to{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
-      if (k != 13 && place(X_WO, {X_WT.p + way * normalized(to), X_WT.q})) return true;
+      const Pose beside{X_WT.p + way * normalized(to), X_WT.q};
+      if (k == 13 || !is_free(X_WO, beside)) continue;
+      if (!is_across(X_WO, X_WT, beside) && place(X_WO, beside)) return true;
     }
   }
   return false;
@@ -111,7 +128,10 @@ bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
 
 void GodObject6::stand_at(const Pose& X_WT) {
   X_WG_ = X_WT;
-  for (Obstacle& o : obstacles_) o.X_OG = inverse(o.X_WO) * X_WT;
+  for (Obstacle& o : obstacles_) {
+    o.X_OG = inverse(o.X_WO) * X_WT;
+    o.stood_WO = o.X_WO;
+  }
 }
 
 /// All pairs within the band, less of it where there are too many.
@@ -155,41 +175,19 @@ GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
   return free;
 }
 
-bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
-  bool any_moved = false;
-  for (size_t i = 0; i < obstacles_.size(); ++i) {
-    any_moved |= obstacles_[i].X_WO != X_WO[i];
-    obstacles_[i].X_WO = X_WO[i];
-  }
-  if (!any_moved) return true;
-  const auto carried_by = [&](uint32_t object) {
-    return obstacles_[object].X_WO * obstacles_[object].X_OG;
-  };
-  const auto goes = [&](const Pose& X_WT) {
-    const FreePart free = free_part(X_WT);
-    // the next way begins where it stands, for the fronts too
-    if (free.time == 1) stand_at(X_WT);
-    if (free.time < 1 || !free.are_fronts_there) look_around();
-    return free.time == 1;
-  };
-  if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
-  if (goes(X_WG_)) return true;
-  for (uint32_t i = 0; i < obstacles_.size(); ++i) {
-    if (goes(carried_by(i))) return true;
-  }
-  return false;
-}
-
 void GodObject6::add_row(const NearContact& contact, uint32_t object, bool is_kept) {
   if (rows_.size() == row_room_) return;
-  const Pose& X_WO = obstacles_[object].X_WO;
-  const Vec3 r_W = X_WO * contact.point_b - X_WG_.p, normal_W = rotate(X_WO.q, contact.normal_A);
-  const double gap = contact.distance - options_.margin;
+  const Obstacle& o = obstacles_[object];
+  const Vec3 point_W = o.stood_WO * contact.point_b, normal_W = rotate(o.X_WO.q, contact.normal_A);
+  // the object may have moved on, the tool has not
+  const double nearer = dot(normal_W, o.X_WO * contact.point_b - point_W);
+  const double gap = contact.distance - options_.margin - nearer;
   rows_.push_back({contact, object, is_kept});
-  motion_rows_.push_back(contact_row(r_W, normal_W, gap, options_.margin));
+  motion_rows_.push_back(contact_row(point_W - X_WG_.p, normal_W, gap, most_push_));
 }
 
-void GodObject6::gather_rows() {
+void GodObject6::gather_rows(double most_push) {
+  most_push_ = most_push;
   rows_.clear();
   motion_rows_.clear();
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
@@ -274,11 +272,9 @@ double GodObject6::advance(const Twist& motion) {
 
 GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, double reach) {
   GodObjectMove result;
-  if (!follow_objects(X_WO)) {
-    is_placed_ = false;
-    result.is_lost = true;
-    return result;
-  }
+  result.is_behind = !follow_objects(X_WO);
+  steps_behind_ = result.is_behind ? steps_behind_ + 1 : 0;
+  result.is_lost = steps_behind_ > kMostStepsBehind;
   for (Obstacle& o : obstacles_) o.n_kept = 0;
   result.is_settled = false;
   // each change costs a pass over the fronts; a band twice as wide may hold four times as much
@@ -293,7 +289,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   double left = kFar, hoped = 0, gone_so_far = 0;
   work_ = 0;
   for (uint32_t i = 0; i <= options_.moves; ++i) {
-    gather_rows();
+    gather_rows(options_.margin);
     const Twist way = way_between(X_WG_, led_W);
     const Twist motion = constrained_way(0.5 * options_.k_s * way).a;
     const double length = length_of(motion), before = std::exchange(left, distance_of(way));

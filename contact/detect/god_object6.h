@@ -34,7 +34,8 @@ struct GodObjectContact {
 struct GodObjectMove {
   double free_fraction = 1;  // of the first move, until it met something
   bool is_settled = true;    // false: the moves were used up on the way
-  bool is_lost = false;      // objects have moved and left it no pose that is proven free
+  bool is_behind = false;    // objects have gone on to where no proven way has led it yet
+  bool is_lost = false;      // and that for so long that it must not be felt
   uint32_t n_active = 0;     // contacts that hold it back
 };
 
@@ -46,8 +47,17 @@ struct GodObjectMove {
 /// M = diag(k_T, k_R) about the tool's origin, the springs of the config. Where a motion
 /// meets something, that is a constraint in the moves that follow, and so is what held it back, so
 /// that it does not rock to and fro. Slides in the same step, as the paper says it may; what is
-/// left of a step that ends is at most some margins. An object that moves takes the tool along
-/// where its contacts are, if the others leave it free; else the tool stays where it is, if it may.
+/// left of a step that ends is at most some margins.
+///
+/// Objects that move: the tool goes along with the one that it touches, or stays where it is, if
+/// that is free all along. Else it gives way by as little as it must,
+///   a = argmin ½ aᵀ M a  s.t. J a ≥ −(gap − margin),  gaps of the tool as it is to the objects
+///   where
+/// they are now, which carries and turns it; what that motion meets is a constraint of the next
+/// try, and where tries do not help the objects go only half as far at first. Parts that are not
+/// gone when the tries of a step are used up are left to the next one: until then the tool is
+/// `behind`, free of the objects where X_WO() has them. It never leaves the side of an object on
+/// which it is, but through place and place_near.
 ///
 /// Source: Ortega, Redon & Coquillart 2007; continuous collision as in Redon, Kheddar & Coquillart
 /// 2002 (swept_mesh.h).
@@ -63,7 +73,8 @@ class GodObject6 {
   bool place(std::span<const Pose> X_WO, const Pose& X_WT);
 
   /// The same at this pose or, where it is not free, at another: where it was before, then away
-  /// from the pose in all directions, the shortest way first.
+  /// from the pose in all directions, the shortest way first; never where an object that is not
+  /// met at this pose lies between, since the force would pull across it.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
 
   bool is_placed() const { return is_placed_; }
@@ -78,6 +89,8 @@ class GodObject6 {
   std::span<const GodObjectContact> contacts(const Pose& answered_W);
 
   const Pose& X_WG() const { return X_WG_; }
+  /// Where X_WG is free of this object: where it was last said to be, unless the tool is behind.
+  const Pose& X_WO(size_t object) const { return obstacles_[object].X_WO; }
 
  private:
   struct Obstacle {
@@ -93,6 +106,8 @@ class GodObject6 {
     SweptMesh sweep;
     NearContacts minima;
     Pose X_WO, X_OG;
+    Pose stood_WO;                              // X_WO when the tool came to X_OG
+    RigidMotion way_WO;                         // that is gone in parts
     std::span<const NearPair> near;             // at X_OG, within the band
     std::array<TrianglePair, 32> kept_pairs{};  // the last that were met or held it, in this step
     size_t n_kept = 0;
@@ -108,7 +123,15 @@ class GodObject6 {
   };
 
   bool is_free(std::span<const Pose> X_WO, const Pose& X_WT) const;
+  bool is_free_of(const Obstacle& o, const Pose& X_OT) const;
+  bool is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W);
   bool follow_objects(std::span<const Pose> X_WO);
+  bool goes_rigidly();
+  bool goes_with_any();
+  bool gives_way();
+  bool gives_way_in_parts(std::span<const Pose> X_WO);
+  bool goes(const Pose& X_WT);
+  Pose carried_by(size_t object) const;
   struct FreePart {
     double time = 1;               // of the way
     bool are_fronts_there = true;  // at its end
@@ -119,7 +142,7 @@ class GodObject6 {
   void look_around();
   size_t n_near() const;
   double share_of(const Twist& motion) const;
-  void gather_rows();
+  void gather_rows(double most_push);
   void add_pair(const TrianglePair& triangles, const TriangleDistance& at, uint32_t object,
                 bool is_kept);
   void add_too_near(const Obstacle& obstacle, uint32_t object);
@@ -142,9 +165,11 @@ class GodObject6 {
   MotionMetric metric_;
   std::vector<Obstacle> obstacles_;
   bool is_placed_ = false, was_placed_ = false;
+  int steps_behind_ = 0;
   Pose X_WG_;
   std::vector<GodObjectContact> rows_;
-  size_t row_room_ = 0;  // for the rows of one object
+  size_t row_room_ = 0;   // for the rows of one object
+  double most_push_ = 0;  // by which a row asks for more room [m]
   std::vector<MotionRow> motion_rows_;
   std::array<int, 6> active_{};
   int n_active_ = 0;

@@ -7,6 +7,7 @@ namespace haptic {
 namespace {
 
 constexpr double kMarginOfRadius = 1e-4;
+constexpr int kPatience = 500;  // steps, half a second at 1 kHz: of waiting for a way that is free
 
 Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   const bool by_servo =
@@ -78,6 +79,13 @@ void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, Conta
   }
 }
 
+/// Nothing is felt until a way is found. Where that takes long the tool begins at the hand, without
+/// a force, once that is free.
+void RigidTool::wait(const ServoFrame& servo, std::span<const Pose> X_WO, ContactSet& set) {
+  const bool is_anew = n_lost_ > kPatience && god_object_.place(X_WO, servo.X_WT);
+  set.flags |= is_anew ? kContactReseeded : kContactNoFreePose;
+}
+
 void RigidTool::report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set) {
   const Pose X_TW = inverse(set.X_WG);
   for (const GodObjectContact& contact : god_object_.contacts(servo.X_WP)) {
@@ -94,11 +102,17 @@ void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
   if (!god_object_.is_placed()) place(servo, X_WO, set);
   if (!god_object_.is_placed()) return;
   const GodObjectMove move = god_object_.move(X_WO, set.X_WT, reach);
+  n_lost_ = move.is_lost ? n_lost_ + 1 : 0;
   if (move.is_lost) {
-    set.flags |= kContactNoFreePose;
+    wait(servo, X_WO, set);
     return;
   }
   set.X_WG = god_object_.X_WG();
+  if (move.is_behind) {
+    // planes go on from where the tool is free of them
+    for (size_t i = 0; i < X_WO.size(); ++i) set.X_WO[i] = god_object_.X_WO(i);
+    set.flags |= kContactIterationLimit;
+  }
   set.free_fraction = move.free_fraction;
   report(model, servo, set);
   if (!move.is_settled) {

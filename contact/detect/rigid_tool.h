@@ -26,8 +26,13 @@ GodObject6Options god_object_options(const SessionConfig& config, const ToolBody
 /// The god-object is led to the hand; where friction may hold it, and always with constrained
 /// dynamics, to where the servo has its proxy: then contact sweeps from the last verified pose and
 /// the servo projects back. Nothing is felt while the force is closed: the tool is placed where the
-/// hand is, if it is free there. What is lost, or begins inside, is placed at the nearest free pose
-/// that is found, and the set says so.
+/// hand is, if it is free there. What begins inside is placed at the nearest free pose that is
+/// found, and the set says so.
+///
+/// Where objects have gone on and no free way has led the tool after them, the set has the objects
+/// where it is free of them. After 20 such steps nothing is felt, and that is said, until a way is
+/// found, on the side of each object where the tool was last; or, half a second later, until the
+/// hand is where the tool is free, and it begins there without a force.
 class RigidTool {
  public:
   explicit RigidTool(const RigidToolModel& model);
@@ -41,9 +46,11 @@ class RigidTool {
 
  private:
   void place(const ServoFrame& servo, std::span<const Pose> X_WO, ContactSet& set);
+  void wait(const ServoFrame& servo, std::span<const Pose> X_WO, ContactSet& set);
   void report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set);
 
   GodObject6 god_object_;
+  int n_lost_ = 0;  // steps on end
 };
 
 }  // namespace haptic

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the god-object of six degrees of freedom follows objects that move.
+#include <limits>
+
+#include "contact/detect/god_object6.h"
+
+namespace haptic {
+namespace {
+
+// A try costs two passes over the fronts, as a move does; a step takes some ten of those.
+constexpr int kMostTries = 16;  // of parts of the objects' way, in one step
+constexpr int kRounds = 3;      // of a try: each knows what the one before has met
+// pairs that the fronts may look at before no further try begins: a few times what a thread costs
+constexpr size_t kMostWork = 20'000;
+
+}  // namespace
+
+/// The tool where this object, which it touches or not, would take it.
+Pose GodObject6::carried_by(size_t object) const {
+  const Obstacle& o = obstacles_[object];
+  const Pose X_WT = o.X_WO * o.X_OG;
+  return {X_WT.p, normalized(X_WT.q)};
+}
+
+/// To this pose, while the objects go to where they are now, if that is free all along.
+bool GodObject6::goes(const Pose& X_WT) {
+  const FreePart free = free_part(X_WT);
+  // the next way begins where it stands, for the fronts too
+  if (free.time == 1) stand_at(X_WT);
+  if (free.time < 1 || !free.are_fronts_there) look_around();
+  return free.time == 1;
+}
+
+bool GodObject6::goes_rigidly() {
+  if (!contacts_.empty() && goes(carried_by(contacts_[0].object))) return true;
+  return goes(X_WG_);
+}
+
+bool GodObject6::goes_with_any() {
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    if (goes(carried_by(i))) return true;
+  }
+  return false;
+}
+
+/// By the least motion that leaves all contacts their margin where the objects are now.
+bool GodObject6::gives_way() {
+  for (int round = 0; round < kRounds; ++round) {
+    gather_rows(std::numeric_limits<double>::infinity());
+    const ConstrainedMotion motion = least_constraint(metric_, {}, motion_rows_);
+    if (!motion.converged || motion.contradictory) return false;
+    if (goes(moved(X_WG_, motion.a))) return true;
+  }
+  return false;
+}
+
+/// Part by part, each half as long as one that failed and twice as long as one that did not. False
+/// where some of the way is left: the objects are then where the tool is free of them.
+bool GodObject6::gives_way_in_parts(std::span<const Pose> X_WO) {
+  for (size_t i = 0; i < obstacles_.size(); ++i) {
+    Obstacle& o = obstacles_[i];
+    o.way_WO = motion_between(o.stood_WO, X_WO[i], {});
+    o.n_kept = 0;
+  }
+  double gone = 0, part = 1;
+  work_ = 0;
+  for (int tries = 0; tries < kMostTries && gone < 1 && work_ < kMostWork; ++tries) {
+    const double to = std::min(gone + part, 1.0);
+    for (size_t i = 0; i < obstacles_.size(); ++i) {
+      obstacles_[i].X_WO = to < 1 ? obstacles_[i].way_WO.at(to) : X_WO[i];
+    }
+    if (gives_way()) {
+      gone = to;
+      part *= 2;
+      for (Obstacle& o : obstacles_) o.n_kept = 0;
+    } else {
+      part /= 2;
+    }
+  }
+  for (Obstacle& o : obstacles_) o.X_WO = o.stood_WO;
+  return gone == 1;
+}
+
+/// False where the objects have gone on without it.
+bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
+  const auto see_objects = [&] {
+    bool any_moved = false;
+    for (size_t i = 0; i < obstacles_.size(); ++i) {
+      any_moved |= obstacles_[i].X_WO != X_WO[i];
+      obstacles_[i].X_WO = X_WO[i];
+    }
+    return any_moved;
+  };
+  if (!see_objects() || goes_rigidly() || gives_way_in_parts(X_WO)) return true;
+  see_objects();
+  if (goes_with_any()) return true;
+  for (Obstacle& o : obstacles_) o.X_WO = o.stood_WO;
+  return false;
+}
+
+}  // namespace haptic
