@@ -77,10 +77,11 @@ class Findings {
 };
 
 /// What holds at all times, with or without a fault.
-void judge_always(const ForceRules& rules, std::span<const Command> all,
-                  std::span<const Stall> stalls, Findings& found) {
+void judge_always(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                  Findings& found) {
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
+    if (c.t_ns < fault.from_ns) continue;
     const double strongest = rules.max_force + kCurrentStep;
     if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
     if (i + 1 < kAnswers) continue;
@@ -88,7 +89,7 @@ void judge_always(const ForceRules& rules, std::span<const Command> all,
     if (!(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
     // from the one before the last: a device that was held up has read the last too late
     const int64_t before_ns = all[i - 1].t_ns;
-    const int64_t late_ns = held_up(stalls, before_ns - kLateReadNs, before_ns);
+    const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
     const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
     const double pushed = rules.stiffness * std::max(0.0, c.depth - all[i - 1].depth);
     const double allowed =
@@ -226,7 +227,7 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
   const std::vector<Command> all = commands_of(rules, records);
   Findings found;
   judge_complete(records, found);
-  judge_always(rules, all, fault.stalls, found);
+  judge_always(rules, all, fault, found);
   switch (fault.effect) {
     case Effect::kLimits:
       break;
