@@ -9,6 +9,7 @@
 
 #include "contact/fault_order.h"
 #include "device-io/fault_order.h"
+#include "device-io/woodenhaptics_protocol.h"
 #include "proto/process.h"
 #include "proto/queued_order.h"
 #include "proto/realtime.h"
@@ -18,19 +19,22 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken takes this long
-constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing, for the judge
+constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing between two faults
+constexpr int64_t kContextNs = 15 * kMs;            // of commands before the first that is judged
 constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, judged as well
 constexpr int64_t kLatchPatienceNs = 150 * kMs;
-constexpr int64_t kFoundNs = 80 * kMs;   // stated, with the 20 ms of every zero: 100 ms
+constexpr int64_t kFoundNs = 100 * kMs;  // stated: a device that lies is found, and zero
 constexpr int64_t kTrustNs = 500 * kMs;  // of an honest device, until the driver believes it again
 constexpr int kLatchAttempts = 5;        // an answer may be overwritten unread
 constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds and a look
 constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // children after the death of hapticd
+constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
 constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";
 constexpr double kZeroForce = 5e-3;  // [N]
 
 constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
+constexpr int64_t kReplacedGoal = 50 * kMs;  // contact by its spare, from its death
 
 void send(pid_t pid, int signal) {
   if (pid > 0) kill(pid, signal);
@@ -38,7 +42,7 @@ void send(pid_t pid, int signal) {
 
 std::string in_words(const ForceViolation& v, int64_t begin_ns) {
   char text[160];
-  std::snprintf(text, sizeof text, "%s: %.3f N %.1f ms after the fault, %.3f N allowed",
+  std::snprintf(text, sizeof text, "%s: %.3f N after %.1f ms, %.3f N allowed",
                 std::string(name_of(v.breach)).c_str(), v.force,
                 1e-6 * static_cast<double>(v.t_ns - begin_ns), v.allowed);
   return text;
@@ -53,7 +57,7 @@ std::string milliseconds(int64_t ns) {
 const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
     {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
-    {FaultKind::kContactStop, "contact: stopped for a while", 10, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactStop, "contact: stopped for a while", 9, Effect::kFade, kRestartGoal},
     {FaultKind::kContactNaN, "contact: NaN in an answer", 5, Effect::kZero, 0},
     {FaultKind::kContactInfinity, "contact: infinity in an answer", 5, Effect::kZero, 0},
     {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
@@ -65,6 +69,8 @@ const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
     {FaultKind::kServoPause, "servo: stopped for a while", 1, Effect::kLimits, 0},
     {FaultKind::kHapticdKill, "hapticd: kill -9", 1, Effect::kZero, 0},
+    {FaultKind::kHapticdServoKill, "hapticd and servo: kill -9", 1, Effect::kZero, 0,
+     kFirmwareWatchdogNs},
     {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
     {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
     {FaultKind::kRecorderStop, "recorder: stopped for a while", 5, Effect::kNothing, 0},
@@ -130,7 +136,9 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kServoPause:
       return pause_servo();
     case FaultKind::kHapticdKill:
-      return kill_hapticd();
+      return kill_hapticd(false);
+    case FaultKind::kHapticdServoKill:
+      return kill_hapticd(true);
     case FaultKind::kHapticdStop:
       return stop_hapticd();
     case FaultKind::kRecorderKill:
@@ -165,10 +173,19 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
   return stress({"--cpu", std::to_string(std::thread::hardware_concurrency())});
 }
 
+/// What is stated of a contact's end is stated where another one waits.
+void FaultInjector::wait_for_spare(Done& done) {
+  const auto waits = [&] {
+    return session_.ask("status").find("\"ready\": true") != std::string::npos;
+  };
+  if (!session_.wait_until(waits, kPatienceNs)) done.problems.push_back("no spare contact waits");
+}
+
 /// Dead at once, or stopped until hapticd kills it.
 FaultInjector::Done FaultInjector::kill_contact(bool hang) {
-  const WriterSeen before = session_.contact();
   Done done;
+  wait_for_spare(done);
+  const WriterSeen before = session_.contact();
   send(before.pid, hang ? SIGSTOP : SIGKILL);
   done.begin_ns = now_ns();
   done.recovery_from_ns = done.begin_ns;
@@ -181,9 +198,15 @@ FaultInjector::Done FaultInjector::kill_contact(bool hang) {
     done.problems.push_back("contact did not come back");
   }
   contact_restarted_ns_ = now_ns();
-  done.waited_ns = time_waited(session_.contact().pid);
   done.over_ns = session_.contact().first_ns;
   done.whole_from_ns = done.over_ns;
+  const int64_t replaced_ns = done.over_ns - done.recovery_from_ns;
+  const int64_t stated_ns = kReplacedGoal + held_up(session_.stalls(done.begin_ns, true),
+                                                    done.recovery_from_ns, done.over_ns);
+  if (replaced_ns > stated_ns) {
+    done.problems.push_back("replaced after " + milliseconds(replaced_ns) + ", " +
+                            milliseconds(stated_ns) + " allowed");
+  }
   return done;
 }
 
@@ -326,8 +349,15 @@ FaultInjector::Done FaultInjector::pause_servo() {
   return stop_for([pid](int signal) { send(pid, signal); }, 20 * kMs, 150 * kMs);
 }
 
-FaultInjector::Done FaultInjector::kill_hapticd() {
+/// Alone, or with the servo at the same instant: stopped before, so that it cannot let go of the
+/// device for a servo that it sees die.
+FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
   const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
+  if (servo_too) {
+    session_.hapticd().send(SIGSTOP);
+    session_.pause(kStopNs);
+    send(session_.servo().pid, SIGKILL);
+  }
   Done done;
   done.begin_ns = session_.kill_hapticd();
   const auto all_gone = [&] {
@@ -432,16 +462,32 @@ FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words)
   return done;
 }
 
+/// What has broken since the last fault was judged; the first has nothing before it.
+std::vector<std::string> FaultInjector::judge_calm(int64_t until_ns) const {
+  std::vector<std::string> broken;
+  const JudgedFault none{.effect = Effect::kLimits,
+                         .begin_ns = judged_ns_,
+                         .stalls = session_.stalls(judged_ns_ - 4 * kBeforeNs, true),
+                         .from_ns = judged_ns_};
+  const auto records = session_.records_since(judged_ns_ - kContextNs);
+  for (const ForceViolation& v : judge_force(TortureSession::rules(), records, none).violations) {
+    if (v.t_ns < until_ns) broken.push_back(in_words(v, judged_ns_));
+  }
+  return broken;
+}
+
 void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
   const bool silence = info.effect == Effect::kSilence;
   const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
   // where nothing may change, nothing may change afterwards either
   const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
   const JudgedFault fault{
-      info.effect,  done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
-      info.found_ns};
-  const ForceVerdict verdict = judge_force(
-      TortureSession::rules(), session_.records_since(done.begin_ns - kBeforeNs), fault);
+      info.effect, done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
+      done.from_ns};
+  ForceRules rules = TortureSession::rules();
+  rules.zero_ns = info.zero_ns;
+  const ForceVerdict verdict =
+      judge_force(rules, session_.records_since(done.from_ns - kContextNs), fault);
   for (const ForceViolation& v : verdict.violations) {
     outcome.violations.push_back(in_words(v, done.begin_ns));
   }
@@ -462,7 +508,10 @@ FaultOutcome FaultInjector::inject(FaultKind kind) {
   FaultOutcome outcome;
   outcome.kind = kind;
   session_.pause(kBeforeNs);
-  const Done done = inflict(kind);
+  const int64_t from_ns = now_ns();
+  if (judged_ns_ != 0) outcome.before = judge_calm(from_ns);
+  Done done = inflict(kind);
+  done.from_ns = from_ns;
   outcome.begin_ns = done.begin_ns;
   outcome.left_out = done.left_out;
   outcome.violations = done.problems;
@@ -476,7 +525,8 @@ FaultOutcome FaultInjector::inject(FaultKind kind) {
   }
   session_.pause(kSettleNs);
   judge(info_of(kind), done, outcome);
-  session_.forget_before(now_ns() - kNsPerSecond);
+  judged_ns_ = now_ns();
+  session_.forget_before(judged_ns_ - kNsPerSecond);
   return outcome;
 }
 

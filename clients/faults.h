@@ -31,6 +31,7 @@ enum class FaultKind {
   kServoStop,
   kServoPause,
   kHapticdKill,
+  kHapticdServoKill,
   kHapticdStop,
   kRecorderKill,
   kRecorderStop,
@@ -46,16 +47,16 @@ enum class FaultKind {
   kMemory,
   kBusy,
 };
-inline constexpr size_t kFaultKinds = 28;
+inline constexpr size_t kFaultKinds = 29;
 
 /// What is known of a kind beforehand.
 struct FaultInfo {
   FaultKind kind;
   std::string_view name;
-  int share;             // of a hundred faults
-  Effect effect;         // on the force
-  int64_t goal_ns;       // whole again after that; 0: nothing is stated
-  int64_t found_ns = 0;  // stated: what nobody can know at once is known after so long
+  int share;                               // of a hundred faults
+  Effect effect;                           // on the force
+  int64_t goal_ns;                         // whole again after that; 0: nothing is stated
+  int64_t zero_ns = ForceRules{}.zero_ns;  // where the force is to be zero: after that
 };
 extern const std::array<FaultInfo, kFaultKinds> kFaults;
 
@@ -65,6 +66,7 @@ const FaultInfo& info_of(FaultKind kind);
 struct FaultOutcome {
   FaultKind kind{};
   std::vector<std::string> violations;   // one line each: what, when, how much
+  std::vector<std::string> before;       // since the fault before: what breaks there is neither's
   std::optional<int64_t> zero_after_ns;  // from the fault to the first zero; nothing: never zero
   std::optional<int64_t> recovery_ns;    // from the restart (or the end of the cause) to the spring
   int64_t begin_ns = 0;
@@ -89,6 +91,7 @@ class FaultInjector {
   /// may be held up ourselves before.
   struct Done {
     int64_t begin_ns = 0;
+    int64_t from_ns = 0;  // before it was done
     int64_t over_ns = 0;
     int64_t soft_ns = 0;           // first tick of a new servo
     int64_t whole_from_ns = 0;     // commands from here on count for wholeness
@@ -111,7 +114,7 @@ class FaultInjector {
   Done stop_sim();
   Done fell_servo(int signal);
   Done pause_servo();
-  Done kill_hapticd();
+  Done kill_hapticd(bool servo_too);
   Done stop_hapticd();
   Done kill_recorder();
   Done stop_recorder();
@@ -121,12 +124,15 @@ class FaultInjector {
   Done stress(const std::vector<std::string>& words);
   Done stop_for(const std::function<void(int)>& send, int64_t least_ns, int64_t most_ns);
   void clear_fault(Done& done);
+  void wait_for_spare(Done& done);
   int64_t between(int64_t least_ns, int64_t most_ns);
+  std::vector<std::string> judge_calm(int64_t until_ns) const;
   void judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome);
 
   TortureSession& session_;
   std::mt19937_64 random_;
   int64_t contact_restarted_ns_ = 0, sim_restarted_ns_ = 0;  // since hapticd started
+  int64_t judged_ns_ = 0;                                    // so far
 };
 
 }  // namespace haptic

@@ -85,6 +85,7 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
   const bool lies = fault.effect == Effect::kLies;
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
+    if (c.t_ns < fault.from_ns) continue;
     const double strongest = rules.max_force + kCurrentStep;
     if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
     if (i + 1 < kAnswers) continue;
@@ -184,7 +185,7 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
   const auto first = std::find_if(after, all.end(), is_zero);
-  const int64_t stated_ns = from_ns + fault.found_ns + rules.zero_ns;
+  const int64_t stated_ns = from_ns + rules.zero_ns;
   const int64_t limit_ns =
       first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);
   const bool late = first == all.end() || (away ? first != after : first->t_ns > limit_ns);

@@ -51,7 +51,7 @@ struct JudgedFault {
   int64_t over_ns = 0;             // when its cause was gone; 0: not known, as with a dead servo
   int64_t soft_ns = 0;             // where a new servo's soft start began; 0: with the last zero
   std::vector<Stall> stalls = {};  // what a witness measured; stated times are longer by as much
-  int64_t found_ns = 0;  // kZero: stated, until it can be known; the zero comes after that
+  int64_t from_ns = 0;  // commands before it are context: what breaks there is not this fault's
 };
 
 enum class ForceBreach {

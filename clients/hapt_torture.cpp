@@ -81,7 +81,7 @@ struct Tally {
 struct Result {
   std::array<Tally, kFaultKinds> tallies;
   SampleAccount samples;
-  uint64_t faults = 0, violations = 0, unseen = 0;
+  uint64_t faults = 0, violations = 0, between = 0, unseen = 0;
   double minutes = 0;
   bool interrupted = false;
   std::string broken;  // why it ended early; empty: it did not
@@ -144,13 +144,18 @@ class Progress {
 void take_in(const FaultOutcome& outcome, Result& result) {
   result.tallies[static_cast<size_t>(outcome.kind)].add(outcome);
   if (!outcome.left_out.empty()) return;
+  const auto say = [](const std::string& where, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION " << where << ": " << line
+                << '\n';
+    }
+  };
+  say("after fault " + std::to_string(result.faults), outcome.before);
   ++result.faults;
-  if (outcome.violations.empty()) return;
-  ++result.violations;
-  for (const std::string& line : outcome.violations) {
-    std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION in fault " << result.faults
-              << ", " << info_of(outcome.kind).name << ": " << line << '\n';
-  }
+  say("in fault " + std::to_string(result.faults) + ", " + std::string(info_of(outcome.kind).name),
+      outcome.violations);
+  result.between += outcome.before.size();
+  result.violations += outcome.violations.empty() ? 0 : 1;
 }
 
 /// One line a fault, in the folder that --keep keeps.
@@ -227,6 +232,8 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
                                        std::floor(kFaultsPerMinute * options.minutes()));
   totals.add("faults with violations", static_cast<double>(result.violations), "", 0,
              result.violations == 0);
+  totals.add("violations between two faults", static_cast<double>(result.between), "", 0,
+             result.between == 0);
   const SampleAccount& s = result.samples;
   totals.add("servo frames published", static_cast<double>(s.published), "");
   totals.add("recorded", static_cast<double>(s.recorded), "");
@@ -267,7 +274,7 @@ std::string stated(const FaultInfo& info) {
     case Effect::kFade:
       return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
     case Effect::kZero:
-      return std::string(info.found_ns > 0 ? "zero in 100 ms" : "zero in 20 ms") +
+      return "zero in " + readable(seconds(info.zero_ns), "s") +
              (whole.empty() ? "" : ", " + whole);
     case Effect::kSilence:
       break;

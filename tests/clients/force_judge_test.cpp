@@ -127,6 +127,15 @@ TEST_CASE("judge: planes that are not there may push beyond the wall, but not in
   CHECK(verdict.violations.front().breach == ForceBreach::kRise);
 }
 
+TEST_CASE("judge: what broke before a fault is not the fault's, and hides nothing of it") {
+  const auto records = account([](double t) { return t == 60 || t == 400 ? 1.02 : 1; });
+  JudgedFault f = fault(Effect::kLimits, 100, 110);
+  f.from_ns = kStart + 90 * kMs;
+  const auto verdict = judge_force(kRules, records, f);
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().t_ns == kStart + 400 * kMs);
+}
+
 TEST_CASE("judge: a force that returns in a step is caught") {
   const auto verdict = judge_force(kRules, account([](double t) {
                                      return t < 300 ? faded(t) : t < 500 ? 0 : 1;

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the hand feels when the servo, hapticd or anybody who watches dies or hangs.
+#include <sched.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
 #include "clients/torture_account.h"
 #include "tests/process/faulted_session.h"
 
@@ -15,6 +21,32 @@ std::string clients_of(const FaultedSession& s) {
   const size_t at = status.find(key) + key.size();
   return status.substr(at, status.find(',', at) - at);
 }
+
+bool is_realtime(pid_t pid) {
+  return (sched_getscheduler(pid) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
+}
+
+/// Four threads of normal priority for each processor that do nothing but run.
+class BusyProcessors {
+ public:
+  BusyProcessors() {
+    for (unsigned i = 0; i < 4 * std::thread::hardware_concurrency(); ++i) {
+      threads_.emplace_back([this] {
+        while (!ending_.load(std::memory_order_relaxed)) {
+        }
+      });
+    }
+  }
+  ~BusyProcessors() {
+    ending_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  BusyProcessors(const BusyProcessors&) = delete;
+
+ private:
+  std::atomic<bool> ending_{false};
+  std::vector<std::thread> threads_;
+};
 
 }  // namespace
 
@@ -55,6 +87,29 @@ TEST_CASE("fault: hapticd is killed, zero, and nothing of the session is left") 
   CHECK(outcome.zero_after_ns);
   for (const pid_t pid : children) CHECK_FALSE(is_running(pid));
   // the next hapticd found no lock, no socket and no device in its way
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: every processor is busy, and neither a zero nor a new contact waits for one") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  if (!is_realtime(s.session.servo().pid)) {
+    WARN("no right to real-time priority here: what is stated for it is not shown");
+    return;
+  }
+  const BusyProcessors busy;
+  s.inject(FaultKind::kContactKill);
+  s.inject(FaultKind::kHapticdKill);
+  CHECK(s.is_pressing());
+}
+
+TEST_CASE("fault: hapticd and the servo are killed at once, and the firmware lets go") {
+  if (!programs_are_built()) return;
+  FaultedSession s;
+  const FaultOutcome outcome = s.inject(FaultKind::kHapticdServoKill);
+  // by nobody else, and not later than it says
+  REQUIRE(outcome.zero_after_ns);
+  CHECK(*outcome.zero_after_ns > 50'000'000);
   CHECK(s.is_pressing());
 }
 

@@ -39,6 +39,8 @@ struct FaultedSession {
       while (i > 0 && now_ns() < injector.ready_ns(kind)) session.pause(kNsPerSecond / 10);
       const uint64_t servo = session.servo().generation, contact = session.contact().generation;
       outcome = injector.inject(kind);
+      outcome.violations.insert(outcome.violations.end(), outcome.before.begin(),
+                                outcome.before.end());
       forgive_slowness(outcome);
       if (session.servo().generation != servo && !may_replace_servo(kind)) {
         outcome.violations.push_back("the servo was replaced");
@@ -66,15 +68,16 @@ struct FaultedSession {
  private:
   static bool may_replace_servo(FaultKind kind) {
     return kind == FaultKind::kServoKill || kind == FaultKind::kServoStop ||
-           kind == FaultKind::kHapticdKill || kind == FaultKind::kMemory ||
-           kind == FaultKind::kBusy;
+           kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||
+           kind == FaultKind::kMemory || kind == FaultKind::kBusy;
   }
 
   /// Not only its own faults: with 64 clients beside it a core may not reach it for a while.
   static bool may_replace_contact(FaultKind kind) {
     return kind == FaultKind::kContactKill || kind == FaultKind::kContactHang ||
-           kind == FaultKind::kHapticdKill || kind == FaultKind::kMemory ||
-           kind == FaultKind::kBusy || kind == FaultKind::kManyClients;
+           kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||
+           kind == FaultKind::kMemory || kind == FaultKind::kBusy ||
+           kind == FaultKind::kManyClients;
   }
 
   /// A sanitizer makes the start of a process too slow for a stated time, and 64 clients so heavy
@@ -84,7 +87,8 @@ struct FaultedSession {
     const bool starves = outcome.kind == FaultKind::kManyClients;
     std::erase_if(outcome.violations, [starves](const std::string& violation) {
       const bool changed = violation.find(name_of(ForceBreach::kChanged)) != violation.npos;
-      return violation.find("whole again after") == 0 || (starves && changed);
+      return violation.starts_with("whole again after") ||
+             violation.starts_with("replaced after") || (starves && changed);
     });
   }
 };
