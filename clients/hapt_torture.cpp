@@ -267,6 +267,8 @@ std::string stated(const FaultInfo& info) {
   const std::string whole =
       info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
   switch (info.effect) {
+    case Effect::kLies:
+      return "within limits, no fast rise";
     case Effect::kLimits:
       return "within limits";
     case Effect::kNothing:

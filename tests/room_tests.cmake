@@ -22,7 +22,7 @@ haptic_tests(rt_guard LIBRARIES haptic_rt_guard haptic_rt_guard_hooks SOURCES
 set_target_properties(test_rt_guard PROPERTIES ENABLE_EXPORTS ON)
 # what is done to a mesh before anybody touches it
 haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
-  contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp
+  contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp contact/baked_file_test.cpp
   contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/bake_extent_test.cpp contact/body_detectors_test.cpp
