@@ -61,6 +61,7 @@ void read_rates(Section& root, SessionConfig& config) {
     constexpr Range kMemory{1 << 20, 1e15};
     contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
+    contact->read_flag("spare", config.contact_spare);
     read_voxel(*contact, config.voxel);
     read_rigid(*contact, config.rigid);
     contact->finish();

@@ -270,7 +270,7 @@ struct SessionConfig {
   Wake servo_wake = Wake::kSleep;
   std::array<ObjectConfig, kMaxObjects> objects{};
   uint32_t n_images = 0;
-  uint32_t reserved = 0;
+  uint32_t contact_spare = 1;  // 0: no second contact waits for the first to die
   std::array<HeightImage, kMaxImages> images{};
 };
 static_assert(std::is_trivially_copyable_v<SessionConfig>);

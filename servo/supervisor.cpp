@@ -63,7 +63,7 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
                   {"haptic-contact", SegmentId::kContact0, "contact0",
                    period_ns(config.contact_poll_rate)},
                   {"haptic-servo", SegmentId::kServo0, "servo0", period_ns(config.servo_rate)}}},
-      spare_(true),
+      spare_(config.contact_spare != 0),
       attachments_(connect_session(session), {.on_error =
                                                   [&log](const std::string& what) {
                                                     log.write(LogLevel::kError, "hapticd", what);

@@ -187,6 +187,24 @@ TEST_CASE("session: a spare that dies is replaced, one that hangs is not waited 
   CHECK_FALSE(test::is_alive(uint64_t(second)));
 }
 
+TEST_CASE(
+    "session: where no spare is wanted none is started, and a dead contact still comes back") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string config = write_config(folder.path());
+  std::ofstream(config, std::ios::app) << "[contact]\nspare = false\n";
+  const HapticdProcess hapticd({config, "--session", "alone"}, folder.path());
+  Watcher watcher("alone");
+  REQUIRE(watcher.wait_for_all());
+  sleep_until(now_ns() + kNsPerSecond);
+  CHECK(say_to_session("alone", "status").find("\"spare\": {\"pid\": -1,") != std::string::npos);
+  const pid_t contact = writer_of(watcher.contact);
+  kill(contact, SIGKILL);
+  CHECK(eventually([&] {
+    return watcher.contact.latest(watcher.contact_set) && writer_of(watcher.contact) != contact;
+  }));
+}
+
 TEST_CASE("session: the spare ends with its session, however that ends") {
   if (!programs_are_built()) return;
   SparedSession s;

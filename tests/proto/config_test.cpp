@@ -125,6 +125,7 @@ TEST_CASE("config: every section reaches its field") {
                               "stroke_time = \"2 s\"\n"
                               "[servo]\nrate = \"2 kHz\"\n"
                               "[contact]\npoll_rate = \"500 Hz\"\nmesh_memory_limit = \"1 GiB\"\n"
+                              "spare = false\n"
                               "[sim]\nrate = \"60 Hz\"\n"
                               "[map]\n"
                               "position = [\"4 m\", \"5 m\", \"6 m\"]\n"
@@ -145,6 +146,7 @@ TEST_CASE("config: every section reaches its field") {
   CHECK(config.servo_rate == 2000);
   CHECK(config.contact_poll_rate == 500);
   CHECK(config.mesh_memory_limit == uint64_t{1} << 30);
+  CHECK(config.contact_spare == 0);
   CHECK(config.sim_rate == 60);
   CHECK(config.map.X_WB.p == Vec3{4, 5, 6});
   CHECK(config.map.motion_scale == 2);
@@ -465,6 +467,7 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   CHECK(bunny.contact_poll_rate == defaults.contact_poll_rate);
   CHECK(bunny.sim_rate == defaults.sim_rate);
   CHECK(bunny.mesh_memory_limit == defaults.mesh_memory_limit);
+  CHECK(bunny.contact_spare == defaults.contact_spare);
   CHECK(bunny.map.X_WB == defaults.map.X_WB);
   CHECK(bunny.device.max_force == defaults.device.max_force);
   CHECK(bunny.device.hand.mass == defaults.device.hand.mass);
