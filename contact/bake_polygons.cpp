@@ -61,14 +61,23 @@ int axis_of_projection(std::span<const Vec3> corners, const std::vector<uint32_t
   return axis;
 }
 
-std::vector<Point2> project(std::span<const Vec3> corners, const std::vector<uint32_t>& order) {
+/// A polygon seen along an axis, in an order of its own.
+struct Projection {
+  std::vector<uint32_t> order;  // numbers of the corners
+  std::vector<Point2> points;
+};
+
+/// Nothing where it touches or crosses itself.
+std::optional<Projection> simple_projection(std::span<const Vec3> corners) {
+  const std::vector<uint32_t> order = in_order(corners);
   const int axis = axis_of_projection(corners, order);
   std::vector<Point2> flat;
   flat.reserve(order.size());
   for (const uint32_t i : order) {
     flat.emplace_back(corners[i][(axis + 1) % 3], corners[i][(axis + 2) % 3]);
   }
-  return flat;
+  if (!CGAL::is_simple_2(flat.begin(), flat.end())) return std::nullopt;
+  return Projection{order, flat};
 }
 
 bool is_on_one_line(std::span<const Vec3> corners) {
@@ -141,9 +150,9 @@ std::vector<Vec3> distinct_corners(const PolygonSoup& soup, const std::vector<si
 
 std::optional<std::vector<Triangle>> cut_polygon(std::span<const Vec3> corners) {
   if (corners.size() <= 3 || is_on_one_line(corners)) return fan(corners.size());
-  const std::vector<uint32_t> order = in_order(corners);
-  const std::vector<Point2> flat = project(corners, order);
-  if (!CGAL::is_simple_2(flat.begin(), flat.end())) return std::nullopt;
+  const auto projection = simple_projection(corners);
+  if (!projection) return std::nullopt;
+  const auto& [order, flat] = *projection;
   std::vector<Triangle> triangles = triangulate(flat);
   // order runs with the corners or against them, and turns left or right in the plane
   const bool is_with = order[1] == (order[0] + 1) % order.size();
@@ -159,7 +168,7 @@ void check_polygons(const PolygonSoup& soup, const std::string& name) {
   for (size_t f = 0; f < soup.polygons.size(); ++f) {
     if (soup.polygons[f].size() <= 3) continue;
     const std::vector<Vec3> corners = distinct_corners(soup, soup.polygons[f]);
-    if (cut_polygon(corners)) continue;
+    if (corners.size() <= 3 || is_on_one_line(corners) || simple_projection(corners)) continue;
     throw MeshError(name + ": face " + std::to_string(f + 1) + ", of " +
                     std::to_string(soup.polygons[f].size()) +
                     " corners, touches or crosses itself and cannot be cut into triangles; "

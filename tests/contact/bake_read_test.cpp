@@ -260,3 +260,20 @@ TEST_CASE("bake read: numbers of other languages are refused, too small ones are
   // what is not text is not put into a message
   error_of("n.obj", replaced(obj, "X", "\x1b[31m" + std::string(1000, '\x07')));
 }
+
+TEST_CASE(
+    "bake read: a mesh that is too large or too small for any hand is refused with its size") {
+  ObjectConfig object;
+  object.unit = 1;
+  assign(object.mesh, "thing.obj");
+  for (const double side : {1e-10, 1e7, 1e150}) {
+    CAPTURE(side);
+    CHECK_THROWS_WITH(bake_contents(as_obj(make_box({side, side, side})), object, kPlenty),
+                      Contains("thing.obj: its longest side is ") && Contains("correct unit"));
+  }
+  // without area by a rounding: normals would not be of length one
+  const BakedShape baked = bake_contents(
+      first_replaced(as_obj(box()), "f ", "v 0 0 1e-85\nv 0 1e-85 0\nv 0 0 0\nf -1 -2 -3\nf "),
+      object, kPlenty);
+  for (const Vec3& n : baked.shape.mesh.face_normals) CHECK(norm(n) == Approx(1));
+}
