@@ -112,7 +112,9 @@ bool GodObject6::place(std::span<const Pose> X_WO, const Pose& X_WT) {
 }
 
 bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
-  if (place(X_WO, X_WT) || (was_placed_ && place(X_WO, X_WG_))) return true;
+  if (place(X_WO, X_WT)) return true;
+  const Pose before = X_WG_;
+  if (was_placed_ && !is_across(X_WO, X_WT, before) && place(X_WO, before)) return true;
   double way = reach_ / 32;
   for (int i = 0; i < kDistancesTried; ++i, way *= 2) {
     // to the 26 neighbours of a cube

@@ -272,4 +272,56 @@ TEST_CASE("rigid tool: shaken among objects that move, what is published meets n
   CHECK(n_held > test::trials(2000) / 10);
 }
 
+TEST_CASE(
+    "rigid tool: crushed it is behind, then not felt, and begins at the hand only after half a "
+    "second",
+    "[trap]") {
+  const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
+  SessionConfig config = block_over_block(renderer);
+  config.n_objects = 2;
+  config.objects[1] = config.objects[0];
+  config.objects[1].extent.z = 4e-3;
+  config.objects[1].X_WO.p.z = 30e-3;
+  Bench bench(config);
+  SceneFrame scene{};
+  scene.n_objects = 2;
+  scene.X_WO[0] = config.objects[0].X_WO;
+  scene.X_WO[1] = config.objects[1].X_WO;
+  const auto step = [&](const Pose& hand) -> const ContactSet& {
+    scene.t_ns = bench.servo.t_ns + 1'000'000;
+    bench.servo.X_WT = bench.servo.X_WP = hand;
+    return bench.answer(&scene);
+  };
+  step(at(0, 0, 0.011));
+  // the lid comes down on the tool of 20 mm, to 15 mm above the block
+  int behind = 0, closed = 0;
+  for (int tick = 0; tick < 400; ++tick) {
+    if (scene.X_WO[1].p.z > 17e-3) scene.X_WO[1].p.z -= 0.1e-3;
+    const ContactSet& set = step(at(0, 0, 0.012));
+    if ((set.flags & kContactNoFreePose) != 0) {
+      ++closed;
+      CHECK(set.n_contacts == 0);
+      continue;
+    }
+    CHECK(closed == 0);
+    // the objects where the tool is free of them
+    REQUIRE_FALSE(bench.is_met(set.X_WG));
+    if (set.X_WO[1] == scene.X_WO[1]) continue;
+    ++behind;
+    CHECK((set.flags & kContactIterationLimit) != 0);
+    CHECK(set.X_WO[1].p.z > scene.X_WO[1].p.z);
+  }
+  CHECK(behind == 20);
+  REQUIRE(closed > 100);
+  // beyond the lid the hand is free; there is no way to there
+  const Pose beyond = at(0, 0, 0.05);
+  const uint64_t reseeds = bench.set->reseeds;
+  int waited = 0;
+  while ((step(beyond).flags & kContactNoFreePose) != 0 && waited < 1000) ++waited;
+  CHECK(closed + waited == 500);
+  CHECK((bench.set->flags & kContactReseeded) != 0);
+  CHECK(bench.set->reseeds > reseeds);
+  CHECK(step(beyond).X_WG.p == beyond.p);
+}
+
 }  // namespace haptic
