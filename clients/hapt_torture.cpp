@@ -19,6 +19,7 @@
 #include "clients/report.h"
 #include "clients/torture_account.h"
 #include "proto/command_line.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -149,7 +150,7 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   ++result.violations;
   for (const std::string& line : outcome.violations) {
     std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION in fault " << result.faults
-              << ", " << info_of(outcome.kind).name << ": " << line << '\n';
+              << ", " << info_of(outcome.kind).name << ": " << one_line(line) << '\n';
   }
 }
 
