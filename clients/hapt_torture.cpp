@@ -19,6 +19,7 @@
 #include "clients/report.h"
 #include "clients/torture_account.h"
 #include "proto/command_line.h"
+#include "proto/message.h"
 #include "proto/process.h"
 #include "proto/realtime.h"
 
@@ -146,8 +147,8 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   if (!outcome.left_out.empty()) return;
   const auto say = [](const std::string& where, const std::vector<std::string>& lines) {
     for (const std::string& line : lines) {
-      std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION " << where << ": " << line
-                << '\n';
+      std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION " << where << ": "
+                << one_line(line) << '\n';
     }
   };
   say("after fault " + std::to_string(result.faults), outcome.before);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -234,8 +235,11 @@ double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
     known += std::string(word) + ", ";
   }
   constexpr Range kMetresPerUnit{1e-12, kMostLength};
+  const std::string_view number = text.substr(std::min(text.find_first_not_of(" +"), text.size()));
+  double ignored = 0;
   const bool begins_with_number =
-      text.find_first_of("0123456789") <= text.find_first_not_of(" +-.");
+      std::from_chars(number.data(), number.data() + number.size(), ignored).ec !=
+      std::errc::invalid_argument;
   if (begins_with_number) {
     return parse_quantity(text, Dimension::kLength, kMetresPerUnit, bare_unit);
   }

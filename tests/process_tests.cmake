@@ -18,6 +18,8 @@ haptic_tests(process NAME faults ${alone} COST 20 LIBRARIES haptic_torture SOURC
 haptic_tests(process NAME hapt ${alone} COST 20 LIBRARIES haptic_torture SOURCES
   process/hapt_bench_test.cpp
   process/hapt_test.cpp
+  process/hostile_messages_test.cpp
+  process/quantities_test.cpp
   process/rate_test.cpp
   process/ring_torture_test.cpp
   process/selftest_test.cpp)
