@@ -3,6 +3,7 @@
 haptic_tests(proto LIBRARIES haptic_proto SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
+  proto/hand_trace_test.cpp
   proto/handout_test.cpp proto/handout_hostile_test.cpp proto/mcap_hostile_test.cpp
   proto/realtime_test.cpp proto/regular_file_test.cpp
   proto/ring_model_test.cpp
@@ -24,6 +25,7 @@ haptic_tests(rt_guard LIBRARIES haptic_rt_guard haptic_rt_guard_hooks SOURCES
 # functions by name in what it reports
 set_target_properties(test_rt_guard PROPERTIES ENABLE_EXPORTS ON)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
+  contact/bake_pipe_test.cpp
   contact/bake_test.cpp contact/bake_volume_test.cpp contact/body_detectors_test.cpp
   contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
