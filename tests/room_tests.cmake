@@ -3,6 +3,7 @@
 haptic_tests(proto LIBRARIES haptic_proto haptic_command_line SOURCES
   proto/config_test.cpp proto/config_tool_test.cpp
   proto/control_socket_test.cpp
+  proto/hand_trace_test.cpp
   proto/handout_test.cpp proto/handout_hostile_test.cpp proto/mcap_hostile_test.cpp
   proto/message_test.cpp proto/quantity_test.cpp proto/realtime_test.cpp
   proto/regular_file_test.cpp
@@ -25,7 +26,7 @@ haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
   contact/bake_polygons_test.cpp contact/bake_read_test.cpp contact/bake_test.cpp contact/baked_file_test.cpp
   contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
-  contact/bake_extent_test.cpp contact/body_detectors_test.cpp
+  contact/bake_extent_test.cpp contact/bake_pipe_test.cpp contact/body_detectors_test.cpp
   contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
   contact/sphere_proxy_test.cpp

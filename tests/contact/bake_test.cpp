@@ -2,7 +2,6 @@
 #include "contact/bake.h"
 
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -438,22 +437,6 @@ TEST_CASE("bake: a damaged cache is said and baked again") {
     CHECK(cached.report.from_cache);
     CHECK(same_shape(cached, fresh));
   }
-}
-
-TEST_CASE("bake: a pipe in the place of a mesh or of its cache is refused, and nobody waits") {
-  const Bench bench;
-  const std::string pipe = bench.folder.path() + "/pipe.off";
-  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-  CHECK(error_of(object_at(pipe)) == pipe + ": is a pipe; check the path");
-
-  const ObjectConfig object = object_at(bench.write("s.off", as_off(make_icosphere(0.05, 2))));
-  bake_object(object, kPlenty);
-  const std::filesystem::path file = only_file(bench.folder.path() + "/cache");
-  std::filesystem::remove(file);
-  REQUIRE(::mkfifo(file.c_str(), 0600) == 0);
-  CHECK_THAT(all_lines(bake_object(object, kPlenty).report),
-             Contains("unusable (it is no file)") && Contains("baked again"));
-  CHECK(bake_object(object, kPlenty).report.from_cache);
 }
 
 TEST_CASE("bake: a cache folder that cannot be written is said and does no harm") {

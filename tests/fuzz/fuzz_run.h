@@ -71,7 +71,8 @@ class FuzzRun {
   size_t accepted() const { return accepted_; }
 
  private:
-  static constexpr int64_t kMostNs = 1'000'000'000;  // a thousand times what most take
+  // fifty times the slowest that was seen, a chunk of 16 MiB; a sanitizer is slower
+  static constexpr int64_t kMostNs = (kSlowdown > 1 ? 10 : 1) * int64_t{1'000'000'000};
   // what is read may be 16 MiB twice; a sanitizer keeps 256 MiB of what was freed
   static constexpr long kMostKib = (kSlowdown > 1 ? 1024 : 128) * 1024;
 

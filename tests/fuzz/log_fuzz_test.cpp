@@ -69,23 +69,37 @@ std::vector<Record> records_of(const std::string& file, size_t begin, size_t end
   return records;
 }
 
+/// A record of a topic: a hand that moves on, or noise; some with a number that no hand has.
+std::string payload(size_t topic, size_t size, uint64_t tick, FuzzRandom& random) {
+  std::string bytes(size, '\0');
+  if (topic == 0) {
+    ServoFrame frame{};
+    frame.device.t_ns = static_cast<int64_t>(tick);
+    frame.device.flags = kDeviceFresh;
+    const std::vector<double> odd{NAN, INFINITY, -INFINITY, 1e308, 1e-320, 2};
+    double* const numbers[] = {&frame.device.X_BH.p.x, &frame.device.X_BH.q.w,
+                               &frame.device.V_BH.v.y, &frame.device.V_BH.w.z, &frame.device.grip};
+    if (random.below(8) == 0) *numbers[random.below(5)] = random.pick(odd);
+    std::memcpy(bytes.data(), &frame, sizeof frame);
+  } else if (random.below(2) == 0) {
+    for (char& c : bytes) c = random.below(4) == 0 ? static_cast<char>(random.bits()) : c;
+  }
+  return std::string("\0\1\0\0", 4) + bytes;
+}
+
 /// A chunk that is not packed, of messages that are like those of the program.
 std::string plain_chunk(const test::Damage& damage, FuzzRandom& random) {
   McapBytes inside;
   const std::vector<size_t> sizes{sizeof(ServoFrame), sizeof(ContactSet), sizeof(SceneFrame),
                                   sizeof(ControlFrame), sizeof(Event)};
-  for (size_t left = random.below(6); left > 0; --left) {
+  const uint64_t begin = random.below(1'000'000'000);
+  for (uint64_t i = 0, n = random.below(6); i < n; ++i) {
     const size_t topic = random.below(sizes.size());
     McapBytes content;
-    content.number(static_cast<uint16_t>(topic + 1)).number(uint32_t{0}).number(uint64_t{left});
-    std::string payload = std::string("\0\1\0\0", 4) + std::string(sizes[topic], '\0');
-    if (random.below(2) == 0) {
-      for (char& c : payload) c = random.below(4) == 0 ? static_cast<char>(random.bits()) : c;
-      payload[1] = 1;
-    }
-    const bool is_whole = random.below(4) != 0;
-    content.number(uint64_t{left}).raw(is_whole ? payload : damage.apply(payload, random));
-    inside.record(kMessage, content);
+    content.number(static_cast<uint16_t>(topic + 1)).number(uint32_t{0}).number(i).number(i);
+    const std::string bytes = payload(topic, sizes[topic], begin + i, random);
+    inside.record(kMessage,
+                  content.raw(random.below(8) != 0 ? bytes : damage.apply(bytes, random)));
   }
   return test::chunk(inside.size(), "", inside.bytes()).bytes();
 }
@@ -164,6 +178,9 @@ void use(const std::string& path) {
   for (const DeviceState& s : load_hand_trace(config).samples) {
     const bool finite = is_finite(s.X_BH) && is_finite(s.V_BH) && std::isfinite(s.grip);
     if (!finite) throw std::runtime_error("a number is not finite:\n");
+    const Quat& q = s.X_BH.q;
+    const double length = std::hypot(std::hypot(q.x, q.y), std::hypot(q.z, q.w));
+    if (std::abs(length - 1) > 1e-5) throw std::runtime_error("no unit quaternion:\n");
   }
 }
 
