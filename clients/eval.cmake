@@ -22,7 +22,7 @@ target_sources(haptic_lab PRIVATE
   eval_walls.cpp
   eval_workload.cpp)
 # CGAL puts -frounding-math on its target, so it gets its own
-add_library(haptic_eval_peers STATIC eval_exact_peers.cpp)
+add_library(haptic_eval_peers STATIC eval_exact_cgal.cpp)
 target_link_libraries(haptic_eval_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
 set_target_properties(haptic_eval_peers PROPERTIES JOB_POOL_COMPILE heavy)
 target_link_libraries(haptic_lab PUBLIC haptic_eval_peers)

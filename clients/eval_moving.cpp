@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "clients/eval_exact_peers.h"
+#include "clients/eval_exact_cgal.h"
 #include "clients/eval_rigid.h"
 #include "clients/scripted_hand.h"
 #include "proto/renderer.h"

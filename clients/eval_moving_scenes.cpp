@@ -9,7 +9,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "clients/eval_exact_peers.h"
+#include "clients/eval_exact_cgal.h"
 #include "clients/shaking_hand.h"
 #include "contact/shape/machine_parts.h"
 #include "proto/math/motion_metric.h"

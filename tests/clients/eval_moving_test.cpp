@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "clients/eval_exact_peers.h"
+#include "clients/eval_exact_cgal.h"
 #include "clients/eval_rigid.h"
 #include "clients/scripted_hand.h"
 #include "clients/summary.h"
