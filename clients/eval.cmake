@@ -4,6 +4,9 @@ target_sources(haptic_lab PRIVATE
   eval_artefacts.cpp
   eval_drag.cpp
   eval_facets.cpp
+  eval_free.cpp
+  eval_free_hands.cpp
+  eval_free_scenes.cpp
   eval_friction.cpp
   eval_judge.cpp
   eval_oracle.cpp
@@ -19,3 +22,9 @@ target_sources(haptic_lab PRIVATE
   eval_table.cpp
   eval_walls.cpp
   eval_workload.cpp)
+
+# an oracle; CGAL puts -frounding-math on its target, so it gets its own
+add_library(haptic_free_cgal STATIC eval_free_cgal.cpp)
+target_link_libraries(haptic_free_cgal PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+set_target_properties(haptic_free_cgal PROPERTIES JOB_POOL_COMPILE heavy)
+target_link_libraries(haptic_lab PUBLIC haptic_free_cgal)

@@ -8,6 +8,7 @@
 
 #include "clients/check_outputs.h"
 #include "clients/eval_artefacts.h"
+#include "clients/eval_free.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
 #include "clients/eval_rigid.h"
@@ -233,8 +234,9 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .option("--suite", options.suite,
               "quality: each renderer with six degrees of freedom in scenes whose answer "
               "symmetry knows; rigid: whole sessions of those whose tool never enters an "
-              "object, shaken by a hand, for 4 s unless --for says")
-      .one_of({"quality", "rigid"})
+              "object, shaken by a hand, for 4 s unless --for says; free: every renderer without "
+              "mass where nothing is, contacts 1 to 20 ticks late")
+      .one_of({"quality", "rigid", "free"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -260,6 +262,10 @@ void add_eval_command(Command& app) {
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);
   command.action([options, command] {
+    if (options->suite == "free") {
+      print_judged(eval_free({}), options->json);
+      return;
+    }
     if (!options->suite.empty()) {
       options->suite == "rigid" ? run_rigid_suite(*options, command)
                                 : print_judged(eval_quality(QualityGrain{}), options->json);
