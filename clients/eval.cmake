@@ -4,6 +4,9 @@ target_sources(haptic_lab PRIVATE
   eval_artefacts.cpp
   eval_drag.cpp
   eval_facets.cpp
+  eval_free.cpp
+  eval_free_hands.cpp
+  eval_free_scenes.cpp
   eval_friction.cpp
   eval_judge.cpp
   eval_moving.cpp
@@ -21,8 +24,11 @@ target_sources(haptic_lab PRIVATE
   eval_table.cpp
   eval_walls.cpp
   eval_workload.cpp)
-# CGAL puts -frounding-math on its target, so it gets its own
-add_library(haptic_eval_peers STATIC eval_exact_cgal.cpp)
-target_link_libraries(haptic_eval_peers PUBLIC haptic_contact PRIVATE CGAL::CGAL)
-set_target_properties(haptic_eval_peers PROPERTIES JOB_POOL_COMPILE heavy)
-target_link_libraries(haptic_lab PUBLIC haptic_eval_peers)
+
+# oracles; CGAL puts -frounding-math on its whole target, so they are apart
+add_library(haptic_eval_cgal STATIC eval_exact_cgal.cpp eval_free_cgal.cpp)
+target_link_libraries(haptic_eval_cgal PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+target_compile_options(haptic_eval_cgal PRIVATE -O1)
+set_target_properties(haptic_eval_cgal PROPERTIES
+  JOB_POOL_COMPILE heavy HAPTIC_WITHOUT_THREADS ON)
+target_link_libraries(haptic_lab PUBLIC haptic_eval_cgal)

@@ -18,11 +18,13 @@ constexpr double kStiffness = 1000, kTurnStiffness = 2;  // [N/m], [N·m/rad]
 constexpr double kDamping = 4, kTurnDamping = 5e-3;      // of a proxy with mass
 constexpr double kMass = 0.05;                           // [kg]
 constexpr double kClearance = 0.2e-3;                    // of the peg [m]
-constexpr double kFreeSpeed = 0.5;                       // [m/s]
+constexpr double kFreeSpeed = 2, kFreeTurn = 10;         // [m/s], [rad/s]
+constexpr double kFreeHeight = 0.1;                      // twice what the oldest answer misses [m]
+constexpr uint32_t kOldest = 20;                         // answer in free space [ticks]
 constexpr double kPushSpeed = 0.05;                      // [m/s]
 constexpr double kLeastPush = 0.01;                      // [N]
 constexpr double kSlantGoal = 1e-9;
-constexpr uint64_t kFreeTicks = 2000, kPushTicks = 300;
+constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
 std::string name_of(Renderer renderer) {
@@ -46,8 +48,12 @@ RigidJudge judge_of(const RigidScene& scene, Renderer renderer) {
 
 std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep) {
   Rows rows(name_of(renderer) + ", box on plate");
-  const double free = force_in_free_space(renderer, lockstep);
-  rows.add_if(is_massless(renderer), "free at 0.5 m/s: force, max", free, "N", 0, free == 0);
+  double free = 0;
+  for (uint32_t age = 1; age <= kOldest; ++age) {
+    free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
+  }
+  rows.add_if(is_massless(renderer), "free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free,
+              "N", 0, free == 0);
   const double slant = slant_of_push(renderer, lockstep);
   rows.add_if(is_massless(renderer), "pushed at 45°: force along/across the plane, max", slant, "",
               kSlantGoal, slant <= kSlantGoal);
@@ -96,7 +102,8 @@ double force_in_free_space(Renderer renderer, const LockstepOptions& lockstep) {
   constexpr double kWay = 0.08;  // [m]
   const auto path = [](double t) {
     const double phase = kFreeSpeed / kWay * t;
-    return Pose{{kWay * std::sin(phase), 0, 0.05}, from_rotation_vector({0, 0.5 * phase, 0})};
+    return Pose{{kWay * std::sin(phase), 0, kFreeHeight},
+                from_rotation_vector({0, kFreeTurn * t, 0})};
   };
   double most = 0;
   run_rigid(box_on_plate(), renderer, path, kFreeTicks, lockstep,

@@ -32,7 +32,7 @@ void run_rigid(const RigidScene& scene, Renderer renderer, const std::function<P
 /// A hand shakes the tool against the object, judged tick by tick.
 RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEval& eval);
 
-/// Largest |F| of a hand of 0.5 m/s that turns the tool where nothing is [N].
+/// Largest |F| of a hand of 2 m/s that turns the tool at 10 rad/s where nothing is [N].
 double force_in_free_space(Renderer renderer, const LockstepOptions& lockstep);
 
 /// Largest force along a frictionless plane over that across it, of a box that a hand pushes into

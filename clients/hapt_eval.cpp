@@ -9,6 +9,7 @@
 #include "clients/check_outputs.h"
 #include "clients/duration_option.h"
 #include "clients/eval_artefacts.h"
+#include "clients/eval_free.h"
 #include "clients/eval_moving.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
@@ -240,8 +241,9 @@ void add_protocol_options(Command& command, EvalOptions& options) {
               "quality: each renderer with six degrees of freedom in scenes whose answer "
               "symmetry knows; rigid: whole sessions of those whose tool never enters an "
               "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
-              "that move, in --scenes scenes with a free way")
-      .one_of({"quality", "rigid", "moving"})
+              "that move, in --scenes scenes with a free way; free: every renderer without mass "
+              "where nothing is, contacts 1 to 20 ticks late")
+      .one_of({"quality", "rigid", "moving", "free"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -275,6 +277,10 @@ void add_eval_command(Command& app) {
     if (options->suite == "moving") {
       options->moving.lockstep = options->lockstep;
       print_judged(eval_moving(options->moving), options->json);
+      return;
+    }
+    if (options->suite == "free") {
+      print_judged(eval_free({}), options->json);
       return;
     }
     if (!options->suite.empty()) {

@@ -212,12 +212,14 @@ void answer_with_body(const ContactModel& model, const PointScene& scene, const 
     question.V_WO[i] = object_twist_at(*frame, i, servo.t_ns);
   }
   set.X_WT = servo.X_WP;
-  if (!detect_bodies(model.bodies, scene.shapes, state.renderer, state.bodies, question, set)) {
+  set.X_WG = servo.X_WP;
+  if (!detect_bodies(model.bodies, scene.shapes, state.renderer, state.bodies, question, servo.X_WT,
+                     set)) {
     set.flags |= kContactNoDetector | kContactNoFreePose;
   }
   // it keeps no proxy: that is the servo's
   state.proxy.seeded = false;
-  state.proxy.g_W = servo.X_WP.p;
+  state.proxy.g_W = set.X_WG.p;
   set.free_fraction = 1;
 }
 
@@ -283,7 +285,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
     largest = std::max(largest, norm(model.shapes[i].mesh.upper - model.shapes[i].mesh.lower));
   }
   model.epsilon = kRelativeEpsilon * largest;
-  model.bodies = build_body_model(config, shapes.bodies);
+  model.bodies = build_body_model(config, shapes.bodies, shapes.objects);
   model.rigid = god_object_options(config, model.bodies.body);
   return model;
 }
@@ -336,8 +338,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
     then.radius = now.radius;
     answer_with_proxy(model, now, servo, {then, reach, changed}, state, set);
   }
-  if (!is_rigid(renderer)) {
-    set.X_WG = {state.proxy.g_W, is_of_body(renderer) ? servo.X_WP.q : servo.X_WT.q};
+  if (!is_of_body(renderer)) {
+    set.X_WG = {state.proxy.g_W, servo.X_WT.q};
   } else if (!usable && is_finite(servo.X_WT)) {
     set.X_WG = servo.X_WT;
   }

@@ -140,6 +140,7 @@ static_assert(offset_as_text<ServoFrame>("busy_ns") == offsetof(ServoFrame, busy
 static_assert(offset_as_text<ServoFrame>("flags") == offsetof(ServoFrame, flags));
 static_assert(offset_as_text<ContactSet>("answers_tick") == offsetof(ContactSet, answers_tick));
 static_assert(offset_as_text<ContactSet>("X_WG") == offsetof(ContactSet, X_WG));
+static_assert(offset_as_text<ContactSet>("clearance") == offsetof(ContactSet, clearance));
 static_assert(offset_as_text<ContactSet>("contacts") == offsetof(ContactSet, contacts));
 static_assert(offset_as_text<ContactSet>("F0_W") == offsetof(ContactSet, F0_W));
 static_assert(offset_as_text<ContactSet>("tool") == offsetof(ContactSet, tool));

@@ -21,6 +21,14 @@ SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   return proxy;
 }
 
+/// How far no point of the hand's tool has moved further in this tick [m].
+double hand_travel(const RigidBody& tool, const ServoState& state, const Pose& X_WT) {
+  if (!state.started) return 0;
+  const Pose before = motion_of_centre(tool, {state.X_WT, {}}).X_WC;
+  const Twist way = way_between(before, motion_of_centre(tool, {X_WT, {}}).X_WC);
+  return norm(way.v) + tool.radius * norm(way.w);
+}
+
 /// Pushes the opposite of what they push the proxy with into the objects, about their origins.
 void add_impulses(const BodySolution& solution, const TickScene& scene, double dt,
                   std::array<Wrench, kMaxObjects>& impulse_W) {
@@ -86,9 +94,13 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
   tick.carry.weight = scene.weight;
   tick.dt = model.dt;
   SoftProxyModel proxy = proxy_model(model, state, contacts);
-  // what contact has seen ahead is for all the ticks since
-  const double age = static_cast<double>(input.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
-  if (scene.weight > 0) proxy.max_travel /= std::clamp(age, 1.0, kMostTicks);
+  if (proxy.max_travel > 0) {
+    // what contact has seen ahead is for all the ticks since
+    const double age = static_cast<double>(input.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
+    // of contacts that are not rendered any more nothing is passed unseen: the proxy catches up
+    scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
+                     : proxy.max_travel += hand_travel(proxy.tool, state, frame.X_WT);
+  }
   const BodySolution solution = solve_soft_proxy(proxy, state.body, tick);
 
   const Rendered out = rendered_body(model, state, scene, solution);

@@ -27,7 +27,7 @@ haptic_tests(contact NAME bake LIBRARIES haptic_bake SOURCES
   contact/bake_volume_test.cpp)
 haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/bake_extent_test.cpp contact/bake_pipe_test.cpp contact/body_detectors_test.cpp
-  contact/closest_point_test.cpp contact/hash_grid_test.cpp
+  contact/clear_pose_test.cpp contact/closest_point_test.cpp contact/hash_grid_test.cpp
   contact/near_features_test.cpp contact/obb_tree_test.cpp contact/patch_tree_test.cpp contact/point_proxy_test.cpp contact/segment_hit_test.cpp
   contact/sphere_proxy_test.cpp
   contact/step_test.cpp
@@ -58,7 +58,7 @@ haptic_tests(servo LIBRARIES haptic_servo haptic_hapticd haptic_contact SOURCES
   servo/passivity_test.cpp
   servo/patient_sink_test.cpp
   servo/penalty_dynamics_test.cpp
-  servo/quasi_static_test.cpp servo/soft_contacts_test.cpp servo/soft_proxy_test.cpp
+  servo/free_space_test.cpp servo/quasi_static_test.cpp servo/soft_contacts_test.cpp servo/soft_proxy_test.cpp
   servo/restart_policy_test.cpp
   servo/safety_test.cpp
   servo/step_test.cpp servo/render_body_test.cpp servo/render_rigid_test.cpp servo/god_object6_test.cpp servo/constrained6_test.cpp
@@ -67,7 +67,7 @@ haptic_tests(sim LIBRARIES haptic_sim SOURCES sim/scene_test.cpp)
 haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/bench_burst_test.cpp clients/step_budget_test.cpp clients/ccd_queries_test.cpp
   clients/eval_oracle_test.cpp
-  clients/eval_moving_test.cpp
+  clients/eval_free_test.cpp clients/eval_moving_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
   clients/eval_renderer_test.cpp
   clients/emulated_hands_test.cpp

@@ -52,7 +52,8 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   return model;
 }
 
-BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes) {
+BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
+                           std::span<const MeshShape> objects) {
   BodyModel model;
   if (shapes.tool.mesh.triangles.empty()) return model;
   model.tool = shapes.tool;
@@ -63,6 +64,11 @@ BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes
   model.volumes = shapes.volumes;
   model.voxel = voxel_model(config.voxel, shapes.shell);
   model.voxel.objects = model.volumes;
+  model.clearance = {model.tool, model.body, {}};
+  for (size_t i = 0; i < model.volumes.size(); ++i) {
+    const double layer = push_layer(model.voxel, model.volumes[i], !objects[i].mesh.closed);
+    model.clearance.objects.push_back({objects[i], layer});
+  }
   return model;
 }
 
@@ -71,15 +77,25 @@ BodyState::BodyState(const BodyModel& model) {
   pairs.resize(kMostPairs);
   pushes.resize(kPushesPerPair * kMostPairs);
   if (model.has_maps()) voxel.emplace(model.voxel);
+  clearance.resize(model.clearance.objects.size());
 }
 
 bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
-                   BodyState& state, const VoxelQuestion& question, ContactSet& set) {
+                   BodyState& state, const VoxelQuestion& question, const Pose& X_WH,
+                   ContactSet& set) {
   const bool is_voxel = renderer == Renderer::kVoxel;
   if (state.pairs.empty() || (is_voxel && !state.voxel)) return false;
   set.tool = model.body;
+  set.X_WG = question.X_WT;
   if (is_voxel) {
     detect_voxel(model.voxel, *state.voxel, question, set);
+    // of what was not looked up nobody knows whether it is inside
+    const bool is_known = (set.flags & kContactIterationLimit) == 0;
+    if (!state.voxel->is_outside || !is_known) return true;
+    const ClearPose clear =
+        clear_pose(model.clearance, state.clearance, question.X_WO, question.X_WT, X_WH);
+    set.X_WG = clear.X_WT;
+    set.clearance = clear.clearance;
   } else {
     detect_exact(model, objects, state, question, set);
   }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "contact/detect/clear_pose.h"
 #include "contact/detect/exact.h"
 #include "contact/detect/voxel.h"
 #include "proto/config.h"
@@ -21,6 +22,7 @@ struct BodyModel {
   ToolBody body{};  // mass 0: there is no tool
   std::vector<VoxelObject> volumes;
   VoxelModel voxel;
+  ClearanceModel clearance;  // of the voxel detector
   ExactOptions exact;
 
   bool has_tool() const { return body.mass > 0; }
@@ -40,7 +42,8 @@ inline constexpr double kLeastBodyReach = 20e-6;
 /// The voxel detector as a session has it, without objects.
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
 
-BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes);
+BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
+                           std::span<const MeshShape> objects);
 
 /// What survives a step, and its room: nothing is allocated later.
 struct BodyState {
@@ -48,14 +51,18 @@ struct BodyState {
   explicit BodyState(const BodyModel& model);
 
   std::optional<VoxelState> voxel;
+  ClearanceState clearance;
   std::vector<TrianglePair> pairs;
   std::vector<PointPush> pushes;
 };
 
 /// The contacts of a tool with the objects, by the detector of `renderer`: direct6 (all triangles
-/// that meet, in clusters) or voxel. False where the session has no tool or no maps for it: the set
-/// stays as it is.
+/// that meet, in clusters) or voxel. Voxel tells too how far from these contacts there is nothing
+/// that pushes: of the tool where it is, or as far as a free way leads towards the hand at X_WH
+/// (clear_pose). False where the session has no tool or no maps for it:
+/// the set stays as it is.
 bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
-                   BodyState& state, const VoxelQuestion& question, ContactSet& set);
+                   BodyState& state, const VoxelQuestion& question, const Pose& X_WH,
+                   ContactSet& set);
 
 }  // namespace haptic

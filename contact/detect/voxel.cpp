@@ -2,6 +2,7 @@
 #include "contact/detect/voxel.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "contact/detect/cluster_contact.h"
@@ -48,6 +49,10 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
   const std::span<const PointPush> pushes(state.pushes.data(), n);
   state.touching += static_cast<uint64_t>(std::count_if(
       pushes.begin(), pushes.end(), [](const PointPush& push) { return push.depth > 0; }));
+  // a tangent plane does not tell how deep
+  const double layer = model.reading == VoxelForce::kField ? model.force.offset : 0;
+  state.is_outside &= std::none_of(pushes.begin(), pushes.end(),
+                                   [&](const PointPush& push) { return push.depth > layer; });
   return pushes;
 }
 
@@ -112,6 +117,16 @@ void put_first(uint32_t object, ContactSet& set) {
 
 }  // namespace
 
+double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sheet) {
+  if (model.reading == VoxelForce::kField) {
+    const DistanceField& field = object.field;
+    // half of a sheet's thickness lies on either side of it
+    return (is_sheet ? 0.5 * field.cell : 0) - way_to(model.force.offset, {0, false}, field.cell);
+  }
+  // a voxel that is met, those of the layers, and one more that is near
+  return std::sqrt(3.0) * (model.force.offset + 2 * object.map.size);
+}
+
 VoxelState::VoxelState(const VoxelModel& model)
     : visited(model.shell.nodes.size() + 1),
       touches(model.shell.x.size()),
@@ -123,6 +138,7 @@ VoxelState::VoxelState(const VoxelModel& model)
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set) {
   state.tested = state.touching = 0;
+  state.is_outside = true;
   set.n_contacts = set.n_active = 0;
   set.F0_W = {};
   set.K = set.B = {};

@@ -33,6 +33,10 @@ struct VoxelModel {
   double trust_radius = 1e-3;  // of the linearised wrench [m]
 };
 
+/// How far in front of the surface of an object, at most, something pushes a point [m]: the offset,
+/// and what a cell or a voxel may be off by.
+double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sheet);
+
 /// What survives a step, and its room: nothing is allocated later.
 struct VoxelState {
   explicit VoxelState(const VoxelModel& model);
@@ -42,8 +46,9 @@ struct VoxelState {
   std::vector<ShellTouch> touches;
   std::vector<VoxelHit> hits;
   std::vector<PointPush> pushes;
-  uint64_t tested = 0;    // points looked up in the last step
-  uint64_t touching = 0;  // points inside an object in the last step
+  uint64_t tested = 0;     // points looked up in the last step
+  uint64_t touching = 0;   // points inside an object in the last step
+  bool is_outside = true;  // none can be inside a real surface, though some may touch its layer
 };
 
 /// The question of one step.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/mesh_distance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -17,7 +18,7 @@ struct Branch {
 }  // namespace
 
 MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
-                           double limit, const TrianglePair* witness) {
+                           const DistanceSearch& search) {
   const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
   MeshDistance result;
   if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB)) return result;
@@ -25,7 +26,7 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
   const auto apart = [&](const NodePair& pair) {
     return boxes.at_least(tree_A.nodes[pair.a].box, tree_B.nodes[pair.b].box);
   };
-  result.at_least = limit;
+  result.at_least = search.limit;
   DistanceBatch batch;
   std::array<TrianglePair, DistanceBatch::kRoom> pairs;
   const auto add = [&](const TrianglePair& pair) {
@@ -41,17 +42,17 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     }
     batch.n = 0;
   };
-  if (witness != nullptr) {
-    add(*witness);
+  if (search.witness != nullptr) {
+    add(*search.witness);
     measure_added();
   }
   // each level opens one branch into two
   std::array<Branch, 2 * kMaxTreeDepth + 2> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {{0, 0}, apart({0, 0})};
-  while (n_waiting > 0) {
+  for (size_t compared = 0; n_waiting > 0 && compared < search.most_boxes; compared += 2) {
     const Branch branch = waiting[--n_waiting];
-    if (!(branch.at_least < result.at_least)) continue;
+    if (!(branch.at_least < search.share * result.at_least)) continue;
     const ObbNode &a = tree_A.nodes[branch.nodes.a], &b = tree_B.nodes[branch.nodes.b];
     if (a.count > 0 && b.count > 0) {
       for (uint32_t j = 0; j < b.count; ++j) {
@@ -68,6 +69,8 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     waiting[n_waiting++] = first;
     waiting[n_waiting++] = second;
   }
+  result.at_least *= search.share;
+  while (n_waiting > 0) result.at_least = std::min(result.at_least, waiting[--n_waiting].at_least);
   return result;
 }
 

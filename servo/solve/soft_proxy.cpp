@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/soft_proxy.h"
 
+#include <algorithm>
+
+#include "servo/solve/free_space.h"
+
 namespace haptic {
 namespace {
 
@@ -31,15 +35,18 @@ Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
 }
 
 void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
-                   const SoftProxyTick& tick, BodySolution& out) {
+                   const SoftProxyTick& tick, const std::optional<FreeSpace>& space,
+                   BodySolution& out) {
   const BodyMotion body = motion_of_centre(model.tool, out.proxy);
+  double max_travel = model.max_travel;
+  if (max_travel > 0 && space) max_travel += std::max(space->left_at(body.X_WC), 0.0);
   BodyWrench smooth = coupling_wrench(model.coupling, model.tool, tick.hand, body);
   const BodyWrench brake = brake_wrench(contacts, body);
   smooth.F_W = smooth.F_W + brake.F_W;
   smooth.by_twist += brake.by_twist;
   const auto step = [&] {
     return penalty_dynamics_step(model.tool, body, smooth, contacts.view(), model.integrator,
-                                 {tick.dt, model.max_travel});
+                                 {tick.dt, max_travel});
   };
   PenaltyResult next = step();
   if (contacts.has_rest && next.is_solved) {
@@ -63,14 +70,23 @@ Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& 
   return limited.was_cut ? tool_of_centre(model.tool, moved(from, limited.motion)) : after;
 }
 
+/// Where the proxy begins: the hand cannot be reached at once.
+Pose start_of(const SoftProxyModel& model, const SoftProxyTick& tick,
+              const std::optional<FreeSpace>& space, const Pose& X_WP) {
+  if (!space || !(model.max_travel > 0)) return X_WP;
+  const Pose X_WC = motion_of_centre(model.tool, {X_WP, {}}).X_WC;
+  const Pose X_hand = motion_of_centre(model.tool, tick.hand).X_WC;
+  const std::optional<Pose> nearer = space->nearest_to(X_hand, X_WC);
+  return nearer ? tool_of_centre(model.tool, *nearer) : X_WP;
+}
+
 void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
-                      const SoftProxyTick& tick, BodySolution& out) {
-  const QuasiStaticResult next =
-      solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT, contacts.view(),
-                         out.proxy.X_WT, {model.max_travel});
+                      const SoftProxyTick& tick, const Pose& start, BodySolution& out) {
+  const QuasiStaticResult next = solve_quasi_static(model.coupling, model.tool, tick.hand.X_WT,
+                                                    contacts.view(), start, {model.max_travel});
   const Pose before = out.proxy.X_WT;
   out.converged = next.converged;
-  out.proxy.X_WT = within_travel(model, before, next.X_WP);
+  out.proxy.X_WT = within_travel(model, start, next.X_WP);
   const Vec3 turn = to_rotation_vector(out.proxy.X_WT.q * conjugate(before.q));
   out.proxy.V_WT = {(out.proxy.X_WT.p - before.p) / tick.dt, turn / tick.dt};
 }
@@ -95,10 +111,18 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   state.started = true;
   out.proxy = state.proxy;
   if (!out.finite) return out;
+  std::optional<FreeSpace> space;
   if (tick.contacts != nullptr) {
+    space.emplace(*tick.contacts, model.tool, tick.carry.X_WO);
     const bool at_hand = model.solver == SoftSolver::kDirect;
     const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
     fade_past_extent(*tick.contacts, motion_of_centre(model.tool, tool).X_WC, contacts);
+  }
+  // of a proxy with mass nobody knows that it is where the hand is
+  const bool is_massless = model.solver != SoftSolver::kPenaltyDynamics;
+  if (is_massless && space && space->left_at(motion_of_centre(model.tool, tick.hand).X_WC) > 0) {
+    out.proxy = state.proxy = tick.hand;
+    return out;
   }
   switch (model.solver) {
     case SoftSolver::kDirect:
@@ -106,11 +130,11 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
       out.F_hand_W = direct_wrench(model, contacts, tick.hand);
       break;
     case SoftSolver::kPenaltyDynamics:
-      step_dynamics(model, contacts, tick, out);
+      step_dynamics(model, contacts, tick, space, out);
       out.F_hand_W = wrench_on_hand(model.coupling, tick.hand, out.proxy);
       break;
     case SoftSolver::kQuasiStatic:
-      find_equilibrium(model, contacts, tick, out);
+      find_equilibrium(model, contacts, tick, start_of(model, tick, space, out.proxy.X_WT), out);
       out.F_hand_W = wrench_on_hand(model.coupling, {tick.hand.X_WT, {}}, {out.proxy.X_WT, {}});
       break;
   }

@@ -198,7 +198,9 @@ TEST_CASE("eval rigid: shaken in a tight hole and on a scan nothing meets", "[la
 }
 
 TEST_CASE("eval rigid: free space and a slanted push on a plane", "[lab]") {
-  CHECK(force_in_free_space(Renderer::kGodObject6, {}) == 0);
+  for (const uint32_t age : {1, 2, 7, 20}) {
+    CHECK(force_in_free_space(Renderer::kGodObject6, {1, age}) == 0);
+  }
   CHECK(force_in_free_space(Renderer::kConstrained6, {}) > 0);
   CHECK(slant_of_push(Renderer::kGodObject6, {}) <= tol(1e-9));
 }

@@ -148,6 +148,17 @@ TEST_CASE("near pairs: all that brute force finds, and the mesh distance with th
     const auto with = mesh_distance(A.view(), B.view(), X_AB, all.least + 1, &witness);
     REQUIRE(with.at_least == all.least);
     REQUIRE_FALSE(mesh_distance(A.view(), B.view(), X_AB, all.least).found);
+    // cut short it is a bound
+    for (const size_t boxes : {0, 1, 8, 40, 200}) {
+      DistanceSearch search;
+      search.most_boxes = boxes;
+      REQUIRE(mesh_distance(A.view(), B.view(), X_AB, search).at_least <= all.least);
+    }
+    DistanceSearch search;
+    search.share = random.uniform(0.5, 1);
+    const double least = mesh_distance(A.view(), B.view(), X_AB, search).at_least;
+    REQUIRE(least <= all.least);
+    REQUIRE(least >= search.share * all.least);
   }
   CHECK(n_near > 0);
 }
