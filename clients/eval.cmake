@@ -11,6 +11,9 @@ target_sources(haptic_lab PRIVATE
   eval_quality.cpp
   eval_quality_scenes.cpp
   eval_renderer.cpp
+  eval_rest.cpp
+  eval_rest_gyroid.cpp
+  eval_rest_work.cpp
   eval_rigid.cpp
   eval_rigid_judge.cpp
   eval_rigid_scenes.cpp
@@ -19,3 +22,10 @@ target_sources(haptic_lab PRIVATE
   eval_table.cpp
   eval_walls.cpp
   eval_workload.cpp)
+
+# the judge of rests asks CGAL; apart, since CGAL puts -frounding-math on its whole target
+add_library(haptic_rest_ways STATIC eval_rest_ways.cpp)
+target_link_libraries(haptic_rest_ways PUBLIC haptic_contact PRIVATE CGAL::CGAL)
+target_compile_options(haptic_rest_ways PRIVATE -O1)
+set_target_properties(haptic_rest_ways PROPERTIES JOB_POOL_COMPILE heavy HAPTIC_WITHOUT_THREADS ON)
+target_link_libraries(haptic_lab PUBLIC haptic_rest_ways)

@@ -10,6 +10,7 @@
 #include "clients/eval_artefacts.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
+#include "clients/eval_rest.h"
 #include "clients/eval_rigid.h"
 #include "clients/eval_ruffaldi.h"
 #include "clients/eval_table.h"
@@ -233,8 +234,9 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .option("--suite", options.suite,
               "quality: each renderer with six degrees of freedom in scenes whose answer "
               "symmetry knows; rigid: whole sessions of those whose tool never enters an "
-              "object, shaken by a hand, for 4 s unless --for says")
-      .one_of({"quality", "rigid"})
+              "object, shaken by a hand, for 4 s unless --for says; rest: whether points and "
+              "spheres come to rest where no way leads on")
+      .one_of({"quality", "rigid", "rest"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -260,6 +262,10 @@ void add_eval_command(Command& app) {
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);
   command.action([options, command] {
+    if (options->suite == "rest") {
+      print_judged(eval_rest(RestEval{}), options->json);
+      return;
+    }
     if (!options->suite.empty()) {
       options->suite == "rigid" ? run_rigid_suite(*options, command)
                                 : print_judged(eval_quality(QualityGrain{}), options->json);

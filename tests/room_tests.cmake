@@ -26,7 +26,7 @@ haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/step_test.cpp
   contact/swept_sphere_test.cpp contact/voxmap_test.cpp contact/distance_field_test.cpp contact/pointshell_test.cpp
   contact/voxel_scan_test.cpp contact/shell_in_field_test.cpp contact/cluster_pushes_test.cpp contact/shell_pushes_test.cpp contact/voxel_test.cpp contact/machine_parts_test.cpp
-  contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
+  contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/vertex_fan_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
 haptic_tests(device LIBRARIES haptic_device SOURCES
   device-io/emulator_firmware_test.cpp
   device-io/hand_plant_test.cpp
@@ -53,6 +53,7 @@ haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/bench_burst_test.cpp clients/step_budget_test.cpp clients/ccd_queries_test.cpp
   clients/eval_oracle_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
+  clients/eval_rest_test.cpp
   clients/eval_renderer_test.cpp
   clients/eval_ruffaldi_test.cpp
   clients/eval_sphere_oracle_test.cpp
