@@ -16,6 +16,9 @@ target_sources(haptic_lab PRIVATE
   eval_quality.cpp
   eval_quality_scenes.cpp
   eval_renderer.cpp
+  eval_rest.cpp
+  eval_rest_gyroid.cpp
+  eval_rest_work.cpp
   eval_rigid.cpp
   eval_rigid_judge.cpp
   eval_rigid_scenes.cpp
@@ -26,7 +29,7 @@ target_sources(haptic_lab PRIVATE
   eval_workload.cpp)
 
 # oracles; CGAL puts -frounding-math on its whole target, so they are apart
-add_library(haptic_eval_cgal STATIC eval_exact_cgal.cpp eval_free_cgal.cpp)
+add_library(haptic_eval_cgal STATIC eval_exact_cgal.cpp eval_free_cgal.cpp eval_rest_cgal.cpp)
 target_link_libraries(haptic_eval_cgal PUBLIC haptic_contact PRIVATE CGAL::CGAL)
 target_compile_options(haptic_eval_cgal PRIVATE -O1)
 set_target_properties(haptic_eval_cgal PROPERTIES

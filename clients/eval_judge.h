@@ -45,6 +45,10 @@ class EvalJudge {
   void add(const ServoFrame& frame, uint32_t contact_flags, const OracleAnswer& truth,
            const JudgedPlace& place);
 
+  /// What began where there is no room is led by another seed than the exact one.
+  void begin(bool overlaps) { began_overlapping_ = overlaps; }
+  bool began_overlapping() const { return began_overlapping_; }
+
   std::vector<Row> rows(const std::string& name, const EvalGoals& goals) const;
 
   /// Largest |F − F*| so far, and its tick.
@@ -72,6 +76,7 @@ class EvalJudge {
 
  private:
   double stiffness_;
+  bool began_overlapping_ = false;
   Trace trace_;
   uint64_t ticks_ = 0, touching_ = 0, jammed_ = 0, lost_ = 0, stuck_length_ = 0, longest_stuck_ = 0,
            not_finite_ = 0, not_minimal_ = 0;

@@ -71,9 +71,23 @@ Subject open_subject(const RendererEval& eval) {
   return subject;
 }
 
-EvalGoals goals_of(const RendererEval& eval, const Subject& subject) {
+/// Why no exact answer exists that a renderer could be held to; empty: there is one.
+std::string why_no_answer(const Subject& subject, const EvalJudge& judge) {
+  const BakeReport& report = subject.baked.report;
+  if (subject.shape.mesh.closed && report.self_intersections > 0) {
+    return "the closed mesh cuts itself: what is inside is not defined; cut it apart";
+  }
+  if (judge.began_overlapping()) {
+    return "the tool overlaps the mesh where it starts; make it smaller or begin further out";
+  }
+  return "";
+}
+
+EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_answer) {
   EvalGoals goals;
   goals.force_limit = eval.max_force;
+  goals.follows_oracle = false;
+  if (!has_answer) return goals;
   // a broken mesh has no god-object that two programs must agree on
   goals.follows_oracle = (subject.closed_work || subject.shape.mesh.closed) &&
                          eval.renderer != Renderer::kPenalty3 && eval.friction == 0;
@@ -85,6 +99,13 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject) {
   if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
   if (eval.mesh.rfind("flat:", 0) == 0) goals.max_ripple = kFlatRipple;
   return goals;
+}
+
+/// Whether a tool at p_O has no room beside a closed mesh, by every facet.
+bool overlaps(const FacetBins& facets, const Vec3& p_O, double radius) {
+  const TriangleMesh& mesh = facets.mesh();
+  const double far = norm(mesh.upper - mesh.lower);
+  return mesh.closed && behind_surface(facets, p_O, radius, far).depth > 0;
 }
 
 void plot_judged(const std::string& path, const std::string& title, const EvalJudge& judge) {
@@ -151,7 +172,10 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     const ServoFrame& frame = lockstep.frame();
     const ContactSet* const set = lockstep.contacts();
     const Vec3& tool = frame.X_WT.p;
-    if (k == 0) std::visit([&](auto& o) { o.seed(tool); }, oracle);
+    if (k == 0) {
+      judge.begin(overlaps(facets, tool, radius));
+      std::visit([&](auto& o) { o.seed(tool); }, oracle);
+    }
     const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
     // on a broken mesh it may stand where every way is closed: it goes on from the felt proxy
     if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
@@ -195,7 +219,9 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
                             " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
-  rows.append(judge.rows(name, goals_of(eval, subject)));
+  const std::string why = why_no_answer(subject, judge);
+  if (!why.empty()) rows.note(kNoAnswer, why);
+  rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));
   if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
   if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
   return rows.rows();

@@ -47,7 +47,12 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
                     const LockstepOptions& lockstep, uint64_t ticks,
                     const std::function<void(const ServoFrame&)>& watch = {});
 
-/// The whole of `hapt eval --renderer`: figures, goals, plot. Throws std::runtime_error with one
+/// The fact that says why a run is not scored.
+inline constexpr const char* kNoAnswer = "no answer";
+
+/// The whole of `hapt eval --renderer`: figures, goals, plot. A closed mesh that cuts itself and a
+/// tool that overlaps one where it starts have no exact answer: the row kNoAnswer says so, and only
+/// NaN and the force limit are judged. Throws std::runtime_error with one
 /// line for what is not there.
 std::vector<Row> eval_renderer(const RendererEval& eval);
 

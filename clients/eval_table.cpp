@@ -80,7 +80,8 @@ void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases) 
     print_cell(out, "  " + rows[0].case_name, kNameWidth);
     for (const auto& [metric, head] : kColumns)
       print_cell(out, cell(find(rows, metric)), kColumnWidth);
-    out << (all_hold(rows) ? "hold\n" : "MISSED\n");
+    const char* const held = find(rows, kNoAnswer) != nullptr ? "no answer\n" : "hold\n";
+    out << (all_hold(rows) ? held : "MISSED\n");
   }
 }
 

@@ -13,6 +13,7 @@
 #include "clients/eval_moving.h"
 #include "clients/eval_quality.h"
 #include "clients/eval_renderer.h"
+#include "clients/eval_rest.h"
 #include "clients/eval_rigid.h"
 #include "clients/eval_ruffaldi.h"
 #include "clients/eval_table.h"
@@ -242,8 +243,9 @@ void add_protocol_options(Command& command, EvalOptions& options) {
               "symmetry knows; rigid: whole sessions of those whose tool never enters an "
               "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
               "that move, in --scenes scenes with a free way; free: every renderer without mass "
-              "where nothing is, contacts 1 to 20 ticks late")
-      .one_of({"quality", "rigid", "moving", "free"})
+              "where nothing is, contacts 1 to 20 ticks late; rest: whether points and "
+              "spheres come to rest where no way leads on")
+      .one_of({"quality", "rigid", "moving", "free", "rest"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -281,6 +283,10 @@ void add_eval_command(Command& app) {
     }
     if (options->suite == "free") {
       print_judged(eval_free({}), options->json);
+      return;
+    }
+    if (options->suite == "rest") {
+      print_judged(eval_rest(RestEval{}), options->json);
       return;
     }
     if (!options->suite.empty()) {

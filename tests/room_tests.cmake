@@ -33,7 +33,7 @@ haptic_tests(contact LIBRARIES haptic_servo haptic_bake cgal_pairs SOURCES
   contact/step_test.cpp
   contact/swept_sphere_test.cpp contact/voxmap_test.cpp contact/distance_field_test.cpp contact/pointshell_test.cpp
   contact/voxel_scan_test.cpp contact/shell_in_field_test.cpp contact/cluster_pushes_test.cpp contact/shell_pushes_test.cpp contact/voxel_test.cpp contact/machine_parts_test.cpp
-  contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
+  contact/triangle_pairs_test.cpp contact/exact_test.cpp contact/vertex_fan_test.cpp contact/voxel_tree_test.cpp contact/soft_loop_test.cpp contact/interval_test.cpp contact/swept_pair_test.cpp contact/swept_mesh_test.cpp contact/obb_overlap_test.cpp contact/triangle_distance_test.cpp contact/near_pairs_test.cpp contact/near_front_follow_test.cpp contact/sliding_planes_test.cpp contact/god_object6_test.cpp contact/rigid_tool_test.cpp contact/near_contacts_test.cpp contact/conservative_advancement_test.cpp)
 # any bytes for whoever reads files
 haptic_tests(fuzz LIBRARIES haptic_hapticd haptic_bake SOURCES
   fuzz/cache_fuzz_test.cpp fuzz/config_fuzz_test.cpp fuzz/fuzz_meter.cpp fuzz/log_fuzz_test.cpp
@@ -69,6 +69,7 @@ haptic_tests(lab LIBRARIES haptic_lab haptic_torture SOURCES
   clients/eval_oracle_test.cpp
   clients/eval_free_test.cpp clients/eval_moving_test.cpp
   clients/eval_place_test.cpp clients/eval_quality_test.cpp clients/eval_rigid_test.cpp
+  clients/eval_rest_test.cpp
   clients/eval_renderer_test.cpp
   clients/emulated_hands_test.cpp
   clients/eval_ruffaldi_test.cpp

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "contact/detect/sphere_rest.h"
 #include "contact/query/swept_sphere.h"
+#include "contact/query/vertex_fan.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {
@@ -24,6 +26,10 @@ constexpr double kFarRest = 0.01;      // of the radius: further on it may pass 
 constexpr double kLongestLeap = 2;     // ratio: the same for a crease
 constexpr int kSettlingRounds = 3;     // of tangent planes that turn a little less each time
 constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
+constexpr double kAroundVertex = 1e3;  // of epsilon: where it goes around a vertex, ten times as
+                                       // far as two walls at half a degree hold it off
+constexpr double kLeastReach = 4;      // of that: a way that leads further off than on is none
+constexpr int kMaxLeaves = 8;          // vertices left in a step; one follows another seldom
 constexpr double kBeside = 4;          // of epsilon: further than the proxy stands off
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
@@ -96,6 +102,10 @@ struct Leg {
   size_t size = 0;
 
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
+  bool holds(const ProxyPlane& plane) const {
+    const auto known = std::span(planes).first(size);
+    return std::find(known.begin(), known.end(), plane) != known.end();
+  }
 };
 
 /// Where the way from → to ends: epsilon in front of the obstacle that was hit, never moving back.
@@ -198,7 +208,8 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
   // there already: the subgoal says whether that is where it rests, or the seam of two flat facets
   const double way = norm(rest.centre_W - g_W);
-  if (way > kFarRest * scene.radius || way <= kNoProgress * scene.epsilon) return subgoal_W;
+  if (way <= kNoProgress * scene.epsilon) return subgoal_W;
+  if (way > kFarRest * scene.radius) return rolled_on(scene, g_W, subgoal_W);
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);
@@ -213,6 +224,14 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
 double stand_off(const PointScene& scene, double height) {
   if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
   return std::min(height, scene.epsilon);
+}
+
+size_t nearest_corner(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O) {
+  const auto away = [&](size_t i) {
+    return norm(mesh.vertices[mesh.triangles[triangle][i]] - p_O);
+  };
+  size_t nearest = away(1) < away(0) ? 1 : 0;
+  return away(2) < away(nearest) ? 2 : nearest;
 }
 
 /// Too many facets in one leg: forget those that do not push.
@@ -282,22 +301,23 @@ class Slide {
     // where it stands it is clear already
     const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
-    if (touched.hit) blocked = touched;
+    // a plane of the leg once more would hold it no better: then what is hit is what is new
+    if (touched.hit && !(blocked.hit && leg_.holds(touched.plane))) blocked = touched;
     if (moved) g_W_ = reached_W;
-    if (!blocked.hit && (leg_.size == 0 || !moved)) return take_leap_back();
+    if (!blocked.hit && (leg_.size == 0 || !moved)) return goes_on_otherwise();
     // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
     // again, so that a proxy at rest does not depend on how it came there
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
       if (!tries_again()) {
         settle();
-        return take_leap_back();
+        return goes_on_otherwise();
       }
       // on the rest of the same way the same facet is in front
       if (!towards_tool || !blocked.hit) return true;
     }
     add_plane(blocked.plane);
-    return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || take_leap_back();
+    return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || goes_on_otherwise();
   }
 
   /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
@@ -312,6 +332,16 @@ class Slide {
     return true;
   }
 
+  /// Undoes a way around a vertex that has led no nearer.
+  void take_leave_back() {
+    if (!left_ || is_much_nearer(g_W_, left_->g_W)) return;
+    g_W_ = left_->g_W;
+    leg_ = left_->leg;
+    goal_ = left_->goal;
+    left_.reset();
+    leaves_ = kMaxLeaves;
+  }
+
   Leg carrying() const { return pushing_planes(leg_, goal_); }
   bool has_no_plane() const { return leg_.size == 0; }
   bool truncated() const { return truncated_; }
@@ -323,6 +353,82 @@ class Slide {
     return dot(a_W - b_W, (a_W - tool_W_) + (b_W - tool_W_)) < 0;
   }
   bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
+
+  /// By more than the way around a vertex leads off.
+  bool is_much_nearer(const Vec3& a_W, const Vec3& b_W) const {
+    return norm(b_W - tool_W_) - norm(a_W - tool_W_) > kAroundVertex * scene_.epsilon;
+  }
+
+  /// What is left to try where planes say that it rests.
+  bool goes_on_otherwise() { return take_leap_back() || leaves_vertex(); }
+
+  /// Whether nothing is met on a way of some epsilons, nor touched at its end.
+  bool is_clear(const Vec3& from_W, const Vec3& to_W) {
+    return !first_hit_in_scene(scene_, from_W, to_W, leg_.size, witnesses_).hit &&
+           !touched_facet(scene_, to_W, witnesses_).hit;
+  }
+
+  /// At a vertex that is neither convex nor concave what is free is no intersection of half-spaces:
+  /// planes of facets that do not touch may hold the proxy though a way leads on between them. It
+  /// goes around the vertex to where the steepest way begins.
+  bool leaves_vertex() {
+    if (scene_.radius > 0) return false;
+    take_leave_back();
+    if (leaves_ >= kMaxLeaves) return false;
+    const Leg pushing = pushing_planes(leg_, goal_);
+    for (size_t i = 0; pushing.size > 1 && i < pushing.size; ++i) {
+      if (leaves_vertex_of(pushing.planes[i])) return true;
+    }
+    return false;
+  }
+
+  bool leaves_vertex_of(const ProxyPlane& plane) {
+    const Pose& X_WO = scene_.X_WO[plane.object];
+    const TriangleMesh& mesh = scene_.shapes[plane.object].mesh;
+    const double around = kAroundVertex * scene_.epsilon;
+    const size_t corner = nearest_corner(mesh, plane.triangle, inverse(X_WO) * g_W_);
+    const Vec3& vertex_O = mesh.vertices[mesh.triangles[plane.triangle][corner]];
+    if (norm(X_WO * vertex_O - g_W_) > around) return false;
+    const VertexFan fan(mesh, plane.triangle, corner);
+    const Vec3 goal_O = inverse(X_WO) * tool_W_ - vertex_O;
+    WayFromVertex way = fan.steepest(goal_O);
+    for (; way.found && way.reach > kLeastReach * around; way = fan.steepest(goal_O, way.reach)) {
+      if (!goes_around(fan, way, X_WO)) continue;
+      left_ = Left{g_W_, leg_, goal_};
+      ++leaves_;
+      g_W_ = nearest_W_ = X_WO * fan.at(way, around);
+      stalls_ = 0;
+      begin_leg();
+      return true;
+    }
+    return false;
+  }
+
+  /// Whether it can go to where a way begins: from the nearest of the places around the vertex that
+  /// it sees, and from each to the next.
+  bool goes_around(const VertexFan& fan, const WayFromVertex& way, const Pose& X_WO) {
+    const double around = kAroundVertex * scene_.epsilon;
+    const size_t n = fan.places();
+    const Vec3 start_W = X_WO * fan.at(way, around);
+    if (is_clear(g_W_, start_W)) return true;
+    for (size_t away = 0; away <= n; ++away) {
+      // n − 1 places on is one back
+      const bool back = away % 2 != 0;
+      const size_t steps = away / 2;
+      size_t place = (way.place + (back ? n - steps : steps)) % n;
+      Vec3 at_W = X_WO * fan.at(place, around);
+      if (!is_clear(g_W_, at_W)) continue;
+      bool goes = true;
+      for (size_t i = 0; goes && i < steps; ++i) {
+        place = (place + (back ? 1 : n - 1)) % n;
+        const Vec3 next_W = X_WO * fan.at(place, around);
+        goes = is_clear(at_W, next_W);
+        at_W = next_W;
+      }
+      if (goes && is_clear(at_W, start_W)) return true;
+    }
+    return false;
+  }
 
   void begin_leg() {
     leg_.size = 0;
@@ -348,10 +454,7 @@ class Slide {
     Leg all = before_;
     const Leg pushing = pushing_planes(leg_, goal_);
     for (size_t i = 0; i < pushing.size; ++i) {
-      const auto known = std::span(all.planes).first(all.size);
-      if (std::find(known.begin(), known.end(), pushing.planes[i]) == known.end()) {
-        all.planes[all.size++] = pushing.planes[i];
-      }
+      if (!all.holds(pushing.planes[i])) all.planes[all.size++] = pushing.planes[i];
     }
     const bool leaps = std::exchange(leaps_, false);
     for (int round = 0; round < kSettlingRounds; ++round) {
@@ -397,6 +500,13 @@ class Slide {
   Vec3 nearest_W_;  // to the tool, where a leg ended
   int stalls_ = 0;
   bool leaps_ = true;
+  struct Left {
+    Vec3 g_W;
+    Leg leg;
+    PointProjection goal;
+  };
+  std::optional<Left> left_;  // where it stood before the last way around a vertex
+  int leaves_ = 0;
   bool truncated_ = false;
 };
 
@@ -459,6 +569,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
     if (slide.take_leap_back()) {
       while (slide.has_no_plane() && slide.sweeps_on(false)) continue;
     }
+    slide.take_leave_back();
   }
   if (slide.truncated()) move.flags |= kContactTruncated;
 
