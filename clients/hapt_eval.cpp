@@ -267,6 +267,16 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .needs("--mesh");
 }
 
+void run_suite(EvalOptions& options, const Command& command) {
+  const std::string& suite = options.suite;
+  if (suite == "rigid") return run_rigid_suite(options, command);
+  if (suite == "quality") return print_judged(eval_quality(QualityGrain{}), options.json);
+  if (suite == "free") return print_judged(eval_free({}), options.json);
+  if (suite == "rest") return print_judged(eval_rest(RestEval{}), options.json);
+  options.moving.lockstep = options.lockstep;
+  print_judged(eval_moving(options.moving), options.json);
+}
+
 }  // namespace
 
 void add_eval_command(Command& app) {
@@ -276,22 +286,8 @@ void add_eval_command(Command& app) {
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);
   command.action([options, command] {
-    if (options->suite == "moving") {
-      options->moving.lockstep = options->lockstep;
-      print_judged(eval_moving(options->moving), options->json);
-      return;
-    }
-    if (options->suite == "free") {
-      print_judged(eval_free({}), options->json);
-      return;
-    }
-    if (options->suite == "rest") {
-      print_judged(eval_rest(RestEval{}), options->json);
-      return;
-    }
     if (!options->suite.empty()) {
-      options->suite == "rigid" ? run_rigid_suite(*options, command)
-                                : print_judged(eval_quality(QualityGrain{}), options->json);
+      run_suite(*options, command);
       return;
     }
     if (!options->protocol.empty()) {
