@@ -21,7 +21,8 @@ constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken takes this long
 constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing between two faults
 constexpr int64_t kContextNs = 15 * kMs;            // of commands before the first that is judged
-constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, judged as well
+constexpr int64_t kJustBeforeNs = 50 * kMs;  // what the device may still not have caught up with
+constexpr int64_t kSettleNs = 30 * kMs;      // after a fault, judged as well
 constexpr int64_t kLatchPatienceNs = 150 * kMs;
 constexpr int64_t kFoundNs = 100 * kMs;  // stated: a device that lies is found, and zero
 constexpr int64_t kTrustNs = 500 * kMs;  // of an honest device, until the driver believes it again
@@ -40,11 +41,16 @@ void send(pid_t pid, int signal) {
   if (pid > 0) kill(pid, signal);
 }
 
-std::string in_words(const ForceViolation& v, int64_t begin_ns) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%s: %.3f N after %.1f ms, %.3f N allowed",
-                std::string(name_of(v.breach)).c_str(), v.force,
-                1e-6 * static_cast<double>(v.t_ns - begin_ns), v.allowed);
+/// With what the machine stood still just before: nothing, and it is nobody's fault but ours.
+std::string in_words(const ForceViolation& v, int64_t begin_ns, std::span<const Stall> stalls) {
+  const auto ms = [](int64_t ns) { return 1e-6 * static_cast<double>(ns); };
+  char text[224];
+  std::snprintf(
+      text, sizeof text,
+      "%s: %.3f N after %.1f ms, %.3f N allowed (in the %.0f ms before, the machine stood "
+      "still for %.1f ms)",
+      std::string(name_of(v.breach)).c_str(), v.force, ms(v.t_ns - begin_ns), v.allowed,
+      ms(kJustBeforeNs), ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
   return text;
 }
 
@@ -471,7 +477,7 @@ std::vector<std::string> FaultInjector::judge_calm(int64_t until_ns) const {
                          .from_ns = judged_ns_};
   const auto records = session_.records_since(judged_ns_ - kContextNs);
   for (const ForceViolation& v : judge_force(TortureSession::rules(), records, none).violations) {
-    if (v.t_ns < until_ns) broken.push_back(in_words(v, judged_ns_));
+    if (v.t_ns < until_ns) broken.push_back(in_words(v, judged_ns_, none.stalls));
   }
   return broken;
 }
@@ -489,7 +495,7 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   const ForceVerdict verdict =
       judge_force(rules, session_.records_since(done.from_ns - kContextNs), fault);
   for (const ForceViolation& v : verdict.violations) {
-    outcome.violations.push_back(in_words(v, done.begin_ns));
+    outcome.violations.push_back(in_words(v, done.begin_ns, fault.stalls));
   }
   outcome.zero_after_ns = verdict.zero_after_ns;
   outcome.excused = verdict.excused;

@@ -285,6 +285,7 @@ void Supervisor::launch(const Process& process, uint64_t generation, ChildProces
 }
 
 void Supervisor::start(Process& process) {
+  if (&process == &contact_) reap_spare();
   if (&process == &contact_ && spare_.process.is_running()) {
     promote_spare(process);
   } else {
@@ -306,16 +307,19 @@ void Supervisor::promote_spare(Process& contact) {
   contact.child = spare_.promote();
 }
 
+void Supervisor::reap_spare() {
+  const auto status = spare_.process.ended();
+  if (!status) return;
+  write_output(kSpareName, spare_.process, true);
+  const int64_t wait_ns = spare_.put_off(now_ns());
+  log_.write(LogLevel::kWarning, kSpareName,
+             std::string(contact_.program) + " " + how_it_ended(*status, "") +
+                 " while it waited; another one in " + std::to_string(wait_ns / kMs) + " ms");
+}
+
 /// A contact that waits, beside one that runs: prepared at leisure, replaced when it dies.
 void Supervisor::watch_spare(int64_t t_ns) {
-  if (const auto status = spare_.process.ended()) {
-    write_output(kSpareName, spare_.process, true);
-    const int64_t wait_ns = spare_.put_off(t_ns);
-    log_.write(LogLevel::kWarning, kSpareName,
-               std::string(contact_.program) + " " +
-                   how_it_ended(*status, spare_.is_ready() ? "" : spare_.process.preparing) +
-                   " while it waited; another one in " + std::to_string(wait_ns / kMs) + " ms");
-  }
+  reap_spare();
   const bool contact_runs =
       contact_.child.is_running() && contact_.offered_generation == contact_.generation;
   if (!contact_runs || !spare_.is_due(t_ns)) return;

@@ -77,6 +77,7 @@ class Supervisor {
   void start(Process& process);
   void launch(const Process& process, uint64_t generation, ChildProcess& child, int spare_fd = -1);
   void promote_spare(Process& contact);
+  void reap_spare();
   void watch_spare(int64_t t_ns);
   int64_t silence_of(Process& process, int64_t t_ns, int64_t held_up_ns);
   void reap(Process& process);

@@ -187,6 +187,18 @@ TEST_CASE("session: a spare that dies is replaced, one that hangs is not waited 
   CHECK_FALSE(test::is_alive(uint64_t(second)));
 }
 
+TEST_CASE("session: contact and its spare are killed at once, and a new contact is started") {
+  if (!programs_are_built()) return;
+  SparedSession s;
+  const pid_t contact = s.contact(), spare = s.spare;
+  kill(spare, SIGKILL);
+  kill(contact, SIGKILL);
+  CHECK(eventually(
+      [&] { return s.watcher.contact.latest(s.watcher.contact_set) && s.contact() != contact; }));
+  CHECK(s.contact() != spare);
+  CHECK(s.gets_spare_other_than(spare));
+}
+
 TEST_CASE(
     "session: where no spare is wanted none is started, and a dead contact still comes back") {
   if (!programs_are_built()) return;
