@@ -9,7 +9,6 @@
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"
 #include "tests/support/hostile_text.h"
-#include "tests/support/mesh_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -68,7 +67,8 @@ std::string with_unit(std::string text, const std::string& unit) {
 }
 
 void prepare(const std::string& folder) {
-  std::ofstream(folder + "/t.off") << test::as_off(make_box({0.08, 0.08, 0.08}));
+  std::ofstream(folder + "/t.off")  // a corner of a cube of 0.08
+      << "OFF\n4 4 0\n0 0 0\n0.08 0 0\n0 0.08 0\n0 0 0.08\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
   std::ofstream(folder + "/config.sh") << R"(printf '%s\n' '[session]' 'name = "doors"' \
   '[device]' 'kind = "simulated-hand"' '[coupling]' "stiffness = '''$1'''" >doors.toml
 exec hapticd --check-config doors.toml
