@@ -75,14 +75,23 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
   return false;
 }
 
+/// Whether the tick at this time could feel nothing, whatever the contacts were.
+bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
+  const auto it =
+      std::lower_bound(frames.begin(), frames.end(), t_ns,
+                       [](const ServoFrame& f, int64_t wanted) { return f.t_ns < wanted; });
+  return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
+}
+
 /// Poses of a rigid tool that no way led to: placed anew by what contact says, or too far from the
-/// one before.
-void check_places(const std::vector<VerifiedProxy>& rigid, std::span<const RigidPoseJudge> judges,
-                  double size, Penetration& out) {
+/// one before. While the force is closed a hand may pass through objects.
+void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<ServoFrame>& frames,
+                  std::span<const RigidPoseJudge> judges, double size, Penetration& out) {
   const VerifiedProxy* last = nullptr;
   for (const VerifiedProxy& proxy : rigid) {
     const bool is_unknown = (proxy.flags & kContactNoFreePose) != 0;
     out.without_pose += is_unknown;
+    if (is_closed(frames, proxy.answers_t_ns)) last = nullptr;
     if (is_unknown) continue;
     const VerifiedProxy* before = std::exchange(last, &proxy);
     if (before == nullptr) continue;
@@ -125,7 +134,7 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
     out.verified_inside += is_inside;
   }
   const TriangleMesh& tool = baked.tool->shape.mesh;
-  check_places(rigid, judges, norm(tool.upper - tool.lower), out);
+  check_places(rigid, data.frames, judges, norm(tool.upper - tool.lower), out);
 }
 
 /// Of a tool with six degrees of freedom.

@@ -114,8 +114,10 @@ TEST_CASE("summary: a rigid tool that was put on the other side of an object is 
   config.objects[0].extent.z = 4e-3;
   config.objects[0].X_WO.p.z = -2e-3;
   const BakedSession baked = bake_session(config);
-  const auto judged_way = [&](double to, uint32_t flags) {
+  const auto judged_way = [&](double to, uint32_t flags, bool is_paused = false) {
     SessionData data;
+    data.frames.resize(1);
+    if (is_paused) data.frames[0].flags = kServoPaused;
     for (const double z : {10.1e-3, to}) {
       VerifiedProxy proxy;
       proxy.X_WG.p.z = z;
@@ -136,6 +138,7 @@ TEST_CASE("summary: a rigid tool that was put on the other side of an object is 
   // through it, said or not
   CHECK(judged_way(-14.1e-3, kContactReseeded) == Found{1, 1, 0});
   CHECK(judged_way(-14.1e-3, 0) == Found{1, 1, 0});
+  CHECK(judged_way(-14.1e-3, 0, true) == Found{0, 0, 0});
   CHECK(judged_way(-14.1e-3, kContactNoFreePose) == Found{0, 0, 1});
 }
 
