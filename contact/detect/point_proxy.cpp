@@ -129,9 +129,9 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
 
 /// The subgoal, or further that way: where the tool is beside or behind an edge, the nearest point
 /// to it is as near as the tool is to the edge, and the way around would be endless.
-Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W) {
+Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W, double roll) {
   const Vec3 way_W = subgoal_W - g_W;
-  const double way = norm(way_W), roll = kLeastRoll * scene.radius;
+  const double way = norm(way_W);
   return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
 }
 
@@ -150,7 +150,7 @@ Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpa
   const Vec3 foot_W = X_WO * c.point_O;
   const Vec3 outward_W = (p_W - foot_W) / c.distance;
   const double bend = dot(tangent.normal, outward_W);
-  if (bend < kLargestBend) return rolled_on(scene, g_W, subgoal_W);
+  if (bend < kLargestBend) return rolled_on(scene, g_W, subgoal_W, kLeastRoll * scene.radius);
   return foot_W + ((tangent.offset - dot(tangent.normal, foot_W)) / bend) * outward_W;
 }
 
@@ -202,14 +202,16 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   for (; size >= pushing.size && !rest.found; --size) {
     rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
   }
-  if (!rest.found) return rolled_on(scene, g_W, subgoal_W);
+  if (!rest.found) return rolled_on(scene, g_W, subgoal_W, kLeastRoll * scene.radius);
   // it may stand nearer to one of them than it will rest
   const Vec3 out_W = rest.centre_W - tool_W;
   if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
   // there already: the subgoal says whether that is where it rests, or the seam of two flat facets
   const double way = norm(rest.centre_W - g_W);
   if (way <= kNoProgress * scene.epsilon) return subgoal_W;
-  if (way > kFarRest * scene.radius) return rolled_on(scene, g_W, subgoal_W);
+  if (way > kFarRest * scene.radius) {
+    return rolled_on(scene, g_W, subgoal_W, std::min(kLeastRoll * scene.radius, way / 2));
+  }
   double leap = 1;
   for (const HalfSpace& plane : pushing.view()) {
     const double rise = dot(plane.normal, out_W);

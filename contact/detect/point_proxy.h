@@ -63,10 +63,12 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
 /// the next subgoal is the point nearest to p_W on the planes; repeat until nothing is gained.
 /// Every leg is swept, so the proxy never passes a front face, in wedges and on thin plates too. A
 /// point (radius 0) meets facets; a sphere meets their obstacles in configuration space: offset
-/// faces, edge cylinders, vertex spheres. Sources: Zilles & Salisbury 1995 (the point); Ruspini,
-/// Kolarov, Khatib 1997 (the loop over subgoals, the sphere). Deviation: planes are dropped by
-/// multiplier sign, and convergence is reached within the step (the first paper needs two ticks to
-/// cross a convex edge).
+/// faces, edge cylinders, vertex spheres. At a vertex that is neither convex nor concave what is
+/// free is no intersection of half-spaces: a point that planes hold there goes around the vertex to
+/// where the steepest way begins (VertexFan), 1000 epsilon off, and back if that led it no nearer.
+/// Sources: Zilles & Salisbury 1995 (the point); Ruspini, Kolarov, Khatib 1997 (the loop over
+/// subgoals, the sphere). Deviation: planes are dropped by multiplier sign, and convergence is
+/// reached within the step (the first paper needs two ticks to cross a convex edge).
 ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy);
 
 /// What carries the proxy at g_W on this facet: the facet's own plane for a point; for a sphere the
