@@ -68,10 +68,12 @@ void check_field(const DistanceField& field) {
       "a brick of the field out of range");
 }
 
-/// A node's points are there, and its children are the next ones in order.
-bool is_sound(const ShellNode& node, size_t n_points, size_t next_child) {
-  return node.count > 0 && node.first <= n_points && node.count <= n_points - node.first &&
-         node.point < n_points && node.radius >= 0 &&
+/// A node's points are there, no more than there are cubes in one of 2^height times their edge, for
+/// which a search has room; and its children are the next ones in order.
+bool is_sound(const ShellNode& node, size_t height, size_t n_points, size_t next_child) {
+  const uint64_t cubes = uint64_t{1} << std::min<size_t>(3 * height, 63);
+  return node.count > 0 && node.count <= cubes && node.first <= n_points &&
+         node.count <= n_points - node.first && node.point < n_points && node.radius >= 0 &&
          (node.n_children == 0 || node.first_child == next_child);
 }
 
@@ -90,8 +92,9 @@ void check_shell(const Pointshell& shell) {
     // every node is the child of one: a search has room for each of them once
     const size_t next = shell.levels[level + 1];
     size_t child = next;
+    const size_t height = shell.levels.size() - 2 - level;  // above the points
     for (size_t i = shell.levels[level]; i < next; ++i) {
-      require_baked(is_sound(shell.nodes[i], n, child), "a broken node of the shell");
+      require_baked(is_sound(shell.nodes[i], height, n, child), "a broken node of the shell");
       child += shell.nodes[i].n_children;
     }
     const bool is_last = level + 2 == shell.levels.size();

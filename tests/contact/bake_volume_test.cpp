@@ -242,6 +242,8 @@ TEST_CASE("baked volume: every damaged section is refused even with a right chec
       [](Data& d) { d.shell.nodes[0].count = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].point = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].radius = std::nanf(""); },
+      // a search has room for the points of a node two levels above them, 8² at most
+      [](Data& d) { d.shell.nodes[d.shell.levels[d.shell.levels.size() - 4]].count = 65; },
       // a node that is the child of two would be looked into twice
       [](Data& d) { d.shell.nodes[2].first_child = d.shell.nodes[1].first_child; },
       [](Data& d) { d.shell.nodes.back().n_children = 1; }};
