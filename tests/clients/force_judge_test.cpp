@@ -100,6 +100,16 @@ TEST_CASE("judge: zero and soft start break nothing, and the zero is timed") {
   CHECK(judge_force(kRules, account(closed), fault(Effect::kZero, 100, 0)).violations.empty());
 }
 
+TEST_CASE("judge: a fault that has to be found may last so much longer, and no longer") {
+  const auto found = [](double t) { return t < 190 ? 1.0 : 0.0; };
+  JudgedFault lie = fault(Effect::kZero, 100, 0);
+  CHECK(breaks(judge_force(kRules, account(found), lie), ForceBreach::kLateZero));
+  lie.found_ns = 80 * kMs;
+  CHECK(judge_force(kRules, account(found), lie).violations.empty());
+  lie.found_ns = 60 * kMs;
+  CHECK(breaks(judge_force(kRules, account(found), lie), ForceBreach::kLateZero));
+}
+
 TEST_CASE("judge: a force above the largest is caught") {
   const double deep = 7.5e-3;  // 3.75 N
   const auto verdict = judge_force(kRules, account(full, deep), fault(Effect::kNothing, 100, 600));
