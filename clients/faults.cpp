@@ -85,10 +85,13 @@ const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kManyClients, "64 clients attach and die", 2, Effect::kNothing, 0},
     {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 6, Effect::kZero, 0},
     {FaultKind::kDeviceSilent, "device: stops answering", 5, Effect::kSilence, 0},
-    {FaultKind::kDeviceFrozen, "device: the same answer for ever", 3, Effect::kZero, 0, kFoundNs},
-    {FaultKind::kDeviceOldFirst, "device: old answers between", 2, Effect::kZero, 0, kFoundNs},
-    {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs},
-    {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs},
+    {FaultKind::kDeviceFrozen, "device: the same answer for ever", 3, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceOldFirst, "device: old answers between", 2, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs, true},
     {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
     {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
 }};
@@ -488,8 +491,8 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   // where nothing may change, nothing may change afterwards either
   const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
   const JudgedFault fault{
-      info.effect, done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
-      done.from_ns};
+      info.effect,    done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
+      info.is_misled, done.from_ns};
   ForceRules rules = TortureSession::rules();
   rules.zero_ns = info.zero_ns;
   const ForceVerdict verdict =

@@ -57,6 +57,7 @@ struct FaultInfo {
   Effect effect;                           // on the force
   int64_t goal_ns;                         // whole again after that; 0: nothing is stated
   int64_t zero_ns = ForceRules{}.zero_ns;  // where the force is to be zero: after that
+  bool is_misled = false;                  // the device says what is not so
 };
 extern const std::array<FaultInfo, kFaultKinds> kFaults;
 

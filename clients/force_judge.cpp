@@ -18,6 +18,8 @@ constexpr int64_t kLateReadNs = 50 * kMs;  // before a command: the device may h
 constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
 constexpr size_t kInARow = 10;             // commands
 constexpr double kPressing = 2e-3;         // [m]
+// of the largest force: 60 counts of noise turn an arm by 0.016 rad, and the force with it
+constexpr double kMisled = 0.03;
 const WoodenHapticsGeometry kArm;
 
 Vec3 answered_position(const EmulatorRecord& r) {
@@ -86,10 +88,13 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
     if (c.t_ns < fault.from_ns) continue;
-    const double strongest = rules.max_force + kCurrentStep;
+    // the currents are those of the pose that was said, the force is that of the true one
+    const bool misled = fault.is_misled && c.t_ns >= fault.begin_ns - kUnderWayNs;
+    const double step = kCurrentStep + (misled ? kMisled * rules.max_force : 0);
+    const double strongest = rules.max_force + step;
     if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
     if (i + 1 < kAnswers) continue;
-    const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    const double wall = rules.stiffness * c.deepest + c.damper + step;
     if (!lies && !(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
     // from the one before the last: a device that was held up has read the last too late
     const int64_t before_ns = all[i - 1].t_ns;
@@ -99,7 +104,7 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     const double deeper = std::max(0.0, c.depth - all[i - 1].depth);
     const double pushed =
         lies ? rules.stiffness * (c.moved + all[i - 1].moved) : rules.stiffness * deeper + c.damper;
-    const double allowed = all[i - 1].force + pushed + rules.slew * dt + 2 * kCurrentStep;
+    const double allowed = all[i - 1].force + pushed + rules.slew * dt + 2 * step;
     if (!(c.force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, c.force, allowed);
   }
 }

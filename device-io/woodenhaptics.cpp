@@ -160,7 +160,10 @@ void WoodenHaptics::move_to(const MotorCounts& counts) {
 }
 
 bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
-  if (started_ && tick.now_ns - now_ns_ > kHeldUpNs) excused_ns_ = tick.now_ns + kExcusedNs;
+  if (started_ && tick.now_ns - now_ns_ > kHeldUpNs) {
+    excused_ns_ = tick.now_ns + kExcusedNs;
+    doubted_ns_ = 0;
+  }
   now_ns_ = tick.now_ns;
   if (!started_) answered_ns_ = tick.now_ns;
   started_ = true;
@@ -169,7 +172,7 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   // after a silence the first answer may be to an old line: the next one is to a zero, so that zero
   // is what the motors hold when the force returns
   const bool fresh = answered && (!lost_ || returning_);
-  returning_ = lost_ && !fresh && (returning_ || answered);
+  returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
   if (fresh) {
     const Vec3 before_B = last_.X_BH.p;
     const double dt = 1e-9 * static_cast<double>(asked_ns_ - last_.t_ns);

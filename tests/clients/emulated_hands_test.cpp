@@ -31,7 +31,7 @@ TEST_CASE("emulated hands: five of them touch a block, and none is taken for a f
   const HandImpedance hand = GENERATE(from_range(kHandImpedances));
   CAPTURE(hand.name);
   SessionConfig config = load_config(test::from_source("configs/woodenhaptics.toml"));
-  config.armed_at_start = 1;
+  config.safety.armed_at_start = 1;
   BakedSession baked = bake_session(config);
   const ContactShapes shapes = baked.shapes();
   test::EmulatedWoodenHaptics device(arm_in(hand));

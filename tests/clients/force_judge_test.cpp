@@ -100,6 +100,18 @@ TEST_CASE("judge: zero and soft start break nothing, and the zero is timed") {
   CHECK(judge_force(kRules, account(closed), fault(Effect::kZero, 100, 0)).violations.empty());
 }
 
+TEST_CASE("judge: a fault that has to be found may last so much longer, and no longer") {
+  const auto found = [](double t) { return t < 190 ? 1.0 : 0.0; };
+  JudgedFault lie = fault(Effect::kZero, 100, 0);
+  lie.is_misled = true;
+  ForceRules rules = kRules;
+  CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
+  rules.zero_ns = 100 * kMs;
+  CHECK(judge_force(rules, account(found), lie).violations.empty());
+  rules.zero_ns = 80 * kMs;
+  CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
+}
+
 TEST_CASE("judge: a force above the largest is caught") {
   const double deep = 7.5e-3;  // 3.75 N
   const auto verdict = judge_force(kRules, account(full, deep), fault(Effect::kNothing, 100, 600));

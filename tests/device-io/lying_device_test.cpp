@@ -150,3 +150,22 @@ TEST_CASE("lying device: a clamped handle at full force is no fault", "[device-i
   CHECK((w.seen & (kDoubt | kDeviceLost)) == 0);
   CHECK(w.largest_current() > 800);
 }
+
+TEST_CASE("lying device: a servo that is held up, and lines of hapticd meanwhile, are no lie",
+          "[device-io]") {
+  Wall w(pressing("typical", 0.02));
+  w.run(100);
+  for (int round = 0; round < 300; ++round) {
+    w.run(1 + round % 7);
+    // up to four, of which some meet each other in the queue
+    for (int i = 0; i < round % 5; ++i) {
+      w.device.board().receive({kZeroCommand.data(), kZeroCommand.size()});
+      if (round % 2 == 0) w.device.pass(kStart + (w.tick + i) * kMs);
+    }
+    w.tick += 6 + round % 90;
+  }
+  CHECK((w.seen & kDoubt) == 0);
+  w.run(100);
+  CHECK((w.state.flags & (kDoubt | kDeviceLost)) == 0);
+  CHECK(w.largest_current() > 300);
+}

@@ -348,9 +348,11 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
   for (int n = 0; n <= 200; ++n) {
     // an honest device: a line that is no command is answered as such, before the question
     const std::string asked = b.line.hear();
-    if (asked.rfind("]", 0) == 0) b.line.say(answer_of({0, 0, 5 * n - 5}, 256));
-    if (asked.rfind("[]", 0) == 0) b.line.say(answer_of({0, 0, 5 * n - 5}, 512));
-    REQUIRE(b.tick({}, {0, 0, 5 * n}));
+    const std::string echo =
+        asked.rfind("[]", 0) == 0 ? answer_of({0, 0, 5 * n - 5}, 512) : std::string();
+    b.line.say(echo + answer_of({0, 0, 5 * n}));
+    REQUIRE(b.read());
+    b.device->write({});
   }
   // 5 counts of the forearm a millisecond, at the pose half a tick before
   const Vec3 per_count_B = tip_position(kArm, joint_angles(kArm, {0, 0, 1000})) -

@@ -35,8 +35,12 @@ class EmulatedWoodenHaptics final : public Device {
   DeviceCaps caps() const override { return driver_->caps(); }
   std::string description() const override { return driver_->description(); }
   bool read(const TickTime& tick, DeviceState& state) override {
-    for (int64_t t_ns = turned_ns_ + kTurnNs; t_ns <= tick.now_ns; t_ns += kTurnNs) turn(t_ns);
+    pass(tick.now_ns);
     return driver_->read(tick, state);
+  }
+  /// The board goes on meanwhile.
+  void pass(int64_t t_ns) {
+    while (turned_ns_ + kTurnNs <= t_ns) turn(turned_ns_ + kTurnNs);
   }
   void write(const Wrench& F_B) override { driver_->write(F_B); }
   void stop() override { driver_->stop(); }
