@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
 #include "clients/lockstep.h"
 #include "clients/scripted_hand.h"
-#include "contact/detect/clear_pose.h"
 #include "proto/renderer.h"
 
 namespace haptic {
@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kTick = 1e-3;     // [s]
 constexpr double kEnough = 0.1;    // that a distance is looked for [m]: 2.5 times 2 m/s for 20 ms
+constexpr double kProvable = 0.9;  // of a distance, that who detects must know
 constexpr uint64_t kRelease = 3;   // ages
 constexpr uint32_t kOldest = 20;   // [ticks]
 constexpr double kTouch = 0.2e-3;  // no nearer to an object is a tool let down [m]
@@ -24,7 +25,7 @@ std::vector<FreeScene> scenes_of(const FreeEval& eval) {
   std::vector<FreeScene> scenes{peg_over_hole()};
   if (!eval.all_scenes) return scenes;
   scenes.push_back(box_over_moving_plate());
-  for (const uint64_t seed : eval.seeds) scenes.push_back(bumpy_balls(seed));
+  scenes.push_back(bumpy_balls(eval.seed));
   return scenes;
 }
 
@@ -38,9 +39,45 @@ Vec3 touch_from_above(const FreeScene& scene, bool as_point) {
   return p;
 }
 
+/// Largest of the forces and torques of a tick; NaN where one is not finite.
 double felt_in(const ServoFrame& frame) {
   const Wrench &F = frame.F_coupling_W, &held = frame.F_device_B;
+  if (!is_finite(F) || !is_finite(held)) return std::numeric_limits<double>::quiet_NaN();
   return std::max({norm(F.f), norm(F.t), norm(held.f), norm(held.t)});
+}
+
+std::vector<uint32_t> ages_of(const FreeEval& eval) {
+  if (!eval.ages.empty()) return eval.ages;
+  std::vector<uint32_t> ages(kOldest);
+  std::iota(ages.begin(), ages.end(), 1);
+  return ages;
+}
+
+/// Adds what each renderer of a point, or of a body, comes to in a scene.
+void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
+                 std::vector<FreeFound>& found) {
+  const std::vector<FreeRenderer>& renderers = free_renderers();
+  for (const FreeHand& hand : free_hands(touch_from_above(scene, as_point), eval.seed)) {
+    FreeWay way(scene, hand, as_point);
+    for (size_t i = 0; i < renderers.size(); ++i) {
+      if (is_of_body(renderers[i].renderer) == as_point) continue;
+      for (const uint32_t age : ages_of(eval)) {
+        found[i].add(judge_free(renderers[i], way, age, eval.ticks));
+      }
+    }
+  }
+}
+
+std::vector<Row> rows_of(const std::string& name, const FreeFound& found) {
+  Rows rows(name);
+  rows.add("ticks", static_cast<double>(found.ticks), "");
+  rows.add("ticks that may touch, and do", static_cast<double>(found.touched), "");
+  rows.add("free ticks", static_cast<double>(found.free), "");
+  rows.add("free ticks in which something is felt", static_cast<double>(found.felt), "", 0,
+           found.felt == 0 && found.free > 0);
+  rows.add("force or torque in them, max", found.largest, "N", 0, found.largest == 0);
+  if (found.felt > 0) rows.note("the most was felt", found.where);
+  return rows.rows();
 }
 
 }  // namespace
@@ -61,7 +98,8 @@ const std::vector<FreeRenderer>& free_renderers() {
 }
 
 void FreeFound::add(const FreeFound& other) {
-  ticks += other.ticks, free += other.free, felt += other.felt;
+  ticks += other.ticks, touched += other.touched;
+  free += other.free, felt += other.felt;
   if (!(other.largest > largest)) return;
   largest = other.largest;
   where = other.where;
@@ -95,14 +133,15 @@ double FreeWay::distance(size_t object, uint64_t tick) {
 }
 
 bool FreeWay::is_free(uint64_t asked, uint64_t now) {
+  double nearest = kEnough, travel = 0;
   for (size_t object = 0; object < oracles_.size(); ++object) {
     const Pose then = in_object(object, asked), here = in_object(object, now);
     const double way = norm(here * middle_T_ - then * middle_T_);
     const double angle = norm(to_rotation_vector(here.q * conjugate(then.q)));
-    const double travel = way + angle * radius_;
-    if (!(distance(object, asked) > (travel + layer_) / kLeastShare)) return false;
+    travel = std::max(travel, way + angle * radius_);
+    nearest = std::min(nearest, distance(object, asked));
   }
-  return true;
+  return kProvable * nearest > travel + layer_;
 }
 
 FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks) {
@@ -119,57 +158,33 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
     const ContactSet* const set = session.contacts();
     if (set == nullptr) continue;
     ++found.ticks;
-    if (!way.is_free(set->answers_tick, k)) {
-      free_since = k + 1 + kRelease * age;
-      continue;
-    }
-    if (k < free_since) continue;
-    ++found.free;
+    if (!way.is_free(set->answers_tick, k)) free_since = k + 1 + kRelease * age;
     const double felt = felt_in(session.frame());
     // NaN is felt too
-    if (felt == 0) continue;
-    ++found.felt;
+    const uint64_t is_felt = felt == 0 ? 0 : 1;
+    if (k < free_since) {
+      found.touched += is_felt;
+      continue;
+    }
+    ++found.free;
+    found.felt += is_felt;
     found.largest = std::max(found.largest, felt);
   }
   return found;
 }
 
 std::vector<Row> eval_free(const FreeEval& eval) {
-  std::vector<uint32_t> ages = eval.ages;
-  if (ages.empty()) {
-    ages.resize(kOldest);
-    std::iota(ages.begin(), ages.end(), 1);
-  }
   const std::vector<FreeRenderer>& renderers = free_renderers();
   std::vector<FreeFound> found(renderers.size());
-  const std::vector<FreeScene> scenes = scenes_of(eval);
-  for (const FreeScene& scene : scenes) {
-    for (const bool as_point : {true, false}) {
-      const Vec3 touch = touch_from_above(scene, as_point);
-      for (const FreeHand& hand : free_hands(touch, eval.seeds[0])) {
-        FreeWay way(scene, hand, as_point);
-        for (size_t i = 0; i < renderers.size(); ++i) {
-          if (is_of_body(renderers[i].renderer) == as_point) continue;
-          for (const uint32_t age : ages) {
-            found[i].add(judge_free(renderers[i], way, age, eval.ticks));
-          }
-        }
-      }
-    }
+  for (const FreeScene& scene : scenes_of(eval)) {
+    for (const bool as_point : {true, false}) judge_scene(scene, as_point, eval, found);
   }
-  Rows all("free");
-  all.note("machine", machine_line());
+  Rows rows("free");
+  rows.note("machine", machine_line());
   for (size_t i = 0; i < renderers.size(); ++i) {
-    Rows rows(renderers[i].name);
-    rows.add("ticks", static_cast<double>(found[i].ticks), "");
-    rows.add("free ticks", static_cast<double>(found[i].free), "");
-    rows.add("free ticks in which something is felt", static_cast<double>(found[i].felt), "", 0,
-             found[i].felt == 0 && found[i].free > 0);
-    rows.add("force or torque in them, max", found[i].largest, "N", 0, found[i].largest == 0);
-    if (found[i].felt > 0) rows.note("the most was felt", found[i].where);
-    all.append(rows.rows());
+    rows.append(rows_of(renderers[i].name, found[i]));
   }
-  return all.rows();
+  return rows.rows();
 }
 
 }  // namespace haptic

@@ -25,11 +25,12 @@ const std::vector<FreeRenderer>& free_renderers();
 
 /// What the ticks of a run came to.
 struct FreeFound {
-  uint64_t ticks = 0;  // with contacts
-  uint64_t free = 0;   // in which nobody could have touched anything
-  uint64_t felt = 0;   // of these, in which something was felt
-  double largest = 0;  // of the forces in these [N]
-  std::string where;   // that was: scene, hand, age
+  uint64_t ticks = 0;    // with contacts
+  uint64_t touched = 0;  // in which something was felt that may be: the hands do come near
+  uint64_t free = 0;     // in which nobody could have touched anything
+  uint64_t felt = 0;     // of these, in which something was felt
+  double largest = 0;    // of the forces and torques in these [N], [N·m]
+  std::string where;     // that was: scene, hand, age
 
   void add(const FreeFound& other);
 };
@@ -41,9 +42,9 @@ class FreeWay {
   FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point);
 
   /// Whether an answer made at tick `asked` may prove that the tool of tick `now` is free:
-  /// nine tenths of its distance from each object then were more than its middle has moved against
-  /// that object since, plus the angle by which it has turned times its radius, plus what a
-  /// detector may add to surfaces, √3 bands.
+  /// nine tenths of its distance from the nearest object then were more than its middle has moved
+  /// since against any of them, plus the angle by which it has turned times its radius, plus what a
+  /// detector may add to surfaces, √3 bands. One bound for all objects, as a set has one clearance.
   bool is_free(uint64_t asked, uint64_t now);
 
   const FreeScene& scene() const { return scene_; }
@@ -62,14 +63,14 @@ class FreeWay {
 };
 
 /// Runs a session in lockstep, with answers `age` ticks late. Judged are the ticks in which the
-/// tool is free, and was for `release` ages before: until then a proxy that was held may follow.
+/// tool is free, and was for three ages before: until then a proxy that was held may follow.
 FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks);
 
 struct FreeEval {
-  uint64_t ticks = 300;            // of each run
-  std::vector<uint32_t> ages;      // none: 1 to 20
-  std::vector<uint64_t> seeds{1};  // of generated bodies and hands
-  bool all_scenes = true;          // else the peg alone
+  uint64_t ticks = 200;        // of each run
+  std::vector<uint32_t> ages;  // of the answers; none: 1 to 20 [ticks]
+  uint64_t seed = 1;           // of generated bodies and hands
+  bool all_scenes = true;      // else the peg alone
 };
 
 /// The whole of `hapt eval --suite free`. Throws MeshError.

@@ -20,6 +20,7 @@ struct PushingObject {
 struct ClearanceModel {
   MeshShape tool;
   ToolBody body{};
+  double least = 0;  // a clearance below this is of no use [m]
   std::vector<PushingObject> objects;
 };
 
@@ -42,7 +43,7 @@ struct ClearPose {
 /// these poses at which nothing does. Moves the centre of mass on a straight line and turns about
 /// it at one rate; a motion by v that turns by θ moves no point of a body of radius r by more than
 /// |v| + rθ. Distances are lower bounds by mesh_distance, at least kLeastShare of what they are
-/// where a thousand boxes tell; 0.5 m stand for all that is further.
+/// where a few thousand boxes tell; 0.5 m stand for all that is further.
 ClearPose clear_pose(const ClearanceModel& model, ClearanceState& state, std::span<const Pose> X_WO,
                      const Pose& from, const Pose& to);
 

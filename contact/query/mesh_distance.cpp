@@ -38,7 +38,9 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     for (size_t i = 0; i < batch.n; ++i) {
       const double distance = std::sqrt(batch.distance_squared[i]);
       if (!(distance < result.at_least)) continue;
-      result = {true, {pairs[i], measured(batch, i)}, distance};
+      result.found = true;
+      result.nearest = {pairs[i], measured(batch, i)};
+      result.at_least = distance;
     }
     batch.n = 0;
   };
@@ -46,11 +48,12 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     add(*search.witness);
     measure_added();
   }
+  const auto is_too_near = [&] { return result.found && result.at_least < search.least; };
   // each level opens one branch into two
   std::array<Branch, 2 * kMaxTreeDepth + 2> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {{0, 0}, apart({0, 0})};
-  for (size_t compared = 0; n_waiting > 0 && compared < search.most_boxes; compared += 2) {
+  while (n_waiting > 0 && result.n_boxes < search.most_boxes && !is_too_near()) {
     const Branch branch = waiting[--n_waiting];
     if (!(branch.at_least < search.share * result.at_least)) continue;
     const ObbNode &a = tree_A.nodes[branch.nodes.a], &b = tree_B.nodes[branch.nodes.b];
@@ -66,8 +69,13 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     std::array<NodePair, 2> halves = opened(branch.nodes, tree_A, tree_B);
     Branch first{halves[0], apart(halves[0])}, second{halves[1], apart(halves[1])};
     if (first.at_least < second.at_least) std::swap(first, second);
+    result.n_boxes += 2;
     waiting[n_waiting++] = first;
     waiting[n_waiting++] = second;
+  }
+  if (is_too_near()) {
+    result.at_least = 0;
+    return result;
   }
   result.at_least *= search.share;
   while (n_waiting > 0) result.at_least = std::min(result.at_least, waiting[--n_waiting].at_least);

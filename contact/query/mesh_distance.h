@@ -13,6 +13,7 @@ struct MeshDistance {
   bool found = false;
   NearPair nearest;     // in A
   double at_least = 0;  // no two points are nearer [m]; the distance itself, the limit, or a bound
+  size_t n_boxes = 0;   // pairs of them that were compared
 };
 
 /// Where a search for the distance of two meshes may end early.
@@ -20,6 +21,7 @@ struct DistanceSearch {
   double limit = std::numeric_limits<double>::infinity();  // what is further is not found [m]
   const TrianglePair* witness = nullptr;  // a pair that was near before, asked first
   double share = 1;  // what is no nearer than this share of what was found is not looked at
+  double least = 0;  // once something nearer is found nothing more is, and at_least is 0 [m]
   size_t most_boxes = std::numeric_limits<size_t>::max();  // pairs of them that are compared
 };
 

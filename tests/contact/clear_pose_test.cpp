@@ -4,6 +4,8 @@
 #include "contact/detect/clear_pose.h"
 
 #include <array>
+#include <catch2/catch.hpp>
+#include <memory>
 
 #include "contact/shape/machine_parts.h"
 #include "proto/math/motion_metric.h"
@@ -33,8 +35,10 @@ struct ClearPair {
     for (const Vec3& v : pair.tool.mesh.view().vertices) {
       body.radius = std::max(body.radius, norm(v - body.centre_T));
     }
-    model = {
-        pair.tool.view(), body, {{pair.object.view(), push_layer(voxel, pair.objects[0], false)}}};
+    model = {pair.tool.view(),
+             body,
+             0,
+             {{pair.object.view(), push_layer(voxel, pair.objects[0], false)}}};
   }
   ClearPose clear(const Pose& from, const Pose& to) {
     const std::array<Pose, 1> X_WO{};
@@ -89,7 +93,9 @@ TEST_CASE("clear pose: within what is clear nothing pushes and nothing meets", "
     const double clearance = c.clear(X, X).clearance;
     if (!(clearance > 0)) continue;
     ++n_clear;
-    shares += clearance / (mesh_distance(c.pair.object.view(), c.pair.tool.view(), X).at_least);
+    const double layer = c.model.objects[0].layer;
+    shares +=
+        (clearance + layer) / mesh_distance(c.pair.object.view(), c.pair.tool.view(), X).at_least;
     for (int k = 0; k < 10; ++k) {
       const Pose there = c.moved_by(X, clearance, random);
       REQUIRE(c.touching(there) == 0);
@@ -97,7 +103,7 @@ TEST_CASE("clear pose: within what is clear nothing pushes and nothing meets", "
     }
   }
   CHECK(n_clear > trials(60) / 3);
-  CHECK(shares > 0.5 * static_cast<double>(n_clear));
+  CHECK(shares > 0.85 * static_cast<double>(n_clear));
 }
 
 TEST_CASE("clear pose: leads as far as the way is free", "[contact]") {
@@ -107,16 +113,27 @@ TEST_CASE("clear pose: leads as far as the way is free", "[contact]") {
   // the whole way, and what is clear at its end
   const ClearPose free = c.clear(above, far);
   CHECK(free.X_WT == far);
-  CHECK(free.clearance == Approx(0.088).margin(1.5 * kVoxel));
+  CHECK(free.clearance < 0.088);
+  CHECK(free.clearance > 0.9 * 0.088 - kVoxel);
   // through the plate there is none
   const ClearPose held = c.clear(above, {{0, 0, -0.1}, {}});
-  CHECK(held.X_WT.p.z > 0.012);
-  CHECK(held.X_WT.p.z < 0.0145);
+  CHECK(held.clearance > 0);
+  CHECK(held.X_WT.p.z - held.clearance > 0.012);
   CHECK_FALSE(c.meets(held.X_WT));
   // where something touches it is known to be nowhere
   const Pose inside{{0, 0, 0.0119}, {}};
   CHECK(c.clear(inside, far).X_WT == inside);
   CHECK(c.clear(inside, far).clearance == 0);
   // half a metre stands for what is further
-  CHECK(c.clear({{0, 0, 3}, {}}, {{0, 0, 3}, {}}).clearance == 0.5);
+  CHECK(c.clear({{0, 0, 3}, {}}, {{0, 0, 3}, {}}).clearance == Approx(0.5));
+}
+
+TEST_CASE("clear pose: what is too little to be of use is not looked for", "[contact]") {
+  ClearPair c(make_box({0.1, 0.1, 0.004}), make_box({0.02, 0.02, 0.02}), VoxelForce::kField, 0);
+  const Pose near{{0, 0, 0.0145}, {}}, hand{{0, 0, 0.0146}, {}};
+  CHECK(c.clear(near, near).clearance > 1e-3);
+  c.model.least = 2e-3;
+  CHECK(c.clear(near, near).clearance == 0);
+  // but a tool that is behind its hand is led
+  CHECK(c.clear(near, hand).X_WT == hand);
 }

@@ -159,6 +159,8 @@ TEST_CASE("near pairs: all that brute force finds, and the mesh distance with th
     const double least = mesh_distance(A.view(), B.view(), X_AB, search).at_least;
     REQUIRE(least <= all.least);
     REQUIRE(least >= search.share * all.least);
+    search.least = 3 * all.least;
+    REQUIRE(mesh_distance(A.view(), B.view(), X_AB, search).at_least == 0);
   }
   CHECK(n_near > 0);
 }

@@ -112,6 +112,29 @@ TEST_CASE("free space: a hand of 2 m/s and 10 rad/s feels exactly nothing, answe
   }
 }
 
+TEST_CASE("free space: a proxy with mass is not held back by its contacts' age", "[servo]") {
+  ServoModel model = voxel_model();
+  model.proxy.solver = SoftSolver::kPenaltyDynamics;
+  model.coupling.translational_damping = 10;
+  ServoState state;
+  const auto set = empty_set(0.05);
+  // from rest to 2 m/s in 0.1 s: 20 m/s² of 0.1 kg
+  const auto hand = [](int64_t k) {
+    const double t = 1e-3 * static_cast<double>(std::max<int64_t>(k, 0));
+    return Vec3{t < 0.1 ? 10 * t * t : 0.1 + 2 * (t - 0.1), 0, 0};
+  };
+  for (int64_t k = 1; k <= 200; ++k) {
+    set->X_WG.p = hand(k - 20);
+    set->seq = static_cast<uint64_t>(k);
+    set->answers_t_ns = (k - 20) * kMs;
+    ServoInput input = input_at(k, hand(k), set.get());
+    input.device.V_BH.v = (hand(k) - hand(k - 1)) / 1e-3;
+    const ServoFrame f = step_armed(model, state, input);
+    REQUIRE(norm(f.F_coupling_W.f) < 4);
+    if (k == 200) CHECK(norm(f.F_coupling_W.f) < 0.2);
+  }
+}
+
 TEST_CASE("free space: beyond it the proxy goes its share of half a band a tick", "[servo]") {
   const int64_t age = 20;
   const double clearance = 0.01;
