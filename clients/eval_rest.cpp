@@ -45,9 +45,10 @@ std::vector<Row> rows_of(const std::string& name, const RestCount& count, bool i
     rows.add(metric, static_cast<double>(n), "", 0, n == 0);
   };
   counted("ticks in contact", count.touching);
+  counted("of them not at rest within the tick", count.restless);
   const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
   const double share = 1 - static_cast<double>(count.restless) / ticks;
-  rows.add("of them at rest within the tick", share, "", kRestShare, share >= kRestShare);
+  rows.add("share at rest within the tick", share, "", kRestShare, share >= kRestShare);
   counted("ticks at a solver's limit", count.limits);
   if (!is_point) return rows.rows();
   counted("places that ways are tried from", count.judged);
