@@ -223,6 +223,9 @@ void read_primitive(Section& section, ShapeConfig& shape) {
       read_nut(section, shape);
       break;
   }
+  if (!is_finite(shape.extent)) {
+    section.fail_at("primitive", "has dimensions too large to add up; make them smaller");
+  }
   shape.size = std::max({shape.extent.x, shape.extent.y, shape.extent.z});
 }
 

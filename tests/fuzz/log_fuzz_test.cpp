@@ -34,7 +34,8 @@ constexpr uint8_t kFooter = 0x02, kMessage = 0x05, kChunk = 0x06;
 std::string valid_file(const std::string& folder) {
   const std::string path = folder + "/seed.mcap";
   {
-    TraceWriter trace(path, recording_metadata("fuzz", "[session]\nname = \"fuzz\"\n"));
+    // the same bytes on each machine
+    TraceWriter trace(path, {{"session", "fuzz"}, {"config", "[session]\nname = \"fuzz\"\n"}});
     for (int i = 0; i < 12; ++i) {
       ServoFrame frame{};
       frame.tick = static_cast<uint64_t>(i);
