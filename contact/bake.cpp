@@ -23,10 +23,8 @@ namespace {
 
 constexpr size_t kEyeTriangles = 20000;
 constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
-// of the longest side [m]: beyond any workspace, and so far from the limits of a double that the
-// fourth powers of lengths, which normals take, neither overflow nor vanish
-constexpr double kSmallestSize = 1e-9, kLargestSize = 1e6;
-constexpr double kSmallestCoordinate = 1e-40;  // [m]; what is less is 0, for the same reason
+// what is less is 0, so that the fourth powers of lengths, which normals take, do not vanish [m]
+constexpr double kSmallestCoordinate = 1e-40;
 constexpr char kGridMark = '\t';  // begins the lines of the report that explain the grid
 constexpr std::string_view kPrimitive = "primitive:";
 
@@ -103,10 +101,6 @@ void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& r
                     " but the file at unit " + unit_name(object.unit) + " is " +
                     millimetres(report.size) +
                     ": correct unit or size, or unit = \"any\" to scale");
-  }
-  if (!(report.size >= kSmallestSize && report.size <= kLargestSize)) {
-    throw MeshError(report.file + ": its longest side is " + millimetres(report.size) +
-                    ", which nobody can touch; correct unit or size, or export it again");
   }
   for (Vec3& p : soup.points) {
     for (int k = 0; k < 3; ++k) {
