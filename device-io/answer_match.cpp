@@ -33,27 +33,38 @@ void AnswerMatch::doubt(int weight) noexcept {
 
 Challenge AnswerMatch::ask(bool may) noexcept {
   ++asked_;
-  alone_ = settled_ && owed_ == 0;
+  // asked again before the echo: it may still come, behind it one answer more
+  const bool awaited = awaits_echo();
+  alone_ = !awaited && settled_ && owed_ == 0;
   const bool due = !alone_ || asked_ >= apart_;
-  echo_ = Challenge::kNone;
-  if (may && due) echo_ = settled_ ? Challenge::kNotThree : Challenge::kNoBegin;
-  owed_ = std::min(owed_ + (awaits_echo() ? 2 : 1), kMostOwed);
-  return echo_;
+  const bool challenges = !awaited && may && due;
+  if (challenges) {
+    echo_ = settled_ ? Challenge::kNotThree : Challenge::kNoBegin;
+    ahead_ = owed_;
+    behind_ = 0;
+  }
+  behind_ = std::min(behind_ + 1, kMostOwed);
+  owed_ = std::min(owed_ + (challenges ? 2 : 1), kMostOwed);
+  return challenges ? echo_ : Challenge::kNone;
 }
 
 bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
   if (awaits_echo() && error == static_cast<int32_t>(echo_)) {
     echo_ = Challenge::kNone;
     settled_ = true;
-    owed_ = 1;  // the answer to the question itself
+    owed_ = behind_;
     asked_ = 0;
     apart_ = draw_apart();
     return true;
   }
   const bool surplus = owed_ == 0, failed = awaits_echo() && alone_;
+  // no line is left that this could be the answer to, but one behind the challenge
+  const bool jumped = awaits_echo() && ahead_ == 0;
+  if (jumped) echo_ = Challenge::kNone;
+  ahead_ = std::max(ahead_ - 1, 0);
   owed_ = std::max(owed_ - 1, 0);
   alone_ = false;
-  if (settled_ && !surplus && !awaits_echo()) {
+  if (settled_ && !surplus && !jumped) {
     doubt(-1);
     return false;
   }

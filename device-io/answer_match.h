@@ -49,6 +49,8 @@ class AnswerMatch {
   Challenge echo_ = Challenge::kNone;  // expected
   bool alone_ = false;                 // nothing else was under way with the challenge
   int owed_ = 0;                       // answers that may still come
+  int ahead_ = 0;                      // of them before the echo
+  int behind_ = 0;                     // and behind it
   int asked_ = 0;                      // questions since the last echo
   int apart_ = kMostApart;             // until the next challenge
   int doubt_ = 0;                      // shrinks by one with each answer that matches

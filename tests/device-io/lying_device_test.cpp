@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <random>
 
 #include "device-io/hand_impedance.h"
 #include "tests/support/emulated_woodenhaptics.h"
@@ -168,4 +169,29 @@ TEST_CASE("lying device: a servo that is held up, and lines of hapticd meanwhile
   w.run(100);
   CHECK((w.state.flags & (kDoubt | kDeviceLost)) == 0);
   CHECK(w.largest_current() > 300);
+}
+
+TEST_CASE("lying device: an honest one behind a busy machine is believed, however late it is") {
+  // bytes that wait for a processor, up to what a device may be silent; by a constant or by chance
+  const int most_ms = GENERATE(3, 6, 9, 12, 15), by_chance = GENERATE(0, 1);
+  Wall wall(pressing("stiff-arm", 5e-3));
+  wall.run(200);
+  std::mt19937 random(5);
+  int lost = 0;
+  constexpr int kTicks = 3000;
+  for (int i = 0; i < kTicks; ++i) {
+    if (i % 7 == 0) {
+      const double share = by_chance != 0 ? std::uniform_real_distribution<>(0, 1)(random) : 1;
+      wall.device.delay_ns = static_cast<int64_t>(share * most_ms * kMs);
+    }
+    wall.step();
+    lost += (wall.state.flags & kDeviceLost) != 0;
+  }
+  CAPTURE(most_ms, by_chance, lost);
+  CHECK((wall.seen & kDoubt) == 0);
+  CHECK(lost == 0);
+  // and as soon as the machine is idle again it is as before
+  wall.device.delay_ns = 0;
+  wall.run(100);
+  CHECK((wall.state.flags & (kDeviceLost | kDeviceHomed | kDoubt)) == kDeviceHomed);
 }

@@ -409,7 +409,7 @@ TEST_CASE("woodenhaptics driver: stop is obeyed by a firmware that was held up m
       const std::string bytes = b.line.hear(0);
       firmware.receive(bytes);
       firmware.turn(now_ns());
-      if (!firmware.answer().empty()) b.line.say(std::string(firmware.answer()));
+      if (!firmware.answer().empty()) b.line.pass(firmware.answer());
     }
   });
   b.device->stop();

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <deque>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -45,6 +46,9 @@ class EmulatedWoodenHaptics final : public Device {
   void write(const Wrench& F_B) override { driver_->write(F_B); }
   void stop() override { driver_->stop(); }
 
+  /// Of what the board says, until the driver can read it; the order stays.
+  int64_t delay_ns = 0;
+
   EmulatedDevice& board() { return board_; }
   const WoodenHaptics& driver() const { return *driver_; }
 
@@ -56,7 +60,10 @@ class EmulatedWoodenHaptics final : public Device {
     const std::string asked = hear();
     board_.receive({asked.data(), asked.size()});
     board_.turn(t_ns);
-    say(board_.answer());
+    if (!board_.answer().empty()) under_way_.emplace_back(t_ns + delay_ns, board_.answer());
+    for (; !under_way_.empty() && under_way_.front().first <= t_ns; under_way_.pop_front()) {
+      say(under_way_.front().second);
+    }
   }
   void say(std::string_view text) const {
     const auto size = static_cast<ssize_t>(text.size());
@@ -71,6 +78,7 @@ class EmulatedWoodenHaptics final : public Device {
   }
 
   EmulatedDevice board_;
+  std::deque<std::pair<int64_t, std::string>> under_way_;
   FileDescriptor wire_;
   std::unique_ptr<WoodenHaptics> driver_;
   int64_t turned_ns_ = 999'000'000;  // the first tick of virtual time is at one second

@@ -35,12 +35,17 @@ class PtyLine {
 
   const std::string& name() const { return name_; }
 
-  /// Returns once there is something to read at the other end: the kernel passes it on in a thread
-  /// of its own. Not for longer than somebody else may need to read it first.
-  void say(std::string_view text) const {
+  /// For a thread beside the one that reads.
+  void pass(std::string_view text) const {
     if (write(master_.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
       throw std::runtime_error("the line is full");
     }
+  }
+
+  /// Returns once there is something to read at the other end: the kernel passes it on in a thread
+  /// of its own.
+  void say(std::string_view text) const {
+    pass(text);
     pollfd arriving{slave_.get(), POLLIN, 0};
     poll(&arriving, 1, 50);
   }
