@@ -91,7 +91,7 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
     if (radius > 0 || k % eval.every != 0 || force < kLeastForce) continue;
     ++count.judged;
     count.inside += ways.holds(frame.X_WG.p);
-    const FreeWay way =
+    const FoundWay way =
         ways.free_way(proxy, tool, kLeastGain / kStiffness, eval.directions, seed + k);
     count.caught += way.found;
     const double gain = way.found ? kStiffness * way.gain : 0;

@@ -8,7 +8,7 @@
 namespace haptic {
 
 /// A straight way that a proxy at rest could still go.
-struct FreeWay {
+struct FoundWay {
   bool found = false;
   Vec3 end_O;
   double gain = 0;  // |proxy − tool| − |end − tool| [m]
@@ -31,7 +31,7 @@ class WayJudge {
   /// The best of so many straight ways from the proxy, in directions that near the tool, of 10 µm
   /// to 3 mm, that is free but for its first nanometre, in which the roundings of the proxy are,
   /// and gains more than `least` [m]. The same directions for the same seed.
-  FreeWay free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
+  FoundWay free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
                    uint64_t seed) const;
 
  private:

@@ -2,6 +2,7 @@
 // hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 
 #include "clients/hapt_commands.h"
@@ -20,7 +21,11 @@ void say(const ControlOptions& options, const std::string& line) {
   constexpr std::string_view kError = "error: ";
   const std::string answer = say_to_session(options.session, line);
   if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
-  std::cout << printable(answer, kLongestAnswer) << '\n';
+  // a session file has many lines
+  std::istringstream lines(answer);
+  for (std::string one; std::getline(lines, one);) {
+    std::cout << printable(one, kLongestAnswer) << '\n';
+  }
 }
 
 void add_word(Command& app, const std::string& word, const std::string& help) {

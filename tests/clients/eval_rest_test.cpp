@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"
 
-using haptic::FreeWay;
+using haptic::FoundWay;
 using haptic::MeshShapeData;
 using haptic::RestCount;
 using haptic::RestEval;
@@ -72,7 +72,7 @@ TEST_CASE("rest: ways from a place that holds, beside one, and inside", "[lab]")
   const WayJudge judge(box.view().mesh);
   const Vec3 tool{0.01, 0.02, 0.04}, foot{0.01, 0.02, 0.05};
   CHECK_FALSE(judge.free_way(foot, tool, kLeast, kDirections, 1).found);
-  const FreeWay aside = judge.free_way(foot + Vec3{2e-3, 0, 0}, tool, kLeast, kDirections, 1);
+  const FoundWay aside = judge.free_way(foot + Vec3{2e-3, 0, 0}, tool, kLeast, kDirections, 1);
   CHECK(aside.found);
   // the way back to the foot is worth this
   const double most = std::hypot(0.01, 2e-3) - 0.01;

@@ -138,7 +138,7 @@ TEST_CASE("account: a file that cannot be read is named") {
   CHECK(account.unreadable.front().find("/no/such/file.mcap") != std::string::npos);
 }
 
-TEST_CASE("faults: a hundred hold every kind, and the servo and hapticd five of them at most") {
+TEST_CASE("faults: a hundred hold every kind, and the servo and hapticd six of them at most") {
   int sum = 0, servo_and_hapticd = 0;
   for (size_t i = 0; i < kFaults.size(); ++i) {
     CHECK(static_cast<size_t>(kFaults[i].kind) == i);
@@ -148,7 +148,7 @@ TEST_CASE("faults: a hundred hold every kind, and the servo and hapticd five of 
     if (counts) servo_and_hapticd += kFaults[i].share;
   }
   CHECK(sum == 100);
-  CHECK(servo_and_hapticd <= 5);
+  CHECK(servo_and_hapticd <= 6);
 }
 
 }  // namespace haptic

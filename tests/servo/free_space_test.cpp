@@ -115,6 +115,7 @@ TEST_CASE("free space: a hand of 2 m/s and 10 rad/s feels exactly nothing, answe
 TEST_CASE("free space: a proxy with mass is not held back by its contacts' age", "[servo]") {
   ServoModel model = voxel_model();
   model.proxy.solver = SoftSolver::kPenaltyDynamics;
+  model.limits.velocity_limit = 3;
   model.coupling.translational_damping = 10;
   ServoState state;
   const auto set = empty_set(0.05);
