@@ -68,7 +68,7 @@ bool WayJudge::is_free(const Vec3& from_O, const Vec3& to_O) const {
 }
 
 FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
-                           uint64_t seed) const {
+                            uint64_t seed) const {
   std::mt19937_64 random(seed);
   const Vec3 way_O = tool_O - proxy_O;
   const double far = norm(way_O);

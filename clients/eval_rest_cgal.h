@@ -32,7 +32,7 @@ class WayJudge {
   /// to 3 mm, that is free but for its first nanometre, in which the roundings of the proxy are,
   /// and gains more than `least` [m]. The same directions for the same seed.
   FoundWay free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
-                   uint64_t seed) const;
+                    uint64_t seed) const;
 
  private:
   struct Tree;

@@ -51,7 +51,7 @@ struct JudgedFault {
   int64_t over_ns = 0;             // when its cause was gone; 0: not known, as with a dead servo
   int64_t soft_ns = 0;             // where a new servo's soft start began; 0: with the last zero
   std::vector<Stall> stalls = {};  // what a witness measured; stated times are longer by as much
-  bool is_misled = false;  // the device says what is not so, and nobody can know it at once
+  bool is_misled = false;          // the device says what is not so, and nobody can know it at once
   int64_t from_ns = 0;  // commands before it are context: what breaks there is not this fault's
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one back.
+// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one
+// back.
 #include <iostream>
 #include <memory>
 #include <sstream>

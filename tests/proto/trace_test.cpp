@@ -495,8 +495,7 @@ TEST_CASE("csv: mistakes are told with file and line") {
 
 TEST_CASE("csv: what is no recording at all is said to be none") {
   const std::string folder = fs::path(fresh_file("folder")).parent_path().string();
-  CHECK(error_of(replay_of(folder)) ==
-        folder + ": is a folder; name a recording (.mcap or .csv)");
+  CHECK(error_of(replay_of(folder)) == folder + ": is a folder; name a recording (.mcap or .csv)");
   // an MCAP file is one by what it holds, not by its name
   const std::string path = written("renamed.csv", std::string("\x89MCAP0\r\n", 8) + "rest");
   CHECK_THAT(error_of(replay_of(path)), !Catch::Contains("has no column"));
