@@ -102,7 +102,7 @@ TEST_CASE("clear pose: within what is clear nothing pushes and nothing meets", "
       REQUIRE_FALSE(c.meets(there));
     }
   }
-  CHECK(n_clear > trials(60) / 3);
+  CHECK(n_clear >= trials(60) / 3);
   CHECK(shares > 0.85 * static_cast<double>(n_clear));
 }
 
