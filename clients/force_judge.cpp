@@ -186,10 +186,15 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
   // a device that was away can receive nothing before it is back
   const bool away = fault.effect == Effect::kSilence;
   const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
+  const int64_t stays_until_ns = std::min(fault.over_ns, from_ns + rules.zero_ns);
   const auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
-  const auto first = std::find_if(after, all.end(), is_zero);
+  // where it has to be found out first, a wrong pose may ask for nothing before
+  auto first = std::find_if(after, all.end(), is_zero);
+  for (auto c = first; fault.is_misled && c != all.end() && c->t_ns < stays_until_ns; ++c) {
+    if (!is_zero(*c)) first = std::find_if(c, all.end(), is_zero);
+  }
   const int64_t stated_ns = from_ns + rules.zero_ns;
   const int64_t limit_ns =
       first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);

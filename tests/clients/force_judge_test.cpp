@@ -112,6 +112,19 @@ TEST_CASE("judge: a fault that has to be found may last so much longer, and no l
   CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
 }
 
+TEST_CASE("judge: a device that lies may bring a zero by chance before it is found") {
+  const auto chance = [](double t) { return t < 150 && t != 110 ? 0.1 : 0.0; };
+  JudgedFault lie = fault(Effect::kZero, 100, 500);
+  ForceRules rules = kRules;
+  rules.zero_ns = 100 * kMs;
+  CHECK(breaks(judge_force(rules, account(chance), lie), ForceBreach::kEarlyReturn));
+  lie.is_misled = true;
+  CHECK(judge_force(rules, account(chance), lie).violations.empty());
+  // once the stated time is over it stays
+  const auto again = [](double t) { return t < 150 || t == 300 ? 0.1 : 0.0; };
+  CHECK(breaks(judge_force(rules, account(again), lie), ForceBreach::kEarlyReturn));
+}
+
 TEST_CASE("judge: a force above the largest is caught") {
   const double deep = 7.5e-3;  // 3.75 N
   const auto verdict = judge_force(kRules, account(full, deep), fault(Effect::kNothing, 100, 600));
