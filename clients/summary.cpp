@@ -223,6 +223,29 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
   return out;
 }
 
+namespace {
+
+/// Rows on where the proxies were, and on whether the verified one has changed sides.
+void add_penetration(const Penetration& penetration, Renderer renderer, Rows& rows) {
+  rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
+  if (penetration.unchecked.empty()) {
+    rows.add("verified proxy inside (exact check)",
+             static_cast<double>(penetration.verified_inside), "", 0,
+             penetration.verified_inside == 0 && penetration.verified_checked > 0);
+  } else {
+    rows.note("verified proxy inside (exact check)", penetration.unchecked);
+  }
+  if (is_rigid(renderer)) {
+    rows.add("answers without a free pose: nothing felt",
+             static_cast<double>(penetration.without_pose), "");
+    rows.add("verified proxy placed anew", static_cast<double>(penetration.placed_anew), "");
+    rows.add("of these with an object between: changes of side",
+             static_cast<double>(penetration.across), "", 0, penetration.across == 0);
+  }
+}
+
+}  // namespace
+
 std::vector<Row> summarize(const std::string& name, const SessionData& data,
                            const SessionConfig& config, const Penetration& penetration) {
   Rows rows(name);
@@ -259,21 +282,7 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   } else {
     rows.add("deepest push of the hand behind the surface", deepest, "m");
   }
-  rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
-  if (penetration.unchecked.empty()) {
-    rows.add("verified proxy inside (exact check)",
-             static_cast<double>(penetration.verified_inside), "", 0,
-             penetration.verified_inside == 0 && penetration.verified_checked > 0);
-  } else {
-    rows.note("verified proxy inside (exact check)", penetration.unchecked);
-  }
-  if (is_rigid(config.renderer)) {
-    rows.add("answers without a free pose: nothing felt",
-             static_cast<double>(penetration.without_pose), "");
-    rows.add("verified proxy placed anew", static_cast<double>(penetration.placed_anew), "");
-    rows.add("of these with an object between: changes of side",
-             static_cast<double>(penetration.across), "", 0, penetration.across == 0);
-  }
+  add_penetration(penetration, config.renderer, rows);
   const PortEnergy energy = port_energy(frames);
   rows.add("energy the hand put in", energy.into_device, "J");
   rows.add("energy it got back", energy.returned, "J");
