@@ -114,15 +114,24 @@ int64_t FaultInjector::ready_ns(FaultKind kind) const {
   return kind == FaultKind::kSimKill ? after(sim_restarted_ns_) : 0;
 }
 
+namespace {
+
+EmulatorFault lie_of(FaultKind kind) {
+  if (kind == FaultKind::kDeviceFrozen) return EmulatorFault::kFrozen;
+  if (kind == FaultKind::kDeviceOldFirst) return EmulatorFault::kOldFirst;
+  return kind == FaultKind::kDeviceDelayed ? EmulatorFault::kDelayed : EmulatorFault::kNoise;
+}
+
+}  // namespace
+
 FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
   const auto to_contact = [this](ContactFault fault) {
     return [this, fault] { send_order(session_.contact().pid, static_cast<int>(fault)); };
   };
   switch (kind) {
     case FaultKind::kContactKill:
-      return kill_contact(false);
     case FaultKind::kContactHang:
-      return kill_contact(true);
+      return kill_contact(kind == FaultKind::kContactHang);
     case FaultKind::kContactStop:
       return stop_contact();
     case FaultKind::kContactNaN:
@@ -139,15 +148,13 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kSimStop:
       return stop_sim();
     case FaultKind::kServoKill:
-      return fell_servo(SIGKILL);
     case FaultKind::kServoStop:
-      return fell_servo(SIGSTOP);
+      return fell_servo(kind == FaultKind::kServoKill ? SIGKILL : SIGSTOP);
     case FaultKind::kServoPause:
       return pause_servo();
     case FaultKind::kHapticdKill:
-      return kill_hapticd(false);
     case FaultKind::kHapticdServoKill:
-      return kill_hapticd(true);
+      return kill_hapticd(kind == FaultKind::kHapticdServoKill);
     case FaultKind::kHapticdStop:
       return stop_hapticd();
     case FaultKind::kRecorderKill:
@@ -155,9 +162,8 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kRecorderStop:
       return stop_recorder();
     case FaultKind::kClientKill:
-      return fell_client(SIGKILL);
     case FaultKind::kClientStop:
-      return fell_client(SIGSTOP);
+      return fell_client(kind == FaultKind::kClientKill ? SIGKILL : SIGSTOP);
     case FaultKind::kManyClients:
       return fell_many_clients();
     case FaultKind::kPoseJump:
@@ -167,13 +173,10 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kDeviceSilent:
       return silence_device();
     case FaultKind::kDeviceFrozen:
-      return lie(EmulatorFault::kFrozen);
     case FaultKind::kDeviceOldFirst:
-      return lie(EmulatorFault::kOldFirst);
     case FaultKind::kDeviceDelayed:
-      return lie(EmulatorFault::kDelayed);
     case FaultKind::kDeviceNoise:
-      return lie(EmulatorFault::kNoise);
+      return lie(lie_of(kind));
     case FaultKind::kMemory:
       return stress({"--vm", "1", "--vm-bytes", "50%"});
     case FaultKind::kBusy:

@@ -71,6 +71,16 @@ struct Wall {
   }
 };
 
+/// Said by this flag within the stated time, and then the motors are off.
+void check_found(Wall& w, uint32_t flag) {
+  const int found = w.ticks_until(flag, 1000);
+  CAPTURE(found);
+  CHECK(found > 0);
+  CHECK(found <= kFoundWithin);
+  w.run(10);
+  CHECK(w.largest_current() == 0);
+}
+
 }  // namespace
 
 TEST_CASE("lying device: frozen, it is found and gets zero", "[device-io]") {
@@ -79,12 +89,7 @@ TEST_CASE("lying device: frozen, it is found and gets zero", "[device-io]") {
   REQUIRE(w.largest_current() > 300);
   REQUIRE((w.seen & kDoubt) == 0);
   w.device.board().lie(EmulatorFault::kFrozen);
-  const int found = w.ticks_until(kDeviceStale, 1000);
-  CAPTURE(found);
-  CHECK(found > 0);
-  CHECK(found <= kFoundWithin);
-  w.run(10);
-  CHECK(w.largest_current() == 0);
+  check_found(w, kDeviceStale);
   // and for as long as it lasts
   w.run(2000);
   CHECK((w.state.flags & kDeviceStale) != 0);
@@ -97,24 +102,14 @@ TEST_CASE("lying device: answers that are a second old are found", "[device-io]"
   REQUIRE(w.largest_current() > 300);
   const auto how = GENERATE(EmulatorFault::kOldFirst, EmulatorFault::kDelayed);
   w.device.board().lie(how);
-  const int found = w.ticks_until(kDeviceStale, 1000);
-  CAPTURE(found);
-  CHECK(found > 0);
-  CHECK(found <= kFoundWithin);
-  w.run(10);
-  CHECK(w.largest_current() == 0);
+  check_found(w, kDeviceStale);
 }
 
 TEST_CASE("lying device: noise on one encoder is found", "[device-io]") {
   Wall w(pressing("typical", 0.02));
   w.run(500);
   w.device.board().lie(EmulatorFault::kNoise);
-  const int found = w.ticks_until(kDeviceNoisy, 1000);
-  CAPTURE(found);
-  CHECK(found > 0);
-  CHECK(found <= kFoundWithin);
-  w.run(10);
-  CHECK(w.largest_current() == 0);
+  check_found(w, kDeviceNoisy);
 }
 
 TEST_CASE("lying device: once it is honest again the driver says so", "[device-io]") {
