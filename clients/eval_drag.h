@@ -25,7 +25,8 @@ double free_space_drag(const SoftProxyModel& model, const FreeMotion& motion);
 /// The same in closed form for a proxy with mass: m ω v |k_T + iωb_T| / |k_T − mω² + iωb_T|.
 double drag_in_closed_form(const SoftProxyModel& model, const FreeMotion& motion);
 
-/// Of proxies of 20 and 100 g on a coupling of 1000 N/m, to and fro at 1 Hz and 2 m/s; those
+/// Measures the drag that a free hand feels from proxies of 20 and 100 g on a coupling of 1000 N/m,
+/// while the hand moves to and fro at 1 Hz and up to 2 m/s. Those
 /// without mass must feel exactly nothing, turned at 10 rad/s too.
 std::vector<Row> eval_drag();
 

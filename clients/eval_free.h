@@ -11,7 +11,7 @@
 
 namespace haptic {
 
-/// What is judged: a renderer, with a solver where it has several.
+/// A renderer under test, with the proxy solver where it has a choice of several.
 struct FreeRenderer {
   std::string name;
   Renderer renderer = Renderer::kGodObject3;
@@ -23,7 +23,7 @@ struct FreeRenderer {
 /// mass.
 const std::vector<FreeRenderer>& free_renderers();
 
-/// What the ticks of a run came to.
+/// Counts of the ticks of one run.
 struct FreeFound {
   uint64_t ticks = 0;    // with contacts
   uint64_t touched = 0;  // in which something was felt that may be: the hands do come near
@@ -41,7 +41,7 @@ class FreeWay {
   /// `as_point`: of the tool's origin alone.
   FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point);
 
-  /// Whether an answer made at tick `asked` may prove that the tool of tick `now` is free:
+  /// Returns whether contacts computed for tick `asked` can prove the tool free at tick `now`:
   /// nine tenths of its distance from the nearest object then were more than its middle has moved
   /// since against any of them, plus the angle by which it has turned times its radius, plus what a
   /// detector may add to surfaces, √3 bands. One bound for all objects, as a set has one clearance.

@@ -16,7 +16,7 @@ constexpr double kMm = 1e-3;
 constexpr double kPi = std::numbers::pi;
 constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
 
-/// What the views of a scene look at.
+/// Owns the data that the views of a scene point to.
 struct FreeStorage {
   std::vector<BakedShape> shapes;
   std::vector<BakedVolume> volumes;

@@ -45,7 +45,8 @@ class EvalJudge {
   void add(const ServoFrame& frame, uint32_t contact_flags, const OracleAnswer& truth,
            const JudgedPlace& place);
 
-  /// What began where there is no room is led by another seed than the exact one.
+  /// Notes that the tool overlapped the object at the start: the renderer and the exact solution
+  /// then follow different seeds, and their forces cannot be compared.
   void begin(bool overlaps) { began_overlapping_ = overlaps; }
   bool began_overlapping() const { return began_overlapping_; }
 

@@ -16,8 +16,8 @@ struct MovingEval {
   LockstepOptions lockstep;
 };
 
-/// What was seen of a session among moving objects, by closed forms and CGAL's exact predicates:
-/// no query of contact.
+/// Counts of one session among moving objects. Closed forms and CGAL's exact predicates find them,
+/// no collision query of contact.
 struct MovingFound {
   uint64_t scenes = 0, ticks = 0, felt = 0, not_finite = 0;
   uint64_t poses = 0, inside = 0;
