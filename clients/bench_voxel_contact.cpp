@@ -15,6 +15,7 @@
 #include "contact/detect/body_detectors.h"
 #include "contact/query/triangle_pairs.h"
 #include "contact/shape/machine_parts.h"
+#include "proto/math/motion_metric.h"
 #include "proto/environment.h"
 #include "proto/source_tree.h"
 
@@ -165,7 +166,7 @@ struct Contest {
 };
 
 double way(const Pose& a, const Pose& b, double radius) {
-  return norm(b.p - a.p) + radius * norm(to_rotation_vector(b.q * conjugate(a.q)));
+  return largest_travel(way_between(a, b), radius);
 }
 
 /// How far ahead a session looks at 1 kHz: the way of three ticks.

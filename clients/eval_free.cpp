@@ -133,15 +133,14 @@ double FreeWay::distance(size_t object, uint64_t tick) {
 }
 
 bool FreeWay::is_free(uint64_t asked, uint64_t now) {
-  double nearest = kEnough, travel = 0;
   for (size_t object = 0; object < oracles_.size(); ++object) {
     const Pose then = in_object(object, asked), here = in_object(object, now);
     const double way = norm(here * middle_T_ - then * middle_T_);
     const double angle = norm(to_rotation_vector(here.q * conjugate(then.q)));
-    travel = std::max(travel, way + angle * radius_);
-    nearest = std::min(nearest, distance(object, asked));
+    const double travel = way + angle * radius_;
+    if (!(kProvable * distance(object, asked) > travel + layer_)) return false;
   }
-  return kProvable * nearest > travel + layer_;
+  return true;
 }
 
 FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks) {

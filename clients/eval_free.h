@@ -42,9 +42,9 @@ class FreeWay {
   FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point);
 
   /// Returns whether contacts computed for tick `asked` can prove the tool free at tick `now`:
-  /// nine tenths of its distance from the nearest object then were more than its middle has moved
-  /// since against any of them, plus the angle by which it has turned times its radius, plus what a
-  /// detector may add to surfaces, √3 bands. One bound for all objects, as a set has one clearance.
+  /// nine tenths of its distance from each object then were more than its middle has moved since
+  /// against that object, plus the angle by which it has turned times its radius, plus what a
+  /// detector may add to surfaces, √3 bands.
   bool is_free(uint64_t asked, uint64_t now);
 
   const FreeScene& scene() const { return scene_; }

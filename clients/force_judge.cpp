@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace haptic {
 namespace {
@@ -18,22 +19,28 @@ constexpr int64_t kLateReadNs = 50 * kMs;  // before a command: the device may h
 constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
 constexpr size_t kInARow = 10;             // commands
 constexpr double kPressing = 2e-3;         // [m]
-// of the largest force: 60 counts of noise turn an arm by 0.016 rad, and the force with it
-constexpr double kMisled = 0.03;
 const WoodenHapticsGeometry kArm;
 
-Vec3 answered_position(const EmulatorRecord& r) {
-  return tip_position(kArm, joint_angles(kArm, r.answered));
+/// A pose that the device has said it is in.
+struct Said {
+  Vec3 angles;
+  Vec3 p_B;
+};
+
+Said said(const MotorCounts& counts) {
+  const Vec3 angles = joint_angles(kArm, counts);
+  return {angles, tip_position(kArm, angles)};
 }
 
 /// What a command is judged against.
 struct Command {
   int64_t t_ns = 0;
   double force = 0;
-  double depth = 0;    // that the server knew [m]
-  double deepest = 0;  // of the last answers [m]
-  double moved = 0;    // since the answer before, in any direction [m]
-  double damper = 0;   // most that it may add to or take from the spring [N]
+  double weakest = 0, strongest = 0;   // that its currents are at one of the last poses said [N]
+  double depth = 0;                    // that the server knew [m]
+  double deepest = 0, shallowest = 0;  // of the last poses said [m]
+  double moved = 0;                    // since the answer before, in any direction [m]
+  double damper = 0;                   // most that it may add to or take from the spring [N]
   bool is_spring = false;
   bool from_server = true;  // false: the firmware's watchdog
 };
@@ -42,22 +49,41 @@ bool is_zero(const Command& c) {
   return c.force <= kCurrentStep;
 }
 
+Vec3 amperes_of(const EmulatorRecord& r) {
+  return {1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+}
+
+/// What the currents would be at the poses that the server may believe in. Returns the longest way
+/// between two in a row [m].
+double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
+  double way = 0;
+  c.weakest = c.shallowest = std::numeric_limits<double>::infinity();
+  for (size_t j = 0; j < poses.size(); ++j) {
+    const double force = norm(tip_force(kArm, poses[j].angles, amperes));
+    c.weakest = std::min(c.weakest, force);
+    c.strongest = std::max(c.strongest, force);
+    c.deepest = std::max(c.deepest, -poses[j].p_B.z);
+    c.shallowest = std::min(c.shallowest, std::max(0.0, -poses[j].p_B.z));
+    if (j > 0) way = std::max(way, norm(poses[j].p_B - poses[j - 1].p_B));
+  }
+  return way;
+}
+
 std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records) {
   std::vector<Command> out;
-  std::vector<Vec3> answers;
+  std::vector<Said> poses;     // in order, an old one that came first before its answer
+  std::vector<size_t> begins;  // of the poses of each answer
   for (const EmulatorRecord& r : records) {
     const bool from_server = r.event == EmulatorEvent::kCommand;
     if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
-    answers.push_back(answered_position(r));
+    begins.push_back(poses.size());
+    if (r.said_first != r.answered) poses.push_back(said(r.said_first));
+    poses.push_back(said(r.answered));
     Command c{.t_ns = r.t_ns, .force = norm(r.force_B), .from_server = from_server};
-    c.depth = std::max(0.0, -answers.back().z);
-    double way = 0;
-    const size_t first = answers.size() > kAnswers ? answers.size() - kAnswers : 0;
-    for (size_t j = first; j < answers.size(); ++j) {
-      c.deepest = std::max(c.deepest, -answers[j].z);
-      if (j > first) way = std::max(way, norm(answers[j] - answers[j - 1]));
-    }
-    if (answers.size() > 1) c.moved = norm(answers.back() - answers[answers.size() - 2]);
+    c.depth = std::max(0.0, -poses.back().p_B.z);
+    const size_t oldest = begins[begins.size() > kAnswers ? begins.size() - kAnswers : 0];
+    const double way = look_back(std::span(poses).subspan(oldest), amperes_of(r), c);
+    if (begins.size() > 1) c.moved = norm(poses.back().p_B - poses[begins.back() - 1].p_B);
     const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
     c.damper = rules.max_damping * speed;
     c.is_spring = from_server && is_wall(rules, r, speed);
@@ -81,31 +107,34 @@ class Findings {
 };
 
 /// What holds at all times, with or without a fault. Planes that are not there may push more than
-/// the wall and to any side, but no faster than the hand's own motion and the slew limit.
+/// the wall and to any side, but no faster than the hand's own motion and the slew limit. Of a
+/// device that lies the currents are those of a pose it has said: a command is judged by the force
+/// that they are there.
 void judge_always(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                   Findings& found) {
   const bool lies = fault.effect == Effect::kLies;
   for (size_t i = 0; i < all.size(); ++i) {
     const Command& c = all[i];
     if (c.t_ns < fault.from_ns) continue;
-    // the currents are those of the pose that was said, the force is that of the true one
     const bool misled = fault.is_misled && c.t_ns >= fault.begin_ns - kUnderWayNs;
-    const double step = kCurrentStep + (misled ? kMisled * rules.max_force : 0);
-    const double strongest = rules.max_force + step;
-    if (!(c.force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, c.force, strongest);
+    const double force = misled ? c.weakest : c.force;
+    const double strongest = rules.max_force + kCurrentStep;
+    if (!(force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, force, strongest);
     if (i + 1 < kAnswers) continue;
-    const double wall = rules.stiffness * c.deepest + c.damper + step;
-    if (!lies && !(c.force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, c.force, wall);
+    const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
     // from the one before the last: a device that was held up has read the last too late
     const int64_t before_ns = all[i - 1].t_ns;
     const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
     const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
     // by the spring and the damper; by a lie to any side, of two answers, one of which came late
-    const double deeper = std::max(0.0, c.depth - all[i - 1].depth);
+    const double deeper =
+        misled ? c.deepest - all[i - 1].shallowest : std::max(0.0, c.depth - all[i - 1].depth);
     const double pushed =
         lies ? rules.stiffness * (c.moved + all[i - 1].moved) : rules.stiffness * deeper + c.damper;
-    const double allowed = all[i - 1].force + pushed + rules.slew * dt + 2 * step;
-    if (!(c.force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, c.force, allowed);
+    const double before = misled ? all[i - 1].strongest : all[i - 1].force;
+    const double allowed = before + pushed + rules.slew * dt + 2 * kCurrentStep;
+    if (!(force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, force, allowed);
   }
 }
 
@@ -230,7 +259,7 @@ std::string_view name_of(ForceBreach breach) {
 }
 
 double answered_depth(const EmulatorRecord& record) {
-  return std::max(0.0, -answered_position(record).z);
+  return std::max(0.0, -said(record.answered).p_B.z);
 }
 
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {

@@ -108,18 +108,20 @@ void EmulatedDevice::say(int error) {
   // the oldest that is kept is where the newest will be
   EncoderReply& kept = said_[n_said_ % said_.size()];
   const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;
+  said_first_ = counts_;
   switch (lie_) {
     case EmulatorFault::kFrozen:
       put(frozen_);
-      counts_ = frozen_.counts;
+      counts_ = said_first_ = frozen_.counts;
       return;
     case EmulatorFault::kOldFirst:
       put(old);
       put(honest);
+      said_first_ = old.counts;
       break;
     case EmulatorFault::kDelayed:
       put(old);
-      counts_ = old.counts;
+      counts_ = said_first_ = old.counts;
       break;
     default:
       put(honest);
@@ -139,6 +141,7 @@ void EmulatedDevice::note(int64_t t_ns, EmulatorEvent event) {
   record_.event = event;
   record_.p_B = plant_.p_B;
   record_.answered = {counts_[0], counts_[1], counts_[2]};
+  record_.said_first = {said_first_[0], said_first_[1], said_first_[2]};
   record_.counts = encoders();
   Vec3 amperes;
   for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];

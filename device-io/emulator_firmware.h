@@ -26,16 +26,17 @@ enum class EmulatorEvent : uint32_t {
 
 /// What the device received and what the hand felt, from this instant on.
 struct EmulatorRecord {
-  int64_t t_ns;           // of the firmware's clock
-  uint64_t commands;      // good lines so far
-  uint64_t rejected;      // dropped lines so far
-  uint64_t watchdog;      // times the watchdog put the motors off
-  Vec3 force_B;           // at the tip, on the hand [N]
-  Vec3 p_B;               // where the tip is [m]
-  MotorCounts counts;     // the encoders
-  MotorCounts answered;   // the counts of the answer before: what the server knew
-  Milliamperes currents;  // of the motors, after the firmware's own checks
-  uint32_t motors_on;     // 0: the watchdog has put them off, or they never were on
+  int64_t t_ns;            // of the firmware's clock
+  uint64_t commands;       // good lines so far
+  uint64_t rejected;       // dropped lines so far
+  uint64_t watchdog;       // times the watchdog put the motors off
+  Vec3 force_B;            // at the tip, on the hand [N]
+  Vec3 p_B;                // where the tip is [m]
+  MotorCounts counts;      // the encoders
+  MotorCounts answered;    // the counts of the answer before: what the server knew
+  MotorCounts said_first;  // those of an old answer that came in front of it; else the same
+  Milliamperes currents;   // of the motors, after the firmware's own checks
+  uint32_t motors_on;      // 0: the watchdog has put them off, or they never were on
   EmulatorEvent event;
   uint32_t reserved;
 };
@@ -95,7 +96,8 @@ class EmulatedDevice {
   int64_t last_command_ns_ = 0;
   int64_t last_record_ns_;
   Vec3 joint_angles_;
-  std::array<int32_t, 6> counts_{};  // of the last good line
+  std::array<int32_t, 6> counts_{};      // of the last good line
+  std::array<int32_t, 6> said_first_{};  // of the first answer to it
   MotorCounts off_by_{};
   uint64_t disturbed_answers_ = 0;  // still to come
   EmulatorFault lie_ = EmulatorFault::kHealthy;

@@ -14,16 +14,16 @@ namespace {
 constexpr int64_t kPeriodNs = 5'000'000;
 constexpr const char* kHeader =
     "t_ns,event,motors_on,commands,rejected,watchdog,a_mA,b_mA,c_mA,fx_N,fy_N,fz_N,x_m,y_m,z_m,"
-    "e0,e1,e2,answered0,answered1,answered2\n";
+    "e0,e1,e2,answered0,answered1,answered2,first0,first1,first2\n";
 
 int print(std::FILE* file, const EmulatorRecord& r) {
-  const auto &i = r.currents, &e = r.counts, &a = r.answered;
+  const auto &i = r.currents, &e = r.counts, &a = r.answered, &s = r.said_first;
   return std::fprintf(file,
                       "%" PRId64 ",%u,%u,%" PRIu64 ",%" PRIu64 ",%" PRIu64
-                      ",%d,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%d,%d,%d\n",
+                      ",%d,%d,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d,%d,%d,%d,%d,%d,%d,%d,%d\n",
                       r.t_ns, static_cast<uint32_t>(r.event), r.motors_on, r.commands, r.rejected,
                       r.watchdog, i[0], i[1], i[2], r.force_B.x, r.force_B.y, r.force_B.z, r.p_B.x,
-                      r.p_B.y, r.p_B.z, e[0], e[1], e[2], a[0], a[1], a[2]);
+                      r.p_B.y, r.p_B.z, e[0], e[1], e[2], a[0], a[1], a[2], s[0], s[1], s[2]);
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ EmulatorRecord parse_emulator_row(std::string_view row) {
   for (int i = 0; i < 3; ++i) cells.take(r.p_B[i]);
   for (int32_t& count : r.counts) cells.take(count);
   for (int32_t& count : r.answered) cells.take(count);
+  for (int32_t& count : r.said_first) cells.take(count);
   r.event = static_cast<EmulatorEvent>(event);
   if (!cells.good || !cells.rest.empty()) {
     throw std::runtime_error("not a row of the emulator's log: " + std::string(row) +

@@ -105,7 +105,7 @@ uint64 reseeds                   # times the proxy was lost or placed anew
 geometry_msgs/Pose X_WT          # tool pose of the query, or its proxy's
 geometry_msgs/Pose[16] X_WO      # object poses of the query
 geometry_msgs/Pose X_WG          # verified proxy: proven free of every object
-float64 clearance                # [m] that a body may move from there before anything pushes it
+float64[16] clearance            # [m] that a body may move from there before that object pushes it
 float64 free_fraction            # of the way to the tool that was free, 0 to 1
 uint32 n_contacts
 uint32 n_active                  # the first n_active carry the proxy

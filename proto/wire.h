@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 6;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 7;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
@@ -164,8 +164,9 @@ struct ContactSet {
   Pose X_WT;         // tool pose of the query; with six degrees of freedom, that of its proxy
   std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
   Pose X_WG;                           // verified proxy: proven free of every object
-  double clearance;      // of a body at X_WG: nothing pushes it before a point of it has moved so
-                         // far against an object, or it is not known (0) [m]
+  // of a body at X_WG: an object does not push it before a point of it has moved so far against
+  // that object; 0: not known [m]
+  std::array<double, kMaxObjects> clearance;
   double free_fraction;  // of the way to the tool that was free [0, 1]
   uint32_t n_contacts;
   uint32_t n_active;  // the first n_active carry the proxy; of a body: so many touch
@@ -252,7 +253,7 @@ static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
-static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11520);
+static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);

@@ -21,12 +21,12 @@ SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   return proxy;
 }
 
-/// How far no point of the hand's tool has moved further in this tick [m].
+/// Bound on how far a point of the hand's tool has moved in this tick [m].
 double hand_travel(const RigidBody& tool, const ServoState& state, const Pose& X_WT) {
   if (!state.started) return 0;
   const Pose before = motion_of_centre(tool, {state.X_WT, {}}).X_WC;
-  const Twist way = way_between(before, motion_of_centre(tool, {X_WT, {}}).X_WC);
-  return norm(way.v) + tool.radius * norm(way.w);
+  const Pose now = motion_of_centre(tool, {X_WT, {}}).X_WC;
+  return largest_travel(way_between(before, now), tool.radius);
 }
 
 /// Pushes the opposite of what they push the proxy with into the objects, about their origins.

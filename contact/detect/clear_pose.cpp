@@ -14,10 +14,11 @@ constexpr double kFarthest = 0.5;
 constexpr int kMostSteps = 8;           // a way from 0.1 mm off a wall to 25 mm, doubling
 constexpr size_t kMostBoxes = 1 << 12;  // compared in all, of about 0.05 µs each
 
-/// How far it is to what is nearest [m].
+/// How far it is at least to the nearest surface, and until each object pushes [m].
 struct Room {
-  double to_surface = kFarthest;  // at least
-  double to_push = kFarthest;
+  double to_surface = kFarthest;
+  double to_push = kFarthest;  // of the nearest
+  std::array<double, kMaxObjects> clearance{};
 };
 
 /// What a question may still cost, and whether what is near is of no use.
@@ -32,8 +33,7 @@ Room room_at(const ClearanceModel& model, ClearanceState& state, std::span<const
   for (size_t i = 0; i < model.objects.size(); ++i) {
     const auto& [shape, layer] = model.objects[i];
     DistanceSearch search;
-    // what is further than another object does not matter
-    search.limit = std::max(room.to_surface, room.to_push + layer) / kLeastShare;
+    search.limit = (kFarthest + layer) / kLeastShare;
     search.witness = state[i] ? &*state[i] : nullptr;
     search.share = kLeastShare;
     search.least = effort.is_far_alone ? layer + model.least : 0;
@@ -42,7 +42,8 @@ Room room_at(const ClearanceModel& model, ClearanceState& state, std::span<const
     effort.boxes -= std::min(effort.boxes, found.n_boxes);
     if (found.found) state[i] = found.nearest.triangles;
     room.to_surface = std::min(room.to_surface, found.at_least);
-    room.to_push = std::min(room.to_push, found.at_least - layer);
+    room.clearance[i] = std::max(found.at_least - layer, 0.0);
+    room.to_push = std::min(room.to_push, room.clearance[i]);
   }
   return room;
 }
@@ -60,18 +61,18 @@ ClearPose clear_pose(const ClearanceModel& model, ClearanceState& state, std::sp
   // a tool that is where it is led needs no way
   Effort effort{kMostBoxes, from == to};
   Room room = room_at(model, state, X_WO, from, effort);
-  ClearPose clear{from, std::max(room.to_push, 0.0)};
+  ClearPose clear{from, room.clearance};
   for (int step = 0; step < kMostSteps && room.to_surface > 0 && !(X_WT == to); ++step) {
     const Pose X_WC = centre_of(body, X_WT);
     const Twist way = way_between(X_WC, centre_of(body, to));
-    const double length = norm(way.v) + body.radius * norm(way.w);
+    const double length = largest_travel(way, body.radius);
     X_WT = to;
     if (length > room.to_surface) {
       const Pose there = moved(X_WC, room.to_surface / length * way);
       X_WT = {there.p - rotate(there.q, body.centre_T), there.q};
     }
     const Room next = room_at(model, state, X_WO, X_WT, effort);
-    if (next.to_push > 0) clear = {X_WT, next.to_push};
+    if (next.to_push > 0) clear = {X_WT, next.clearance};
     // a hand that presses leads nowhere
     if (!(next.to_push > 0 || next.to_surface > room.to_surface)) break;
     room = next;

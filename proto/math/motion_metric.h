@@ -28,6 +28,11 @@ inline Pose moved(const Pose& X, const Twist& motion) {
   return extrapolate(X, motion, 1);
 }
 
+/// No point of a body of that radius about the centre of the motion goes further: |v| + r |ω| [m].
+inline double largest_travel(const Twist& motion, double radius) {
+  return norm(motion.v) + radius * norm(motion.w);
+}
+
 /// One inequality on a small motion or a twist a: J·a ≥ b. All rows and the motion in one frame,
 /// about one point.
 struct MotionRow {

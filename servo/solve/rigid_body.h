@@ -72,7 +72,7 @@ struct LimitedMotion {
   bool was_cut = false;
 };
 inline LimitedMotion limit_travel(const Twist& motion, double radius, double travel) {
-  const double most = norm(motion.v) + radius * norm(motion.w);
+  const double most = largest_travel(motion, radius);
   if (!(most > travel)) return {motion, false};
   const double share = travel / most;
   return {{share * motion.v, share * motion.w}, true};

@@ -22,10 +22,10 @@ constexpr double kWall = 500 * kDepth;  // [N]
 const ForceRules kRules;
 const WoodenHapticsGeometry kArm;
 
-/// Counts of the encoders at a depth below the wall.
-MotorCounts counts_at(double depth) {
+/// Counts of the encoders at a depth below the wall, so far to the side.
+MotorCounts counts_at(double depth, double aside = 0) {
   Vec3 angles;
-  REQUIRE(solve_joint_angles(kArm, {0, 0, -depth}, angles));
+  REQUIRE(solve_joint_angles(kArm, {aside, 0, -depth}, angles));
   return motor_counts(kArm, angles);
 }
 
@@ -33,6 +33,16 @@ MotorCounts counts_at(double depth) {
 double spring_at(double depth) {
   const Vec3 tip_B = tip_position(kArm, joint_angles(kArm, counts_at(depth)));
   return kRules.stiffness * -tip_B.z;
+}
+
+/// [mA]
+Milliamperes currents_for(const MotorCounts& counts, const Vec3& force_B) {
+  const Vec3 amperes = motor_currents(kArm, joint_angles(kArm, counts), force_B);
+  Milliamperes out;
+  for (int i = 0; i < 3; ++i) {
+    out[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1e3 * amperes[i]));
+  }
+  return out;
 }
 
 /// A second of commands, one each millisecond, force as a share of the spring at time t [ms].
@@ -43,8 +53,9 @@ Records account(const std::function<double(double)>& share, double depth = kDept
     EmulatorRecord r{};
     r.t_ns = kStart + i * kMs;
     r.commands = static_cast<uint64_t>(i) + 1;
-    r.counts = r.answered = counts;
+    r.counts = r.answered = r.said_first = counts;
     r.force_B = {0, 0, share(i) * spring_at(depth)};
+    r.currents = currents_for(counts, r.force_B);
     r.motors_on = 1;
     out.push_back(r);
   }
@@ -110,6 +121,45 @@ TEST_CASE("judge: a fault that has to be found may last so much longer, and no l
   CHECK(judge_force(rules, account(found), lie).violations.empty());
   rules.zero_ns = 80 * kMs;
   CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
+}
+
+TEST_CASE("judge: the currents of a pose that a lying device has said are judged there") {
+  // it says that the hand is 4 mm deep; it is 30 mm nearer, where the same currents push more
+  Records records = account(full);
+  const MotorCounts truth = counts_at(kDepth, -30e-3);
+  double most = 0;
+  for (EmulatorRecord& r : records) {
+    const Vec3 amperes{1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+    r.counts = truth;
+    r.force_B = tip_force(kArm, joint_angles(kArm, truth), amperes);
+    most = std::max(most, norm(r.force_B));
+  }
+  REQUIRE(most > 1.01 * spring_at(kDepth));
+  JudgedFault lie = fault(Effect::kLimits, 1, 0);
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
+  lie.is_misled = true;
+  CHECK(judge_force(kRules, records, lie).violations.empty());
+  // a tenth more than the wall at the pose that was said
+  for (EmulatorRecord& r : records) {
+    r.currents = currents_for(r.answered, {0, 0, 1.1 * spring_at(kDepth)});
+  }
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
+}
+
+TEST_CASE("judge: of old answers in front of new ones a command may follow either") {
+  Records records = account(full);
+  const MotorCounts old = counts_at(kDepth + 2e-3);
+  for (size_t i = 300; i < records.size(); i += 2) {
+    EmulatorRecord& r = records[i];
+    r.said_first = old;
+    r.currents = currents_for(old, {0, 0, spring_at(kDepth + 2e-3)});
+    r.force_B = {0, 0, spring_at(kDepth + 2e-3)};
+  }
+  JudgedFault lie = fault(Effect::kLimits, 300, 0);
+  lie.is_misled = true;
+  CHECK(judge_force(kRules, records, lie).violations.empty());
+  for (EmulatorRecord& r : records) r.said_first = r.answered;
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
 }
 
 TEST_CASE("judge: a device that lies may bring a zero by chance before it is found") {

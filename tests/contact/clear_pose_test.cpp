@@ -90,7 +90,7 @@ TEST_CASE("clear pose: within what is clear nothing pushes and nothing meets", "
   double shares = 0;
   for (size_t trial = 0; trial < trials(120); ++trial) {
     const Pose X{random.uniform(0.045, 0.07) * random.direction(), random.pose(1).q};
-    const double clearance = c.clear(X, X).clearance;
+    const double clearance = c.clear(X, X).clearance[0];
     if (!(clearance > 0)) continue;
     ++n_clear;
     const double layer = c.model.objects[0].layer;
@@ -113,27 +113,27 @@ TEST_CASE("clear pose: leads as far as the way is free", "[contact]") {
   // the whole way, and what is clear at its end
   const ClearPose free = c.clear(above, far);
   CHECK(free.X_WT == far);
-  CHECK(free.clearance < 0.088);
-  CHECK(free.clearance > 0.9 * 0.088 - kVoxel);
+  CHECK(free.clearance[0] < 0.088);
+  CHECK(free.clearance[0] > 0.9 * 0.088 - kVoxel);
   // through the plate there is none
   const ClearPose held = c.clear(above, {{0, 0, -0.1}, {}});
-  CHECK(held.clearance > 0);
-  CHECK(held.X_WT.p.z - held.clearance > 0.012);
+  CHECK(held.clearance[0] > 0);
+  CHECK(held.X_WT.p.z - held.clearance[0] > 0.012);
   CHECK_FALSE(c.meets(held.X_WT));
   // where something touches it is known to be nowhere
   const Pose inside{{0, 0, 0.0119}, {}};
   CHECK(c.clear(inside, far).X_WT == inside);
-  CHECK(c.clear(inside, far).clearance == 0);
+  CHECK(c.clear(inside, far).clearance[0] == 0);
   // half a metre stands for what is further
-  CHECK(c.clear({{0, 0, 3}, {}}, {{0, 0, 3}, {}}).clearance == Approx(0.5));
+  CHECK(c.clear({{0, 0, 3}, {}}, {{0, 0, 3}, {}}).clearance[0] == Approx(0.5));
 }
 
 TEST_CASE("clear pose: what is too little to be of use is not looked for", "[contact]") {
   ClearPair c(make_box({0.1, 0.1, 0.004}), make_box({0.02, 0.02, 0.02}), VoxelForce::kField, 0);
   const Pose near{{0, 0, 0.0145}, {}}, hand{{0, 0, 0.0146}, {}};
-  CHECK(c.clear(near, near).clearance > 1e-3);
+  CHECK(c.clear(near, near).clearance[0] > 1e-3);
   c.model.least = 2e-3;
-  CHECK(c.clear(near, near).clearance == 0);
+  CHECK(c.clear(near, near).clearance[0] == 0);
   // but a tool that is behind its hand is led
   CHECK(c.clear(near, hand).X_WT == hand);
 }

@@ -23,7 +23,7 @@ std::unique_ptr<ContactSet> empty_set(double clearance) {
   auto set = set_of({});
   set->renderer = static_cast<uint32_t>(Renderer::kVoxel);
   set->tool = {0.1, {1e-4, 1e-4, 1e-4}, {}, 0.02};
-  set->clearance = clearance;
+  set->clearance.fill(clearance);
   return set;
 }
 
@@ -82,6 +82,7 @@ TEST_CASE("free space: what is left is what no point of the ball has moved", "[s
       X_WO[i] = near(set->X_WO[i], random.uniform(0, 0.01));
     }
     set->X_WG = near({}, 0.1);
+    set->clearance[1] = random.uniform(0.5, 2) * set->clearance[0];
     const Pose X_WT = near(set->X_WG, random.uniform(0, 0.02));
     const FreeSpace space(*set, tool, X_WO);
     const Pose X_WC = motion_of_centre(tool, {X_WT, {}}).X_WC;
@@ -93,7 +94,7 @@ TEST_CASE("free space: what is left is what no point of the ball has moved", "[s
       for (size_t i = 0; i < 2; ++i) {
         const Vec3 then = inverse(set->X_WO[i]) * (set->X_WG * p_T);
         const Vec3 now = inverse(X_WO[i]) * (X_WT * p_T);
-        REQUIRE(norm(now - then) + left <= set->clearance + 1e-12);
+        REQUIRE(norm(now - then) + left <= set->clearance[i] + 1e-12);
       }
     }
   }
@@ -175,6 +176,22 @@ TEST_CASE("free space: what an object has moved is used up", "[servo]") {
   CHECK(FreeSpace(*set, {}, X_WO).left_at({{0.01, 0, 0}, {}}) == Approx(0.05));
 }
 
+TEST_CASE("free space: an object far away that moves uses up its own clearance alone", "[servo]") {
+  auto set = empty_set(0.005);
+  set->n_objects = 2;
+  set->clearance[1] = 0.4;
+  std::array<Pose, kMaxObjects> X_WO;
+  X_WO[1].p.x = 0.02;
+  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.005));
+  X_WO[1].p.x = 0.398;
+  CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.002));
+  // where one is not known to be away, or there is none, nothing is
+  set->clearance[0] = 0;
+  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+  set->n_objects = 0;
+  CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
+}
+
 TEST_CASE("free space: nothing that is not a number makes a place free", "[servo][trap]") {
   auto set = empty_set(1);
   const std::array<Pose, kMaxObjects> X_WO{};
@@ -184,6 +201,6 @@ TEST_CASE("free space: nothing that is not a number makes a place free", "[servo
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
   set->X_WG.p.x = 0;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({{nan, 0, 0}, {}}) > 0);
-  set->clearance = nan;
+  set->clearance[0] = nan;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
 }
