@@ -69,10 +69,14 @@ double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
   return way;
 }
 
-std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records) {
+std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                                 bool is_misled = false) {
+  // while the driver doubts a device that lies, it holds the last pose that it believed
+  const int64_t believed_ns = is_misled ? rules.doubt_ns + kUnderWayNs : 0;
   std::vector<Command> out;
   std::vector<Said> poses;     // in order, an old one that came first before its answer
   std::vector<size_t> begins;  // of the poses of each answer
+  size_t oldest = 0;           // answer that the server may still use
   for (const EmulatorRecord& r : records) {
     const bool from_server = r.event == EmulatorEvent::kCommand;
     if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
@@ -81,8 +85,9 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
     poses.push_back(said(r.answered));
     Command c{.t_ns = r.t_ns, .force = norm(r.force_B), .from_server = from_server};
     c.depth = std::max(0.0, -poses.back().p_B.z);
-    const size_t oldest = begins[begins.size() > kAnswers ? begins.size() - kAnswers : 0];
-    const double way = look_back(std::span(poses).subspan(oldest), amperes_of(r), c);
+    while (begins.size() - oldest > kAnswers && out[oldest].t_ns < r.t_ns - believed_ns) ++oldest;
+    const auto believed = std::span(poses).subspan(begins[oldest]);
+    const double way = look_back(believed, amperes_of(r), c);
     if (begins.size() > 1) c.moved = norm(poses.back().p_B - poses[begins.back() - 1].p_B);
     const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
     c.damper = rules.max_damping * speed;
@@ -147,10 +152,12 @@ void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
   }
 }
 
-/// A servo that missed so many ticks may have been released, and climbs back from zero.
+/// A servo that missed so many ticks may have been released, and climbs back from zero by the slew
+/// limit or the soft start.
 bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
   const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
-  const auto climb_ns = static_cast<int64_t>(1e9 * rules.max_force / rules.slew);
+  const double climb = std::max(rules.max_force / rules.slew, rules.soft_start);
+  const auto climb_ns = static_cast<int64_t>(1e9 * climb);
   return std::any_of(fault.stalls.begin(), fault.stalls.end(), [&](const Stall& s) {
     return s.end_ns - s.begin_ns > released_ns && s.begin_ns < c.t_ns &&
            c.t_ns < s.end_ns + climb_ns + 2 * released_ns;
@@ -269,7 +276,7 @@ bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double spee
 
 ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
                          const JudgedFault& fault) {
-  const std::vector<Command> all = commands_of(rules, records);
+  const std::vector<Command> all = commands_of(rules, records, fault.is_misled);
   Findings found;
   judge_complete(records, found);
   judge_always(rules, all, fault, found);

@@ -24,6 +24,7 @@ struct ForceRules {
   int64_t zero_ns = 20'000'000;   // stated: zero so long after a fault that closes the force
   int64_t hold_ns = 100'000'000;  // stated: contacts are rendered in full no longer than this
   int64_t fade_ns = 50'000'000;   // stated: and fade over this
+  int64_t doubt_ns = 20'000'000;  // stated: a pose is held this long where the answers do not match
 };
 
 /// A time during which nobody on this machine could run [ns].

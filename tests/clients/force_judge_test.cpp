@@ -350,6 +350,22 @@ TEST_CASE("judge: a standstill of the emulator is what is longer than its own pe
   CHECK(held_up(merge_stalls(stalls, other), kStart, kStart + 999 * kMs) == 51 * kMs);
 }
 
+TEST_CASE("judge: a servo that was let go while the machine stood still climbs by its soft start") {
+  const auto released = [](double t) {
+    return std::clamp((t - 323) / 100, t < 300 ? 1.0 : 0.0, 1.0);
+  };
+  Records records = account(released);
+  records.erase(records.begin() + 300, records.begin() + 323);
+  for (size_t i = 300; i < records.size(); ++i) records[i].commands -= 23;
+  JudgedFault quiet = fault(Effect::kNothing, 100, 900);
+  CHECK(breaks(judge_force(kRules, records, quiet), ForceBreach::kChanged));
+  quiet.stalls = emulator_stalls(records);
+  REQUIRE(quiet.stalls.size() == 1);
+  const ForceVerdict verdict = judge_force(kRules, records, quiet);
+  CHECK(verdict.violations.empty());
+  CHECK(verdict.excused > 90);
+}
+
 TEST_CASE("judge: the emulator's log is read row by row as it was written") {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/received.csv";
