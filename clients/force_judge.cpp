@@ -217,15 +217,21 @@ void judge_soft_start(const ForceRules& rules, std::span<const Command> all, siz
   }
 }
 
+bool was_zero_before(std::span<const Command> all, std::span<const Command>::iterator command) {
+  return command != all.begin() && is_zero(*std::prev(command));
+}
+
 void judge_zero(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                 Findings& found) {
   // a device that was away can receive nothing before it is back
   const bool away = fault.effect == Effect::kSilence;
   const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
   const int64_t stays_until_ns = std::min(fault.over_ns, from_ns + rules.zero_ns);
-  const auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
+  auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
+  // whoever did the fault may have been held up before it noted the time
+  if (!away && was_zero_before(all, after)) --after;
   // where it has to be found out first, a wrong pose may ask for nothing before
   auto first = std::find_if(after, all.end(), is_zero);
   for (auto c = first; fault.is_misled && c != all.end() && c->t_ns < stays_until_ns; ++c) {
@@ -295,10 +301,15 @@ ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord
       judge_zero(rules, all, fault, found);
       break;
   }
-  const auto zero = std::find_if(all.begin(), all.end(), [&](const Command& c) {
-    return c.t_ns >= fault.begin_ns && is_zero(c);
-  });
-  if (zero != all.end()) found.verdict.zero_after_ns = zero->t_ns - fault.begin_ns;
+  const std::span<const Command> judged = all;
+  const auto after = std::find_if(judged.begin(), judged.end(),
+                                  [&](const Command& c) { return c.t_ns >= fault.begin_ns; });
+  const auto zero = std::find_if(after, judged.end(), is_zero);
+  if (was_zero_before(judged, after)) {
+    found.verdict.zero_after_ns = 0;
+  } else if (zero != judged.end()) {
+    found.verdict.zero_after_ns = zero->t_ns - fault.begin_ns;
+  }
   return found.verdict;
 }
 

@@ -111,6 +111,22 @@ TEST_CASE("judge: zero and soft start break nothing, and the zero is timed") {
   CHECK(judge_force(kRules, account(closed), fault(Effect::kZero, 100, 0)).violations.empty());
 }
 
+TEST_CASE("judge: a zero that came before the time of the fault was noted is in time") {
+  // the last command at 99 ms; what does the fault is held up until 130 ms
+  Records records = account([](double t) { return t < 99 ? 1.0 : 0.0; });
+  records.resize(100);
+  EmulatorRecord watchdog = records.back();
+  watchdog.event = EmulatorEvent::kWatchdog;
+  watchdog.t_ns += 100 * kMs;
+  records.push_back(watchdog);
+  JudgedFault late = fault(Effect::kZero, 130, 0);
+  CHECK(judge_force(kRules, records, late).violations.empty());
+  CHECK(judge_force(kRules, records, late).zero_after_ns == 0);
+  // the firmware alone is too late
+  records[99].force_B = records[98].force_B;
+  CHECK(breaks(judge_force(kRules, records, late), ForceBreach::kLateZero));
+}
+
 TEST_CASE("judge: a fault that has to be found may last so much longer, and no longer") {
   const auto found = [](double t) { return t < 190 ? 1.0 : 0.0; };
   JudgedFault lie = fault(Effect::kZero, 100, 0);
