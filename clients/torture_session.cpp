@@ -82,6 +82,7 @@ TortureSession::Watch::Watch(FileDescriptor socket)
 void TortureSession::Watch::drain(std::vector<SeenFrame>& published) {
   for (ServoFrame frame; servo.next(frame);) {
     note_writer(servo_seen, servo, [&] { return frame.t_ns; });
+    if ((frame.flags & kServoFault) != 0) servo_seen.fault_ns = frame.t_ns;
     published.push_back({frame.t_ns, now_ns()});
   }
   for (ContactSet set; contact.next(set);) {

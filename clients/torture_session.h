@@ -47,6 +47,7 @@ struct WriterSeen {
   pid_t pid = -1;
   uint64_t generation = 0;
   int64_t first_ns = 0;  // time of the first item: of the frame, or of the question it answers
+  int64_t fault_ns = 0;  // of the servo: of the newest frame that says it has latched a fault
 };
 
 /// A session to be tortured: haptic-emulator, whose hand presses into a block; hapticd with

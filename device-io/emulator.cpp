@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "device-io/fault_order.h"
 #include "device-io/hand_impedance.h"
 #include "device-io/intent.h"
+#include "device-io/line_workers.h"
 #include "proto/command_line.h"
 #include "proto/message.h"
 #include "proto/process.h"
@@ -33,6 +35,7 @@ namespace {
 
 constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
 constexpr int kFifoPriority = 70;     // under the servo it tests
+constexpr int kLinePriority = 65;     // under both ends of the line
 
 struct Options {
   std::string link, log, hand = "typical";
@@ -193,6 +196,9 @@ int run(const Options& options) {
   std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
               options.hand.c_str());
   std::fflush(stdout);
+  // before this thread is real time: it is a thread of normal priority
+  std::optional<LineWorkers> line_workers;
+  if (options.realtime) line_workers.emplace(kLinePriority);
   if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
   EmulatedDevice device(device_parameters, now_ns());
   serve(device, pty, log);

@@ -90,10 +90,7 @@ TEST_CASE("fault: hapticd is killed, zero, and nothing of the session is left") 
   CHECK(s.is_pressing());
 }
 
-// hidden: the bytes of a pseudo-terminal pass in a kernel thread of normal priority, which all that
-// runs here holds up; build/dev/bin/test_faults "fault: every processor*"
-TEST_CASE("fault: every processor is busy, and neither a zero nor a new contact waits for one",
-          "[.busy]") {
+TEST_CASE("fault: every processor is busy, and neither a zero nor a new contact waits for one") {
   if (!programs_are_built()) return;
   FaultedSession s;
   if (!is_realtime(s.session.servo().pid)) {
