@@ -417,7 +417,7 @@ FaultInjector::Done FaultInjector::stop_recorder() {
 FaultInjector::Done FaultInjector::fell_client(int signal) {
   Done done{.begin_ns = now_ns(), .recovers = false};
   SessionProcess client("hapt", {"top", "--json", "-d", "0.02", "--session", session_.name()},
-                        session_.folder() + "/said-by-clients");
+                        "/dev/null");
   session_.pause(between(80 * kMs, 200 * kMs));
   client.send(signal);
   session_.pause(between(50 * kMs, signal == SIGSTOP ? 400 * kMs : 60 * kMs));
@@ -434,7 +434,7 @@ FaultInjector::Done FaultInjector::fell_many_clients() {
     clients.push_back(std::make_unique<SessionProcess>(
         "hapt",
         std::vector<std::string>{"top", "--json", "-d", "0.02", "--session", session_.name()},
-        session_.folder() + "/said-by-clients"));
+        "/dev/null"));
     session_.update();
   }
   // most have attached by then, and some die in the middle of it

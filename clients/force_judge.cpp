@@ -226,15 +226,16 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
   // a device that was away can receive nothing before it is back
   const bool away = fault.effect == Effect::kSilence;
   const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
-  const int64_t stays_until_ns = std::min(fault.over_ns, from_ns + rules.zero_ns);
+  // until then a zero may be another's: of a pose that asks for nothing, or hapticd's, which lets
+  // go of a servo that is held up
+  const int64_t stays_from_ns = std::min(fault.over_ns, from_ns + rules.zero_ns);
   auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
   // whoever did the fault may have been held up before it noted the time
   if (!away && was_zero_before(all, after)) --after;
-  // where it has to be found out first, a wrong pose may ask for nothing before
   auto first = std::find_if(after, all.end(), is_zero);
-  for (auto c = first; fault.is_misled && c != all.end() && c->t_ns < stays_until_ns; ++c) {
+  for (auto c = first; !away && c != all.end() && c->t_ns < stays_from_ns; ++c) {
     if (!is_zero(*c)) first = std::find_if(c, all.end(), is_zero);
   }
   const int64_t stated_ns = from_ns + rules.zero_ns;
