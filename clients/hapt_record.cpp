@@ -21,6 +21,9 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the smallest ring holds
+// under every process of a session, above whoever watches: a ring holds four seconds, which is less
+// than sixty busy viewers may take from a recorder of normal priority
+constexpr int kFifoPriority = 10;
 
 struct RecordOptions {
   std::string output, session, config;
@@ -66,6 +69,16 @@ std::string config_of(const std::string& session) {
   return "";
 }
 
+/// Real time like the session that is recorded, where it is and the kernel grants it. Returns
+/// whether the servo has been seen.
+bool follow_realtime(Recorder& recorder) {
+  const SegmentHeader* servo = recorder.servo_header();
+  if (servo == nullptr) return false;
+  const bool is_realtime = (servo->realtime_bits.load() & kRealtimeFifo) != 0;
+  if (is_realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
+  return true;
+}
+
 void run_record(const RecordOptions& options) {
   check_outputs({options.output}, {options.config}, options.overwrite);
   std::string config = options.config.empty() ? "" : read_config_text(find_config(options.config));
@@ -81,10 +94,11 @@ void run_record(const RecordOptions& options) {
   std::cerr << "recording to " << shown(options.output) << "; Ctrl-C ends it\n";
   const int64_t begin_ns = now_ns();
   double seconds = 0;
-  bool good = true;
+  bool good = true, followed = false;
   while (good && seconds < options.duration && !stop_requested() && attachments.is_connected()) {
     sleep_until(now_ns() + kDrainPeriodNs);
     good = recorder.drain(trace, now_ns());
+    followed = followed || follow_realtime(recorder);
     seconds = static_cast<double>(now_ns() - begin_ns) * 1e-9;
   }
   const bool connected = attachments.is_connected();
