@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "contact/bake_session.h"
-#include "proto/message.h"
+#include "contact/bake/session.h"
+#include "proto/os/message.h"
 
 namespace haptic {
 namespace {

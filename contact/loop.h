@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/process.h"
+#include "proto/ipc/process.h"
 
 namespace haptic {
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 
 #include "contact/detect/nearest_surface.h"
-#include "contact/query/plane_extent.h"
-#include "contact/query/shading_normal.h"
-#include "proto/renderer.h"
-#include "proto/scene_pose.h"
+#include "contact/query/triangle/plane_extent.h"
+#include "contact/query/triangle/shading_normal.h"
+#include "proto/wire/renderer.h"
+#include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {

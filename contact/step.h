@@ -11,8 +11,8 @@
 #include "contact/detect/near_features.h"
 #include "contact/detect/point_proxy.h"
 #include "contact/detect/rigid_tool.h"
-#include "proto/config.h"
-#include "proto/wire.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

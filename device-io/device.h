@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "proto/config.h"
-#include "proto/file_descriptor.h"
-#include "proto/wire.h"
+#include "proto/config/config.h"
+#include "proto/os/file_descriptor.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "device-io/device.h"
-#include "device-io/replay.h"
-#include "device-io/simulated_hand.h"
-#include "device-io/woodenhaptics.h"
-#include "proto/serial_port.h"
+#include "device-io/hand/simulated_hand.h"
+#include "device-io/replay/replay.h"
+#include "device-io/woodenhaptics/woodenhaptics.h"
+#include "proto/os/serial_port.h"
 
 namespace haptic {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "device-io/device.h"
-#include "proto/handout.h"
-#include "proto/realtime.h"
+#include "proto/ipc/handout.h"
+#include "proto/os/realtime.h"
 #include "servo/step.h"
 
 /// The body of the servo's loop, apart from who waits and for how long: haptic-servo runs it on its

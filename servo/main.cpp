@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <memory>
 
-#include "proto/message.h"
-#include "proto/process.h"
+#include "proto/ipc/process.h"
+#include "proto/os/message.h"
 #include "servo/loop.h"
 
 namespace haptic {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/rendered.h"
-#include "servo/solve/direct.h"
+#include "servo/solve/point/direct.h"
 
 namespace haptic {
 namespace {

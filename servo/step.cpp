@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "proto/mapping.h"
-#include "proto/renderer.h"
-#include "proto/scene_pose.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/renderer.h"
+#include "proto/wire/scene_pose.h"
 #include "servo/rendered.h"
 
 namespace haptic {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/config.h"
-#include "proto/wire.h"
-#include "servo/contact_age.h"
-#include "servo/coupling.h"
-#include "servo/safety.h"
-#include "servo/solve/constrained6.h"
-#include "servo/solve/god_object6.h"
-#include "servo/solve/soft_proxy.h"
-#include "servo/solve/virtual_proxy.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
+#include "servo/safety/contact_age.h"
+#include "servo/safety/coupling.h"
+#include "servo/safety/safety.h"
+#include "servo/solve/body/constrained6.h"
+#include "servo/solve/body/god_object6.h"
+#include "servo/solve/body/soft_proxy.h"
+#include "servo/solve/point/virtual_proxy.h"
 
 namespace haptic {
 

@@ -2,7 +2,7 @@
 // haptic-sim: moves the scene and publishes where everything is.
 #include <memory>
 
-#include "proto/process.h"
+#include "proto/ipc/process.h"
 #include "sim/step.h"
 
 namespace haptic {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/config.h"
-#include "proto/wire.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "proto/scene_pose.h"
+#include "proto/wire/scene_pose.h"
 #include "sim/scene.h"
 
 namespace haptic {

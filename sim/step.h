@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "proto/config.h"
-#include "proto/wire.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 
@@ -36,7 +36,7 @@ SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double
 
 /// Continues after a restart: seq follows last.seq and the phases are read from last's poses and
 /// twists. The first step advances by the time since `last`, at most kMaxExtrapolation
-/// (proto/scene_pose.h): that is where the readers' extrapolation left the objects, so that no
+/// (proto/wire/scene_pose.h): that is where the readers' extrapolation left the objects, so that no
 /// outage, however long, makes them jump. Call before the first step.
 void resume(const SimModel& model, SimState& state, const SceneFrame& last);
 

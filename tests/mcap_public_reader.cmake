@@ -3,7 +3,7 @@
 find_program(NODE node)
 find_program(NPM npm)
 if(NODE AND NPM)
-  add_test(NAME mcap_public_reader COMMAND ${NODE} ${CMAKE_CURRENT_SOURCE_DIR}/clients/mcap_reader.mjs
+  add_test(NAME mcap_public_reader COMMAND ${NODE} ${CMAKE_CURRENT_SOURCE_DIR}/clients/library/mcap_reader.mjs
     $<TARGET_FILE:test_proto> ${CMAKE_CURRENT_BINARY_DIR}/mcap_reader)
 else()
   add_test(NAME mcap_public_reader COMMAND ${CMAKE_COMMAND} -E echo

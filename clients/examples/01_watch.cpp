@@ -4,7 +4,7 @@
 #include <exception>
 #include <stdexcept>
 
-#include "clients/client.h"
+#include "clients/library/client.h"
 
 int main(int argc, char** argv) try {
   haptic::Client client(argc > 1 ? argv[1] : "");  // no name: the only session that runs

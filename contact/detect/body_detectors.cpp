@@ -5,7 +5,7 @@
 #include <array>
 
 #include "contact/detect/cluster_contact.h"
-#include "contact/shape/tool_body.h"
+#include "contact/shape/mesh/tool_body.h"
 
 namespace haptic {
 namespace {

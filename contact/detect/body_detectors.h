@@ -7,7 +7,7 @@
 #include "contact/detect/clear_pose.h"
 #include "contact/detect/exact.h"
 #include "contact/detect/voxel.h"
-#include "proto/config.h"
+#include "proto/config/config.h"
 
 namespace haptic {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "contact/query/mesh_distance.h"
-#include "proto/wire.h"
+#include "contact/query/proximity/mesh_distance.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact/detect/cluster_pushes.h"
-#include "proto/wire.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

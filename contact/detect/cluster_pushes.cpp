@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/query/lanes.h"
+#include "contact/query/simd/lanes.h"
 
 namespace haptic {
 namespace {

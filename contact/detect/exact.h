@@ -4,7 +4,7 @@
 #include <span>
 
 #include "contact/detect/cluster_pushes.h"
-#include "contact/query/triangle_pairs.h"
+#include "contact/query/proximity/triangle_pairs.h"
 
 namespace haptic {
 

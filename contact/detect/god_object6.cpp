@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "contact/query/closest_point.h"
-#include "contact/query/near_pairs.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/query/proximity/near_pairs.h"
 
 namespace haptic {
 namespace {

@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "contact/query/near_contacts.h"
-#include "contact/query/near_front.h"
-#include "contact/query/swept_mesh.h"
-#include "contact/shape/mesh_topology.h"
+#include "contact/query/proximity/near_contacts.h"
+#include "contact/query/proximity/near_front.h"
+#include "contact/query/sweep/swept_mesh.h"
+#include "contact/shape/mesh/mesh_topology.h"
 #include "proto/math/qp.h"
-#include "proto/wire.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

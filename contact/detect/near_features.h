@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "contact/query/triangles_within.h"
+#include "contact/query/point/triangles_within.h"
 
 namespace haptic {
 

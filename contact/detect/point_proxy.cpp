@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "contact/detect/sphere_rest.h"
-#include "contact/query/swept_sphere.h"
-#include "contact/query/vertex_fan.h"
+#include "contact/query/sweep/swept_sphere.h"
+#include "contact/query/triangle/vertex_fan.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {

@@ -4,10 +4,10 @@
 #include <array>
 #include <span>
 
-#include "contact/query/closest_point.h"
-#include "contact/query/segment_hit.h"
-#include "contact/shape/mesh_shape.h"
-#include "proto/wire.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/query/point/segment_hit.h"
+#include "contact/shape/baked/mesh_shape.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/rigid_tool.h"
 
-#include "contact/query/shading_normal.h"
+#include "contact/query/triangle/shading_normal.h"
 
 namespace haptic {
 namespace {

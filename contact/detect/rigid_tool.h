@@ -5,7 +5,7 @@
 #include <span>
 
 #include "contact/detect/god_object6.h"
-#include "proto/config.h"
+#include "proto/config/config.h"
 
 namespace haptic {
 

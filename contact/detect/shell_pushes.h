@@ -4,9 +4,9 @@
 #include <span>
 
 #include "contact/detect/cluster_pushes.h"
-#include "contact/query/shell_in_field.h"
-#include "contact/query/voxel_scan.h"
-#include "proto/config.h"
+#include "contact/query/volume/shell_in_field.h"
+#include "contact/query/volume/voxel_scan.h"
+#include "proto/config/config.h"
 
 namespace haptic {
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "contact/query/closest_on_triangle.h"
+#include "contact/query/triangle/closest_on_triangle.h"
 
 namespace haptic {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "contact/detect/shell_pushes.h"
-#include "proto/wire.h"
+#include "proto/wire/wire.h"
 
 namespace haptic {
 

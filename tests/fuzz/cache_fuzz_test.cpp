@@ -6,15 +6,15 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "contact/bake_volume.h"
-#include "contact/query/closest_point.h"
-#include "contact/query/segment_hit.h"
-#include "contact/query/shell_in_field.h"
-#include "contact/query/swept_sphere.h"
-#include "contact/query/triangles_within.h"
-#include "contact/query/voxel_scan.h"
-#include "contact/shape/baked_file.h"
-#include "contact/shape/baked_volume.h"
+#include "contact/bake/volume.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/query/point/segment_hit.h"
+#include "contact/query/point/triangles_within.h"
+#include "contact/query/sweep/swept_sphere.h"
+#include "contact/query/volume/shell_in_field.h"
+#include "contact/query/volume/voxel_scan.h"
+#include "contact/shape/baked/file.h"
+#include "contact/shape/baked/volume.h"
 #include "tests/fuzz/fuzz_meter.h"
 #include "tests/support/torture_scale.h"
 

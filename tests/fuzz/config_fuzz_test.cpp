@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "proto/config.h"
-#include "proto/config_text.h"
-#include "proto/config_warnings.h"
+#include "proto/config/config.h"
+#include "proto/config/config_text.h"
+#include "proto/config/config_warnings.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/support/config_text.h"

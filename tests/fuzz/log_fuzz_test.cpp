@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "proto/csv.h"
-#include "proto/hand_trace.h"
+#include "proto/log/csv.h"
+#include "proto/log/hand_trace.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
-#include "tests/support/mcap_bytes.h"
+#include "tests/proto/log/mcap_bytes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {

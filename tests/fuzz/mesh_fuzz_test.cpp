@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
-#include "contact/bake.h"
-#include "contact/query/closest_point.h"
-#include "contact/query/segment_hit.h"
+#include "contact/bake/bake.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/query/point/segment_hit.h"
 #include "tests/fuzz/fuzz_meter.h"
 #include "tests/fuzz/mesh_inputs.h"
 #include "tests/support/torture_scale.h"

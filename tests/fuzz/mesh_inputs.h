@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "contact/bake_read.h"
+#include "contact/bake/read.h"
 
 namespace haptic::test {
 

@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "proto/control_socket.h"
-#include "proto/handout.h"
-#include "proto/handout_message.h"
-#include "servo/command.h"
+#include "proto/ipc/control_socket.h"
+#include "proto/ipc/handout.h"
+#include "proto/ipc/handout_message.h"
+#include "servo/hapticd/command.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/support/temporary_folder.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "proto/csv.h"
-#include "proto/hand_trace.h"
+#include "proto/log/csv.h"
+#include "proto/log/hand_trace.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/support/temporary_folder.h"

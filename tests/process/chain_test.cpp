@@ -6,7 +6,7 @@
 #include <iomanip>
 #include <vector>
 
-#include "proto/hand_trace.h"
+#include "proto/log/hand_trace.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "device-io/emulator_log_reader.h"
+#include "device-io/emulator/log_reader.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {

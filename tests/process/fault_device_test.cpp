@@ -5,8 +5,8 @@
 #include <fstream>
 #include <iomanip>
 
-#include "device-io/fault_order.h"
-#include "proto/queued_order.h"
+#include "device-io/emulator/fault_order.h"
+#include "proto/os/queued_order.h"
 #include "tests/process/faulted_session.h"
 #include "tests/process/hapt_command.h"
 

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "clients/torture_account.h"
+#include "clients/torture/account.h"
 #include "tests/process/faulted_session.h"
 
 namespace haptic {

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "clients/faults.h"
+#include "clients/torture/faults.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"
 

@@ -6,8 +6,8 @@
 #include <random>
 #include <thread>
 
-#include "clients/forked_process.h"
-#include "proto/realtime.h"
+#include "clients/lab/forked_process.h"
+#include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
 
 namespace haptic::test {

@@ -2,8 +2,8 @@
 // The command line tool as people and scripts use it, on the real binaries.
 #include <fstream>
 
-#include "clients/forked_process.h"
-#include "proto/trace.h"
+#include "clients/lab/forked_process.h"
+#include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "proto/process.h"
-#include "proto/realtime.h"
+#include "proto/ipc/process.h"
+#include "proto/os/realtime.h"
 
 namespace haptic::test {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/control_socket.h"
+#include "proto/ipc/control_socket.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"

@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "clients/forked_process.h"
-#include "proto/handout.h"
-#include "proto/realtime.h"
+#include "clients/lab/forked_process.h"
+#include "proto/ipc/handout.h"
+#include "proto/os/realtime.h"
 #include "tests/process/ring_torture.h"
 #include "tests/support/temporary_folder.h"
 

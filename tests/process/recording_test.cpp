@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
-#include "proto/config.h"
-#include "proto/trace.h"
+#include "proto/config/config.h"
+#include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "proto/segment.h"
+#include "proto/ipc/segment.h"
 
 namespace haptic {
 namespace test {

@@ -8,7 +8,7 @@
 
 #include "tests/process/flat_out_torture.h"
 #include "tests/process/kill_torture.h"
-#include "tests/support/broken_ring.h"
+#include "tests/proto/ipc/broken_ring.h"
 #include "tests/support/self_describing.h"
 #include "tests/support/torture_scale.h"
 

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <optional>
 
-#include "proto/control_socket.h"
-#include "proto/handout.h"
+#include "proto/ipc/control_socket.h"
+#include "proto/ipc/handout.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"

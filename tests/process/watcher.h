@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "proto/handout.h"
+#include "proto/ipc/handout.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {

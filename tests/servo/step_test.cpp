@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/step.cpp and servo/solve/point_proxy.cpp on hand-made contacts.
+// Tests for servo/step.cpp and servo/solve/point/point_proxy.cpp on hand-made contacts.
 #include "servo/step.h"
 
 #include <limits>
 #include <memory>
 #include <vector>
 
-#include "servo/solve/point_proxy.h"
+#include "servo/solve/point/point_proxy.h"
 #include "tests/support/near.h"
 #include "tests/support/servo_tick.h"
 

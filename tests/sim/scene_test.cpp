@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "proto/scene_pose.h"
+#include "proto/wire/scene_pose.h"
 #include "sim/step.h"
 #include "tests/support/near.h"
 

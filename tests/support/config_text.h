@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "proto/config.h"
+#include "proto/config/config.h"
 
 namespace haptic::test {
 

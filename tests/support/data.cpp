@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <iostream>
 
-#include "proto/environment.h"
-#include "proto/source_tree.h"
+#include "proto/os/environment.h"
+#include "proto/os/source_tree.h"
 
 namespace haptic::test {
 namespace {

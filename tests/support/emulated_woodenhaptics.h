@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "device-io/emulator_firmware.h"
-#include "device-io/woodenhaptics.h"
+#include "device-io/emulator/firmware.h"
+#include "device-io/woodenhaptics/woodenhaptics.h"
 
 namespace haptic::test {
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <thread>
 
-#include "proto/realtime.h"
-#include "proto/rt_guard.h"
+#include "proto/os/realtime.h"
+#include "proto/os/rt_guard.h"
 
 namespace haptic::test {
 

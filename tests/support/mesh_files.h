@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "contact/shape/primitives.h"
+#include "contact/shape/mesh/primitives.h"
 
 namespace haptic::test {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/shape/mesh_shape.h"
+#include "contact/shape/baked/mesh_shape.h"
 #include "proto/math/pose.h"
 #include "tests/support/data.h"
 #include "tests/support/torture_scale.h"

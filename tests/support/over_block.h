@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/config.h"
+#include "proto/config/config.h"
 
 namespace haptic::test {
 

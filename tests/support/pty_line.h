@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "proto/file_descriptor.h"
+#include "proto/os/file_descriptor.h"
 
 namespace haptic::test {
 

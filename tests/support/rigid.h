@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <functional>
 
-#include "servo/solve/soft_contact.h"
-#include "servo/solve/virtual_coupling.h"
+#include "servo/solve/body/soft_contact.h"
+#include "servo/solve/body/virtual_coupling.h"
 #include "tests/support/meshes.h"
 
 namespace haptic::test {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "servo/solve/constrained6.h"
-#include "servo/solve/god_object6.h"
+#include "servo/solve/body/constrained6.h"
+#include "servo/solve/body/god_object6.h"
 #include "tests/support/meshes.h"
 
 namespace haptic::test {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact/detect/point_proxy.h"
-#include "contact/shape/mesh_shape.h"
+#include "contact/shape/baked/mesh_shape.h"
 
 namespace haptic::test {
 

@@ -8,8 +8,8 @@
 #include "contact/detect/cluster_contact.h"
 #include "contact/detect/exact.h"
 #include "contact/detect/voxel.h"
-#include "contact/query/closest_point.h"
-#include "servo/solve/soft_proxy.h"
+#include "contact/query/point/closest_point.h"
+#include "servo/solve/body/soft_proxy.h"
 #include "tests/support/meshes.h"
 
 namespace haptic::test {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "clients/eval_workload.h"
-#include "clients/scripted_hand.h"
+#include "clients/eval/scenes/workload.h"
+#include "clients/lab/scripted_hand.h"
 
 namespace haptic::test {
 

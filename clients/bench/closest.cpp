@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/closest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "clients/bench/peers/closest.h"
+#include "clients/bench/work/turns.h"
+#include "clients/bench/work/workload.h"
+#include "contact/bake/bake.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/shape/mesh/mesh_topology.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
+constexpr size_t kChunk = 200;
+constexpr size_t kBruteForced = 100;
+
+/// Points and what ours and the peers make of them.
+struct Trial {
+  std::string name;
+  const WorkloadMesh& mesh;
+  const MeshShape& shape;
+  std::vector<Vec3> points;
+};
+
+/// Largest difference to the nearest of all triangles, on every n-th point.
+double error_of(const Trial& trial, const std::vector<double>& distances) {
+  double error = 0;
+  const size_t stride = std::max<size_t>(trial.points.size() / kBruteForced, 1);
+  for (size_t i = 0; i < trial.points.size(); i += stride) {
+    double least = kAnyDistance;
+    for (uint32_t t = 0; t < trial.shape.mesh.triangles.size(); ++t) {
+      const ClosestPoint c = closest_point_on_triangle(trial.shape.mesh, t, trial.points[i]);
+      least = std::min(least, c.distance);
+    }
+    error = std::max(error, std::fabs(distances[i] - least));
+  }
+  return error;
+}
+
+std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
+  ClosestWitness witness;
+  const size_t n = trial.points.size();
+  std::vector<std::vector<double>> answers;
+  std::vector<Contestant> contestants;
+  const auto enter = [&](const std::string& name, std::function<double(const Vec3&)> distance) {
+    answers.emplace_back(n);
+    const size_t k = answers.size() - 1;
+    contestants.push_back({name, [&, k, distance = std::move(distance)](size_t i) {
+                             answers[k][i] = distance(trial.points[i]);
+                           }});
+  };
+  enter("with witness", [&](const Vec3& p) {
+    return closest_point(trial.shape, p, kAnyDistance, witness).distance;
+  });
+  enter("without witness",
+        [&](const Vec3& p) { return closest_point(trial.shape, p, kAnyDistance).distance; });
+  const size_t ours = contestants.size();
+  for (const ClosestPeer& peer : embree_peers(trial.shape.mesh)) enter(peer.name, peer.distance);
+  const bool embree = contestants.size() > ours;
+  for (const ClosestPeer& peer : cgal_peers(trial.shape.mesh)) enter(peer.name, peer.distance);
+  take_turns(contestants, n, kChunk, rounds);
+
+  Rows rows(trial.name);
+  const std::string prefix = trial.name + ", ";
+  for (size_t k = 0; k < contestants.size(); ++k) {
+    const Contestant& c = contestants[k];
+    rows.add(prefix + c.name + " p50", percentile(c.times, 50), "s");
+    rows.add(prefix + c.name + " p99", percentile(c.times, 99), "s");
+    const double error = error_of(trial, answers[k]);
+    if (k < ours) {
+      rows.add(prefix + c.name + ", error against brute force", error, "m", 0, error == 0);
+    } else {
+      rows.add(prefix + c.name + ", error against brute force", error, "m");
+    }
+  }
+  size_t different = 0;
+  for (size_t i = 0; i < n; ++i) different += answers[0][i] != answers[1][i];
+  rows.add(prefix + "changed by the witness", static_cast<double>(different), "", 0,
+           different == 0);
+  if (is_far) {
+    // a hundredth is what two equal contestants differ by here
+    const double ratio = median_ratio(contestants[0], contestants[1]);
+    rows.add(prefix + "with over without witness", ratio, "", 1.02, ratio <= 1.02);
+  } else if (embree) {
+    const double ratio =
+        percentile(contestants[0].times, 50) / percentile(contestants[ours].times, 50);
+    rows.add(prefix + "median over Embree's with previous radius", ratio, "", 0.4, ratio <= 0.4);
+  }
+  if (!embree) rows.note(prefix + "Embree", "LEFT OUT: ./run bench closest installs it");
+  return rows.rows();
+}
+
+std::vector<Row> run_mesh(const WorkloadMesh& mesh, int rounds) {
+  const MeshData data = build_mesh(mesh.soup.vertices, mesh.soup.triangles);
+  const ObbTreeData tree = build_obb_tree(data.view());
+  const PatchTreeData patches = build_patch_tree(data.view());
+  const MeshShape shape{data.view(), tree.view(), {}, patches.view()};
+  Rows rows(mesh.name);
+  const size_t bytes =
+      patches.nodes.size() * sizeof(PatchNode) + patches.leaves.size() * sizeof(PatchLeaf);
+  rows.add(mesh.name + ", bytes a triangle",
+           static_cast<double>(bytes) / static_cast<double>(data.triangles.size()), "B", 40,
+           bytes <= 40 * data.triangles.size());
+  const Trial dragged{mesh.name + " dragged", mesh, shape, dragged_points(shape, mesh.kind, 20000)};
+  rows.append(run_trial(dragged, rounds, false));
+  const Trial far{mesh.name + " far", mesh, shape, far_points(shape, mesh.kind, 4000)};
+  rows.append(run_trial(far, rounds, true));
+  return rows.rows();
+}
+
+/// A mesh file as it is, nothing repaired: peers get the same triangles.
+WorkloadMesh read_scanned(const std::string& name, const std::string& path) {
+  ObjectConfig object;
+  assign(object.mesh, path);
+  object.allow_open = 1;
+  const BakedShape baked = bake_object(object, uint64_t{1} << 33);
+  const TriangleMesh& mesh = baked.shape.mesh;
+  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
+                             {mesh.triangles.begin(), mesh.triangles.end()}});
+}
+
+}  // namespace
+
+std::vector<Row> bench_closest(const BenchClosestOptions& options) {
+  Rows rows("closest");
+  rows.note("machine", machine_line());
+  rows.add("rounds", options.rounds, "");
+  for (const uint32_t frequency : {64u, 128u}) {
+    rows.append(run_mesh(make_bump_sphere(frequency), options.rounds));
+  }
+  const std::string armadillo = options.meshes + "/armadillo.off";
+  if (std::filesystem::exists(armadillo)) {
+    rows.append(run_mesh(read_scanned("armadillo", armadillo), options.rounds));
+  } else {
+    rows.note("armadillo", "LEFT OUT: " + armadillo + " is not here; ./run meshes fetches it");
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/jitter.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "clients/lab/forked_process.h"
+#include "clients/lab/jitter_rows.h"
+#include "clients/report/print_rows.h"
+#include "proto/config/command_line.h"
+
+namespace haptic {
+namespace {
+
+struct JitterOptions {
+  int pairs = 5;
+  int seconds = 15;
+  std::optional<size_t> core;
+  bool json = false;
+};
+
+/// The last of those this process may use: the first has the interrupts.
+size_t choose_core(const std::optional<size_t>& wanted) {
+  const std::vector<size_t> allowed = allowed_processors();
+  if (!wanted && !allowed.empty()) return allowed.back();
+  const size_t core = wanted.value_or(0);
+  if (std::find(allowed.begin(), allowed.end(), core) != allowed.end()) return core;
+  throw std::runtime_error("bench jitter: this process may not use core " + std::to_string(core) +
+                           "; choose another with --core (taskset -cp $$ lists them)");
+}
+
+/// Beside the same witness as our own loop, so that both share the core alike.
+CyclictestRun run_witnessed_cyclictest(const WakeOptions& wake) {
+  std::thread witness([&] { measure_witness(wake); });
+  CyclictestRun run = run_cyclictest(static_cast<int>(wake.seconds), wake.core);
+  witness.join();
+  return run;
+}
+
+void check_pinned(const WakeRun& run) {
+  if (run.pin_errno == 0) return;
+  throw std::runtime_error(std::string("bench jitter: the loop could not be kept on its core: ") +
+                           std::strerror(run.pin_errno) + "; choose another with --core");
+}
+
+std::vector<JitterRound> measure(const JitterOptions& options) {
+  const auto core = static_cast<int>(choose_core(options.core));
+  std::vector<JitterRound> rounds;
+  for (int i = 0; i < options.pairs; ++i) {
+    WakeOptions wake{.seconds = static_cast<double>(options.seconds), .core = core};
+    JitterRound round;
+    // who comes first changes, so that a drift of the machine favours neither
+    if (i % 2 == 1) round.peer = run_witnessed_cyclictest(wake);
+    round.sleep = measure_witnessed_wakes(wake);
+    if (i % 2 == 0) round.peer = run_witnessed_cyclictest(wake);
+    wake.spin_ns = kHybridSpinNs;
+    round.hybrid = measure_wakes(wake);
+    for (const WakeRun* run : {&round.sleep.servo, &round.sleep.witness, &round.hybrid}) {
+      check_pinned(*run);
+    }
+    rounds.push_back(std::move(round));
+    std::cerr << "pair " << i + 1 << " of " << options.pairs << " measured\n";
+  }
+  return rounds;
+}
+
+void run_jitter(const JitterOptions& options) {
+  const std::vector<JitterRound> rounds = measure(options);
+  const std::string problem = peer_problem_of(rounds);
+  if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
+  const RealtimeReport& rights = rounds.front().sleep.servo.rights;
+  if (rights.fifo_errno != 0) {
+    std::cerr << "hapt: " << rights.explain() << "; the goals are not judged\n";
+  }
+  print_judged(make_jitter_rows(rounds).rows(), options.json);
+}
+
+}  // namespace
+
+void add_bench_jitter(Command& bench) {
+  const auto options = std::make_shared<JitterOptions>();
+  Command command = bench.subcommand(
+      "jitter", "How late the servo's clock wakes, beside cyclictest, in alternation");
+  command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
+      .range(1, 1000)
+      .show_default();
+  // whole ones: cyclictest knows no others
+  command.option("--seconds", options->seconds, "of each window").range(1, 3600).show_default();
+  command.option("--core", options->core, "they all run on [the last one allowed]");
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { run_jitter(*options); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "clients/bench/work/ccd_queries.h"
+
+namespace haptic {
+
+/// FCL's elementary queries (detail::Intersect): roots of the cubic by bisection, or by Newton's
+/// method. Empty: no meeting.
+std::optional<double> meeting_by_fcl(const CcdQuery& query, bool newton);
+/// Whether this was built with FCL.
+bool has_fcl_features();
+
+}  // namespace haptic

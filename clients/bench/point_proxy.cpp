@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/point_proxy.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "clients/eval/renderer.h"
+#include "clients/lab/scripted_hand.h"
+#include "clients/lab/thread_cpu.h"
+#include "clients/library/histogram.h"
+#include "proto/os/rt_guard.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kJudgedFrom = 1'000'000;  // triangles: the goals are for the finest meshes
+constexpr double kGoalP50 = 2e-6, kGoalP99 = 10e-6, kGoalMax = 25e-6;  // of a point [s]
+constexpr double kSmallSphere = 1e-3;                                  // [m]
+constexpr double kGoalSmallP99 = 50e-6, kGoalLargeP99 = 100e-6;        // of spheres, p99 [s]
+constexpr int kEmptyMeasurements = 10'000;
+
+/// What an empty measurement takes: subtracted from each [ns].
+int64_t clock_cost_ns() {
+  int64_t least = std::numeric_limits<int64_t>::max();
+  for (int i = 0; i < kEmptyMeasurements; ++i) {
+    const int64_t begin = thread_cpu_ns();
+    least = std::min(least, thread_cpu_ns() - begin);
+  }
+  return least;
+}
+
+/// What the servo asks, tick by tick, along the path.
+std::vector<ServoFrame> questions(const ToolPath& path, int ticks) {
+  std::vector<ServoFrame> frames(static_cast<size_t>(ticks));
+  ScriptedHand hand(path);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    ServoFrame& frame = frames[k];
+    frame.tick = k;
+    frame.t_ns = 1'000'000 * static_cast<int64_t>(k + 1);
+    hand.read({frame.t_ns, frame.t_ns}, frame.device);
+    frame.X_WT = frame.device.X_BH;
+    frame.V_WT = frame.device.V_BH;
+    frame.flags = kServoNoContactSet;
+    frame.renderer = static_cast<uint32_t>(Renderer::kVirtualProxy3);
+  }
+  return frames;
+}
+
+/// Keeps an answer that nobody reads.
+void keep(const ContactSet& set) {
+  asm volatile("" : : "g"(&set) : "memory");
+}
+
+void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
+  const auto add = [&](const char* metric, int64_t ns, double goal) {
+    const double seconds = 1e-9 * static_cast<double>(ns);
+    if (std::isfinite(goal)) {
+      rows.add_if(judged, metric, seconds, "s", goal, seconds <= goal);
+    } else {
+      rows.add(metric, seconds, "s");
+    }
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double sphere_p99 = radius > kSmallSphere ? kGoalLargeP99 : kGoalSmallP99;
+  const bool point = radius == 0;
+  add("contact step, CPU p50", times.percentile(50), point ? kGoalP50 : kNone);
+  add("contact step, CPU p99", times.percentile(99), point ? kGoalP99 : sphere_p99);
+  add("contact step, CPU max", times.max(), point ? kGoalMax : kNone);
+}
+
+/// The least time of each question over the repetitions.
+Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> frames,
+                     int repetitions) {
+  const int64_t empty_ns = clock_cost_ns();
+  std::vector<int64_t> least(frames.size(), std::numeric_limits<int64_t>::max());
+  for (int r = 0; r < repetitions; ++r) {
+    const auto state = std::make_unique<ContactState>();
+    for (size_t k = 0; k < frames.size(); ++k) {
+      const int64_t begin = thread_cpu_ns();
+      keep(contact_step(model, *state, frames[k], nullptr));
+      least[k] = std::min(least[k], thread_cpu_ns() - begin);
+    }
+  }
+  Histogram times;
+  for (const int64_t ns : least) times.add(std::max<int64_t>(ns - empty_ns, 0));
+  return times;
+}
+
+/// What one more pass is caught at, and how much it finds.
+struct Watched {
+  uint64_t allocated = 0;  // and freed
+  uint64_t limited = 0;    // steps cut short
+  uint64_t truncated = 0;  // answers with less than there was to say
+  size_t most_contacts = 0;
+};
+
+Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frames) {
+  Watched watched;
+  const auto state = std::make_unique<ContactState>();
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  for (const ServoFrame& frame : frames) {
+    const ContactSet set = contact_step(model, *state, frame, nullptr);
+    watched.limited += (set.flags & kContactIterationLimit) != 0;
+    watched.truncated += (set.flags & kContactTruncated) != 0;
+    watched.most_contacts = std::max<size_t>(watched.most_contacts, set.n_contacts);
+  }
+  guard.disarm();
+  watched.allocated =
+      guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+  return watched;
+}
+
+std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, double radius,
+                           const BenchPointProxyOptions& options) {
+  const ToolPath path = make_eval_work(name, radius).path;
+  const std::vector<ServoFrame> frames = questions(path, options.ticks);
+  SessionConfig config = plain_session(1000);
+  config.proxy_radius = radius;
+  const ContactModel model = build_contact_model(config, std::span(&shape, 1));
+  const Histogram times = time_steps(model, frames, options.repetitions);
+  const Watched watched = watch_steps(model, frames);
+
+  Rows rows("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
+  rows.note("work", name + ", radius " + readable(radius, "m"));
+  const size_t triangles = shape.mesh.triangles.size();
+  rows.add("triangles", static_cast<double>(triangles), "");
+  add_time(rows, times, radius, triangles >= kJudgedFrom);
+  rows.add("contacts, most in a step", static_cast<double>(watched.most_contacts), "");
+  rows.add("steps cut short", static_cast<double>(watched.limited), "");
+  rows.add("answers truncated", static_cast<double>(watched.truncated), "");
+  rows.add("allocations", static_cast<double>(watched.allocated), "", 0, watched.allocated == 0);
+  return rows.rows();
+}
+
+}  // namespace
+
+std::vector<Row> bench_point_proxy(const BenchPointProxyOptions& options) {
+  Rows rows("point-proxy");
+  rows.note("machine", machine_line());
+  for (const std::string& name : options.meshes) {
+    const MeshShapeData mesh = build_shape(make_eval_work(name, 0).soup);
+    for (const double radius : options.radii) {
+      rows.append(bench_one(name, mesh.view(), radius, options));
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

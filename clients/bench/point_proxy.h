@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/eval/scenes/workload.h"
+#include "clients/report/report.h"
+
+namespace haptic {
+
+struct BenchPointProxyOptions {
+  std::vector<std::string> meshes{"hf:50",     "hf:187",    "hf:374",     "hf:742",
+                                  "sphere:16", "sphere:59", "sphere:118", "sphere:235"};
+  std::vector<double> radii{0, 1e-3, 5e-3};  // of the proxy; the path keeps its depth [m]
+  int repetitions = 5;                       // of the same path; a tick counts with its fastest
+  int ticks = kEvalTicks;
+};
+
+/// What a whole contact step of virtual-proxy3 costs on the published work: processor time of the
+/// thread (CLOCK_THREAD_CPUTIME_ID, less what an empty measurement takes) of each tick, the least
+/// of the repetitions, so that what the machine did meanwhile is left out; and what one more pass
+/// finds and what rt_guard catches in it.
+std::vector<Row> bench_point_proxy(const BenchPointProxyOptions& options);
+
+}  // namespace haptic

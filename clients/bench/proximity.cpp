@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/proximity.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "clients/bench/peers/pair.h"
+#include "clients/bench/work/proximity.h"
+#include "clients/bench/work/turns.h"
+#include "clients/lab/thread_cpu.h"
+#include "clients/report/print_rows.h"
+#include "contact/query/proximity/mesh_distance.h"
+#include "contact/query/proximity/near_contacts.h"
+#include "contact/query/proximity/near_front.h"
+#include "proto/config/command_line.h"
+#include "proto/os/rt_guard.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kBand = 0.1e-3;  // [m]
+constexpr size_t kChunk = 50;
+constexpr size_t kMostPairs = 400'000;
+constexpr double kUnlimited = 1e9;
+
+struct Options {
+  std::vector<std::string> cases{"torus", "bolt"};
+  size_t torus_poses = 2000, bolt_poses = 120;
+  bool json = false;
+};
+
+/// What one case must hold: p99 of the front, and of front and contacts together [s].
+struct Goals {
+  double pairs, contacts;
+};
+
+using Pairs = std::vector<TrianglePair>;
+
+Pairs sorted(std::span<const NearPair> near) {
+  Pairs pairs;
+  for (const NearPair& pair : near) pairs.push_back(pair.triangles);
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+double worst(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+/// CPU time of what a query does [s].
+template <class Query>
+std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
+  return [&cpu, query](size_t i) {
+    const int64_t begin = thread_cpu_ns();
+    query(i);
+    cpu.push_back(1e-9 * static_cast<double>(thread_cpu_ns() - begin));
+  };
+}
+
+/// `cpu` does not count what other programs do meanwhile.
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu, double goal) {
+  rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
+  const double p99 = percentile(cpu, 99);
+  if (goal < kUnlimited) {
+    rows.add(name + ", CPU p99", p99, "s", goal, p99 <= goal);
+  } else {
+    rows.add(name + ", CPU p99", p99, "s");
+  }
+  rows.add(name + ", CPU longest", worst(cpu), "s");
+}
+
+/// Each of ours beside each of the peer's; medians over chunks as ratios, on the clock.
+void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant>& peers) {
+  for (const Contestant& peer : peers) {
+    if (!peer.name.starts_with("FCL")) continue;
+    rows.add_beside(ours.name + ", p50, beside", percentile(ours.times, 50), "s", peer.name,
+                    percentile(peer.times, 50));
+    rows.add(ours.name + " : " + peer.name, median_ratio(ours, peer), "");
+  }
+}
+
+/// How often a front that has been along all poses allocates on the way.
+double allocations(NearFront& front, NearContacts& contacts, const std::vector<Pose>& poses) {
+  const auto follow = [&] {
+    for (const Pose& X_OT : poses) contacts.reduce(front.update(X_OT, kBand), X_OT);
+  };
+  follow();
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  follow();
+  guard.disarm();
+  return static_cast<double>(guard.report().of(Violation::kAllocate).count);
+}
+
+/// The answers at every pose: sets, and yes or no as FCL says.
+struct Agreement {
+  double other_sets = 0, other_answers = 0, touching = 0;
+  std::vector<double> pairs, minima, kept, visited, boxes, triangles;
+};
+
+Agreement compare(const ProximityWork& work, PairPeer* peer) {
+  const MeshShape object = work.object.view(), tool = work.tool.view();
+  NearFront front(object, tool), asked(object, tool);
+  NearContacts contacts(object, tool);
+  std::vector<NearPair> cold(kMostPairs);
+  Agreement found;
+  // the first finds the front, and is no step
+  front.update(work.poses[0], kBand);
+  for (const Pose& X_OT : work.poses) {
+    const std::span<const NearPair> near = front.update(X_OT, kBand);
+    const size_t n = near_pairs(object, tool, X_OT, kBand, cold);
+    const Pairs set = sorted(near);
+    found.other_sets += set != sorted(std::span(cold).first(std::min(n, cold.size())));
+    const NearContactSet reduced = contacts.reduce(near, X_OT);
+    found.pairs.push_back(static_cast<double>(near.size()));
+    found.minima.push_back(static_cast<double>(reduced.minima));
+    found.kept.push_back(static_cast<double>(reduced.contacts.size()));
+    found.visited.push_back(static_cast<double>(front.work().visited));
+    found.boxes.push_back(static_cast<double>(front.work().boxes));
+    found.triangles.push_back(static_cast<double>(front.work().triangles));
+    found.touching += reduced.meeting > 0;
+    const bool any = asked.any_near_pair(X_OT, kBand);
+    found.other_answers += any != (n > 0);
+    if (peer == nullptr) continue;
+    found.other_answers += any != (peer->distance(X_OT) <= kBand);
+    found.other_answers += (reduced.meeting > 0) != peer->collides(X_OT);
+  }
+  return found;
+}
+
+void add_agreement(Rows& rows, const Agreement& found, double poses) {
+  rows.add("poses at which they touch", found.touching / poses, "");
+  rows.add("sets that differ from those found from scratch", found.other_sets, "", 0,
+           found.other_sets == 0);
+  rows.add("yes or no that differs", found.other_answers, "", 0, found.other_answers == 0);
+  const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
+    rows.add(what + ", p50", percentile(n, 50), "");
+    rows.add(what + ", most", worst(n), "");
+  };
+  add_counts("near pairs", found.pairs);
+  add_counts("local minima", found.minima);
+  add_counts("contacts kept", found.kept);
+  add_counts("pairs of nodes looked at", found.visited);
+  add_counts("boxes compared", found.boxes);
+  add_counts("triangles measured", found.triangles);
+}
+
+std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
+  Rows rows("proximity, " + work.name);
+  const MeshShape object = work.object.view(), tool = work.tool.view();
+  const auto peer = make_fcl_peer(object.mesh, tool.mesh);
+  rows.add("triangles of the object", static_cast<double>(object.mesh.triangles.size()), "");
+  rows.add("triangles of the tool", static_cast<double>(tool.mesh.triangles.size()), "");
+  rows.add("poses of 1 kHz", static_cast<double>(work.poses.size()), "");
+
+  NearFront front(object, tool), asked(object, tool), reduced(object, tool);
+  NearContacts contacts(object, tool);
+  std::vector<NearPair> cold(kMostPairs);
+  const auto& poses = work.poses;
+  // the first pose finds the front: a session does so before it starts
+  for (NearFront* f : {&front, &asked, &reduced}) f->update(poses[0], kBand);
+  std::array<std::vector<double>, 8> cpu;
+  std::vector<Contestant> ours;
+  const auto ask = [&](const std::string& name, const std::function<void(size_t)>& query) {
+    ours.push_back({name, with_cpu(cpu[ours.size()], query)});
+  };
+  ask("front, all pairs", [&](size_t i) { front.update(poses[i], kBand); });
+  ask("front, pairs and contacts",
+      [&](size_t i) { contacts.reduce(reduced.update(poses[i], kBand), poses[i]); });
+  ask("front, whether any", [&](size_t i) { asked.any_near_pair(poses[i], kBand); });
+  ask("from scratch, all pairs",
+      [&](size_t i) { near_pairs(object, tool, poses[i], kBand, cold); });
+  ask("from scratch, whether any", [&](size_t i) { any_near_pair(object, tool, poses[i], kBand); });
+  ask("from scratch, distance", [&](size_t i) { mesh_distance(object, tool, poses[i]); });
+  if (peer) {
+    ask("FCL, whether they meet", [&](size_t i) { peer->collides(poses[i]); });
+    ask("FCL, distance", [&](size_t i) { peer->distance(poses[i]); });
+  } else {
+    rows.note("FCL", "not in this build");
+  }
+  take_turns(ours, poses.size(), kChunk, 1);
+  for (size_t k = 0; k < ours.size(); ++k) {
+    add_times(rows, ours[k].name, cpu[k],
+              k == 0   ? goals.pairs
+              : k == 1 ? goals.contacts
+                       : kUnlimited);
+  }
+  for (size_t k = 0; k < 6; ++k) add_beside(rows, ours[k], ours);
+  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[3]), "");
+
+  add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
+  rows.add("front, pairs of nodes", static_cast<double>(front.size()), "");
+  const double n = allocations(reduced, contacts, poses);
+  rows.add("allocations once along the path", n, "", 0, n == 0);
+  return rows.rows();
+}
+
+std::vector<Row> bench_proximity(const Options& options) {
+  Rows rows("proximity");
+  rows.note("machine", machine_line());
+  const auto wants = [&](const std::string& name) {
+    return std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
+  };
+  if (wants("torus"))
+    rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4, kUnlimited}));
+  if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
+  return rows.rows();
+}
+
+}  // namespace
+
+void add_bench_proximity(Command& bench) {
+  const auto options = std::make_shared<Options>();
+  Command command = bench.subcommand(
+      "proximity",
+      "Pairs of triangles within a band, and contacts that stand for them, beside FCL");
+  command.option("--case", options->cases, "as often as wanted").one_of({"torus", "bolt"});
+  command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
+  command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_proximity(*options), options->json); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/qp.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "clients/bench/peers/qp.h"
+#include "clients/bench/work/turns.h"
+#include "clients/report/print_rows.h"
+#include "proto/config/command_line.h"
+#include "proto/math/coulomb.h"
+#include "proto/math/lcp.h"
+#include "proto/math/qp.h"
+#include "proto/os/rt_guard.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kChunk = 50;  // queries of one contestant before the next has its turn
+constexpr double kGoal20 = 5e-6, kGoal64 = 20e-6;  // p99 of a solve, as the servo asks [s]
+constexpr double kRadius = 0.05;                   // of the tool [m]
+constexpr double kMass = 0.2;                      // [kg]
+constexpr double kTick = 1e-3;                     // [s]
+constexpr double kPull = 20;  // speed at which a hand 5 mm away pulls the tool: 0.1 m/s [1/s]
+constexpr double kFriction = 0.3;
+constexpr size_t kSameContacts = 50;  // ticks, then the tool is elsewhere
+constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
+
+struct Options {
+  int rounds = 3;
+  size_t ticks = 5000;
+  size_t exact_ticks = 100;  // CGAL's takes milliseconds
+  bool json = false;
+};
+
+/// What a servo asks in one tick.
+struct Question {
+  Twist a_u;  // towards the hand, of which each contact lets a part through
+  const std::vector<MotionRow>* rows = nullptr;
+  const std::vector<FrictionContact>* contacts = nullptr;
+};
+
+/// Sets of contacts and a hand that moves against them.
+struct Work {
+  Mat6 M;
+  MotionMetric metric;
+  std::vector<std::vector<MotionRow>> rows;
+  std::vector<std::vector<FrictionContact>> contacts;
+  std::vector<Question> questions;
+};
+
+class Maker {
+ public:
+  explicit Maker(uint64_t seed) : engine_(seed) {}
+
+  /// `n` contacts on a plane, in a bowl, about a peg or all round, with gaps of up to 50 µm.
+  void add_contacts(Work& work, size_t n) {
+    const Vec3 axis = direction();
+    const size_t arrangement = work.rows.size() % 4;
+    std::vector<MotionRow> rows;
+    std::vector<FrictionContact> contacts;
+    for (size_t i = 0; i < n; ++i) {
+      Vec3 normal = direction(), r = kRadius * uniform(0, 1) * direction();
+      if (arrangement == 0) normal = axis, r = r - (dot(r, axis) + 0.3 * kRadius) * axis;
+      if (arrangement == 1) normal = normalized(axis + 0.7 * normal);
+      if (arrangement == 2) normal = normalized(cross(axis, normal));
+      const double gap = i % 2 == 0 ? 0 : uniform(0, 5e-5);
+      rows.push_back(contact_row(r, normal, gap, 1e-4));
+      contacts.push_back({r, normal, -gap / kTick, kFriction, {}});
+    }
+    work.rows.push_back(std::move(rows));
+    work.contacts.push_back(std::move(contacts));
+  }
+
+  Twist motion(double size) {
+    return {size * direction(), size / kRadius * uniform(0, 1) * direction()};
+  }
+
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+
+ private:
+  Vec3 direction() {
+    std::normal_distribution<double> gauss;
+    return normalized(Vec3{gauss(engine_), gauss(engine_), gauss(engine_)});
+  }
+
+  std::mt19937_64 engine_;
+};
+
+/// `coherent`: the same contacts for fifty ticks, while the hand, 5 mm behind them, moves at
+/// 0.1 m/s; else all are new in each tick.
+Work make_work(size_t n, size_t ticks, bool coherent) {
+  Maker make(n + (coherent ? 1000 : 0));
+  Work work;
+  const double inertia = 0.4 * kMass * kRadius * kRadius;
+  work.M = mass_matrix(kMass, {{{inertia, 0, 0}, {0, 0.7 * inertia, 0}, {0, 0, 0.5 * inertia}}});
+  work.metric = factor_metric(work.M);
+  const size_t sets = coherent ? (ticks + kSameContacts - 1) / kSameContacts : ticks;
+  for (size_t k = 0; k < sets; ++k) make.add_contacts(work, n);
+  Twist hand, drift;
+  for (size_t tick = 0; tick < ticks; ++tick) {
+    const size_t set = coherent ? tick / kSameContacts : tick;
+    if (!coherent || tick % kSameContacts == 0) hand = make.motion(5e-3), drift = make.motion(1e-4);
+    hand = hand + drift;
+    work.questions.push_back({hand, &work.rows[set], &work.contacts[set]});
+  }
+  return work;
+}
+
+void add_times(Rows& rows, const Contestant& c, double goal) {
+  const double p99 = percentile(c.times, 99);
+  rows.add(c.name + " p50", percentile(c.times, 50), "s");
+  if (goal > 0) {
+    rows.add(c.name + " p99", p99, "s", goal, p99 <= goal);
+  } else {
+    rows.add(c.name + " p99", p99, "s");
+  }
+  rows.add(c.name + " max", percentile(c.times, 100), "s");
+}
+
+/// Everything that answers the questions of a tick, each with its own memory.
+class Solvers {
+ public:
+  explicit Solvers(const Work& work, size_t n)
+      : work_(work), pivoting_(n), seidel_(n), coulomb_(n) {}
+
+  void cold(size_t i) {
+    const Question& q = work_.questions[i];
+    motion_ = least_constraint(work_.metric, q.a_u, *q.rows);
+    failed_ += !motion_.converged;
+  }
+  /// Starts from the last answer, which in another set of contacts is but a guess.
+  void warm(size_t i) {
+    const Question& q = work_.questions[i];
+    warm_ = least_constraint(work_.metric, q.a_u, *q.rows,
+                             {warm_.active.data(), static_cast<size_t>(warm_.n_active)});
+    failed_ += !warm_.converged;
+  }
+  void pivoting(size_t i) {
+    const Question& q = work_.questions[i];
+    unpivoted_ += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
+  }
+  /// Two hundred sweeps at most: what a fallback would take.
+  void seidel(size_t i) {
+    const Question& q = work_.questions[i];
+    unsettled_ += !seidel_.step(LcpMethod::kGaussSeidel, work_.metric, q.a_u, *q.rows).converged;
+  }
+  void coulomb(size_t i) {
+    const Question& q = work_.questions[i];
+    const FrictionStep out = coulomb_.step(work_.metric, kPull * q.a_u, *q.contacts);
+    unsettled_friction_ += !out.converged;
+  }
+
+  const ConstrainedMotion& motion() const { return motion_; }
+  size_t failed() const { return failed_; }
+  size_t unpivoted() const { return unpivoted_; }
+  size_t unsettled() const { return unsettled_; }
+  size_t unsettled_friction() const { return unsettled_friction_; }
+
+ private:
+  const Work& work_;
+  ConstrainedMotion motion_, warm_;
+  LcpSolver pivoting_, seidel_;
+  CoulombSolver coulomb_;
+  size_t failed_ = 0, unpivoted_ = 0, unsettled_ = 0, unsettled_friction_ = 0;
+};
+
+uint64_t allocations(Solvers& solvers, size_t ticks) {
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  for (size_t i = 0; i < ticks; ++i) {
+    solvers.cold(i), solvers.warm(i), solvers.pivoting(i), solvers.seidel(i), solvers.coulomb(i);
+  }
+  guard.disarm();
+  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+}
+
+/// Beside Bullet's pivoting, which is handed A and b ready made; so is ours.
+void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& options) {
+  const std::unique_ptr<DantzigPeer> bullet = make_bullet_dantzig();
+  if (!bullet) {
+    rows.note("Bullet's Dantzig", kLeftOut);
+    return;
+  }
+  struct Lcp {
+    std::vector<double> A, b;
+  };
+  const size_t ticks = std::min<size_t>(options.ticks, 1000);
+  std::vector<Lcp> lcps(ticks);
+  for (size_t k = 0; k < ticks; ++k) {
+    const Question& q = work.questions[k];
+    Lcp& lcp = lcps[k];
+    for (const MotionRow& i : *q.rows) {
+      for (const MotionRow& j : *q.rows) {
+        lcp.A.push_back(dot(i.J, response(work.metric, {j.J.v, j.J.w})));
+      }
+      lcp.b.push_back(dot(i.J, q.a_u) - i.b);
+    }
+  }
+  LcpSolver own(n);
+  std::vector<double> f;
+  double failed = 0;
+  std::vector<Contestant> contestants{
+      {"pivoting on a ready matrix",
+       [&](size_t i) { own.solve(LcpMethod::kPivoting, lcps[i].A, lcps[i].b); }},
+      {"Bullet's Dantzig, in float",
+       [&](size_t i) { failed += !bullet->solve(lcps[i].A, lcps[i].b, f); }}};
+  take_turns(contestants, ticks, kChunk, options.rounds);
+  for (const double q : {50.0, 99.0}) {
+    rows.add_beside(contestants[0].name + (q < 60 ? " p50" : " p99"),
+                    percentile(contestants[0].times, q), "s", contestants[1].name,
+                    percentile(contestants[1].times, q));
+  }
+  rows.add("Bullet's Dantzig says it failed", failed, "");
+}
+
+void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& options) {
+  const size_t ticks = std::min(options.exact_ticks, work.questions.size());
+  double different = 0;
+  Twist exact;
+  std::vector<Contestant> contestants{{"cold", [&](size_t i) { solvers.cold(i); }},
+                                      {"CGAL, exact", [&](size_t i) {
+                                         const Question& q = work.questions[i];
+                                         exact = cgal_least_constraint(work.M, q.a_u, *q.rows);
+                                       }}};
+  take_turns(contestants, ticks, std::max<size_t>(1, ticks / 10), 1);
+  rows.add_beside("cold, CGAL's questions, p50", percentile(contestants[0].times, 50), "s",
+                  contestants[1].name, percentile(contestants[1].times, 50));
+  for (size_t i = 0; i < ticks; ++i) {
+    const Question& q = work.questions[i];
+    solvers.cold(i);
+    exact = cgal_least_constraint(work.M, q.a_u, *q.rows);
+    const Twist d = solvers.motion().a - exact;
+    different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * q.a_u, q.a_u)));
+  }
+  rows.add("farthest from CGAL's answer, of the motion", different, "", 1e-9, different <= 1e-9);
+}
+
+std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options) {
+  Rows rows((coherent ? "the same contacts, " : "new contacts, ") + std::to_string(n));
+  const Work work = make_work(n, options.ticks, coherent);
+  Solvers solvers(work, n);
+  std::vector<Contestant> contestants{{"cold", [&](size_t i) { solvers.cold(i); }},
+                                      {"warm", [&](size_t i) { solvers.warm(i); }},
+                                      {"pivoting", [&](size_t i) { solvers.pivoting(i); }}};
+  take_turns(contestants, options.ticks, kChunk, options.rounds);
+  const double goal = n == 20 ? kGoal20 : n == 64 ? kGoal64 : 0;
+  // the goal is the servo's: contacts that stay for some ticks, started from the tick before
+  add_times(rows, contestants[0], 0);
+  add_times(rows, contestants[1], coherent ? goal : 0);
+  add_times(rows, contestants[2], 0);
+  const auto failed = static_cast<double>(solvers.failed());
+  rows.add("not converged", failed, "", 0, failed == 0);
+  rows.add(
+      "pivoting not converged",
+      static_cast<double>(solvers.unpivoted()) / static_cast<double>(contestants[2].times.size()),
+      "");
+  if (!coherent) return rows.rows();
+
+  const size_t fewer = std::min<size_t>(options.ticks, 500);
+  std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
+                                 {"Coulomb", [&](size_t i) { solvers.coulomb(i); }}};
+  take_turns(slower, fewer, kChunk, options.rounds);
+  for (const Contestant& c : slower) add_times(rows, c, 0);
+  const double asked = static_cast<double>(slower[0].times.size());
+  rows.add("Gauss-Seidel not settled in 200 sweeps",
+           static_cast<double>(solvers.unsettled()) / asked, "");
+  rows.add("Coulomb not converged", static_cast<double>(solvers.unsettled_friction()) / asked, "");
+  bench_dantzig(rows, work, n, options);
+  bench_cgal(rows, work, solvers, options);
+  const auto allocated = static_cast<double>(allocations(solvers, fewer));
+  rows.add("allocations", allocated, "", 0, allocated == 0);
+  return rows.rows();
+}
+
+std::vector<Row> bench_qp(const Options& options) {
+  Rows rows("qp");
+  rows.note("machine", machine_line());
+  for (const size_t n : {1, 4, 5, 20, 64}) {
+    for (const bool coherent : {false, true}) rows.append(bench_contacts(n, coherent, options));
+  }
+  return rows.rows();
+}
+
+}  // namespace
+
+void add_bench_qp(Command& bench) {
+  const auto options = std::make_shared<Options>();
+  Command command = bench.subcommand(
+      "qp", "Hard contacts of one body: least constraint, pivoting, friction; beside CGAL, Bullet");
+  command.option("--rounds", options->rounds, "times each question is asked")
+      .range(1, 1000)
+      .show_default();
+  command.option("--ticks", options->ticks, "questions of each kind")
+      .range(100, 1000000)
+      .show_default();
+  command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
+      .range(1, 100000)
+      .show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_qp(*options), options->json); });
+}
+
+}  // namespace haptic

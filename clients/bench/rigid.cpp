@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/rigid.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include "clients/bench/peers/pair.h"
+#include "clients/bench/work/proximity.h"
+#include "clients/bench/work/turns.h"
+#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/lab/thread_cpu.h"
+#include "clients/library/histogram.h"
+#include "clients/report/print_rows.h"
+#include "clients/report/rigid_pose.h"
+#include "contact/detect/body_detectors.h"
+#include "contact/detect/rigid_tool.h"
+#include "contact/query/proximity/near_front.h"
+#include "contact/shape/mesh/tool_body.h"
+#include "proto/config/command_line.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kClearance = 0.05e-3;  // of the peg [m]
+constexpr double kTick = 1e-3;          // [s]
+constexpr double kAheadTicks = 3;       // that a session looks ahead
+constexpr double kGoalRate = 500;       // moves a second
+constexpr uint64_t kPeerSamples = 25;
+constexpr double kBandMargins = 8;    // of what is looked at where it rests
+constexpr double kJamMargins = 10;    // a way left that contradicts the rest
+constexpr double kBlindWay = 0.1e-3;  // short of the hand, for which there must be a reason [m]
+constexpr int64_t kShowNs = 500'000'000;
+
+struct Options {
+  std::vector<std::string> scenes{"bunny", "peg", "bolt"};
+  uint64_t frames = 2000, seed = 1, exact = 10'000, rests = 2000;
+  std::string meshes;
+  bool json = false;
+};
+
+/// Where bolt_through_nut begins.
+RigidScene bolt_in_nut() {
+  const auto bolt = std::make_shared<const ProximityWork>(bolt_through_nut(1));
+  RigidScene scene;
+  scene.name = bolt->name;
+  scene.object = bolt->object.view();
+  scene.tool = bolt->tool.view();
+  scene.storage = bolt;
+  scene.home = bolt->poses[0];
+  scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
+  return scene;
+}
+
+/// A line that overwrites itself, on a terminal alone.
+class Progress {
+ public:
+  Progress(const std::string& name, uint64_t total) : name_(name), total_(total) {}
+  ~Progress() {
+    if (is_shown_) std::fputs("\r\033[K", stderr);
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void show(uint64_t frame) {
+    if (!is_terminal_ || now_ns() - shown_ns_ < kShowNs) return;
+    shown_ns_ = now_ns();
+    is_shown_ = true;
+    std::fprintf(stderr, "\r%s: %llu of %llu frames\033[K", name_.c_str(),
+                 static_cast<unsigned long long>(frame), static_cast<unsigned long long>(total_));
+  }
+
+ private:
+  std::string name_;
+  uint64_t total_;
+  bool is_terminal_ = isatty(STDERR_FILENO) == 1, is_shown_ = false;
+  int64_t shown_ns_ = 0;
+};
+
+/// Every n-th frame, so that there are no more than `most`.
+bool is_sample(uint64_t frame, uint64_t frames, uint64_t most) {
+  return frame % std::max<uint64_t>(1, (frames + most - 1) / most) == 0;
+}
+
+/// The god-object on its own in the frame of the object.
+class Subject {
+ public:
+  explicit Subject(const RigidScene& scene)
+      : objects_{scene.object},
+        body_(tool_body(scene.tool.mesh, {})),
+        options_(god_object_options({}, body_)),
+        god_object_(objects_, scene.tool, body_, options_) {
+    if (!god_object_.place(X_WO_, scene.home)) {
+      throw std::runtime_error("bench rigid: " + scene.name + " begins at a pose that is not free");
+    }
+    // the first move finds the fronts: a session does so before it starts
+    god_object_.move(X_WO_, scene.home, kLeastBodyReach);
+  }
+
+  GodObjectMove move(const Pose& hand, const Pose& hand_before) {
+    const Twist way = way_between(hand_before, hand);
+    const double length = norm(way.v) + (norm(body_.centre_T) + body_.radius) * norm(way.w);
+    return god_object_.move(X_WO_, hand, std::max(kAheadTicks * length, kLeastBodyReach));
+  }
+  size_t contacts(const Pose& hand) { return god_object_.contacts(hand).size(); }
+  const Pose& pose() const { return god_object_.X_WG(); }
+  const GodObject6Options& options() const { return options_; }
+
+ private:
+  std::array<MeshShape, 1> objects_;
+  ToolBody body_;
+  GodObject6Options options_;
+  GodObject6 god_object_;
+  std::array<Pose, 1> X_WO_{};
+};
+
+/// All that is kept of a run, whatever its length.
+struct Tally {
+  Histogram cpu, clock;
+  double cpu_ns = 0, first_ns = 0, contacts = 0, pressed = 0, blind = 0, unsettled = 0;
+  double exact = 0, entered = 0, met = 0;                // surfaces that meet
+  double rests = 0, unknown = 0, jams = 0, longest = 0;  // ways left [m]
+  std::vector<double> peer;                              // [s]
+};
+
+double cpu_of(const auto& work) {
+  const int64_t begin = thread_cpu_ns();
+  work();
+  return static_cast<double>(thread_cpu_ns() - begin);
+}
+
+/// A sample exactly; the rest by a front of the judge's own, which knows of nothing but the poses:
+/// from scratch a tight fit takes many times as long as a move.
+void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, NearFront& front,
+                Tally& tally) {
+  if (is_exact) {
+    ++tally.exact;
+    tally.entered += judge.is_entered(pose);
+  } else {
+    tally.met += !front.update(pose, 0).empty();
+  }
+}
+
+void judge_rest(const Subject& subject, const Pose& hand, RigidPoseJudge& judge, Tally& tally) {
+  const double margin = subject.options().margin;
+  const WayLeft left = judge.way_left(subject.pose(), hand, margin, kBandMargins * margin);
+  ++tally.rests;
+  tally.unknown += !left.is_known;
+  if (!left.is_known) return;
+  tally.jams += left.length > kJamMargins * margin;
+  tally.longest = std::max(tally.longest, left.length);
+}
+
+Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& options) {
+  Subject subject(scene);
+  RigidPoseJudge judge(
+      scene.object, scene.tool,
+      {subject.options().translational_stiffness, subject.options().rotational_stiffness});
+  NearFront front(scene.object, scene.tool);
+  const std::unique_ptr<PairPeer> peer = make_fcl_peer(scene.object.mesh, scene.tool.mesh);
+  Progress progress(scene.name, options.frames);
+  Tally tally;
+  Pose before = hand.at(0);
+  for (uint64_t k = 0; k < options.frames; ++k) {
+    progress.show(k);
+    const Pose led = hand.at(kTick * static_cast<double>(k));
+    GodObjectMove move;
+    const int64_t start_ns = now_ns();
+    const double cpu = cpu_of([&] { move = subject.move(led, before); });
+    tally.clock.add(now_ns() - start_ns);
+    tally.cpu.add(static_cast<int64_t>(cpu));
+    tally.cpu_ns += cpu;
+    if (k == 0) tally.first_ns = cpu;
+    before = led;
+    const size_t contacts = subject.contacts(led);
+    tally.contacts += static_cast<double>(contacts);
+    tally.blind += move.is_settled && contacts == 0 && norm(led.p - subject.pose().p) > kBlindWay;
+    tally.pressed += move.n_active > 0;
+    tally.unsettled += !move.is_settled;
+    const bool is_exact = is_sample(k, options.frames, options.exact);
+    judge_pose(subject.pose(), is_exact, judge, front, tally);
+    if (move.is_settled && is_sample(k, options.frames, options.rests)) {
+      judge_rest(subject, led, judge, tally);
+    }
+    if (peer && is_sample(k, options.frames, kPeerSamples)) {
+      tally.peer.push_back(1e-9 * cpu_of([&] { peer->distance(subject.pose()); }));
+    }
+  }
+  return tally;
+}
+
+std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const Tally& tally) {
+  Rows rows("rigid, " + scene.name);
+  const auto count = static_cast<double>(tally.cpu.count());
+  rows.add("triangles of the object", static_cast<double>(scene.object.mesh.triangles.size()), "");
+  rows.add("triangles of the tool", static_cast<double>(scene.tool.mesh.triangles.size()), "");
+  rows.add("frames of 1 kHz", count, "");
+  rows.add("speed of the hand, max", hand.top_speed(), "m/s");
+  const double rate = 1e9 * count / tally.cpu_ns;
+  rows.add("updates a second of CPU time", rate, "Hz", kGoalRate, rate >= kGoalRate);
+  const auto seconds = [](int64_t ns) { return 1e-9 * static_cast<double>(ns); };
+  const double p50 = seconds(tally.cpu.percentile(50));
+  rows.add("one move, CPU p50", p50, "s");
+  rows.add("one move, CPU p99", seconds(tally.cpu.percentile(99)), "s");
+  rows.add("one move, CPU longest", seconds(tally.cpu.max()), "s");
+  rows.add("the first, from home to the hand, CPU", 1e-9 * tally.first_ns, "s");
+  rows.add("one move, on the clock", tally.clock);
+  rows.add("frames held back by contacts", tally.pressed / count, "");
+  rows.add("contacts, mean", tally.contacts / count, "");
+  rows.add("settled frames held back without a contact", tally.blind, "", 0, tally.blind == 0);
+  rows.add("poses judged exactly", tally.exact, "");
+  rows.add("of them inside or meeting", tally.entered, "", 0, tally.entered == 0);
+  rows.add("others that may meet", tally.met, "", 0, tally.met == 0);
+  rows.add("frames unsettled", tally.unsettled / count, "");
+  rows.add("settled frames judged by all pairs", tally.rests, "");
+  rows.add("of them not to be judged", tally.unknown, "");
+  rows.add("of them jams", tally.jams, "", 0, tally.jams == 0);
+  rows.add("longest way left there", tally.longest, "m");
+  if (tally.peer.empty()) {
+    rows.note("FCL", "LEFT OUT: install with ./run bench");
+  } else {
+    rows.add_beside("one move, CPU p50, beside", p50, "s", "FCL, one distance at the same poses",
+                    percentile(tally.peer, 50));
+  }
+  return rows.rows();
+}
+
+std::vector<Row> bench_rigid(const Options& options) {
+  Rows rows("rigid");
+  rows.note("machine", machine_line());
+  uint64_t seed = options.seed;
+  const auto run = [&](const RigidScene& scene) {
+    const ShakingHand hand(scene.home, scene.shaking, seed++);
+    rows.append(rows_of(scene, hand, shake(scene, hand, options)));
+  };
+  for (const std::string& name : options.scenes) {
+    if (name == "peg") run(peg_in_hole(kClearance));
+    if (name == "bolt") run(bolt_in_nut());
+    if (name != "bunny") continue;
+    const std::optional<RigidScene> bunny = bunny_on_bunny(options.meshes);
+    if (bunny) {
+      run(*bunny);
+    } else {
+      rows.note("bunny on bunny", "LEFT OUT: no bunny00.off in '" + options.meshes +
+                                      "'; give its folder with --meshes");
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace
+
+void add_bench_rigid(Command& bench) {
+  const auto options = std::make_shared<Options>();
+  options->meshes = meshes_folder();
+  Command command = bench.subcommand(
+      "rigid", "A tool that never enters an object, shaken against one; beside FCL's distance");
+  command.option("--scene", options->scenes, "as often as wanted").one_of({"bunny", "peg", "bolt"});
+  command.option("--frames", options->frames, "of 1 kHz, in each scene")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--exact", options->exact, "poses judged exactly, at most")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--rests", options->rests, "settled poses judged by all pairs, at most")
+      .range(1, 100'000'000)
+      .show_default();
+  command.option("--seed", options->seed, "of the hands").show_default();
+  command.option("--meshes", options->meshes, "folder with bunny00.off").show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_rigid(*options), options->json); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/ring.h"
+
+#include <array>
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include "clients/bench/work/burst.h"
+#include "proto/ipc/segment.h"
+
+namespace haptic {
+
+template <size_t kBytes>
+struct BenchMessage {
+  int64_t sent_ns;
+  std::array<uint64_t, kBytes / 8 - 1> words;
+};
+
+inline constexpr uint64_t kBenchSlots = 1024;
+
+template <size_t kBytes>
+struct BenchChannels {
+  static constexpr SegmentId kId = SegmentId::kSim;
+  static constexpr const char* kName = "bench";
+  Ring<BenchMessage<kBytes>, kBenchSlots> messages;
+};
+template <size_t kBytes>
+struct ChannelTable<BenchChannels<kBytes>> {
+  using Channels = BenchChannels<kBytes>;
+  static constexpr std::array value{
+      describe_ring<decltype(Channels::messages)>("messages", offsetof(Channels, messages))};
+};
+
+namespace {
+
+constexpr const char* kPeer = "boost::lockfree::spsc_queue";
+
+/// Our ring in a sealed segment, read through a read-only mapping.
+template <size_t kBytes>
+class RingLink {
+ public:
+  using Message = BenchMessage<kBytes>;
+  RingLink() : writer_(1), view_(reopen_read_only(writer_.fd())) {}
+  void push(const Message& message, const Burst& burst) {
+    // credit: half a ring ahead of the reader at most
+    while (next_ - taken_ >= kBenchSlots / 2) {
+      taken_ = burst.taken.load(std::memory_order_acquire);
+    }
+    writer_.channels().messages.publish(message);
+    ++next_;
+  }
+  bool pop(Message& out) { return read_next(view_.channels().messages, cursor_, out); }
+  uint64_t lost() const { return cursor_.lost; }
+
+ private:
+  SegmentWriter<BenchChannels<kBytes>> writer_;
+  SegmentView<BenchChannels<kBytes>> view_;
+  uint64_t next_ = 0, taken_ = 0;
+  Cursor cursor_;
+};
+
+/// The peer. Both its indices lie in one mapping that both ends must be able to write.
+template <size_t kBytes>
+class QueueLink {
+ public:
+  using Message = BenchMessage<kBytes>;
+  void push(const Message& message, const Burst&) {
+    while (!queue_->push(message)) {
+    }
+  }
+  bool pop(Message& out) { return queue_->pop(out); }
+  uint64_t lost() const { return 0; }
+
+ private:
+  Shared<boost::lockfree::spsc_queue<Message, boost::lockfree::capacity<kBenchSlots>>> queue_;
+};
+
+/// Sends that many messages from one process to another; `one_at_a_time`: the next only once the
+/// one before was taken. Leaves one-way times in the burst, or start and end.
+template <typename Link>
+void send(Burst& burst, uint64_t count, bool one_at_a_time) {
+  const int64_t start_ns = now_ns();
+  Link link;
+  using Message = typename Link::Message;
+  ForkedProcess reader([&] {
+    burst.begin(kReaderProcessor);
+    // asleep: a process that spins at FIFO for two seconds is killed, and the other may be late
+    burst.wait_for(2);
+    Message out;
+    for (uint64_t n = 0; n < count;) {
+      if (!link.pop(out)) continue;
+      ++n;
+      if (one_at_a_time) burst.add_sample(now_ns() - out.sent_ns);
+      if (one_at_a_time || n % 64 == 0) burst.taken.store(n, std::memory_order_release);
+    }
+    burst.end_ns = now_ns();
+    if (link.lost() > 0) throw std::logic_error("lost a message in spite of credit");
+  });
+  ForkedProcess writer([&] {
+    burst.begin(kWriterProcessor);
+    burst.wait_for(2);
+    Message message{};
+    burst.start_ns = now_ns();
+    for (uint64_t n = 0; n < count; ++n) {
+      message.words[0] = n;
+      if (one_at_a_time) {
+        while (burst.taken.load(std::memory_order_acquire) < n) {
+        }
+        // the reader is back at its poll
+        for (const int64_t until = now_ns() + 500; now_ns() < until;) {
+        }
+        message.sent_ns = now_ns();
+      }
+      link.push(message, burst);
+    }
+  });
+  check_ends({{&writer, "a writer"}, {&reader, "a reader"}});
+  pause_after(start_ns);
+}
+
+/// Figures of one kind of link at one size, a value a round.
+struct LinkFigures {
+  std::vector<double> p50, p99, rate;
+};
+
+template <typename Link>
+void measure_link(LinkFigures& figures, Rights& rights) {
+  Shared<Burst> one_way;
+  send<Link>(*one_way, kMaxSamples, true);
+  figures.p50.push_back(percentile(*one_way, 50));
+  figures.p99.push_back(percentile(*one_way, 99));
+  Shared<Burst> flow;
+  const uint64_t count = sizeof(typename Link::Message) > 1024 ? 50'000 : 400'000;
+  send<Link>(*flow, count, false);
+  figures.rate.push_back(static_cast<double>(count) / seconds(flow->end_ns - flow->start_ns));
+  rights.take(*one_way);
+  rights.take(*flow);
+}
+
+template <size_t kBytes>
+std::vector<Row> bench_size(int rounds, Rights& rights) {
+  LinkFigures ring, queue;
+  for (int round = 0; round < rounds; ++round) {
+    measure_link<RingLink<kBytes>>(ring, rights);
+    measure_link<QueueLink<kBytes>>(queue, rights);
+  }
+  Rows rows(std::to_string(kBytes) + " B");
+  const std::string size = std::to_string(kBytes) + " B, ";
+  rows.add_beside(size + "one way p50", median(ring.p50), "s", kPeer, median(queue.p50));
+  rows.add_beside(size + "one way p99", median(ring.p99), "s", kPeer, median(queue.p99));
+  rows.add_beside(size + "throughput, nothing lost", median(ring.rate), "1/s", kPeer,
+                  median(queue.rate));
+  return rows.rows();
+}
+
+constexpr int64_t kMs = 1'000'000;
+
+enum class Audience { kOneFast, kEightSlow, kEightStopped };
+
+size_t n_readers(Audience audience) {
+  return audience == Audience::kOneFast ? 1 : kReaders;
+}
+
+void watch_frames(const SegmentView<ServoChannels>& view, Audience audience, Burst& burst) {
+  burst.begin(kReaderProcessor);
+  burst.wait_for(n_readers(audience) + 1);
+  Cursor cursor{view.channels().frames.published(), 0};
+  ServoFrame out;
+  while (!read_next(view.channels().frames, cursor, out) && !burst.stop) {
+    sleep_until(now_ns() + kMs);
+  }
+  ++burst.n_reading;
+  while (!burst.stop.load(std::memory_order_relaxed)) {
+    while (read_next(view.channels().frames, cursor, out)) {
+    }
+    if (audience != Audience::kOneFast) sleep_until(now_ns() + 5 * kMs);
+  }
+}
+
+void spin_until(int64_t t_ns) {
+  while (now_ns() < t_ns) {
+  }
+}
+
+constexpr int64_t kStepNs = 2'000;  // a short step of the servo, between its wake-up and publish
+constexpr uint64_t kWarmUp = 100;   // publishes of a new process that are not counted
+
+/// The writer of a burst: publishes with a period and times each call from when it counts.
+void write_frames(decltype(ServoChannels::frames)& frames, Burst& burst, int64_t period,
+                  uint64_t count) {
+  burst.begin(kWriterProcessor);
+  ServoFrame frame{};
+  int64_t deadline_ns = now_ns();
+  for (uint64_t n = 0; n < kWarmUp + count; ++frame.tick) {
+    const bool is_time = burst.counts;
+    deadline_ns = is_time ? deadline_ns + period : now_ns() + period;
+    // as the servo does at 1 kHz; a sleep is too coarse for the short period
+    if (period >= kMs || !is_time) sleep_until(deadline_ns);
+    spin_until(deadline_ns);
+    frames.prefetch();
+    spin_until(now_ns() + kStepNs);
+    const int64_t begin_ns = now_ns();
+    frames.publish(frame);
+    const int64_t end_ns = now_ns();
+    if (is_time && n++ >= kWarmUp) burst.add_sample(end_ns - begin_ns);
+  }
+  burst.stop = true;
+}
+
+/// Publishes servo frames to an audience.
+void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t count) {
+  const int64_t start_ns = now_ns();
+  SegmentWriter<ServoChannels> segment(1);
+  const SegmentView<ServoChannels> view(reopen_read_only(segment.fd()));
+  std::vector<ForkedProcess> readers;
+  for (size_t i = 0; i < n_readers(audience); ++i) {
+    readers.emplace_back([&] { watch_frames(view, audience, burst); });
+  }
+  await(burst.n_ready, n_readers(audience));
+  const bool are_stopped = audience == Audience::kEightStopped;
+  burst.counts = !are_stopped;
+  ForkedProcess writer([&] { write_frames(segment.channels().frames, burst, period, count); });
+  if (are_stopped) {
+    // each has read by then: what is stopped is a reader, not only a mapping
+    await(burst.n_reading, n_readers(audience));
+    for (const ForkedProcess& reader : readers) reader.signal(SIGSTOP);
+    burst.counts = true;
+  }
+  // whoever is stopped ends after the writer, the others in any order
+  if (are_stopped) check_end({&writer, "a writer"});
+  std::vector<Part> parts;
+  if (!are_stopped) parts.push_back({&writer, "a writer"});
+  for (ForkedProcess& reader : readers) {
+    reader.signal(SIGCONT);
+    parts.push_back({&reader, "a reader"});
+  }
+  check_ends(std::move(parts));
+  pause_after(start_ns);
+}
+
+std::vector<Row> bench_publish(int rounds, Rights& rights) {
+  constexpr int64_t kServoPeriod = 1'000'000, kShortPeriod = 10'000;
+  std::array<std::vector<double>, 3> p50, p99;  // by audience
+  std::vector<double> servo_p50, servo_p99, slow_ratio, stopped_ratio;
+  for (int round = 0; round < rounds; ++round) {
+    for (size_t i = 0; i < 3; ++i) {
+      Shared<Burst> burst;
+      publish_frames(*burst, static_cast<Audience>(i), kShortPeriod, 10'000);
+      p50[i].push_back(percentile(*burst, 50));
+      p99[i].push_back(percentile(*burst, 99));
+      rights.take(*burst);
+    }
+    slow_ratio.push_back(p50[1].back() / p50[0].back());
+    stopped_ratio.push_back(p50[2].back() / p50[0].back());
+    Shared<Burst> burst;
+    // one second: enter_realtime allows a reader that spins two
+    publish_frames(*burst, Audience::kOneFast, kServoPeriod, 1000);
+    servo_p50.push_back(percentile(*burst, 50));
+    servo_p99.push_back(percentile(*burst, 99));
+    rights.take(*burst);
+  }
+  constexpr double kGoalP99 = 1e-6, kGoalRatio = 1.2;
+  Rows rows("ServoFrame");
+  // between processes that wait for the same core, or at normal priority, it says nothing
+  const auto judge = [&](const std::string& metric, double value, const char* unit, double goal) {
+    rows.add_if(rights.all(), metric, value, unit, goal, value <= goal);
+  };
+  rows.add("ServoFrame, bytes", sizeof(ServoFrame), "B");
+  rows.add("publish every 10 µs, one fast reader p50", median(p50[0]), "s");
+  judge("publish every 10 µs, one fast reader p99", median(p99[0]), "s", kGoalP99);
+  rows.add("publish at 1 kHz, one fast reader p50", median(servo_p50), "s");
+  judge("publish at 1 kHz, one fast reader p99", median(servo_p99), "s", kGoalP99);
+  rows.add("publish every 10 µs, 8 slow readers p50", median(p50[1]), "s");
+  rows.add("publish every 10 µs, 8 slow readers p99", median(p99[1]), "s");
+  rows.add("publish every 10 µs, 8 stopped readers p50", median(p50[2]), "s");
+  rows.add("publish every 10 µs, 8 stopped readers p99", median(p99[2]), "s");
+  judge("8 slow readers over one fast, publish p50", median(slow_ratio), "", kGoalRatio);
+  judge("8 stopped readers over one fast, publish p50", median(stopped_ratio), "", kGoalRatio);
+  return rows.rows();
+}
+
+}  // namespace
+
+std::vector<Row> bench_ring(const BenchRingOptions& options) {
+  if (allowed_processors().size() < 2) {
+    throw std::runtime_error(
+        "bench ring: writer and reader each keep a processor busy, and this process may use only "
+        "one; run it where two are free (see taskset -p $$)");
+  }
+  Rights rights;
+  std::vector<std::vector<Row>> cases;
+  cases.push_back(bench_size<64>(options.rounds, rights));
+  cases.push_back(bench_size<256>(options.rounds, rights));
+  cases.push_back(bench_size<1024>(options.rounds, rights));
+  cases.push_back(bench_size<8192>(options.rounds, rights));
+  cases.push_back(bench_publish(options.rounds, rights));
+  Rows rows("ring");
+  rows.note("machine", machine_line());
+  rows.note("pinned", rights.pin_refused ? "no: refused, or a single processor"
+                                         : "writer and readers, each side to one processor");
+  rows.note("rights", rights.refused != 0
+                          ? std::string("SCHED_FIFO or locked memory refused (") +
+                                std::strerror(rights.refused) + "); " + kMendRealtime
+                          : "SCHED_FIFO " + std::to_string(kFifo) + ", memory locked");
+  rows.add("rounds", options.rounds, "");
+  for (const std::vector<Row>& some : cases) rows.append(some);
+  return rows.rows();
+}
+
+}  // namespace haptic

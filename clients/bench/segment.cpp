@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/segment.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "clients/bench/peers/segment.h"
+#include "clients/bench/work/turns.h"
+#include "clients/bench/work/workload.h"
+#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/report/print_rows.h"
+#include "contact/bake/bake.h"
+#include "contact/bake/grid.h"
+#include "contact/query/point/segment_hit.h"
+#include "contact/shape/mesh/mesh_topology.h"
+#include "proto/config/command_line.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kChunk = 1000;  // queries of one contestant before the next has its turn
+constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
+constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpread = 0.3;
+constexpr size_t kSweptTriangles = 100'000;  // at most: a sweep builds a grid for each size
+
+struct Options {
+  int rounds = 3;
+  size_t segments = 20000, checked = 200;
+  // 5 k, 18 k, 79 k, 328 k and 499 k triangles; 12 k and 1.0 M
+  std::vector<std::string> meshes{"bump:16", "bump:30",  "bump:63",   "bump:128", "bump:158",
+                                  "nano:78", "nano:708", "armadillo", "bunny"};
+  bool json = false;
+};
+
+/// A shape with all that queries search it by.
+struct BenchShape {
+  MeshData mesh;
+  SearchStructures built;
+  MeshShape view() const {
+    return {mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()};
+  }
+};
+
+/// Every triangle, one after the other, in double.
+SegmentHit brute_hit(const TriangleMesh& mesh, const WorkloadSegment& s) {
+  SegmentHit best;
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    double t = 0;
+    if (segment_enters_triangle(s.from_O, s.to_O, mesh.vertices[a], mesh.vertices[b],
+                                mesh.vertices[c], t) &&
+        (!best.hit || t < best.t)) {
+      best = {true, t, i};
+    }
+  }
+  return best;
+}
+
+bool same(const SegmentHit& a, const SegmentHit& b) {
+  return a.hit == b.hit && (!a.hit || (a.t == b.t && a.triangle == b.triangle));
+}
+
+using Segments = std::vector<WorkloadSegment>;
+
+/// What each search answered, in the order of the segments.
+using Answers = std::vector<SegmentHit>;
+
+Contestant by_search(const char* name, SegmentSearch search, const MeshShape& shape,
+                     const Segments& segments, Answers& answers) {
+  answers.resize(segments.size());
+  return {name, [&shape, &segments, &answers, search](size_t i) {
+            answers[i] = first_hit_by(search, shape, segments[i].from_O, segments[i].to_O);
+          }};
+}
+
+double count_different(const Answers& a, const Answers& b) {
+  double different = 0;
+  for (size_t i = 0; i < a.size(); ++i) different += !same(a[i], b[i]);
+  return different;
+}
+
+void check_answers(Rows& rows, const Answers& answers, const MeshShape& shape,
+                   const Segments& segments, size_t checked) {
+  double missed = 0, extra = 0, different = 0;
+  const size_t stride = std::max<size_t>(1, segments.size() / std::max<size_t>(1, checked));
+  for (size_t i = 0; i < segments.size(); i += stride) {
+    const SegmentHit truth = brute_hit(shape.mesh, segments[i]);
+    missed += truth.hit && !answers[i].hit;
+    extra += !truth.hit && answers[i].hit;
+    different += !same(truth, answers[i]);
+  }
+  rows.add("missed, against brute force", missed, "", 0, missed == 0);
+  rows.add("extra, against brute force", extra, "", 0, extra == 0);
+  rows.add("another hit than brute force", different, "", 0, different == 0);
+}
+
+/// The times of hits or of misses alone.
+std::vector<double> times_of(const Contestant& c, const Answers& answers, bool hit) {
+  std::vector<double> times;
+  // they lie in the order of the queries, round after round
+  for (size_t k = 0; k < c.times.size(); ++k) {
+    if (answers[k % answers.size()].hit == hit) times.push_back(c.times[k]);
+  }
+  return times;
+}
+
+void add_beside(Rows& rows, const Contestant& c, const Contestant& peer, const Answers& answers) {
+  const auto add = [&](const char* what, const std::vector<double>& own,
+                       const std::vector<double>& other, double q) {
+    if (own.empty()) return;
+    rows.add_beside(c.name + what, percentile(own, q), "s", peer.name, percentile(other, q));
+  };
+  add(" p50", c.times, peer.times, 50);
+  add(" p99", c.times, peer.times, 99);
+  add(" p50 of hits", times_of(c, answers, true), times_of(peer, answers, true), 50);
+  add(" p50 of misses", times_of(c, answers, false), times_of(peer, answers, false), 50);
+}
+
+/// With a witness beside the other libraries, each on data of its own. Returns the median.
+double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& segments,
+                          const Options& options, Answers& answers) {
+  SegmentWitness witness;
+  answers.resize(segments.size());
+  std::vector<Contestant> contestants{{"with witness", [&](size_t i) {
+                                         answers[i] = first_hit(shape, segments[i].from_O,
+                                                                segments[i].to_O, witness);
+                                       }}};
+  const std::vector<NamedPeer> peers = make_segment_peers(shape.mesh);
+  std::vector<std::vector<char>> peer_hits(peers.size(), std::vector<char>(segments.size()));
+  std::vector<size_t> asked;
+  for (size_t k = 0; k < peers.size(); ++k) {
+    if (!peers[k].peer) {
+      rows.note(peers[k].name, kLeftOut);
+      continue;
+    }
+    asked.push_back(k);
+    contestants.push_back({peers[k].name, [&, k](size_t i) {
+                             peer_hits[k][i] = peers[k].peer->first_hit(segments[i].from_O,
+                                                                        segments[i].to_O) >= 0;
+                           }});
+  }
+  take_turns(contestants, segments.size(), kChunk, options.rounds);
+  const Contestant& own = contestants[0];
+  const double p50 = percentile(own.times, 50), p99 = percentile(own.times, 99);
+  if (asked.empty()) rows.add("with witness p50", p50, "s"), rows.add("with witness p99", p99, "s");
+  for (size_t n = 0; n < asked.size(); ++n) {
+    const Contestant& peer = contestants[n + 1];
+    add_beside(rows, own, peer, answers);
+    double flips = 0;
+    for (size_t i = 0; i < segments.size(); ++i) flips += peer_hits[asked[n]][i] != answers[i].hit;
+    rows.add(peer.name + ", hit or miss answered otherwise", flips, "");
+    if (asked[n] != 0) continue;
+    const double median = p50 / percentile(peer.times, 50), tail = p99 / percentile(peer.times, 99);
+    rows.add("p50, of Embree's", median, "", kGoalMedian, median <= kGoalMedian);
+    rows.add("p99, of Embree's", tail, "", kGoalP99, tail <= kGoalP99);
+  }
+  return p50;
+}
+
+/// Mean and worst of the queries that hit, that miss, or of all; of each query the quickest round.
+struct MeanAndWorst {
+  double mean = 0, worst = 0;
+};
+MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& counts, size_t n) {
+  MeanAndWorst result;
+  size_t counted = 0;
+  for (size_t i = 0; i < n; ++i) {
+    if (!counts(i)) continue;
+    double least = c.times[i];
+    for (size_t k = i + n; k < c.times.size(); k += n) least = std::min(least, c.times[k]);
+    result.mean += least;
+    result.worst = std::max(result.worst, least);
+    ++counted;
+  }
+  result.mean /= static_cast<double>(std::max<size_t>(1, counted));
+  return result;
+}
+
+/// The four columns of the paper's table, as ratios to the hybrid.
+void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
+                   const Options& options, const Answers& truth) {
+  std::array<Answers, 4> answers;
+  std::vector<Contestant> columns{
+      by_search("hybrid", SegmentSearch::kHybrid, shape, segments, answers[0]),
+      by_search("grid", SegmentSearch::kGrid, shape, segments, answers[1]),
+      by_search("tree", SegmentSearch::kTree, shape, segments, answers[2]),
+      by_search("naive", SegmentSearch::kNaive, shape, segments, answers[3])};
+  take_turns(columns, segments.size(), kChunk, options.rounds);
+  double different = 0;
+  for (const Answers& other : answers) different += count_different(truth, other);
+  rows.add("different between the five searches", different, "", 0, different == 0);
+  for (const Contestant& c : columns) rows.add(c.name + " p50", percentile(c.times, 50), "s");
+  const auto compare = [&](const std::string& which, const std::function<bool(size_t)>& counts) {
+    const MeanAndWorst hybrid = judge(columns[0], counts, segments.size());
+    for (size_t k = 1; k < columns.size(); ++k) {
+      const MeanAndWorst other = judge(columns[k], counts, segments.size());
+      const std::string ratio = columns[k].name + " : hybrid, " + which;
+      rows.add(ratio + ", mean", other.mean / hybrid.mean, "");
+      rows.add(ratio + ", worst", other.worst / hybrid.worst, "");
+    }
+  };
+  compare("hits", [&](size_t i) { return truth[i].hit; });
+  compare("misses", [&](size_t i) { return !truth[i].hit; });
+  compare("all", [](size_t) { return true; });
+}
+
+/// The same queries on cells of every size: what the cost model is to find the least of.
+void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
+                 const Options& options) {
+  const TriangleMesh mesh = bench.mesh.view();
+  const std::vector<GridChoice> choices = weigh_cells(mesh, measured_costs());
+  std::vector<HashGridData> grids;
+  for (const GridChoice& choice : choices) {
+    grids.push_back(build_hash_grid(mesh, bench.built.tree.view(), choice.cell));
+  }
+  std::vector<MeshShape> shapes(grids.size(), bench.view());
+  std::vector<Contestant> contestants;
+  std::vector<Answers> answers(grids.size());
+  for (size_t k = 0; k < grids.size(); ++k) {
+    shapes[k].grid = grids[k].view();
+    contestants.push_back(by_search("", SegmentSearch::kHybrid, shapes[k], segments, answers[k]));
+  }
+  take_turns(contestants, segments.size(), kChunk, options.rounds);
+  std::vector<double> means;
+  for (const Contestant& c : contestants) {
+    means.push_back(judge(
+                        c, [](size_t) { return true; }, segments.size())
+                        .mean);
+  }
+  const double least = *std::min_element(means.begin(), means.end());
+  for (size_t k = 0; k < means.size(); ++k) {
+    const std::string cell = readable(choices[k].cell, "m");
+    rows.add("sweep, cell " + cell + ", mean", means[k], "s");
+    rows.add("sweep, cell " + cell + ", expected", choices[k].cost, "s");
+    if (means[k] == least) rows.add("sweep, cheapest cell", choices[k].cell, "m");
+    if (choices[k].cell != bench.built.grid.grid.cell) continue;
+    rows.add("sweep, chosen : cheapest", means[k] / least, "");
+  }
+  rows.add("sweep, finest : cheapest", means.front() / least, "");
+  rows.add("sweep, coarsest : cheapest", means.back() / least, "");
+}
+
+/// Rows of one mesh; returns the median with a witness.
+double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) {
+  BenchShape bench;
+  bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
+  bench.built = build_search_structures(bench.mesh.view());
+  const MeshShape shape = bench.view();
+  rows.add("triangles", static_cast<double>(shape.mesh.triangles.size()), "");
+  rows.add("cell", shape.grid.cell, "m");
+  const Segments segments = dragged_segments(shape, work.kind, options.segments);
+  Answers answers;
+  const double p50 = bench_beside_peers(rows, shape, segments, options, answers);
+  const auto hits = std::count_if(answers.begin(), answers.end(), [](auto& a) { return a.hit; });
+  rows.add("hits", static_cast<double>(hits) / static_cast<double>(answers.size()), "");
+  check_answers(rows, answers, shape, segments, options.checked);
+  bench_columns(rows, shape, segments, options, answers);
+  if (shape.mesh.triangles.size() <= kSweptTriangles) bench_sweep(rows, bench, segments, options);
+  return p50;
+}
+
+/// A mesh of libcgal-demo. Throws MeshError.
+WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
+  ObjectConfig object{};
+  assign(object.mesh, meshes_folder() + "/" + file);
+  object.size = 0.1;
+  object.allow_open = 1;
+  const BakedShape baked = bake_object(object, uint64_t{4} << 30);
+  const TriangleMesh& mesh = baked.shape.mesh;
+  return make_scanned(name, {{mesh.vertices.begin(), mesh.vertices.end()},
+                             {mesh.triangles.begin(), mesh.triangles.end()}});
+}
+
+/// By its name on the command line. Throws MeshError.
+WorkloadMesh make_mesh(const std::string& name) {
+  if (name == "armadillo") return scanned_mesh(name, "armadillo.off");
+  if (name == "bunny") return scanned_mesh(name, "bunny00.off");
+  const auto n = static_cast<uint32_t>(std::stoul(name.substr(name.find(':') + 1)));
+  return name.starts_with("bump:") ? make_bump_sphere(n) : make_nano_surface(n);
+}
+
+std::string problem_of_name(const std::string& name) {
+  const size_t digits = name.size() - std::min(name.size(), size_t{5});
+  const bool counted = (name.starts_with("bump:") || name.starts_with("nano:")) && digits >= 1 &&
+                       digits <= 4 && name.find_first_not_of("0123456789", 5) == name.npos &&
+                       name[5] != '0';
+  return counted || name == "armadillo" || name == "bunny"
+             ? ""
+             : "give bump:F, nano:N, armadillo or bunny";
+}
+
+std::vector<Row> bench_segment(const Options& options) {
+  Rows rows("segment");
+  rows.note("machine", machine_line());
+  std::map<std::string, double> medians;
+  for (const std::string& name : options.meshes) {
+    try {
+      const WorkloadMesh work = make_mesh(name);
+      Rows of_mesh(work.name);
+      medians[name] = bench_mesh(of_mesh, work, options);
+      rows.append(of_mesh.rows());
+    } catch (const MeshError& error) {
+      rows.note(name, std::string("LEFT OUT: ") + error.what());
+    }
+  }
+  if (medians.contains("bump:16") && medians.contains("bump:128")) {
+    const double growth = medians["bump:128"] / medians["bump:16"];
+    rows.add("p50, 328 k against 5 k triangles", growth, "", kGoalGrowth, growth <= kGoalGrowth);
+  }
+  if (medians.contains("bump:16") && medians.contains("bump:158")) {
+    double least = medians["bump:16"], most = least;
+    for (const auto& [name, p50] : medians) {
+      if (!name.starts_with("bump:")) continue;
+      least = std::min(least, p50);
+      most = std::max(most, p50);
+    }
+    const double spread = (most - least) / (most + least);
+    rows.add("p50, 5 k to 500 k triangles, to either side of the middle", spread, "", kGoalSpread,
+             spread <= kGoalSpread);
+  }
+  return rows.rows();
+}
+
+}  // namespace
+
+void add_bench_segment(Command& bench) {
+  const auto options = std::make_shared<Options>();
+  Command command =
+      bench.subcommand("segment", "First hit of a dragged probe, beside Embree, CGAL and Bullet");
+  command
+      .option("--mesh", options->meshes,
+              "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
+      .check(problem_of_name);
+  command.option("--rounds", options->rounds, "times each segment is asked")
+      .range(1, 1000)
+      .show_default();
+  command.option("--segments", options->segments, "segments a mesh")
+      .range(100, 10000000)
+      .show_default();
+  command.option("--checked", options->checked, "segments compared with brute force, a mesh")
+      .range(1, 1000000)
+      .show_default();
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { print_judged(bench_segment(*options), options->json); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/voxel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+#include "clients/bench/voxel_ceiling.h"
+#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/eval/scenes/workload.h"
+#include "clients/lab/thread_cpu.h"
+#include "clients/report/median.h"
+#include "contact/bake/volume.h"
+#include "contact/query/volume/shell_in_field.h"
+#include "contact/shape/mesh/mesh_topology.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kGoalOfCeiling = 0.6;
+constexpr double kGoalRate = 200;  // points/µs, for this map and shell in Morton order
+constexpr uint32_t kJudgedSide = 256, kJudgedPoints = 100'000;
+constexpr double kGoalTriangles = 0.1;  // what the number of triangles may change
+constexpr double kGoalCoherence = 10;
+constexpr double kGoalMap = 25e6, kGoalField = 150e6;  // of 1024³ [B]
+
+constexpr size_t kPoses = 8;                    // that the tool takes in turn
+constexpr size_t kPointsATurn = 200'000;        // looked up at least each time
+constexpr uint32_t kToolFrequency = 64;         // of the tool, as bumpy as the object
+constexpr double kFirstTurn = 1, kTurn = 0.03;  // from pose to pose [rad]
+
+MeshData bumpy_sphere(uint32_t frequency, double scale) {
+  Soup soup = make_bumpy_sphere(frequency);
+  for (Vec3& v : soup.vertices) v = scale * v;
+  return build_mesh(std::move(soup.vertices), std::move(soup.triangles));
+}
+
+VoxmapData map_of(const MeshData& mesh, uint32_t side) {
+  const Vec3 extent = mesh.upper - mesh.lower;
+  return build_voxmap(mesh.view(), {std::max({extent.x, extent.y, extent.z}) / side, 2});
+}
+
+/// Points all over a bumpy sphere in Morton order, about that many.
+PointshellData shell_of(uint32_t n, double scale) {
+  const MeshData mesh = bumpy_sphere(kToolFrequency, scale);
+  const double radius = 0.25 * (mesh.upper.x - mesh.lower.x + mesh.upper.y - mesh.lower.y);
+  // a sphere passes 1.5 cubes for the area of a face of each
+  const double area = 4 * std::numbers::pi * radius * radius;
+  return build_pointshell(mesh.view(), std::sqrt(1.5 * area / n));
+}
+
+/// The shell that stands for all where one is enough.
+uint32_t middle(const std::vector<uint32_t>& points) {
+  return points[points.size() / 2];
+}
+
+void add_point(const PointshellData& from, size_t i, PointshellData& to) {
+  to.x.push_back(from.x[i]);
+  to.y.push_back(from.y[i]);
+  to.z.push_back(from.z[i]);
+}
+
+/// The same points in any order; no nodes, which exhaustive passes do without.
+PointshellData shuffled(const PointshellData& shell) {
+  std::vector<size_t> order(shell.x.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  PointshellData mixed;
+  for (const size_t i : order) add_point(shell, i, mixed);
+  return mixed;
+}
+
+/// Where the tool is in the object's map: bumps pass each other, so that some touch.
+std::vector<ShellInVoxels> poses_in(const Voxmap& map) {
+  std::vector<ShellInVoxels> poses;
+  for (size_t k = 0; k < kPoses; ++k) {
+    const Vec3 turn = (kFirstTurn + kTurn * static_cast<double>(k)) * normalized(Vec3{1, 2, 3});
+    poses.push_back(shell_in_voxels(map, {{1e-3, -0.5e-3, 0.5e-3}, from_rotation_vector(turn)}));
+  }
+  return poses;
+}
+
+/// Those that are inside the map in each pose: the ceiling has no border.
+PointshellData kept_inside(const Voxmap& map, const PointshellData& shell,
+                           std::span<const ShellInVoxels> poses) {
+  PointshellData kept;
+  for (size_t i = 0; i < shell.x.size(); ++i) {
+    bool inside = true;
+    for (const ShellInVoxels& at : poses) {
+      for (size_t k = 0; k < 3; ++k) {
+        const float* r = &at.rotation[3 * k];
+        const float q = r[0] * shell.x[i] + r[1] * shell.y[i] + r[2] * shell.z[i];
+        const float end = static_cast<float>(map.bricks[k] * kBrickSide);
+        inside &= q + at.translation[k] > 1 && q + at.translation[k] < end - 1;
+      }
+    }
+    if (inside) add_point(shell, i, kept);
+  }
+  return kept;
+}
+
+/// One of several ways through all points of a shell, with its rate in each round [1/µs].
+struct Way {
+  std::string name;
+  std::function<size_t(const ShellInVoxels&)> pass;
+  std::vector<double> rates = {};
+};
+
+/// In turns, in an order that moves on each round. What the passes found is added up.
+size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const ShellInVoxels> poses,
+                  int rounds) {
+  const size_t passes = std::max(poses.size(), kPointsATurn / n_points);
+  size_t found = 0;
+  for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
+    for (size_t turn = 0; turn < ways.size(); ++turn) {
+      Way& way = ways[(round + turn) % ways.size()];
+      const int64_t begin = thread_cpu_ns();
+      for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
+      const auto ns = static_cast<double>(std::max<int64_t>(thread_cpu_ns() - begin, 1));
+      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) / ns);
+    }
+  }
+  return found;
+}
+
+double median_ratio(const Way& a, const Way& b) {
+  std::vector<double> ratios(a.rates.size());
+  for (size_t i = 0; i < ratios.size(); ++i) ratios[i] = a.rates[i] / b.rates[i];
+  return median(ratios);
+}
+
+/// Keeps a result that nobody reads.
+void keep(size_t value) {
+  asm volatile("" : : "r"(value));
+}
+
+/// One shell in one map, and in the tree that holds the same.
+struct Trial {
+  std::string name;
+  const VoxmapData& map;
+  const VoxelTreeData& tree;
+  const PointshellData& shell;
+  bool is_judged_rate;
+};
+
+std::vector<Row> run_trial(const Trial& trial, int rounds) {
+  const Voxmap map = trial.map.view();
+  const VoxelTree tree = trial.tree.view();
+  const Pointshell shell = trial.shell.view();
+  const auto n = static_cast<uint32_t>(shell.x.size());
+  std::vector<VoxelHit> hits(n + 64);
+  const std::vector<ShellInVoxels> poses = poses_in(map);
+  const auto scan = [&](ScanPath path) {
+    return [&, path](const ShellInVoxels& at) {
+      return scan_voxels(map, shell, at, 0, n, path, hits, 0);
+    };
+  };
+  const auto bare = [&](ScanPath path) {
+    return
+        [&, path](const ShellInVoxels& at) -> size_t { return gather_bare(map, shell, at, path); };
+  };
+  const bool has_lanes = fastest_scan() == ScanPath::kLanes;
+  std::vector<Way> ways{{"scalar", scan(ScanPath::kScalar)},
+                        {"scalar ceiling", bare(ScanPath::kScalar)},
+                        {"512-tree, scalar", [&](const ShellInVoxels& at) {
+                           return scan_voxels(tree, shell, at, 0, n, hits, 0);
+                         }}};
+  if (has_lanes) {
+    ways.push_back({"lanes", scan(ScanPath::kLanes)});
+    ways.push_back({"ceiling", bare(ScanPath::kLanes)});
+  }
+  keep(take_turns(ways, n, poses, rounds));
+
+  Rows rows(trial.name);
+  const std::string prefix = trial.name + ", ";
+  size_t touching = 0;
+  for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
+  rows.add(prefix + "points", n, "");
+  rows.add(prefix + "points not free",
+           static_cast<double>(touching) / static_cast<double>(poses.size() * n), "");
+  for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
+  rows.add(prefix + "512-tree over map, scalar", median_ratio(ways[2], ways[0]), "");
+  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]), "");
+  if (!has_lanes) {
+    rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
+    return rows.rows();
+  }
+  const double ratio = median_ratio(ways[3], ways[4]), rate = median(ways[3].rates);
+  rows.add(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling, ratio >= kGoalOfCeiling);
+  if (trial.is_judged_rate) {
+    rows.add(prefix + "points tested", rate, "1/µs", kGoalRate, rate >= kGoalRate);
+  }
+  return rows.rows();
+}
+
+std::vector<Row> run_map(const BenchVoxelOptions& options, uint32_t side,
+                         std::span<const PointshellData> shells) {
+  const MeshData mesh = bumpy_sphere(kToolFrequency, 1);
+  const VoxmapData map = map_of(mesh, side);
+  const VoxelTreeData tree = build_voxel_tree(map.view());
+  const std::string name = std::to_string(side) + "³";
+  Rows rows(name);
+  const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
+  rows.add(name + ", map", static_cast<double>(map.bytes()), "B");
+  rows.add(name + ", 512-tree", static_cast<double>(tree.bytes()), "B");
+  rows.add(name + ", dense", voxels / 4, "B");
+  for (size_t i = 0; i < shells.size(); ++i) {
+    const uint32_t n = options.points[i];
+    const std::string points = name + ", " + std::to_string(n) + " points, ";
+    const bool is_judged = side == kJudgedSide && n == kJudgedPoints;
+    const PointshellData ordered = kept_inside(map.view(), shells[i], poses_in(map.view()));
+    rows.append(run_trial({points + "ordered", map, tree, ordered, is_judged}, options.rounds));
+    const PointshellData mixed = shuffled(ordered);
+    rows.append(run_trial({points + "shuffled", map, tree, mixed, false}, options.rounds));
+  }
+  return rows.rows();
+}
+
+/// The same object of few and of many triangles.
+std::vector<Row> run_triangles(const BenchVoxelOptions& options) {
+  Rows rows("triangles of the object");
+  const PointshellData data = shell_of(middle(options.points), 1);
+  const Pointshell shell = data.view();
+  const auto n = static_cast<uint32_t>(shell.x.size());
+  const uint32_t side = options.sides.front();
+  std::vector<VoxelHit> hits(n + 64);
+  std::vector<Way> ways;
+  std::vector<VoxmapData> maps;
+  for (const uint32_t frequency : {options.coarse, options.fine}) {
+    const MeshData mesh = bumpy_sphere(frequency, 1);
+    maps.push_back(map_of(mesh, side));
+    const Voxmap map = maps.back().view();
+    ways.push_back({std::to_string(mesh.triangles.size()) + " triangles",
+                    [&hits, map, shell, n](const ShellInVoxels& at) {
+                      return scan_voxels(map, shell, at, 0, n, fastest_scan(), hits, 0);
+                    }});
+  }
+  keep(take_turns(ways, n, poses_in(maps.front().view()), options.rounds));
+  for (const Way& way : ways) rows.add(way.name, median(way.rates), "1/µs");
+  const double ratio = median_ratio(ways[1], ways[0]);
+  rows.add("many over few triangles", ratio, "", 1 - kGoalTriangles,
+           std::fabs(ratio - 1) <= kGoalTriangles);
+  return rows.rows();
+}
+
+constexpr double kBall = 0.05;                  // radius of what the tool passes [m]
+constexpr double kCell = 0.5e-3, kBand = 4e-3;  // of its field [m]
+constexpr double kSmallTool = 0.3;              // of the bumpy sphere
+constexpr double kSpeed = 0.05, kSpin = 0.2;    // of the tool [m/s, rad/s]
+constexpr int kTicks = 2000;                    // of 1 kHz
+constexpr std::array kGaps{1e-3, 2e-3, 5e-3};   // at the tool's highest bump [m]
+
+/// A tool that passes close by and never touches.
+Pose passing(double t, double radius, double gap) {
+  const double angle = kSpeed * t / (kBall + radius + gap);
+  return {rotate(from_rotation_vector({0, 0, angle}), {kBall + radius + gap, 0, 0}),
+          from_rotation_vector(kSpin * t * normalized(Vec3{1, 2, 3}))};
+}
+
+/// Means over the ticks, of the tree alone and with coherence.
+struct Passage {
+  std::array<double, 2> tested{}, cpu_ns{};
+};
+
+Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap) {
+  ShellCoherence coherence(shell);
+  std::vector<ShellVisit> visited(shell.nodes.size() + 1);
+  std::vector<ShellTouch> touches(shell.x.size());
+  Passage passage;
+  for (int tick = 0; tick < kTicks; ++tick) {
+    const Pose X_OT = passing(1e-3 * tick, shell.radius, gap);
+    for (const size_t with : {0, 1}) {
+      const int64_t begin = thread_cpu_ns();
+      const ShellAnswer answer =
+          find_touches(field, shell, X_OT, {}, with == 1 ? &coherence : nullptr, visited, touches);
+      passage.cpu_ns[with] += static_cast<double>(thread_cpu_ns() - begin) / kTicks;
+      passage.tested[with] += static_cast<double>(answer.tested) / kTicks;
+      if (answer.n > 0) throw std::logic_error("the tool of a near miss touches");
+    }
+  }
+  return passage;
+}
+
+std::vector<Row> run_coherence(const BenchVoxelOptions& options) {
+  Rows rows("temporal coherence");
+  const DistanceFieldData field =
+      build_distance_field(-kBall * Vec3{1, 1, 1}, kBall * Vec3{1, 1, 1},
+                           [](const Vec3& p) { return norm(p) - kBall; }, {kCell, kBand, kBand});
+  const PointshellData shell = shell_of(middle(options.points), kSmallTool);
+  rows.add("near miss, points of the shell", static_cast<double>(shell.x.size()), "");
+  for (const double gap : kGaps) {
+    const auto [tested, cpu_ns] = pass_by(field.view(), shell.view(), gap);
+    const std::string name = readable(gap, "m") + " off, ";
+    rows.add(name + "tested a tick, tree alone", tested[0], "");
+    rows.add(name + "tested a tick, coherent", tested[1], "");
+    rows.add(name + "CPU a tick, tree alone", 1e-9 * cpu_ns[0], "s");
+    rows.add(name + "CPU a tick, coherent", 1e-9 * cpu_ns[1], "s");
+    const double ratio = tested[0] / tested[1];
+    rows.add(name + "fewer points by coherence", ratio, "", kGoalCoherence,
+             ratio >= kGoalCoherence);
+  }
+  return rows.rows();
+}
+
+/// What the maps of a scan take, with the band that holds where nobody says otherwise.
+std::vector<Row> run_memory(const BenchVoxelOptions& options) {
+  const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
+  Rows rows(name);
+  ShapeConfig scan{};
+  assign(scan.mesh, meshes_folder() + "/bunny00.off");
+  scan.size = 0.1;
+  try {
+    const BakedShape bunny = bake_object(scan, uint64_t{4} << 30);
+    VoxelConfig voxel;
+    voxel.size = scan.size / options.memory_side;
+    voxel.offset_layers = 0;
+    voxel.band = default_band(voxel);
+    const BakedVolume volume = bake_obstacle(bunny, voxel);
+    const Voxmap& map = volume.content.map;
+    const DistanceField& field = volume.content.field;
+    const auto map_bytes = static_cast<double>(map.index.size_bytes() + map.data.size_bytes());
+    const auto field_bytes = static_cast<double>(
+        field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes());
+    rows.add(name + ", map", map_bytes, "B", kGoalMap, map_bytes <= kGoalMap);
+    rows.add(name + ", distance field, band of two voxels", field_bytes, "B", kGoalField,
+             field_bytes <= kGoalField);
+  } catch (const MeshError& error) {
+    rows.note(name, std::string("LEFT OUT: ") + error.what());
+  }
+  return rows.rows();
+}
+
+}  // namespace
+
+std::vector<Row> bench_voxel(const BenchVoxelOptions& options) {
+  Rows rows("voxel");
+  rows.note("machine", machine_line());
+  std::vector<PointshellData> shells;
+  for (const uint32_t n : options.points) shells.push_back(shell_of(n, 1));
+  for (const uint32_t side : options.sides) rows.append(run_map(options, side, shells));
+  if (options.memory_side > 0) rows.append(run_memory(options));
+  rows.append(run_triangles(options));
+  rows.append(run_coherence(options));
+  rows.append(bench_voxel_contact(options.contact));
+  return rows.rows();
+}
+
+}  // namespace haptic

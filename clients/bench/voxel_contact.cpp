@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/voxel_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+
+#include "clients/bench/peers/pair.h"
+#include "clients/bench/work/turns.h"
+#include "clients/lab/step_budget.h"
+#include "clients/lab/thread_cpu.h"
+#include "contact/bake/volume.h"
+#include "contact/detect/body_detectors.h"
+#include "contact/query/proximity/triangle_pairs.h"
+#include "contact/shape/mesh/machine_parts.h"
+#include "proto/math/motion_metric.h"
+#include "proto/os/environment.h"
+#include "proto/os/source_tree.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kTick = 1e-3;        // [s]
+constexpr double kGoalStep = 1e-3;    // [s]
+constexpr double kDeadline = 0.8e-3;  // that a budget is for [s]
+constexpr int kTicksATry = 3000;      // of a budget
+
+/// A tool that a hand moves in or on an object.
+struct Pair {
+  std::string name;
+  BakedShape tool, object;
+  VoxelConfig voxel;
+  std::function<Pose(double t)> path;  // X_OT at a time [s]
+  std::function<Pose(double t)> deep;  // the same pressed deep; empty: not asked
+};
+
+BakedShape baked(const Soup& soup) {
+  ShapeConfig metres;
+  metres.unit = 1;
+  return bake_soup(soup.vertices, soup.triangles, metres);
+}
+
+VoxelConfig voxels_of(double size, double spacing) {
+  VoxelConfig voxel;
+  voxel.size = size;
+  // gaps are narrower than layers
+  voxel.offset_layers = 0;
+  voxel.band = default_band(voxel);
+  voxel.point_spacing = spacing;
+  voxel.budget = 0;  // what a step takes that looks at all
+  return voxel;
+}
+
+double swing(double amplitude, double frequency, double t) {
+  return amplitude * std::sin(2 * kPi * frequency * t);
+}
+
+/// W3 of the collision queries that were measured: rings of both threads at the same heights, so
+/// that the triangles leave a gap of 20 to 50 µm all along.
+Pair bolt_in_nut(bool is_free) {
+  BoltAndNut screw;
+  screw.nut_height = screw.bolt_length * 100 / 140;
+  const auto at = [screw](double t, double press, double most_turn, double tilt) -> Pose {
+    const double turn = swing(most_turn, 0.5, t);
+    const Quat lean = from_rotation_vector({swing(tilt, 1.1, t), swing(tilt, 0.7, t), 0});
+    return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
+             screw.pitch * turn / (2 * kPi) + swing(0.1 * press, 5, t)},
+            lean * from_rotation_vector({0, 0, turn})};
+  };
+  Pair pair{is_free ? "bolt free in nut" : "bolt in nut",
+            baked(make_bolt(screw, {96, 140})),
+            baked(make_nut(screw, {96, 100})),
+            voxels_of(0.2e-3, 0.24e-3),
+            {},
+            {}};
+  if (is_free) {
+    pair.path = [at](double t) { return at(t, 5e-6, 2e-4, 1e-4); };
+    return pair;
+  }
+  pair.path = [at](double t) { return at(t, 0.015e-3 + swing(0.015e-3, 0.8, t), 0.05, 5e-4); };
+  pair.deep = [at](double t) { return at(t, 0.3e-3, 0.2, 5e-4); };
+  return pair;
+}
+
+Pair peg_in_hole() {
+  const PegAndHole pair;
+  const auto at = [pair](double t, double press) -> Pose {
+    const Quat tilt = from_rotation_vector({swing(2e-3, 1.1, t), swing(2e-3, 0.7, t), 0});
+    return {{press * std::sin(2 * kPi * 2.3 * t), press * std::cos(2 * kPi * 1.9 * t),
+             swing(5e-3, 0.5, t)},
+            tilt * from_rotation_vector({0, 0, swing(0.5, 0.4, t)})};
+  };
+  return {"peg in hole",
+          baked(make_peg(pair, {96, 64})),
+          baked(make_hole(pair, {96, 64})),
+          voxels_of(0.2e-3, 0.22e-3),
+          [at](double t) { return at(t, 0.11e-3 + swing(0.11e-3, 0.8, t)); },
+          [at](double t) { return at(t, 0.5e-3); }};
+}
+
+BakedShape jaw(const std::string& file) {
+  const std::string own = environment("HAPTICD_DATA");
+  ShapeConfig shape;
+  const std::string data = own.empty() ? (source_tree() / "../shared/data").string() : own;
+  assign(shape.mesh, data + "/meshes/chai3d/" + file);
+  shape.unit = 0.2e-3;
+  shape.allow_open = 1;
+  return bake_object(shape, uint64_t{4} << 30);
+}
+
+/// Height at which the teeth just meet, for triangles.
+double bite_height(const Pair& pair) {
+  double low = -0.03, high = 0.05;
+  for (int i = 0; i < 24; ++i) {
+    const double middle = 0.5 * (low + high);
+    const Pose X_OT{{0, middle, 0}, {}};
+    (triangle_pairs(pair.object.shape, pair.tool.shape, X_OT, {}) > 0 ? low : high) = middle;
+  }
+  return high;
+}
+
+/// The upper jaw grinds on the lower one. Throws MeshError.
+Pair jaw_pair() {
+  Pair pair{"jaws", jaw("teeth-top.obj"), jaw("teeth-bottom.obj"), voxels_of(0.25e-3, 0.25e-3), {},
+            {}};
+  const double bite = bite_height(pair);
+  const auto at = [bite](double t, double press) -> Pose {
+    return {
+        {swing(0.5e-3, 1.3, t), bite - press * (0.5 + swing(0.5, 2.1, t)), swing(0.5e-3, 0.9, t)},
+        from_rotation_vector({swing(5e-3, 0.7, t), 0, swing(5e-3, 1.1, t)})};
+  };
+  pair.path = [at](double t) { return at(t, 0.4e-3); };
+  pair.deep = [at](double t) { return at(t, 2e-3); };
+  return pair;
+}
+
+/// The detector on one pair.
+struct Contest {
+  BakedVolume tool, object;
+  std::array<VoxelObject, 1> objects;
+  VoxelModel model;
+  std::unique_ptr<ContactSet> set = std::make_unique<ContactSet>();
+
+  explicit Contest(const Pair& pair)
+      : tool(bake_tool(pair.tool, pair.voxel)), object(bake_obstacle(pair.object, pair.voxel)) {
+    objects[0] = {object.content.map, object.content.field};
+    model = voxel_model(pair.voxel, tool.content.shell);
+    model.objects = objects;
+  }
+  // the model looks at objects here
+  Contest(const Contest&) = delete;
+  Contest& operator=(const Contest&) = delete;
+
+  /// CPU time of a step [s].
+  double step(VoxelState& state, const Pose& X_OT, double reach) {
+    VoxelQuestion question;
+    question.X_WT = X_OT;
+    question.reach = reach;
+    const int64_t begin = thread_cpu_ns();
+    detect_voxel(model, state, question, *set);
+    return 1e-9 * static_cast<double>(thread_cpu_ns() - begin);
+  }
+};
+
+double way(const Pose& a, const Pose& b, double radius) {
+  return largest_travel(way_between(a, b), radius);
+}
+
+/// How far ahead a session looks at 1 kHz: the way of three ticks.
+double reach_of(const Contest& contest, const Pose& before, const Pose& X_OT) {
+  return std::max(3 * way(before, X_OT, contest.model.shell.radius), kLeastBodyReach);
+}
+
+/// What became of a path.
+struct Course {
+  std::vector<double> times;  // CPU [s]
+  std::vector<double> tested, touching, clusters;
+  std::vector<double> collides, distances;  // CPU of a peer [s]
+  double meeting = 0;                       // times that the peer says so
+  size_t cut_short = 0;                     // steps that the budget ended
+};
+
+double cpu_of(const std::function<void()>& work) {
+  const int64_t begin = thread_cpu_ns();
+  work();
+  return 1e-9 * static_cast<double>(thread_cpu_ns() - begin);
+}
+
+/// Follows a path tick by tick; the peer, where there is one, has its turns in between.
+Course follow(Contest& contest, const std::function<Pose(double)>& path, int ticks, PairPeer* peer,
+              int peer_asked) {
+  Course course;
+  VoxelState state(contest.model);
+  const int every = std::max(ticks / std::max(peer_asked, 1), 1);
+  for (int tick = 0; tick < ticks; ++tick) {
+    const Pose X_OT = path(kTick * tick);
+    const double reach = reach_of(contest, path(kTick * (tick - 1)), X_OT);
+    contest.set->flags = 0;
+    course.times.push_back(contest.step(state, X_OT, reach));
+    course.tested.push_back(static_cast<double>(state.tested));
+    course.cut_short += (contest.set->flags & kContactIterationLimit) != 0;
+    course.clusters.push_back(contest.set->n_contacts);
+    course.touching.push_back(static_cast<double>(state.touching));
+    if (peer == nullptr || tick % every != every / 2) continue;
+    course.collides.push_back(cpu_of([&] { course.meeting += peer->collides(X_OT) ? 1 : 0; }));
+    course.distances.push_back(cpu_of([&] { peer->distance(X_OT); }));
+  }
+  return course;
+}
+
+void add_times(Rows& rows, const std::string& prefix, const std::vector<double>& times) {
+  rows.add(prefix + "CPU p50", percentile(times, 50), "s");
+  const double p99 = percentile(times, 99);
+  rows.add(prefix + "CPU p99", p99, "s", kGoalStep, p99 <= kGoalStep);
+  rows.add(prefix + "CPU p99.9", percentile(times, 99.9), "s");
+  rows.add(prefix + "CPU max", percentile(times, 100), "s");
+}
+
+void add_course(Rows& rows, const std::string& prefix, const Course& course) {
+  const std::vector<double>& times = course.times;
+  add_times(rows, prefix, times);
+  double sum = 0;
+  for (const double time : times) sum += time;
+  const double rate = static_cast<double>(times.size()) / sum;
+  rows.add(prefix + "contact rate", rate, "Hz", 1 / kGoalStep, rate >= 1 / kGoalStep);
+  rows.add(prefix + "points tested p50", percentile(course.tested, 50), "");
+  rows.add(prefix + "points tested max", percentile(course.tested, 100), "");
+  rows.add(prefix + "points touching p50", percentile(course.touching, 50), "");
+  rows.add(prefix + "points touching max", percentile(course.touching, 100), "");
+  rows.add(prefix + "clusters p50", percentile(course.clusters, 50), "");
+}
+
+void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
+  const auto asked = static_cast<double>(course.collides.size());
+  rows.add(prefix + "FCL says that they meet, of the poses", course.meeting / asked, "");
+  const double p50 = percentile(course.times, 50), p99 = percentile(course.times, 99);
+  for (const auto& [what, times] : {std::pair{"FCL, whether they meet", &course.collides},
+                                    std::pair{"FCL, how far they are apart", &course.distances}}) {
+    rows.add_beside(prefix + "CPU p50, beside", p50, "s", what, percentile(*times, 50));
+    rows.add_beside(prefix + "CPU p99, beside", p99, "s", what, percentile(*times, 99));
+  }
+}
+
+/// Pressed in deep: first as it is, then with the budget that holds the deadline.
+void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const Pair& pair,
+                  int ticks) {
+  const int few = std::min(ticks, kTicksATry);
+  const Course whole = follow(contest, pair.deep, few, nullptr, 0);
+  rows.add(prefix + "deep, CPU p99, any number of points", percentile(whole.times, 99), "s");
+  rows.add(prefix + "deep, points tested p50", percentile(whole.tested, 50), "");
+  // every node once, and every point twice
+  const Pointshell& shell = contest.model.shell;
+  const auto most = static_cast<uint32_t>(shell.nodes.size() + 2 * shell.x.size());
+  const auto p99_with = [&](uint32_t budget) {
+    if (budget == most) return percentile(whole.times, 99);
+    contest.model.budget = budget;
+    return percentile(follow(contest, pair.deep, few, nullptr, 0).times, 99);
+  };
+  const uint32_t budget = budget_for(kDeadline, most, p99_with);
+  rows.add(prefix + "budget for 0.8 ms", budget, "");
+  contest.model.budget = budget;
+  const Course cut = follow(contest, pair.deep, ticks, nullptr, 0);
+  contest.model.budget = ~0u;
+  const double worst = percentile(cut.times, 99.9);
+  rows.add(prefix + "deep, steps that the budget ends",
+           static_cast<double>(cut.cut_short) / static_cast<double>(cut.times.size()), "");
+  rows.add(prefix + "deep, with the budget, CPU p99.9", worst, "s", kGoalStep, worst <= kGoalStep);
+  rows.add(prefix + "deep, with the budget, CPU max", percentile(cut.times, 100), "s");
+  const double over = std::max(percentile(cut.tested, 100) - budget, 0.0);
+  rows.add(prefix + "deep, points over the budget", over, "", 0, over <= 0);
+}
+
+std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& options) {
+  Rows rows(pair.name);
+  const std::string prefix = pair.name + ", ";
+  Contest contest(pair);
+  const MeshShape &tool = pair.tool.shape, &object = pair.object.shape;
+  rows.add(prefix + "triangles of the tool", static_cast<double>(tool.mesh.triangles.size()), "");
+  rows.add(prefix + "triangles of the object", static_cast<double>(object.mesh.triangles.size()),
+           "");
+  rows.add(prefix + "points", static_cast<double>(contest.model.shell.x.size()), "");
+  rows.add(prefix + "points apart", pair.voxel.point_spacing, "m");
+  rows.add(prefix + "cell of the field", pair.voxel.size, "m");
+  const auto peer = make_fcl_peer(object.mesh, tool.mesh);
+  const Course course = follow(contest, pair.path, options.ticks, peer.get(), options.peer_asked);
+  add_course(rows, prefix, course);
+  if (peer) {
+    add_peer(rows, prefix, course);
+  } else {
+    rows.note(prefix + "FCL", "LEFT OUT: install with ./run bench");
+  }
+  if (pair.deep) add_deadline(rows, prefix, contest, pair, options.ticks);
+  return rows.rows();
+}
+
+/// By its name on the command line. Throws MeshError.
+Pair make_pair(const std::string& name) {
+  if (name == "bolt" || name == "free-bolt") return bolt_in_nut(name == "free-bolt");
+  if (name == "peg") return peg_in_hole();
+  return jaw_pair();
+}
+
+}  // namespace
+
+std::vector<Row> bench_voxel_contact(const BenchVoxelContactOptions& options) {
+  Rows rows("contact step");
+  for (const std::string& name : options.pairs) {
+    try {
+      Pair pair = make_pair(name);
+      for (double* length : {&pair.voxel.size, &pair.voxel.band, &pair.voxel.point_spacing}) {
+        *length *= options.coarser;
+      }
+      rows.append(run_pair(pair, options));
+    } catch (const MeshError& error) {
+      rows.note(name, std::string("LEFT OUT: ") + error.what());
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

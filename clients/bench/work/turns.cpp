@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/work/turns.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <random>
+
+#include "clients/report/median.h"
+
+namespace haptic {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_between(Clock::time_point a, Clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
+
+/// What an empty pair of readings takes.
+double clock_cost() {
+  std::vector<double> pairs(10001);
+  for (double& pair : pairs) {
+    const Clock::time_point begin = Clock::now();
+    pair = seconds_between(begin, Clock::now());
+  }
+  return median(pairs);
+}
+
+}  // namespace
+
+void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, int rounds) {
+  const double cost = clock_cost();
+  std::mt19937 random(1);
+  std::vector<size_t> order(contestants.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  for (int round = 0; round < rounds; ++round) {
+    for (size_t begin = 0; begin < n; begin += chunk) {
+      std::shuffle(order.begin(), order.end(), random);
+      for (const size_t k : order) {
+        Contestant& contestant = contestants[k];
+        double sum = 0;
+        for (size_t i = begin; i < std::min(n, begin + chunk); ++i) {
+          const Clock::time_point start = Clock::now();
+          contestant.query(i);
+          contestant.times.push_back(std::max(seconds_between(start, Clock::now()) - cost, 0.0));
+          sum += contestant.times.back();
+        }
+        contestant.chunks.push_back(sum);
+      }
+    }
+  }
+}
+
+double median_ratio(const Contestant& a, const Contestant& b) {
+  std::vector<double> ratios(a.chunks.size());
+  std::transform(a.chunks.begin(), a.chunks.end(), b.chunks.begin(), ratios.begin(),
+                 [](double x, double y) { return x / y; });
+  return median(ratios);
+}
+
+double percentile(std::vector<double> times, double q) {
+  const auto at = static_cast<std::ptrdiff_t>(static_cast<double>(times.size() - 1) * q / 100);
+  std::nth_element(times.begin(), times.begin() + at, times.end());
+  return times[static_cast<size_t>(at)];
+}
+
+}  // namespace haptic

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/artefacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "clients/lab/lockstep.h"
+#include "clients/lab/scripted_hand.h"
+#include "clients/report/plot_svg.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kSettled = 0.1;  // from above to its place, before anything is measured [s]
+constexpr double kAgrees = 0.03;  // of the closed form: one tick of motion
+
+struct Script {
+  Soup soup;
+  double stiffness;
+  double seconds;
+  std::function<Vec3(double)> path;
+};
+
+/// A sphere feels with its centre a radius higher.
+Script script_of(ArtefactScene scene, double radius) {
+  if (scene == ArtefactScene::kEdge) {
+    // the block's top is z = 50 mm, its side x = 50 mm; both are kEdgeDepth away half way along
+    return {make_box({0.1, 0.1, 0.1}), kEdgeStiffness, 0.6, [=](double t) {
+              const double above = radius + 0.1 * std::max(0.0, kSettled - t);
+              const double x = 0.0475 + 2e-3 * std::max(0.0, t - kSettled);
+              return Vec3{x, 3e-3, 0.05 - kEdgeDepth + above};
+            }};
+  }
+  const double top = 0.5 * kPlateWidth + radius;
+  return {make_box({0.2, 0.2, kPlateWidth}), kPlateStiffness, kSettled + 0.2, [=](double t) {
+            const double down = 0.04 * std::max(0.0, t - kSettled);
+            return Vec3{1e-3, 2e-3, top - std::min(down, kPlateEnd)};
+          }};
+}
+
+double share_off(double value, double exact) {
+  return std::fabs(value / exact - 1);
+}
+
+void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
+  const double turn = std::sqrt(2.0) * kEdgeStiffness * kEdgeDepth;
+  if (is_penalty) {
+    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N", turn,
+             share_off(run.largest_step(), turn) <= kAgrees);
+  } else {
+    const double beyond = run.largest_step_beyond(kEdgeStiffness);
+    rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N");
+    rows.add("edge of a block: step beyond stiffness times motion", beyond, "N", 1e-9,
+             beyond <= 1e-9);
+  }
+}
+
+void judge_plate(const ArtefactRun& run, bool is_penalty, Rows& rows) {
+  const double half = 0.5 * kPlateStiffness * kPlateWidth, whole = kPlateStiffness * kPlateEnd;
+  const double resists = run.most_resisting(), helps = run.most_helping();
+  const double at_end = run.force_W.back().z;
+  const double wanted = is_penalty ? half : whole;
+  rows.add("thin plate: resists at most", resists, "N", wanted,
+           share_off(resists, wanted) <= kAgrees);
+  rows.add("thin plate: helps the tool through by", helps, "N", is_penalty ? half : 0,
+           is_penalty ? share_off(helps, half) <= kAgrees : helps == 0);
+  rows.add("thin plate: force with the tool 2 mm behind it", at_end, "N", is_penalty ? 0 : whole,
+           is_penalty ? at_end == 0 : share_off(at_end, whole) <= kAgrees);
+}
+
+Series force_along(const std::string& name, const ArtefactRun& run) {
+  Series series{name, run.t, {}};
+  for (const Vec3& f : run.force_W) series.y.push_back(f.z);
+  return series;
+}
+
+}  // namespace
+
+double ArtefactRun::largest_step() const {
+  return largest_step_beyond(0);
+}
+
+double ArtefactRun::largest_step_beyond(double stiffness) const {
+  double largest = 0;
+  for (size_t i = 1; i < force_W.size(); ++i) {
+    const double allowed = stiffness * norm(tool_W[i] - tool_W[i - 1]);
+    largest = std::max(largest, norm(force_W[i] - force_W[i - 1]) - allowed);
+  }
+  return largest;
+}
+
+double ArtefactRun::most_resisting() const {
+  double most = 0;
+  for (const Vec3& f : force_W) most = std::max(most, f.z);
+  return most;
+}
+
+double ArtefactRun::most_helping() const {
+  double most = 0;
+  for (const Vec3& f : force_W) most = std::max(most, -f.z);
+  return most;
+}
+
+ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer) {
+  SessionConfig config = plain_session(0);
+  config.renderer = renderer;
+  const double radius = renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
+  Script script = script_of(scene, radius);
+  config.coupling.translational_stiffness = script.stiffness;
+  const MeshShapeData mesh = build_shape(std::move(script.soup));
+  const MeshShape shape = mesh.view();
+  ScriptedHand hand(script.path);
+  Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
+  ArtefactRun run;
+  for (double t = 0; t < script.seconds && lockstep.step(); t += 1e-3) {
+    if (t < kSettled + 0.01) continue;
+    const ServoFrame& frame = lockstep.frame();
+    run.t.push_back(t - kSettled);
+    run.tool_W.push_back(frame.X_WT.p);
+    run.force_W.push_back(frame.F_coupling_W.f);
+  }
+  return run;
+}
+
+std::vector<Row> eval_artefacts(const std::string& plot) {
+  Rows rows("artefacts of penalty3");
+  rows.note("machine", machine_line());
+  Panel edge{"edge of a block: force upwards", "N", {}},
+      plate{"thin plate: force upwards", "N", {}};
+  for (const auto& [name, renderer] : kRenderers) {
+    if (is_of_body(renderer)) continue;  // the scenes are for a point
+    Rows own{std::string(name)};
+    const bool is_penalty = renderer == Renderer::kPenalty3;
+    const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, renderer);
+    const ArtefactRun on_plate = run_artefact(ArtefactScene::kPlate, renderer);
+    own.note("renderer", std::string(name));
+    judge_edge(on_edge, is_penalty, own);
+    judge_plate(on_plate, is_penalty, own);
+    edge.series.push_back(force_along(std::string(name), on_edge));
+    plate.series.push_back(force_along(std::string(name), on_plate));
+    rows.append(own.rows());
+  }
+  if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit; or one
+// renderer on one mesh, tick by tick beside the exact god-object.
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "clients/eval/artefacts.h"
+#include "clients/eval/free.h"
+#include "clients/eval/moving.h"
+#include "clients/eval/quality.h"
+#include "clients/eval/renderer.h"
+#include "clients/eval/rest.h"
+#include "clients/eval/rigid.h"
+#include "clients/eval/ruffaldi.h"
+#include "clients/eval/table.h"
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/commands.h"
+#include "clients/hapt/duration_option.h"
+#include "clients/hapt/find_config.h"
+#include "clients/hapt/lab_commands.h"
+#include "clients/lab/lockstep.h"
+#include "clients/report/print_rows.h"
+#include "clients/report/session_plot.h"
+#include "clients/report/summary.h"
+#include "proto/config/command_line.h"
+#include "proto/config/config_warnings.h"
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+struct EvalOptions {
+  std::string config = "bunny.toml", trace, plot;
+  double duration = 20;
+  LockstepOptions lockstep;
+  bool json = false, overwrite = false;
+  RendererEval renderer;
+  std::vector<std::string> meshes;
+  std::vector<double> radii{1e-3};  // of the proxy [m]
+  std::string protocol, suite;
+  RuffaldiEval ruffaldi;
+  MovingEval moving;
+};
+
+struct EvalRun {
+  SessionData data;
+  Histogram step_time;  // servo + contact + sim, one tick
+  uint64_t hash = 0;
+};
+
+EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
+                     const EvalOptions& options) {
+  EvalRun run;
+  const std::unique_ptr<Device> device = open_device(config.device);
+  Lockstep lockstep(config, shapes, *device, options.lockstep);
+  const bool replay = config.device.kind == DeviceKind::kReplay;
+  const auto ticks = static_cast<uint64_t>(options.duration * config.servo_rate);
+  // a recording is played to its end, a simulated hand for the time asked
+  for (uint64_t k = 0; replay || k < ticks; ++k) {
+    const int64_t start_ns = now_ns();
+    if (!lockstep.step()) break;
+    run.step_time.add(now_ns() - start_ns);
+    run.data.frames.push_back(lockstep.frame());
+    if (run.data.scenes.empty() || run.data.scenes.back().seq != lockstep.scene().seq) {
+      run.data.scenes.push_back(lockstep.scene());
+    }
+    const ContactSet* set = lockstep.contacts();
+    if (set != nullptr &&
+        (run.data.proxies.empty() || run.data.proxies.back().answers_t_ns != set->answers_t_ns)) {
+      run.data.proxies.push_back(verified_proxy(*set));
+    }
+  }
+  run.hash = lockstep.hash();
+  return run;
+}
+
+void run_eval(const EvalOptions& options) {
+  const std::string file = find_config(options.config);
+  SessionConfig config = load_config(file);
+  if (!options.trace.empty()) use_trace(config, options.trace);
+  if (config.device.kind == DeviceKind::kWoodenHaptics) {
+    throw std::runtime_error(file +
+                             ": a real device does not live on virtual time; give --trace a "
+                             "recorded hand, or another --config");
+  }
+  check_outputs({options.plot}, {options.trace, file}, options.overwrite);
+  for (const std::string& line : config_warnings(config))
+    std::cerr << one_line(file + ": " + line) << '\n';
+  BakeTold told;
+  told.finding = [](const std::string& line) { std::cerr << one_line(line) << '\n'; };
+  const BakedSession baked = bake_session(config, told);
+  const ContactShapes shapes = baked.shapes();
+  const EvalRun first = run_lockstep(config, shapes, options);
+  const EvalRun second = run_lockstep(config, shapes, options);
+  const std::string name(view(config.name));
+  Rows rows(name);
+  rows.note("machine", machine_line());
+  rows.note("lockstep", "virtual time, contact every " +
+                            std::to_string(options.lockstep.contact_period) + " ticks, " +
+                            std::to_string(options.lockstep.contact_latency) + " late");
+  std::vector<Row> judged =
+      summarize(name, first.data, config, measure_penetration(first.data, config, baked));
+  // on virtual time nothing is late or busy, and nothing is recorded
+  std::erase_if(judged, [](const Row& row) {
+    return row.unit == "s" || row.metric.rfind("samples", 0) == 0;
+  });
+  rows.append(judged);
+  rows.add("one tick, all three steps", first.step_time);
+  const bool same = first.hash == second.hash;
+  rows.add("runs that differ from the first, of 1 repeated", same ? 0 : 1, "", 0, same);
+  char hash[32];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(first.hash));
+  rows.note("hash of all frames", hash);
+
+  if (options.json) {
+    print_json(std::cout, rows.rows());
+  } else {
+    print_table(std::cout, rows.rows());
+  }
+  std::cout.flush();
+  if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
+  if (!all_hold(rows.rows())) throw ExitCode{1};
+}
+
+void run_renderer(const EvalOptions& options, const Command& command) {
+  EvalTable table{options.renderer, options.meshes, options.radii, {0}};
+  table.each.trace = options.trace;
+  table.each.plot = options.plot;
+  table.each.lockstep.contact_period = options.lockstep.contact_period;
+  // unless asked for, the judge leaves no delay between the tool and the answer
+  if (command.was_given("--contact-latency")) {
+    table.latencies = {options.lockstep.contact_latency};
+  } else if (options.meshes == std::vector<std::string>{"all"}) {
+    table.latencies = {0, 1};
+  }
+  const std::vector<RendererEval> cases = cases_of(table);
+  std::vector<std::string> inputs{options.trace};
+  for (const RendererEval& one : cases) {
+    if (!is_eval_work(one.mesh)) inputs.push_back(one.mesh);
+  }
+  check_outputs({options.plot}, inputs, options.overwrite);
+  if (cases.size() == 1) {
+    print_judged(eval_renderer(cases[0]), options.json);
+    return;
+  }
+  if (!options.plot.empty()) throw std::runtime_error("--plot: draws one case; give one --mesh");
+  std::vector<std::vector<Row>> judged;
+  for (const RendererEval& one : cases) judged.push_back(eval_renderer(one));
+  std::vector<Row> rows;
+  for (const auto& one : judged) rows.insert(rows.end(), one.begin(), one.end());
+  options.json ? print_json(std::cout, rows) : print_cases(std::cout, judged);
+  std::cout.flush();
+  if (!all_hold(rows)) throw ExitCode{1};
+}
+
+void run_artefacts(const EvalOptions& options) {
+  check_outputs({options.plot}, {}, options.overwrite);
+  print_judged(eval_artefacts(options.plot), options.json);
+}
+
+void run_ruffaldi(const EvalOptions& options) {
+  RuffaldiEval eval = options.ruffaldi;
+  eval.mesh = options.meshes.empty() ? "" : options.meshes[0];
+  eval.size = options.renderer.size;
+  eval.lockstep = options.lockstep;
+  print_judged(eval_ruffaldi(eval), options.json);
+}
+
+void run_rigid_suite(const EvalOptions& options, const Command& command) {
+  RigidEval eval;
+  if (command.was_given("--for")) eval.ticks = static_cast<uint64_t>(1e3 * options.duration);
+  eval.meshes = meshes_folder();
+  eval.lockstep = options.lockstep;
+  print_judged(eval_rigid(eval), options.json);
+}
+
+/// What a session is led by, and how it is shown; common to all that can be judged.
+void add_session_options(Command& command, EvalOptions& options) {
+  command.option("--config", options.config, "session file").show_default();
+  command.option("--trace", options.trace, "recorded hand instead of the configured device");
+  add_duration(command, "--for", options.duration, "how long a simulated hand plays")
+      .show_default();
+  command
+      .option("--contact-period", options.lockstep.contact_period,
+              "servo ticks between two contact steps")
+      .range(1, 1000)
+      .show_default();
+  command
+      .option("--contact-latency", options.lockstep.contact_latency,
+              "ticks until an answer is visible; 0: within the tick")
+      .range(0, 1000)
+      .show_default();
+  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.flag("--overwrite", options.overwrite, "replace the plot where it exists");
+  command.flag("--json", options.json, "rows as JSON");
+}
+
+/// A renderer beside the exact one, on a mesh instead of a session.
+void add_renderer_options(Command& command, EvalOptions& options) {
+  RendererEval& judged = options.renderer;
+  command
+      .option("--mesh", options.meshes,
+              "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the published work; "
+              "several make a table of one line each")
+      .excludes("--config");
+  std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
+  std::erase_if(renderers, [](const auto& pair) { return is_of_body(pair.second); });
+  command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
+      .needs("--mesh")
+      .show_default("god-object3");
+  const auto add = [](Option option) { option.needs("--mesh").show_default(); };
+  add(command.quantities("--radius", options.radii, Dimension::kLength, {0, 0.1},
+                         "of the proxy of virtual-proxy3, one or several, as \"1 mm\"; a number "
+                         "alone: metres; 0: a point",
+                         "m"));
+  add(command.number("--friction", judged.friction, {0, 10},
+                     "μ of virtual-proxy3, measured on flat:N"));
+  add(command.quantity("--size", judged.size, Dimension::kLength, {1e-3, 10},
+                       "longest side of a mesh file; a number alone: metres", "m"));
+  add(command.quantity("--stiffness", judged.stiffness, Dimension::kStiffness, {1, 1e5},
+                       "of the coupling; a number alone: N/m", "N/m"));
+  add(command.quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
+                       "limit of the device; a number alone: N", "N"));
+  add(command.option("--ticks", judged.ticks, "length of the tool's path").range(1, 10'000'000));
+}
+
+/// A protocol of its own, without a session.
+void add_protocol_options(Command& command, EvalOptions& options) {
+  RuffaldiEval& ruffaldi = options.ruffaldi;
+  command
+      .option("--protocol", options.protocol,
+              "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: what "
+              "penalty3 does at an edge and through a thin plate, beside the proxies")
+      .one_of({"ruffaldi", "artefacts"})
+      .excludes("--config");
+  command
+      .option("--suite", options.suite,
+              "quality: each renderer with six degrees of freedom in scenes whose answer "
+              "symmetry knows; rigid: whole sessions of those whose tool never enters an "
+              "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
+              "that move, in --scenes scenes with a free way; free: every renderer without mass "
+              "where nothing is, contacts 1 to 20 ticks late; rest: whether points and "
+              "spheres come to rest where no way leads on")
+      .one_of({"quality", "rigid", "moving", "free", "rest"})
+      .excludes("--config")
+      .excludes("--protocol")
+      .excludes("--mesh");
+  command.option("--scenes", options.moving.scenes, "of --suite moving")
+      .needs("--suite")
+      .range(1, 1'000'000)
+      .show_default();
+  command.option("--surface", ruffaldi.surface, "plane, sphere, torus or bumpy")
+      .needs("--protocol")
+      .one_of({"plane", "sphere", "torus", "bumpy"})
+      .show_default();
+  command
+      .quantity("--noise", ruffaldi.noise, Dimension::kLength, {0, 1e-3},
+                "of the tracker, σ; a number alone: metres", "m")
+      .needs("--protocol")
+      .show_default();
+  command.option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+      .needs("--protocol")
+      .needs("--mesh");
+}
+
+void run_suite(EvalOptions& options, const Command& command) {
+  const std::string& suite = options.suite;
+  if (suite == "rigid") return run_rigid_suite(options, command);
+  if (suite == "quality") return print_judged(eval_quality(QualityGrain{}), options.json);
+  if (suite == "free") return print_judged(eval_free({}), options.json);
+  if (suite == "rest") return print_judged(eval_rest(RestEval{}), options.json);
+  options.moving.lockstep = options.lockstep;
+  print_judged(eval_moving(options.moving), options.json);
+}
+
+}  // namespace
+
+void add_eval_command(Command& app) {
+  const auto options = std::make_shared<EvalOptions>();
+  Command command = app.subcommand(kEvalCommand.name, kEvalCommand.help);
+  add_session_options(command, *options);
+  add_renderer_options(command, *options);
+  add_protocol_options(command, *options);
+  command.action([options, command] {
+    if (!options->suite.empty()) {
+      run_suite(*options, command);
+      return;
+    }
+    if (!options->protocol.empty()) {
+      options->protocol == "ruffaldi" ? run_ruffaldi(*options) : run_artefacts(*options);
+      return;
+    }
+    options->meshes.empty() ? run_eval(*options) : run_renderer(*options, command);
+  });
+}
+
+}  // namespace haptic

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/free.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "clients/lab/lockstep.h"
+#include "clients/lab/scripted_hand.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTick = 1e-3;     // [s]
+constexpr double kEnough = 0.1;    // that a distance is looked for [m]: 2.5 times 2 m/s for 20 ms
+constexpr double kProvable = 0.9;  // of a distance, that who detects must know
+constexpr uint64_t kRelease = 3;   // ages
+constexpr uint32_t kOldest = 20;   // [ticks]
+constexpr double kTouch = 0.2e-3;  // no nearer to an object is a tool let down [m]
+
+std::vector<FreeScene> scenes_of(const FreeEval& eval) {
+  std::vector<FreeScene> scenes{peg_over_hole()};
+  if (!eval.all_scenes) return scenes;
+  scenes.push_back(box_over_moving_plate());
+  scenes.push_back(bumpy_balls(eval.seed));
+  return scenes;
+}
+
+/// From above until the tool is no more than that off the first object.
+Vec3 touch_from_above(const FreeScene& scene, bool as_point) {
+  const FreeOracle oracle(scene.objects[0], as_point ? Soup{} : scene.tool);
+  Vec3 p = scene.over;
+  for (double way = kEnough; way > 0; p.z -= way) {
+    way = oracle.at_least({p, {}}, kTouch, kEnough);
+  }
+  return p;
+}
+
+/// Largest of the forces and torques of a tick; NaN where one is not finite.
+double felt_in(const ServoFrame& frame) {
+  const Wrench &F = frame.F_coupling_W, &held = frame.F_device_B;
+  if (!is_finite(F) || !is_finite(held)) return std::numeric_limits<double>::quiet_NaN();
+  return std::max({norm(F.f), norm(F.t), norm(held.f), norm(held.t)});
+}
+
+std::vector<uint32_t> ages_of(const FreeEval& eval) {
+  if (!eval.ages.empty()) return eval.ages;
+  std::vector<uint32_t> ages(kOldest);
+  std::iota(ages.begin(), ages.end(), 1);
+  return ages;
+}
+
+/// Adds what each renderer of a point, or of a body, comes to in a scene.
+void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
+                 std::vector<FreeFound>& found) {
+  const std::vector<FreeRenderer>& renderers = free_renderers();
+  for (const FreeHand& hand : free_hands(touch_from_above(scene, as_point), eval.seed)) {
+    FreeWay way(scene, hand, as_point);
+    for (size_t i = 0; i < renderers.size(); ++i) {
+      if (is_of_body(renderers[i].renderer) == as_point) continue;
+      for (const uint32_t age : ages_of(eval)) {
+        found[i].add(judge_free(renderers[i], way, age, eval.ticks));
+      }
+    }
+  }
+}
+
+std::vector<Row> rows_of(const std::string& name, const FreeFound& found) {
+  Rows rows(name);
+  rows.add("ticks", static_cast<double>(found.ticks), "");
+  rows.add("ticks that may touch, and do", static_cast<double>(found.touched), "");
+  rows.add("free ticks", static_cast<double>(found.free), "");
+  rows.add("free ticks in which something is felt", static_cast<double>(found.felt), "", 0,
+           found.felt == 0 && found.free > 0);
+  rows.add("force or torque in them, max", found.largest, "N", 0, found.largest == 0);
+  if (found.felt > 0) rows.note("the most was felt", found.where);
+  return rows.rows();
+}
+
+}  // namespace
+
+const std::vector<FreeRenderer>& free_renderers() {
+  static const std::vector<FreeRenderer> kJudged{
+      {"god-object3", Renderer::kGodObject3, {}},
+      {"virtual-proxy3", Renderer::kVirtualProxy3, {}},
+      {"penalty3", Renderer::kPenalty3, {}},
+      {"direct6, direct", Renderer::kDirect6, SoftSolver::kDirect},
+      {"direct6, quasi-static", Renderer::kDirect6, SoftSolver::kQuasiStatic},
+      {"voxel, direct", Renderer::kVoxel, SoftSolver::kDirect},
+      {"voxel, quasi-static", Renderer::kVoxel, SoftSolver::kQuasiStatic},
+      {"voxel, tangent planes, direct", Renderer::kVoxel, SoftSolver::kDirect, false},
+      {"voxel, tangent planes, quasi-static", Renderer::kVoxel, SoftSolver::kQuasiStatic, false},
+      {"god-object6", Renderer::kGodObject6, {}}};
+  return kJudged;
+}
+
+void FreeFound::add(const FreeFound& other) {
+  ticks += other.ticks, touched += other.touched;
+  free += other.free, felt += other.felt;
+  if (!(other.largest > largest)) return;
+  largest = other.largest;
+  where = other.where;
+}
+
+FreeWay::FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point)
+    : scene_(scene), hand_(hand), distances_(scene.objects.size()) {
+  const Soup tool = as_point ? Soup{} : scene.tool;
+  for (const Soup& object : scene.objects) oracles_.emplace_back(object, tool);
+  for (const Vec3& v : tool.vertices) {
+    middle_T_ += v / static_cast<double>(tool.vertices.size());
+  }
+  for (const Vec3& v : tool.vertices) radius_ = std::max(radius_, norm(v - middle_T_));
+  // voxels are as thick as their diagonal
+  layer_ = std::numbers::sqrt3 * scene.config.voxel.band;
+  if (as_point) radius_ = scene.config.proxy_radius;
+}
+
+Pose FreeWay::in_object(size_t object, uint64_t tick) const {
+  const double t = kTick * static_cast<double>(tick);
+  return inverse(scripted_pose(scene_.config.objects[object], t)) * hand_.path(t);
+}
+
+double FreeWay::distance(size_t object, uint64_t tick) {
+  std::vector<double>& known = distances_[object];
+  if (known.size() <= tick) known.resize(tick + 1, -1);
+  if (known[tick] < 0) {
+    known[tick] = oracles_[object].at_least(in_object(object, tick), layer_, kEnough);
+  }
+  return known[tick];
+}
+
+bool FreeWay::is_free(uint64_t asked, uint64_t now) {
+  for (size_t object = 0; object < oracles_.size(); ++object) {
+    const Pose then = in_object(object, asked), here = in_object(object, now);
+    const double way = norm(here * middle_T_ - then * middle_T_);
+    const double angle = norm(to_rotation_vector(here.q * conjugate(then.q)));
+    const double travel = way + angle * radius_;
+    if (!(kProvable * distance(object, asked) > travel + layer_)) return false;
+  }
+  return true;
+}
+
+FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks) {
+  SessionConfig config = way.scene().config;
+  config.renderer = renderer.renderer;
+  config.proxy.solver = renderer.solver;
+  config.voxel.field = renderer.reads_field ? 1 : 0;
+  ScriptedHand hand(way.hand().path);
+  Lockstep session(config, way.scene().shapes, hand, {1, age});
+  FreeFound found;
+  found.where = way.scene().name + ", " + way.hand().name + ", " + std::to_string(age) + " late";
+  uint64_t free_since = 0;
+  for (uint64_t k = 0; k < ticks && session.step(); ++k) {
+    const ContactSet* const set = session.contacts();
+    if (set == nullptr) continue;
+    ++found.ticks;
+    if (!way.is_free(set->answers_tick, k)) free_since = k + 1 + kRelease * age;
+    const double felt = felt_in(session.frame());
+    // NaN is felt too
+    const uint64_t is_felt = felt == 0 ? 0 : 1;
+    if (k < free_since) {
+      found.touched += is_felt;
+      continue;
+    }
+    ++found.free;
+    found.felt += is_felt;
+    found.largest = std::max(found.largest, felt);
+  }
+  return found;
+}
+
+std::vector<Row> eval_free(const FreeEval& eval) {
+  const std::vector<FreeRenderer>& renderers = free_renderers();
+  std::vector<FreeFound> found(renderers.size());
+  for (const FreeScene& scene : scenes_of(eval)) {
+    for (const bool as_point : {true, false}) judge_scene(scene, as_point, eval, found);
+  }
+  Rows rows("free");
+  rows.note("machine", machine_line());
+  for (size_t i = 0; i < renderers.size(); ++i) {
+    rows.append(rows_of(renderers[i].name, found[i]));
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/moving.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "clients/eval/oracle/exact_cgal.h"
+#include "clients/eval/rigid.h"
+#include "clients/lab/scripted_hand.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kFelt = 1e-9;       // [N]; the device is told zero, exactly, where it is closed
+constexpr double kElsewhere = 1e-4;  // beyond what the sim's 120 Hz leave to extrapolation [m]
+constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
+
+std::string name_of(Renderer renderer) {
+  const auto is_it = [&](const auto& pair) { return pair.second == renderer; };
+  return std::string(std::find_if(kRenderers.begin(), kRenderers.end(), is_it)->first);
+}
+
+SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {
+  RigidScene named;
+  named.name = scene.kind;
+  SessionConfig config = rigid_session(named, renderer);
+  config.n_objects = static_cast<uint32_t>(scene.moves.size());
+  std::copy(scene.moves.begin(), scene.moves.end(), config.objects.begin());
+  return config;
+}
+
+std::vector<Row> rows_of(const std::string& name, const MovingFound& found) {
+  Rows rows(name);
+  const auto count = [&](const std::string& metric, uint64_t n) {
+    rows.add(metric, static_cast<double>(n), "");
+  };
+  const auto none = [&](const std::string& metric, uint64_t n) {
+    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
+  };
+  count("scenes", found.scenes);
+  count("ticks", found.ticks);
+  count("ticks with a force", found.felt);
+  none("ticks not finite", found.not_finite);
+  count("verified poses", found.poses);
+  none("of them inside or meeting", found.inside);
+  none("scenes with a change of side", found.sides_changed);
+  none("ticks with a force across an object", found.across);
+  none("placed anew", found.placed_anew);
+  none("ticks closed though there is a free way", found.closed);
+  count("sets behind their objects", found.behind);
+  rows.add("behind its objects, max", found.most_behind, "m");
+  rows.add("force, max", found.largest_force, "N");
+  return rows.rows();
+}
+
+}  // namespace
+
+void MovingFound::add(const MovingFound& other) {
+  scenes += other.scenes;
+  ticks += other.ticks;
+  felt += other.felt;
+  not_finite += other.not_finite;
+  poses += other.poses;
+  inside += other.inside;
+  sides_changed += other.sides_changed;
+  across += other.across;
+  placed_anew += other.placed_anew;
+  closed += other.closed;
+  behind += other.behind;
+  most_behind = std::max(most_behind, other.most_behind);
+  largest_force = std::max(largest_force, other.largest_force);
+}
+
+bool MovingJudge::is_on_side(const Pose& X_WT, double t) const {
+  return scene_.is_on_side(X_WT, object_poses(scene_, t));
+}
+
+void MovingJudge::judge_pose(const ContactSet& set, double t) {
+  if ((set.flags & kContactReseeded) != 0) ++found_.placed_anew;
+  if ((set.flags & kContactNoFreePose) != 0) return;
+  ++found_.poses;
+  const size_t n = scene_.objects.size();
+  double elsewhere = 0;
+  const std::vector<Pose> then = object_poses(scene_, t);
+  bool meets = false;
+  for (size_t i = 0; i < n; ++i) {
+    const Pose X_OT = inverse(set.X_WO[i]) * set.X_WG;
+    meets |= surfaces_meet_by_cgal(scene_.objects[i].mesh, scene_.tool.mesh, X_OT);
+    elsewhere = std::max(elsewhere, norm(then[i].p - set.X_WO[i].p));
+  }
+  found_.inside += meets;
+  found_.behind += elsewhere > kElsewhere;
+  found_.most_behind = std::max(found_.most_behind, elsewhere);
+  if (!scene_.is_on_side(set.X_WG, {set.X_WO.data(), n})) found_.sides_changed = 1;
+}
+
+void MovingJudge::add(const ServoFrame& frame, const ContactSet* set, double t) {
+  ++found_.ticks;
+  const double force = norm(frame.F_device_B.f) + norm(frame.F_device_B.t);
+  if (!std::isfinite(force) || !is_finite(frame.X_WP)) {
+    ++found_.not_finite;
+    return;
+  }
+  if (set == nullptr) return;
+  if (!has_set_ || set->seq != last_seq_) {
+    judge_pose(*set, t - static_cast<double>(frame.t_ns - set->answers_t_ns) * 1e-9);
+    last_seq_ = set->seq;
+    has_set_ = true;
+  }
+  found_.closed += (set->flags & kContactNoFreePose) != 0;
+  if (force <= kFelt) return;
+  ++found_.felt;
+  found_.largest_force = std::max(found_.largest_force, norm(frame.F_device_B.f));
+  found_.across += !is_on_side(frame.X_WP, t);
+}
+
+MovingFound run_moving(const MovingScene& scene, Renderer renderer,
+                       const LockstepOptions& options) {
+  ContactShapes shapes(scene.objects);
+  shapes.bodies.tool = scene.tool;
+  ScriptedHand hand(scene.hand_W);
+  const SessionConfig config = moving_session(scene, renderer);
+  Lockstep session(config, shapes, hand, options);
+  MovingJudge judge(scene);
+  const double dt = 1 / config.servo_rate;
+  const auto ticks = static_cast<uint64_t>(scene.seconds / dt);
+  for (uint64_t k = 0; k < ticks && session.step(); ++k) {
+    judge.add(session.frame(), session.contacts(), static_cast<double>(k) * dt);
+  }
+  return judge.found();
+}
+
+std::vector<Row> eval_moving(const MovingEval& eval) {
+  Rows rows("moving");
+  rows.note("machine", machine_line());
+  std::map<std::string, MovingFound> found;
+  std::map<std::string, std::string> bad;
+  for (uint64_t k = 0; k < eval.scenes; ++k) {
+    const MovingScene scene = make_moving_scene(eval.first_seed + k);
+    for (const Renderer renderer : kJudged) {
+      const MovingFound one = run_moving(scene, renderer, eval.lockstep);
+      const std::string name = name_of(renderer) + ", " + scene.kind;
+      found[name].add(one);
+      const bool is_bad = one.not_finite + one.inside + one.sides_changed + one.across +
+                              one.placed_anew + one.closed >
+                          0;
+      if (is_bad) bad[name] += (bad[name].empty() ? "" : " ") + std::to_string(scene.seed);
+    }
+  }
+  for (const auto& [name, all] : found) {
+    rows.append(rows_of(name, all));
+    if (bad.count(name) == 0) continue;
+    Rows seeds(name);
+    seeds.note("seeds of scenes that miss a goal", bad[name]);
+    rows.append(seeds.rows());
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

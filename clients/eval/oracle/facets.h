@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "clients/eval/oracle/long3.h"
+#include "contact/shape/mesh/triangle_mesh.h"
+
+namespace haptic {
+
+/// A triangle as the oracles see it.
+struct Facet {
+  Long3 a, b, c, normal;  // unit, zero where the facet has no area
+  Vec3 middle_O;
+  double reach = 0;  // from the middle to the farthest corner [m]
+};
+
+/// All facets of a mesh in bins: brute force for those who judge trees and grids. The arrays of the
+/// mesh must outlive it.
+class FacetBins {
+ public:
+  explicit FacetBins(const TriangleMesh& mesh);
+
+  const Facet& operator[](uint32_t triangle) const { return facets_[triangle]; }
+  const TriangleMesh& mesh() const { return mesh_; }
+
+  /// Every facet whose ball around its middle meets a ball: all that meet it, and some more.
+  std::vector<uint32_t> within(const Vec3& centre_O, double radius) const;
+
+ private:
+  size_t bin_along(int axis, double coordinate) const;
+
+  TriangleMesh mesh_;
+  std::vector<Facet> facets_;
+  double reach_ = 0;  // of the largest facet
+  std::array<size_t, 3> bins_{1, 1, 1};
+  double bin_ = 1;  // edge [m]
+  std::vector<uint32_t> first_in_bin_, order_;
+};
+
+}  // namespace haptic

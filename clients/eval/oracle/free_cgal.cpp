@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/oracle/free_cgal.h"
+
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr double kKept = 0.9;  // of a distance, that its bound is at least
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Triangles = std::vector<Kernel::Triangle_3>;
+using Tree = CGAL::AABB_tree<
+    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::iterator>>>;
+
+}  // namespace
+
+struct FreeOracle::Object {
+  explicit Object(const Soup& soup) {
+    const auto point = [&](uint32_t v) {
+      const Vec3& p = soup.vertices[v];
+      return Point(p.x, p.y, p.z);
+    };
+    for (const auto& [a, b, c] : soup.triangles) {
+      triangles.emplace_back(point(a), point(b), point(c));
+    }
+    tree.rebuild(triangles.begin(), triangles.end());
+    tree.accelerate_distance_queries();
+  }
+  double distance(const Vec3& p) const {
+    return std::sqrt(tree.squared_distance(Point(p.x, p.y, p.z)));
+  }
+  Triangles triangles;
+  Tree tree;
+};
+
+FreeOracle::Patch FreeOracle::patch_of(const std::array<Vec3, 3>& corners) {
+  Patch patch{corners, (corners[0] + corners[1] + corners[2]) / 3, 0};
+  for (const Vec3& p : corners) patch.radius = std::max(patch.radius, norm(p - patch.centre));
+  return patch;
+}
+
+FreeOracle::FreeOracle(const Soup& object, const Soup& tool)
+    : object_(std::make_unique<Object>(object)) {
+  for (const Triangle& t : tool.triangles) {
+    patches_.push_back(patch_of({tool.vertices[t[0]], tool.vertices[t[1]], tool.vertices[t[2]]}));
+  }
+  if (patches_.empty()) patches_.push_back({});
+  for (const Patch& patch : patches_) centre_T_ += patch.centre;
+  centre_T_ = centre_T_ / static_cast<double>(patches_.size());
+  for (const Patch& patch : patches_) {
+    radius_ = std::max(radius_, norm(patch.centre - centre_T_) + patch.radius);
+  }
+}
+
+FreeOracle::~FreeOracle() = default;
+FreeOracle::FreeOracle(FreeOracle&&) noexcept = default;
+
+/// Lowers `nearest` to what is found on the patch; parts whose ball cannot lower it by more than a
+/// tenth are left out, the others are cut in four.
+void FreeOracle::search(const Patch& patch_T, Search& search) const {
+  if (search.nearest < search.least) return;
+  const double here = object_->distance(search.X_OT * patch_T.centre);
+  search.nearest = std::min(search.nearest, here);
+  if (here - patch_T.radius >= kKept * search.nearest) return;
+  const auto& [a, b, c] = patch_T.corners;
+  const Vec3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+  for (const auto& part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
+    this->search(patch_of(part), search);
+  }
+}
+
+double FreeOracle::at_least(const Pose& X_OT, double least, double enough) const {
+  const double middle = object_->distance(X_OT * centre_T_);
+  if (middle - radius_ >= enough) return enough;
+  Search search{X_OT, least, enough / kKept};
+  for (const Patch& patch : patches_) {
+    // the middle of the tool tells of all of it
+    if (middle - norm(patch.centre - centre_T_) - patch.radius >= search.nearest) continue;
+    this->search(patch, search);
+  }
+  return search.nearest < least ? 0 : kKept * search.nearest;
+}
+
+}  // namespace haptic

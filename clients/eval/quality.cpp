@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/quality.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "clients/eval/drag.h"
+#include "contact/detect/body_detectors.h"
+#include "contact/detect/cluster_contact.h"
+#include "contact/detect/exact.h"
+#include "contact/shape/mesh/tool_body.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPointStiffness = 1000;           // of a point, and of an exact contact [N/m]
+constexpr double kStiffness = 1000, kDamping = 9;  // of the coupling [N/m], [N·s/m]
+constexpr double kTurnStiffness = 2, kTurnDamping = 3e-3;  // [N·m/rad], [N·m·s/rad]
+constexpr double kMass = 0.02;                             // of the tool [kg]
+constexpr size_t kRoom = 100000;                           // of pairs of triangles
+constexpr int kMostTicks = 500, kQuietTicks = 5;
+constexpr double kQuiet = 1e-5;  // change of the wrench in a tick, of the wrench
+
+constexpr std::array kScenes{QualityScene::kConeOnPlane, QualityScene::kSphereRoundCylinder,
+                             QualityScene::kCubeOnPlate, QualityScene::kPegInHole};
+
+BakedShape bake(const Soup& soup, std::string_view name) {
+  ShapeConfig shape;
+  assign(shape.name, std::string(name));
+  return bake_soup(soup.vertices, soup.triangles, shape);
+}
+
+VoxelConfig options_of(const QualityGrain& grain) {
+  VoxelConfig options;
+  options.budget = 0;  // nobody waits here
+  options.size = grain.voxel;
+  options.band = 4 * grain.voxel;
+  options.stiffness = kPointStiffness;
+  // real surfaces are to touch where the closed form has them
+  options.offset_layers = 0;
+  return options;
+}
+
+RigidBody body_of(const TriangleMesh& mesh) {
+  ToolConfig config;
+  config.mass = kMass;
+  return rigid_body_of(tool_body(mesh, config));
+}
+
+}  // namespace
+
+std::span<const QualityRenderer> quality_renderers() {
+  static const std::array kJudged{
+      QualityRenderer{"direct6", QualityDetector::kExact, SoftSolver::kDirect},
+      QualityRenderer{"voxel, field, direct", QualityDetector::kField, SoftSolver::kDirect},
+      QualityRenderer{"voxel, field, quasi-static", QualityDetector::kField,
+                      SoftSolver::kQuasiStatic},
+      QualityRenderer{"voxel, field, penalty dynamics implicit", QualityDetector::kField,
+                      SoftSolver::kPenaltyDynamics},
+      QualityRenderer{"voxel, tangent planes, direct", QualityDetector::kTangentPlanes,
+                      SoftSolver::kDirect},
+      QualityRenderer{"voxel, tangent planes, quasi-static", QualityDetector::kTangentPlanes,
+                      SoftSolver::kQuasiStatic},
+      QualityRenderer{"voxel, tangent planes, penalty dynamics implicit",
+                      QualityDetector::kTangentPlanes, SoftSolver::kPenaltyDynamics}};
+  return kJudged;
+}
+
+QualityShapes bake_quality(QualityScene scene, const QualityGrain& grain) {
+  const QualityBodies bodies = bodies_of(scene, grain);
+  VoxelConfig options = options_of(grain);
+  options.point_spacing = spacing_of(scene, grain);
+  QualityShapes shapes{bake(bodies.object, "object"), bake(bodies.tool, "tool"), {}, {}};
+  shapes.object_volume = bake_obstacle(shapes.object, options);
+  shapes.tool_volume = bake_tool(shapes.tool, options);
+  return shapes;
+}
+
+QualityProbe::QualityProbe(const QualityRenderer& renderer, const QualityShapes& shapes,
+                           const QualityGrain& grain)
+    : renderer_(renderer),
+      object_(shapes.object.shape),
+      tool_(shapes.tool.shape),
+      voxels_{shapes.object_volume.content.map, shapes.object_volume.content.field} {
+  VoxelConfig config = options_of(grain);
+  config.field = renderer.detector == QualityDetector::kTangentPlanes ? 0 : 1;
+  voxel_model_ = voxel_model(config, shapes.tool_volume.content.shell);
+  voxel_model_.objects = {&voxels_, 1};
+  voxel_state_ = std::make_unique<VoxelState>(voxel_model_);
+  pairs_.resize(kRoom);
+  pushes_.resize(kPushesPerPair * kRoom);
+  model_.solver = renderer.solver;
+  model_.tool = body_of(tool_.mesh);
+  model_.coupling = {kStiffness, kDamping, kTurnStiffness, kTurnDamping, 0, 0};
+  model_.contact_stiffness = kPointStiffness;
+  model_.max_travel = 0.5 * options_of(grain).band;
+}
+
+void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
+  set.X_WT = X_WP;
+  if (renderer_.detector != QualityDetector::kExact) {
+    VoxelQuestion question{};
+    question.X_WT = X_WP;
+    question.reach = voxels_.map.size;
+    detect_voxel(voxel_model_, *voxel_state_, question, set);
+    return;
+  }
+  std::array<PushCluster, kMaxContacts> clusters;
+  const ExactAnswer answer =
+      exact_contacts(object_, tool_, X_WP, {kPointStiffness, {}}, {pairs_, pushes_}, clusters);
+  set.n_contacts = static_cast<uint32_t>(answer.n_clusters);
+  for (uint32_t i = 0; i < set.n_contacts; ++i) {
+    set.contacts[i] = contact_of(clusters[i], 0, {}, X_WP);
+  }
+}
+
+Wrench QualityProbe::operator()(const Pose& X_WT) {
+  SoftProxyTick tick{};
+  tick.hand.X_WT = X_WT;
+  tick.contacts = &set_;
+  Wrench before{};
+  int quiet = 0;
+  for (int k = 0; k < kMostTicks; ++k) {
+    const bool at_hand = renderer_.solver == SoftSolver::kDirect || !state_.started;
+    detect(at_hand ? X_WT : state_.proxy.X_WT, set_);
+    const Wrench felt = solve_soft_proxy(model_, state_, tick).F_hand_W;
+    if (renderer_.solver == SoftSolver::kDirect) return felt;
+    const double change = norm(felt.f - before.f) + norm(felt.t - before.t);
+    quiet = change <= kQuiet * (norm(felt.f) + norm(felt.t)) ? quiet + 1 : 0;
+    before = felt;
+    if (quiet == kQuietTicks) return felt;
+  }
+  ++restless_;
+  return before;
+}
+
+bool is_held_to(const QualityRenderer& renderer, QualityScene scene) {
+  switch (renderer.detector) {
+    case QualityDetector::kField:
+      return true;
+    case QualityDetector::kExact:
+      return scene == QualityScene::kConeOnPlane;
+    case QualityDetector::kTangentPlanes:
+      break;
+  }
+  return false;
+}
+
+std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
+                              const QualityShapes& shapes, const QualityGrain& grain) {
+  const std::string name = std::string(name_of(scene)) + ": " + renderer.name;
+  QualityProbe probe(renderer, shapes, grain);
+  QualityGoals goals;
+  goals.are_judged = is_held_to(renderer, scene);
+  Rows rows(name);
+  rows.note("scene", name);
+  rows.append(judge_quality(
+      scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name));
+  rows.add("places at which it did not settle", static_cast<double>(probe.restless()), "");
+  return rows.rows();
+}
+
+std::vector<Row> eval_quality(const QualityGrain& grain) {
+  Rows rows("quality");
+  rows.note("machine", machine_line());
+  rows.append(eval_drag());
+  for (const QualityScene scene : kScenes) {
+    const QualityShapes shapes = bake_quality(scene, grain);
+    for (const QualityRenderer& renderer : quality_renderers()) {
+      rows.append(eval_quality(scene, renderer, shapes, grain));
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

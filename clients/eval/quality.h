@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "clients/eval/scenes/quality_scenes.h"
+#include "contact/bake/volume.h"
+#include "contact/detect/voxel.h"
+#include "contact/query/proximity/triangle_pairs.h"
+#include "servo/solve/body/soft_proxy.h"
+
+namespace haptic {
+
+/// Who finds the contacts.
+enum class QualityDetector {
+  kExact,         // triangles against triangles (contact/detect/exact)
+  kField,         // points in a distance field (contact/detect/voxel)
+  kTangentPlanes  // points in voxels, as in the paper of 1999
+};
+
+/// A renderer under judgement.
+struct QualityRenderer {
+  std::string name;
+  QualityDetector detector = QualityDetector::kField;
+  SoftSolver solver = SoftSolver::kDirect;
+};
+
+/// All that are judged: direct6, and voxel with each reading and each solver.
+std::span<const QualityRenderer> quality_renderers();
+
+/// Both bodies of a scene, ready for every detector.
+struct QualityShapes {
+  BakedShape object, tool;
+  BakedVolume object_volume, tool_volume;
+};
+QualityShapes bake_quality(QualityScene scene, const QualityGrain& grain);
+
+/// A renderer on one pair of bodies, asked by place: detector and solver in turn, the hand held
+/// still, until what it feels has settled.
+class QualityProbe {
+ public:
+  QualityProbe(const QualityRenderer& renderer, const QualityShapes& shapes,
+               const QualityGrain& grain);
+  // the model points into the probe
+  QualityProbe(const QualityProbe&) = delete;
+  QualityProbe& operator=(const QualityProbe&) = delete;
+
+  /// What the hand feels with the tool there, about the tool's origin, in W. Proxies begin where
+  /// they were for the place before.
+  Wrench operator()(const Pose& X_WT);
+
+  uint64_t restless() const { return restless_; }  // places at which it did not settle
+
+ private:
+  void detect(const Pose& X_WP, ContactSet& set);
+
+  QualityRenderer renderer_;
+  MeshShape object_, tool_;
+  VoxelObject voxels_;
+  VoxelModel voxel_model_;
+  std::unique_ptr<VoxelState> voxel_state_;
+  std::vector<TrianglePair> pairs_;
+  std::vector<PointPush> pushes_;
+  SoftProxyModel model_;
+  SoftProxyState state_;
+  ContactSet set_{};
+  uint64_t restless_ = 0;
+};
+
+/// Whether a renderer is held to the goals of a scene. Those whose method cannot reach them give
+/// their figures alone; docs/judge.md says why.
+bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
+
+/// One renderer in one scene.
+std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
+                              const QualityShapes& shapes, const QualityGrain& grain);
+
+/// The whole of `hapt eval --suite quality`: every scene with every renderer.
+std::vector<Row> eval_quality(const QualityGrain& grain);
+
+}  // namespace haptic

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/renderer.h"
+
+#include <algorithm>
+#include <memory>
+#include <variant>
+
+#include "clients/eval/friction.h"
+#include "clients/eval/oracle/sphere_oracle.h"
+#include "clients/lab/scripted_hand.h"
+#include "clients/report/plot_svg.h"
+#include "contact/query/point/segment_hit.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
+
+ProxyOracle make_oracle(const FacetBins& facets, double radius) {
+  if (radius > 0) return SphereOracle(facets, radius);
+  return GodObjectOracle(facets);
+}
+
+constexpr double kTick = 1e-3;           // [s]
+constexpr double kWayPerTick = 0.13e-3;  // of the fastest slide [m]
+constexpr double kLockstepError = 1e-6;  // with contact in every tick, answered within it [N]
+constexpr double kLateError = 0.02;      // rms, one tick late [N]
+constexpr double kFlatRipple = 1e-5;     // on the plane [N]
+constexpr double kNearby = 2e-3;         // a verified proxy is never farther from the surface [m]
+
+/// The mesh, ready for queries, and who keeps it.
+struct Subject {
+  MeshShapeData made;
+  BakedShape baked;
+  MeshShape shape;
+  ToolPath path;
+  bool closed_work = false;  // one of the published meshes: all goals apply
+};
+
+/// A point for all renderers but one.
+double radius_of(const RendererEval& eval) {
+  return eval.renderer == Renderer::kVirtualProxy3 ? eval.radius : 0;
+}
+
+std::string case_name(const RendererEval& eval) {
+  const auto named = [&](const auto& pair) { return pair.second == eval.renderer; };
+  const auto& [name, renderer] = *std::find_if(kRenderers.begin(), kRenderers.end(), named);
+  std::string text = std::string(name) + " on " + eval.mesh;
+  if (eval.renderer == Renderer::kVirtualProxy3)
+    text += ", radius " + readable(radius_of(eval), "m");
+  if (eval.lockstep.contact_latency > 0) {
+    text += ", " + std::to_string(eval.lockstep.contact_latency) + " late";
+  }
+  return text;
+}
+
+Subject open_subject(const RendererEval& eval) {
+  Subject subject;
+  if (is_eval_work(eval.mesh)) {
+    EvalWork work = make_eval_work(eval.mesh, radius_of(eval));
+    subject.made = build_shape(std::move(work.soup));
+    subject.shape = subject.made.view();
+    subject.path = std::move(work.path);
+    subject.closed_work = true;
+    return subject;
+  }
+  subject.baked = bake_scan(eval.mesh, eval.size);
+  subject.shape = subject.baked.shape;
+  if (eval.trace.empty()) subject.path = way_around(subject.shape, radius_of(eval), eval.ticks);
+  return subject;
+}
+
+/// Why no exact answer exists that a renderer could be held to; empty: there is one.
+std::string why_no_answer(const Subject& subject, const EvalJudge& judge) {
+  const BakeReport& report = subject.baked.report;
+  if (subject.shape.mesh.closed && report.self_intersections > 0) {
+    return "the closed mesh cuts itself: what is inside is not defined; cut it apart";
+  }
+  if (judge.began_overlapping()) {
+    return "the tool overlaps the mesh where it starts; make it smaller or begin further out";
+  }
+  return "";
+}
+
+EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_answer) {
+  EvalGoals goals;
+  goals.force_limit = eval.max_force;
+  goals.follows_oracle = false;
+  if (!has_answer) return goals;
+  // a broken mesh has no god-object that two programs must agree on
+  goals.follows_oracle = (subject.closed_work || subject.shape.mesh.closed) &&
+                         eval.renderer != Renderer::kPenalty3 && eval.friction == 0;
+  if (!goals.follows_oracle || eval.lockstep.contact_period != 1) return goals;
+  goals.rests = eval.lockstep.contact_latency == 0;
+  // on a scan several places may be at rest, and two exact ways lead to different ones
+  if (!subject.closed_work) return goals;
+  if (eval.lockstep.contact_latency == 0) goals.max_force_error = kLockstepError;
+  if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
+  if (eval.mesh.rfind("flat:", 0) == 0) goals.max_ripple = kFlatRipple;
+  return goals;
+}
+
+/// Whether a tool at p_O has no room beside a closed mesh, by every facet.
+bool overlaps(const FacetBins& facets, const Vec3& p_O, double radius) {
+  const TriangleMesh& mesh = facets.mesh();
+  const double far = norm(mesh.upper - mesh.lower);
+  return mesh.closed && behind_surface(facets, p_O, radius, far).depth > 0;
+}
+
+void plot_judged(const std::string& path, const std::string& title, const EvalJudge& judge) {
+  const EvalJudge::Trace& trace = judge.trace();
+  write_svg(path, title,
+            {{"force", "N", {{"rendered", trace.t, trace.force}, {"oracle", trace.t, trace.exact}}},
+             {"force error", "N", {{"|F − F*|", trace.t, trace.error}}},
+             {"ripple", "N", {{"|ΔF − ΔF*|", trace.t, trace.ripple}}}});
+}
+
+}  // namespace
+
+BakedShape bake_scan(const std::string& file, double size) {
+  ObjectConfig object;
+  assign(object.mesh, file);
+  object.size = size;
+  object.allow_open = 1;
+  return bake_object(object, SessionConfig{}.mesh_memory_limit);
+}
+
+ToolPath path_through(std::vector<Vec3> positions) {
+  const auto way = std::make_shared<const std::vector<Vec3>>(std::move(positions));
+  return [way](double t) {
+    const size_t last = way->size() - 1;
+    const double at = std::clamp(t / kTick, 0.0, static_cast<double>(last));
+    const auto k = std::min(static_cast<size_t>(at), last);
+    const double part = at - static_cast<double>(k);
+    return (*way)[k] + part * ((*way)[std::min(k + 1, last)] - (*way)[k]);
+  };
+}
+
+ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks) {
+  const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
+  const double far = norm(shape.mesh.upper - shape.mesh.lower);
+  std::vector<Vec3> way;
+  double radius = 0.5 * far;
+  double t = 0;
+  for (uint64_t k = 0; k < ticks + 2; ++k) {
+    const Vec3 u = sphere_direction(t);
+    const SegmentHit hit = first_hit(shape, middle + far * u, middle);
+    if (hit.hit) radius = (1 - hit.t) * far;
+    const Vec3 wanted =
+        middle + (radius + tool_radius - workload_depth(kTick * static_cast<double>(k))) * u;
+    const Vec3 step = way.empty() ? Vec3{} : wanted - way.back();
+    const double length = norm(step);
+    const double share = length > kWayPerTick ? kWayPerTick / length : 1;
+    way.push_back(way.empty() ? wanted : way.back() + share * step);
+    // where the surface leaps, the way waits until the tool has followed
+    if (length < 10 * kWayPerTick) t += kTick;
+  }
+  return path_through(std::move(way));
+}
+
+EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
+                    const LockstepOptions& options, uint64_t ticks,
+                    const std::function<void(const ServoFrame&)>& watch) {
+  const std::span<const MeshShape> shapes(&shape, 1);
+  Lockstep lockstep(config, shapes, hand, options);
+  const FacetBins facets(shape.mesh);
+  const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
+  ProxyOracle oracle = make_oracle(facets, radius);
+  EvalJudge judge(config.coupling.translational_stiffness);
+  for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
+    const ServoFrame& frame = lockstep.frame();
+    const ContactSet* const set = lockstep.contacts();
+    const Vec3& tool = frame.X_WT.p;
+    if (k == 0) {
+      judge.begin(overlaps(facets, tool, radius));
+      std::visit([&](auto& o) { o.seed(tool); }, oracle);
+    }
+    const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
+    // on a broken mesh it may stand where every way is closed: it goes on from the felt proxy
+    if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
+    JudgedPlace place;
+    if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
+      place.behind = behind_surface(facets, frame.X_WG.p, radius, kNearby);
+    }
+    place.descent = free_descent(facets, frame.X_WP.p, tool, radius);
+    if (watch) watch(frame);
+    judge.add(frame, set != nullptr ? set->flags : 0, truth, place);
+  }
+  return judge;
+}
+
+std::vector<Row> eval_renderer(const RendererEval& eval) {
+  const Subject subject = open_subject(eval);
+  SessionConfig config = plain_session(eval.stiffness);
+  config.renderer = eval.renderer;
+  config.proxy_radius = eval.radius;
+  config.objects[0].material.friction_static = eval.friction;
+  config.objects[0].material.friction_dynamic = eval.friction;
+  config.safety.max_force = eval.max_force;
+  std::unique_ptr<Device> hand;
+  uint64_t ticks = eval.ticks;
+  if (eval.trace.empty()) {
+    hand = std::make_unique<ScriptedHand>(subject.path);
+  } else {
+    use_trace(config, eval.trace);
+    hand = open_device(config.device);
+    ticks = ~uint64_t{0};
+  }
+  // a plane's normal is known, so that its force can be taken apart
+  const bool is_flat = eval.mesh.rfind("flat:", 0) == 0;
+  FrictionJudge friction(eval.friction, {0, 0, 1});
+  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
+                                    [&](const ServoFrame& frame) { friction.add(frame); });
+  const std::string name = case_name(eval);
+  Rows rows(name);
+  rows.note("machine", machine_line());
+  rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
+                            " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
+  for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
+  rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
+  const std::string why = why_no_answer(subject, judge);
+  if (!why.empty()) rows.note(kNoAnswer, why);
+  rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));
+  if (is_flat && eval.friction > 0) rows.append(friction.rows(name));
+  if (!eval.plot.empty()) plot_judged(eval.plot, name, judge);
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/rest.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "clients/eval/oracle/place.h"
+#include "clients/eval/oracle/rest_cgal.h"
+#include "clients/lab/lockstep.h"
+#include "clients/lab/scripted_hand.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kStiffness = 1000;     // [N/m]
+constexpr double kLeastForce = 0.05;    // of a rest that ways are tried from [N]
+constexpr double kLeastGain = 1e-3;     // that a way takes from the force [N]
+constexpr double kLeastDescent = 1e-6;  // as in the judge of renderers [N]
+constexpr double kRestShare = 0.999;    // of the ticks, at rest within them
+constexpr uint64_t kSphereShare = 5;    // one of so many meshes is rolled over as well
+
+/// A mesh for each seed, and the radius of what is led over it.
+struct RestScene {
+  std::string name;
+  double radius;  // of the proxy; 0: a point [m]
+  std::function<Soup(uint64_t)> make;
+  uint64_t meshes;
+};
+
+std::vector<RestScene> scenes_of(const RestEval& eval) {
+  const uint64_t rolled = std::max<uint64_t>(eval.meshes / kSphereShare, 1);
+  return {{"point on spiky spheres", 0, [](uint64_t s) { return make_spiky_sphere(6, 0.6, s); },
+           eval.meshes},
+          {"sphere of 3 mm on spiky spheres", 3e-3,
+           [](uint64_t s) { return make_spiky_sphere(16, 0.4, s); }, rolled},
+          {"sphere of 3 mm in a gyroid", 3e-3, [](uint64_t) { return make_gyroid(40); }, rolled}};
+}
+
+std::vector<Row> rows_of(const std::string& name, const RestCount& count, bool is_point) {
+  Rows rows(name);
+  const auto counted = [&](const std::string& metric, uint64_t n) {
+    rows.add(metric, static_cast<double>(n), "");
+  };
+  const auto none = [&](const std::string& metric, uint64_t n) {
+    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
+  };
+  counted("ticks in contact", count.touching);
+  counted("of them not at rest within the tick", count.restless);
+  const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
+  const double share = 1 - static_cast<double>(count.restless) / ticks;
+  rows.add("share at rest within the tick", share, "", kRestShare, share >= kRestShare);
+  counted("ticks at a solver's limit", count.limits);
+  if (!is_point) return rows.rows();
+  counted("places that ways are tried from", count.judged);
+  none("of them caught: a straight way is free", count.caught);
+  rows.add("force such a way would take, max", count.worst, "N");
+  rows.add("of a force of", count.of_force, "N");
+  none("of them with the verified proxy inside", count.inside);
+  return rows.rows();
+}
+
+}  // namespace
+
+void RestCount::add(const RestCount& other) {
+  if (other.worst > worst) worst = other.worst, of_force = other.of_force;
+  touching += other.touching, restless += other.restless, limits += other.limits;
+  judged += other.judged, caught += other.caught, inside += other.inside;
+}
+
+RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const RestEval& eval,
+                      uint64_t seed) {
+  const MeshShapeData data = build_shape(soup);
+  const MeshShape shape = data.view();
+  const WayJudge ways(shape.mesh);
+  const FacetBins facets(shape.mesh);
+  ScriptedHand hand(rest_path(kind, kRestRadius, eval.ticks, seed));
+  SessionConfig config = plain_session(kStiffness);
+  config.renderer = radius > 0 ? Renderer::kVirtualProxy3 : Renderer::kGodObject3;
+  config.proxy_radius = radius;
+  Lockstep lockstep(config, std::span(&shape, 1), hand, {1, 0});
+  RestCount count;
+  for (uint64_t k = 0; k < eval.ticks && lockstep.step(); ++k) {
+    const ServoFrame& frame = lockstep.frame();
+    const ContactSet* const set = lockstep.contacts();
+    const Vec3 tool = frame.X_WT.p, proxy = frame.X_WP.p;
+    const double force = kStiffness * norm(proxy - tool);
+    if (force == 0) continue;
+    ++count.touching;
+    count.limits += set != nullptr && (set->flags & kContactIterationLimit) != 0;
+    count.restless += kStiffness * free_descent(facets, proxy, tool, radius) > kLeastDescent;
+    if (radius > 0 || k % eval.every != 0 || force < kLeastForce) continue;
+    ++count.judged;
+    count.inside += ways.holds(frame.X_WG.p);
+    const FoundWay way =
+        ways.free_way(proxy, tool, kLeastGain / kStiffness, eval.directions, seed + k);
+    count.caught += way.found;
+    const double gain = way.found ? kStiffness * way.gain : 0;
+    if (gain > count.worst) count.worst = gain, count.of_force = force;
+  }
+  return count;
+}
+
+std::vector<Row> eval_rest(const RestEval& eval) {
+  Rows rows("rest");
+  rows.note("machine", machine_line());
+  for (const RestScene& scene : scenes_of(eval)) {
+    for (const RestHand hand : kRestHands) {
+      RestCount count;
+      for (uint64_t m = 0; m < scene.meshes; ++m) {
+        const uint64_t seed = eval.seed + m;
+        count.add(judge_rests(scene.make(seed), hand, scene.radius, eval, seed));
+      }
+      rows.append(rows_of(scene.name + ", " + name_of(hand), count, scene.radius == 0));
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

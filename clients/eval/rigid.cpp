@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/rigid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "clients/lab/scripted_hand.h"
+#include "contact/shape/mesh/tool_body.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kStiffness = 1000, kTurnStiffness = 2;  // [N/m], [N·m/rad]
+constexpr double kDamping = 4, kTurnDamping = 5e-3;      // of a proxy with mass
+constexpr double kMass = 0.05;                           // [kg]
+constexpr double kClearance = 0.2e-3;                    // of the peg [m]
+constexpr double kFreeSpeed = 2, kFreeTurn = 10;         // [m/s], [rad/s]
+constexpr double kFreeHeight = 0.1;                      // twice what the oldest answer misses [m]
+constexpr uint32_t kOldest = 20;                         // answer in free space [ticks]
+constexpr double kPushSpeed = 0.05;                      // [m/s]
+constexpr double kLeastPush = 0.01;                      // [N]
+constexpr double kSlantGoal = 1e-9;
+constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;
+constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
+
+std::string name_of(Renderer renderer) {
+  const auto is_it = [&](const auto& pair) { return pair.second == renderer; };
+  return std::string(std::find_if(kRenderers.begin(), kRenderers.end(), is_it)->first);
+}
+
+bool is_massless(Renderer renderer) {
+  return renderer == Renderer::kGodObject6;
+}
+
+RigidJudge judge_of(const RigidScene& scene, Renderer renderer) {
+  const SessionConfig config = rigid_session(scene, renderer);
+  RigidJudgeOptions options;
+  options.springs = {kStiffness, kTurnStiffness};
+  options.margin = god_object_options(config, tool_body(scene.tool.mesh, config.tool)).margin;
+  options.dt = 1 / config.servo_rate;
+  options.is_massless = is_massless(renderer);
+  return RigidJudge(scene.object, scene.tool, options);
+}
+
+std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep) {
+  Rows rows(name_of(renderer) + ", box on plate");
+  double free = 0;
+  for (uint32_t age = 1; age <= kOldest; ++age) {
+    free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
+  }
+  rows.add_if(is_massless(renderer), "free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free,
+              "N", 0, free == 0);
+  const double slant = slant_of_push(renderer, lockstep);
+  rows.add_if(is_massless(renderer), "pushed at 45°: force along/across the plane, max", slant, "",
+              kSlantGoal, slant <= kSlantGoal);
+  return rows.rows();
+}
+
+}  // namespace
+
+SessionConfig rigid_session(const RigidScene& scene, Renderer renderer) {
+  SessionConfig config = plain_session(kStiffness);
+  config.renderer = renderer;
+  config.coupling.rotational_stiffness = kTurnStiffness;
+  if (!is_massless(renderer)) {
+    config.coupling.translational_damping = kDamping;
+    config.coupling.rotational_damping = kTurnDamping;
+  }
+  config.tool.mass = kMass;
+  assign(config.name, scene.name);
+  return config;
+}
+
+void run_rigid(const RigidScene& scene, Renderer renderer, const std::function<Pose(double)>& path,
+               uint64_t ticks, const LockstepOptions& lockstep, const SeeTick& see) {
+  ContactShapes shapes(std::array{scene.object});
+  shapes.bodies.tool = scene.tool;
+  ScriptedHand hand(path);
+  Lockstep session(rigid_session(scene, renderer), shapes, hand, lockstep);
+  for (uint64_t k = 0; k < ticks && session.step(); ++k) see(session.frame(), session.contacts());
+}
+
+RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEval& eval) {
+  const ShakingHand hand(scene.home, scene.shaking, eval.seed);
+  RigidJudge judge = judge_of(scene, renderer);
+  // the session begins at home, which is free, and the hand leaves it from there
+  const auto path = [&](double t) {
+    constexpr double kLeave = 0.2;  // [s]
+    const double share = std::clamp(t / kLeave, 0.0, 1.0);
+    return moved(scene.home, share * way_between(scene.home, hand.at(t)));
+  };
+  run_rigid(scene, renderer, path, eval.ticks, eval.lockstep,
+            [&](const ServoFrame& frame, const ContactSet* set) { judge.add(frame, set); });
+  return judge;
+}
+
+double force_in_free_space(Renderer renderer, const LockstepOptions& lockstep) {
+  constexpr double kWay = 0.08;  // [m]
+  const auto path = [](double t) {
+    const double phase = kFreeSpeed / kWay * t;
+    return Pose{{kWay * std::sin(phase), 0, kFreeHeight},
+                from_rotation_vector({0, kFreeTurn * t, 0})};
+  };
+  double most = 0;
+  run_rigid(box_on_plate(), renderer, path, kFreeTicks, lockstep,
+            [&](const ServoFrame& frame, const ContactSet*) {
+              most = std::max({most, norm(frame.F_coupling_W.f), norm(frame.F_coupling_W.t)});
+            });
+  return most;
+}
+
+double slant_of_push(Renderer renderer, const LockstepOptions& lockstep) {
+  const RigidScene scene = box_on_plate();
+  const auto path = [&](double t) {
+    const double way = kPushSpeed * t / std::numbers::sqrt2;
+    return Pose{scene.home.p + Vec3{way, 0, -way}, scene.home.q};
+  };
+  double most = 0;
+  uint64_t pressed = 0;
+  run_rigid(scene, renderer, path, kPushTicks, lockstep,
+            [&](const ServoFrame& frame, const ContactSet*) {
+              const Vec3& f = frame.F_coupling_W.f;
+              if (f.z < kLeastPush) return;
+              ++pressed;
+              most = std::max(most, std::hypot(f.x, f.y) / f.z);
+            });
+  // a plane that is not felt has no ratio
+  return pressed > 0 ? most : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<Row> eval_rigid(const RigidEval& eval) {
+  Rows rows("rigid");
+  rows.note("machine", machine_line());
+  std::vector<RigidScene> scenes{peg_in_hole(kClearance), box_on_plate()};
+  if (std::optional<RigidScene> bunny = bunny_on_bunny(eval.meshes)) {
+    scenes.push_back(*std::move(bunny));
+  } else {
+    rows.note("bunny on bunny",
+              "LEFT OUT: no bunny00.off in '" + eval.meshes + "'; say where: HAPTICD_MESHES");
+  }
+  for (const Renderer renderer : kJudged) {
+    rows.append(judge_plane(renderer, eval.lockstep));
+    for (const RigidScene& scene : scenes) {
+      const std::string name = name_of(renderer) + ", " + scene.name + ", shaken";
+      rows.append(shake_rigid(scene, renderer, eval).rows(name));
+    }
+  }
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/ruffaldi.h"
+
+#include <algorithm>
+#include <random>
+
+#include "clients/eval/renderer.h"
+#include "clients/lab/scripted_hand.h"
+#include "contact/bake/bake.h"
+#include "contact/query/point/closest_point.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTick = 1e-3;    // [s]
+constexpr double kDeeper = 3;     // than the workload: 1.8 to 4.2 mm, 0.9 to 2.1 N
+constexpr double kShare = 0.005;  // goal: of the mean force
+constexpr int kLongestLag = 20;   // ticks
+constexpr double kPi = std::numbers::pi;
+
+struct SurfacePoint {
+  Vec3 p, normal;
+};
+
+/// A surface over two parameters.
+using Surface = std::function<SurfacePoint(double u, double v)>;
+
+SurfacePoint on_torus(double u, double v) {
+  constexpr double kRing = 0.06, kTube = 0.02;
+  const Vec3 out{std::cos(u), std::sin(u), 0};
+  const Vec3 normal = std::cos(v) * out + Vec3{0, 0, std::sin(v)};
+  return {kRing * out + kTube * normal, normal};
+}
+
+SurfacePoint on_bumps(double x, double y) {
+  struct Wave {
+    double amplitude, kx, ky;
+  };
+  constexpr std::array<Wave, 2> kWaves{{{2e-3, 60, 20}, {1e-3, -80, 70}}};
+  double z = 0, slope_x = 0, slope_y = 0;
+  for (const Wave& w : kWaves) {
+    const double phase = w.kx * x + w.ky * y;
+    z += w.amplitude * std::sin(phase);
+    slope_x += w.amplitude * w.kx * std::cos(phase);
+    slope_y += w.amplitude * w.ky * std::cos(phase);
+  }
+  return {{x, y, z}, normalized(Vec3{-slope_x, -slope_y, 1})};
+}
+
+/// A torus of n × m quads of two triangles.
+Soup make_torus(uint32_t n, uint32_t m) {
+  Soup soup;
+  for (uint32_t i = 0; i < n; ++i) {
+    for (uint32_t j = 0; j < m; ++j) {
+      soup.vertices.push_back(on_torus(2 * kPi * i / n, 2 * kPi * j / m).p);
+      const auto at = [&](uint32_t a, uint32_t b) { return (a % n) * m + b % m; };
+      const uint32_t a = at(i, j), b = at(i + 1, j), c = at(i + 1, j + 1), d = at(i, j + 1);
+      soup.triangles.insert(soup.triangles.end(), {{a, b, c}, {a, c, d}});
+    }
+  }
+  return soup;
+}
+
+double longest_edge(const Soup& soup) {
+  double longest = 0;
+  for (const Triangle& t : soup.triangles) {
+    for (size_t i = 0; i < 3; ++i) {
+      longest = std::max(longest, norm(soup.vertices[t[i]] - soup.vertices[t[(i + 1) % 3]]));
+    }
+  }
+  return longest;
+}
+
+/// The probe's way over a surface, pressing along its normal.
+void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(double)>& way) {
+  for (size_t k = 0; k < ticks; ++k) {
+    const double t = kTick * static_cast<double>(k);
+    const SurfacePoint s = way(t);
+    const double depth = kDeeper * workload_depth(t);
+    const Vec3 force = kRuffaldiStiffness * std::max(depth, 0.0) * s.normal;
+    work.probe.push_back({t, s.p, force});
+    work.in_trajectory.push_back(s.p - depth * s.normal);
+  }
+}
+
+/// Root of the mean square over the samples in contact, of what `error` gives for each.
+template <typename Error>
+double rms_of(const std::vector<TrajSample>& probe, Error error) {
+  double sum = 0;
+  size_t n = 0;
+  for (size_t k = 0; k < probe.size(); ++k) {
+    if (probe[k].force_O == Vec3{}) continue;
+    sum += error(k);
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+}
+
+}  // namespace
+
+RuffaldiWork make_ruffaldi_work(const std::string& surface, size_t ticks) {
+  RuffaldiWork work;
+  double curvature = 0;  // the largest [1/m]
+  if (surface == "plane") {
+    work.soup = make_grid(0.1, 50);
+    lead(work, ticks, [](double t) {
+      const Vec3 p = flat_slide(t);
+      return SurfacePoint{{p.x, p.y, 0}, {0, 0, 1}};
+    });
+  } else if (surface == "sphere") {
+    constexpr double kRadius = 0.05;
+    work.soup = make_icosphere(kRadius, 7);
+    curvature = 1 / kRadius;
+    lead(work, ticks, [](double t) {
+      return SurfacePoint{kRadius * sphere_direction(t), sphere_direction(t)};
+    });
+  } else if (surface == "torus") {
+    work.soup = make_torus(900, 300);
+    curvature = 1 / 0.02;
+    lead(work, ticks, [](double t) { return on_torus(2 * kPi * 0.11 * t, 2 * kPi * 0.31 * t); });
+  } else if (surface == "bumpy") {
+    work.soup = make_grid(0.1, 400);
+    for (Vec3& v : work.soup.vertices) v = on_bumps(v.x, v.y).p;
+    curvature = 2e-3 * (60 * 60 + 20 * 20) + 1e-3 * (80 * 80 + 70 * 70);
+    lead(work, ticks, [](double t) {
+      const Vec3 p = flat_slide(t);
+      return on_bumps(p.x, p.y);
+    });
+  } else {
+    throw std::runtime_error("--surface " + surface +
+                             ": unknown; give plane, sphere, torus or bumpy");
+  }
+  const double h = longest_edge(work.soup);
+  work.facet_error = kRuffaldiStiffness * h * h * curvature / 8;
+  return work;
+}
+
+std::vector<Vec3> in_trajectory_of(const std::vector<TrajSample>& probe, const MeshShape& shape) {
+  std::vector<Vec3> inside;
+  for (const TrajSample& s : probe) {
+    const ClosestPoint c = closest_point(shape, s.p_O, std::numeric_limits<double>::infinity());
+    const Vec3 normal = c.found ? shape.mesh.face_normals[c.triangle] : Vec3{};
+    const double force = dot(s.force_O, normal);
+    inside.push_back(force > 0 ? c.point_O - (force / kRuffaldiStiffness) * normal : s.p_O);
+  }
+  return inside;
+}
+
+void add_noise(std::vector<Vec3>& positions, double sigma) {
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> error(0, 1);
+  for (Vec3& p : positions) {
+    const double x = error(engine), y = error(engine), z = error(engine);
+    p += sigma * Vec3{x, y, z};
+  }
+}
+
+ForceComparison compare_forces(const std::vector<TrajSample>& probe,
+                               const std::vector<Vec3>& rendered) {
+  ForceComparison out;
+  const auto error = [&](size_t k, int lag) {
+    const size_t late = std::min(k + static_cast<size_t>(lag), rendered.size() - 1);
+    return rendered[late] - probe[k].force_O;
+  };
+  for (size_t k = 0; k < probe.size(); ++k) {
+    if (probe[k].force_O == Vec3{}) continue;
+    ++out.samples;
+    out.mean_force += norm(probe[k].force_O);
+    out.max = std::max(out.max, norm(error(k, 0)));
+    if (k == 0 || rendered[k] == Vec3{} || rendered[k - 1] == Vec3{}) continue;
+    const Vec3 across = cross(rendered[k], rendered[k - 1]);
+    out.direction_jump =
+        std::max(out.direction_jump, std::atan2(norm(across), dot(rendered[k], rendered[k - 1])));
+  }
+  if (out.samples > 0) out.mean_force /= static_cast<double>(out.samples);
+  const auto along = [&](size_t k) { return dot(error(k, 0), normalized(probe[k].force_O)); };
+  out.rms = rms_of(probe, [&](size_t k) { return norm_squared(error(k, 0)); });
+  out.rms_normal = rms_of(probe, [&](size_t k) { return along(k) * along(k); });
+  out.rms_tangential =
+      std::sqrt(std::max(0.0, out.rms * out.rms - out.rms_normal * out.rms_normal));
+  out.rms_aligned = out.rms;
+  for (int lag = 1; lag <= kLongestLag; ++lag) {
+    const double rms = rms_of(probe, [&](size_t k) { return norm_squared(error(k, lag)); });
+    if (rms < out.rms_aligned) out.rms_aligned = rms, out.lag = lag;
+  }
+  return out;
+}
+
+std::vector<Vec3> render_trajectory(const MeshShape& shape, const std::vector<Vec3>& trajectory,
+                                    const LockstepOptions& options) {
+  ScriptedHand hand(path_through(trajectory));
+  Lockstep lockstep(plain_session(kRuffaldiStiffness), std::span(&shape, 1), hand, options);
+  std::vector<Vec3> forces;
+  while (forces.size() < trajectory.size() && lockstep.step()) {
+    forces.push_back(lockstep.frame().F_coupling_W.f);
+  }
+  return forces;
+}
+
+std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
+  const bool scanned = !eval.traj.empty();
+  RuffaldiWork work;
+  BakedShape baked;
+  MeshShapeData made;
+  MeshShape shape;
+  if (scanned) {
+    work.probe = at_one_kilohertz(read_traj(eval.traj));
+    baked = bake_scan(eval.mesh, eval.size);
+    shape = baked.shape;
+    work.in_trajectory = in_trajectory_of(work.probe, shape);
+  } else {
+    work = make_ruffaldi_work(eval.surface, eval.ticks);
+    made = build_shape(std::move(work.soup));
+    shape = made.view();
+    add_noise(work.in_trajectory, eval.noise);
+  }
+  const std::vector<Vec3> forces = render_trajectory(shape, work.in_trajectory, eval.lockstep);
+  const ForceComparison c = compare_forces(work.probe, forces);
+
+  Rows rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
+  rows.note("machine", machine_line());
+  rows.add("triangles", static_cast<double>(shape.mesh.triangles.size()), "");
+  if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
+  rows.add("samples in contact", static_cast<double>(c.samples), "");
+  rows.add("mean force", c.mean_force, "N");
+  // the goal is for surfaces that a mesh holds exactly or nearly so
+  const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
+  const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;
+  rows.add_if(judged, "force error, rms, of the mean", share, "", kShare, share <= kShare);
+  rows.add("force error, rms", c.rms, "N");
+  rows.add("force error, rms, normal", c.rms_normal, "N");
+  rows.add("force error, rms, tangential", c.rms_tangential, "N");
+  rows.add("force error, max", c.max, "N");
+  rows.add("lag", c.lag, "ticks");
+  rows.add("force error, rms, lag taken out", c.rms_aligned, "N");
+  rows.add("direction jump in a tick, max", c.direction_jump, "rad");
+  if (!scanned) rows.add("bound of the mesh's error, h²κ/8·k", work.facet_error, "N");
+  return rows.rows();
+}
+
+}  // namespace haptic

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/scenes/free_scenes.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "clients/lab/scripted_hand.h"
+#include "contact/bake/volume.h"
+#include "contact/shape/mesh/machine_parts.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kMm = 1e-3;
+constexpr double kPi = std::numbers::pi;
+constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
+
+/// Owns the data that the views of a scene point to.
+struct FreeStorage {
+  std::vector<BakedShape> shapes;
+  std::vector<BakedVolume> volumes;
+};
+
+/// The springs of the session peg-in-hole, and nothing else that may be felt.
+SessionConfig session(uint32_t n_objects) {
+  SessionConfig config = plain_session(800);
+  config.n_objects = n_objects;
+  config.coupling.rotational_stiffness = 2;
+  config.coupling.max_force = 6;
+  config.coupling.max_torque = 0.3;
+  config.safety.velocity_limit = 100;
+  return config;
+}
+
+void set_voxels(double size, uint32_t layers, VoxelConfig& voxel) {
+  voxel.size = voxel.point_spacing = size;
+  voxel.offset_layers = layers;
+  voxel.band = default_band(voxel);
+}
+
+void bake(FreeScene& scene) {
+  const auto storage = std::make_shared<FreeStorage>();
+  const VoxelConfig& voxel = scene.config.voxel;
+  const auto shape_of = [&](const Soup& soup) {
+    ShapeConfig as_it_is;
+    as_it_is.unit = 1;
+    storage->shapes.push_back(bake_soup(soup.vertices, soup.triangles, as_it_is));
+    return storage->shapes.back();
+  };
+  for (const Soup& object : scene.objects) {
+    const BakedShape shape = shape_of(object);
+    storage->volumes.push_back(bake_obstacle(shape, voxel));
+    const VolumeContent& content = storage->volumes.back().content;
+    scene.shapes.objects.push_back(shape.shape);
+    scene.shapes.bodies.volumes.push_back({content.map, content.field});
+  }
+  const BakedShape tool = shape_of(scene.tool);
+  storage->volumes.push_back(bake_tool(tool, voxel));
+  scene.shapes.bodies.tool = tool.shape;
+  scene.shapes.bodies.shell = storage->volumes.back().content.shell;
+  scene.storage = storage;
+}
+
+Soup bumpy_ball(double radius, uint32_t subdivisions, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> rate(5, 10), phase(0, 2 * kPi);
+  const Vec3 rates{rate(random), rate(random), rate(random)};
+  const Vec3 phases{phase(random), phase(random), phase(random)};
+  Soup soup = make_icosphere(radius, subdivisions);
+  for (Vec3& v : soup.vertices) {
+    const Vec3 u = (1 / radius) * v;
+    const double bump = std::sin(rates.x * u.x + phases.x) * std::sin(rates.y * u.y + phases.y) *
+                        std::sin(rates.z * u.z + phases.z);
+    v = (1 + 0.08 * bump) * v;
+  }
+  return soup;
+}
+
+}  // namespace
+
+FreeScene peg_over_hole() {
+  PegAndHole pair;
+  pair.clearance = 0.5 * kMm;
+  FreeScene scene;
+  scene.name = "peg over hole";
+  scene.config = session(1);
+  set_voxels(0.5 * kMm, 0, scene.config.voxel);
+  scene.objects = {make_hole(pair, kHoleGrid)};
+  scene.tool = make_peg(pair, kPegGrid);
+  scene.over = kMm * Vec3{18, 0, 100};
+  bake(scene);
+  return scene;
+}
+
+FreeScene bumpy_balls(uint64_t seed) {
+  std::mt19937_64 random(seed);
+  FreeScene scene;
+  scene.name = "bumpy balls";
+  scene.config = session(1);
+  set_voxels(kMm, 2, scene.config.voxel);
+  scene.objects = {bumpy_ball(40 * kMm, 3, random)};
+  scene.tool = bumpy_ball(15 * kMm, 2, random);
+  scene.over = kMm * Vec3{3, -2, 100};
+  bake(scene);
+  return scene;
+}
+
+FreeScene box_over_moving_plate() {
+  FreeScene scene;
+  scene.name = "box over moving plate";
+  scene.config = session(2);
+  set_voxels(kMm, 0, scene.config.voxel);
+  scene.objects = {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)};
+  scene.tool = make_box({0.03, 0.02, 0.015});
+  ObjectConfig& plate = scene.config.objects[0];
+  plate.motion = {MotionKind::kOscillate, 0, {0, 0, 1}, 10 * kMm, 1.5};
+  ObjectConfig& ball = scene.config.objects[1];
+  ball.X_WO.p = {0, 0.12, 0.03};
+  ball.motion = {MotionKind::kOscillate, 0, {1, 0, 0}, 30 * kMm, 1};
+  scene.over = {0, 0, 0.1};
+  bake(scene);
+  return scene;
+}
+
+Pose scripted_pose(const ObjectConfig& object, double t) {
+  const MotionConfig& motion = object.motion;
+  if (motion.kind != MotionKind::kOscillate) return object.X_WO;
+  const double way = motion.amplitude * std::sin(2 * kPi * motion.frequency * t);
+  return {object.X_WO.p + way * rotate(object.X_WO.q, motion.axis_O), object.X_WO.q};
+}
+
+}  // namespace haptic

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt bake: prepares a mesh before a session needs it, and says what that came to.
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "clients/hapt/commands.h"
+#include "contact/bake/bake.h"
+#include "contact/bake/volume.h"
+#include "proto/config/command_line.h"
+#include "proto/config/config_shape.h"
+#include "proto/config/config_tool.h"
+#include "proto/config/quantity.h"
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // as much as a session allows a mesh
+
+struct BakeOptions {
+  std::string mesh, unit;
+  double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not said
+  bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
+};
+
+std::string problem_of_unit(const std::string& text) {
+  try {
+    parse_mesh_unit(text, "m");
+    return "";
+  } catch (const QuantityError& error) {
+    return error.what();
+  }
+}
+
+VoxelConfig voxel_options(const BakeOptions& options) {
+  VoxelConfig voxel;
+  voxel.size = voxel.point_spacing = options.voxel;
+  voxel.band = options.band > 0 ? options.band : default_band(voxel);
+  const Range bands = band_range(voxel);
+  if (voxel.band < bands.min || voxel.band > bands.max) {
+    throw UsageError("--band: must lie between " + quantity_text(bands.min, Dimension::kLength) +
+                     " and " + quantity_text(bands.max, Dimension::kLength) +
+                     " with voxels of this size");
+  }
+  if (options.spacing > 0) voxel.point_spacing = options.spacing;
+  voxel.field = options.map_alone ? 0 : 1;
+  voxel.open_as_sheet = options.as_sheet;
+  return voxel;
+}
+
+/// One line that is written over and over; nothing where nobody looks.
+BakeProgress progress_line() {
+  if (::isatty(STDERR_FILENO) == 0) return {};
+  return [](std::string_view what, double share) {
+    std::cerr << "\r\x1b[K  " << what << " " << static_cast<int>(100 * share) << " %" << std::flush;
+  };
+}
+
+void clear_progress_line() {
+  if (::isatty(STDERR_FILENO) != 0) std::cerr << "\r\x1b[K" << std::flush;
+}
+
+std::string made_in(double seconds, bool from_cache) {
+  std::ostringstream text;
+  text.precision(3);
+  if (from_cache) return "from the cache";
+  text << seconds << " s";
+  return text.str();
+}
+
+double megabytes(size_t bytes) {
+  return 1e-6 * static_cast<double>(bytes);
+}
+
+void print_map(const BakedVolume& obstacle) {
+  const Voxmap& map = obstacle.content.map;
+  std::cout << "  map " << map.bricks[0] * kBrickSide << " x " << map.bricks[1] * kBrickSide
+            << " x " << map.bricks[2] * kBrickSide << " voxels of " << 1e3 * map.size << " mm, "
+            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << " MB; "
+            << made_in(obstacle.map_time, obstacle.from_cache) << '\n';
+}
+
+void print_field(const BakedVolume& obstacle) {
+  const DistanceField& field = obstacle.content.field;
+  const size_t bytes =
+      field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes();
+  std::cout << "  distance field " << field.data.size() << " bricks, band " << 1e3 * field.band
+            << " mm, " << megabytes(bytes) << " MB; "
+            << made_in(obstacle.field_time, obstacle.from_cache) << '\n';
+}
+
+void print_shell(const BakedVolume& tool) {
+  const Pointshell& shell = tool.content.shell;
+  std::cout << "  as a tool " << shell.x.size() << " points, " << 1e3 * shell.spacing
+            << " mm apart; " << made_in(tool.shell_time, tool.from_cache) << '\n';
+}
+
+void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
+  const BakedVolume obstacle = bake_obstacle(shape, voxel, progress_line());
+  const BakedVolume tool = bake_tool(shape, voxel, progress_line());
+  clear_progress_line();
+  print_map(obstacle);
+  if (voxel.field != 0) print_field(obstacle);
+  print_shell(tool);
+  for (const BakedVolume* volume : {&obstacle, &tool}) {
+    for (const std::string& line : volume->lines) std::cout << "  " << one_line(line) << '\n';
+  }
+}
+
+void run_bake(const BakeOptions& options) {
+  ShapeConfig object{};
+  assign(object.mesh, options.mesh);
+  if (options.unit == "any" && options.size == 0) {
+    throw UsageError("--unit any: scales the mesh to --size, which is missing");
+  }
+  object.unit = options.unit.empty() ? 0 : parse_mesh_unit(options.unit, "m");
+  object.size = options.size;
+  object.allow_open = options.allow_open || options.as_sheet;
+  const std::optional<VoxelConfig> voxel =
+      options.voxel > 0 ? std::optional(voxel_options(options)) : std::nullopt;
+  const BakedShape shape = bake_object(object, kMemoryLimit);
+  const BakeReport& report = shape.report;
+  std::cout << shown(options.mesh) << ": " << report.triangles << " triangles, " << report.vertices
+            << " vertices, " << 1e3 * report.size << " mm, " << (report.closed ? "closed" : "open")
+            << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
+  for (const std::string& line : report.lines) std::cout << "  " << one_line(line) << '\n';
+  if (voxel) run_voxel(shape, *voxel);
+  if (!options.explain) return;
+  for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
+}
+
+}  // namespace
+
+void add_bake_command(Command& app) {
+  const auto options = std::make_shared<BakeOptions>();
+  Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
+  command.option("mesh", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
+  command
+      .option("--unit", options->unit,
+              "of the file: m, mm, cm, in, a length (a number alone: metres), or any, with --size; "
+              "left out: metres, or any with a size")
+      .check(problem_of_unit);
+  command.quantity("--size", options->size, Dimension::kLength, kMeshSizes,
+                   "longest side, as \"80 mm\"; a number alone: metres", "m");
+  command.flag("--allow-open", options->allow_open, "the mesh may have borders");
+  const auto length = [&](const char* name, double& value, const Range& range, const char* help) {
+    return command.quantity(name, value, Dimension::kLength, range, help);
+  };
+  length("--voxel", options->voxel, kVoxelSizes,
+         "also bake what the renderer voxel needs, with voxels of this size: 1mm");
+  length("--band", options->band, kPositive, "of the distance field; left out: two voxels")
+      .needs("--voxel");
+  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points; left out: as --voxel")
+      .needs("--voxel");
+  command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
+  command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
+      .needs("--voxel");
+  command.flag("--explain", options->explain, "how the size of the grid's cells was chosen");
+  command.action([options] { run_bake(*options); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt demo and hapt replay: start a session, record it, judge it.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/commands.h"
+#include "clients/hapt/duration_option.h"
+#include "clients/hapt/find_config.h"
+#include "clients/hapt/realtime_line.h"
+#include "clients/hapt/session_process.h"
+#include "clients/library/recorder.h"
+#include "clients/report/session_plot.h"
+#include "clients/report/summary.h"
+#include "proto/config/command_line.h"
+#include "proto/ipc/process.h"
+#include "proto/log/hand_trace.h"
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
+constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
+constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // until hapticd answers
+constexpr double kNoNewsLimit = 10;                    // a session that falls silent is broken [s]
+constexpr int kExitInterrupted = 130;
+
+/// Scenes by name, and their session files.
+const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
+                                                 {"peg", "peg-in-hole.toml"},
+                                                 {"gears", "gears.toml"},
+                                                 {"teeth", "teeth.toml"},
+                                                 {"bunnies", "bunny-on-bunny.toml"},
+                                                 {"rigid-peg", "rigid-peg.toml"},
+                                                 {"rigid-bunnies", "rigid-bunnies.toml"}};
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, config] : kScenes) names.push_back(name);
+  return names;
+}
+
+struct PlayOptions {
+  std::string config = "bunny.toml", session, trace, log, plot;
+  double duration = 20;
+  bool json = false, overwrite = false;
+};
+
+/// What the recorder saw go by while the session ran.
+struct Played {
+  std::string realtime;
+  uint64_t lost = 0;
+  bool ended_early = false;
+};
+
+/// A recorded hand on the grid of the servo.
+struct Recording {
+  size_t samples = 0;
+  double seconds = 0;
+};
+
+std::string default_log(const std::string& session) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  return session + "-" + stamp + ".mcap";
+}
+
+void stop_where_asked() {
+  if (!stop_requested()) return;
+  std::cerr << "hapt: stopped before the session began\n";
+  throw ExitCode{kExitInterrupted};
+}
+
+BakedSession bake_all(const SessionConfig& config) {
+  BakeTold told;
+  told.begin = [](const std::string& mesh) {
+    stop_where_asked();
+    std::cerr << "reading and checking " << shown(mesh) << '\n';
+  };
+  told.finding = [](const std::string& line) { std::cerr << "  " << one_line(line) << '\n'; };
+  BakedSession baked = bake_session(config, told);
+  stop_where_asked();
+  return baked;
+}
+
+/// A line that overwrites itself on a terminal and comes every five seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
+  ~Progress() {
+    if (terminal_ && shown_) std::fputs("\r\033[K", stderr);
+  }
+  void show(const ServoFrame& frame, double seconds, int64_t t_ns) {
+    if (t_ns - last_ns_ < (terminal_ ? kProgressPeriod : 20 * kProgressPeriod)) return;
+    last_ns_ = t_ns;
+    shown_ = true;
+    std::fprintf(stderr, "%s%5.1f of %.0f s   force %5.2f N   depth %5.2f mm   late ticks %llu%s",
+                 terminal_ ? "\r" : "", seconds, total_, norm(frame.F_device_B.f),
+                 1e3 * frame.depth, static_cast<unsigned long long>(frame.skipped),
+                 terminal_ ? "\033[K" : "\n");
+  }
+
+ private:
+  double total_;
+  bool terminal_, shown_ = false;
+  int64_t last_ns_ = now_ns();
+};
+
+/// Connects to the session of this hapticd; another of the same name is not ours to record.
+FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session) {
+  for (const int64_t start = now_ns();; sleep_until(now_ns() + kDrainPeriod)) {
+    stop_where_asked();
+    if (const auto code = daemon.exit_code()) {
+      throw std::runtime_error("hapticd ended with code " + std::to_string(*code) +
+                               " before the session was up; its message is above");
+    }
+    try {
+      FileDescriptor socket = connect_session(session);
+      if (peer_of(socket).hapticd == daemon.pid()) return socket;
+    } catch (const HandoutError&) {
+      if (now_ns() - start > kStartPatience) throw;
+    }
+  }
+}
+
+/// Records until the hand has played, then stops the session and drains what is left.
+Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
+  std::vector<std::string> arguments{options.config, "--session", options.session};
+  if (!options.trace.empty()) arguments.insert(arguments.end(), {"--replay", options.trace});
+  SessionProcess daemon(arguments);
+  Attachments attachments(connect_when_ready(daemon, options.session));
+  Recorder recorder(attachments, Start::kOldest);
+  auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
+  attachments.start();
+  TraceWriter trace(options.log,
+                    recording_metadata(options.session, read_config_text(options.config)));
+
+  Played played;
+  Progress progress(seconds);
+  ServoFrame frame{};
+  double shown = 0;
+  int64_t first_ns = 0, news_ns = now_ns();
+  for (bool done = false; !done;) {
+    sleep_until(now_ns() + kDrainPeriod);
+    if (!recorder.drain(trace, now_ns())) break;
+    if (watched.latest(frame)) {
+      if (first_ns == 0) first_ns = frame.t_ns;
+      news_ns = now_ns();
+      shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
+      progress.show(frame, shown, news_ns);
+    }
+    // before the first frame a mesh may be baked, however long that takes
+    const bool silent =
+        first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
+    played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
+    const bool played_out =
+        replay ? (frame.device.flags & kDeviceEnded) != 0 : first_ns != 0 && shown >= seconds;
+    done = played_out || played.ended_early;
+  }
+  daemon.stop();
+  const bool finished = recorder.finish(trace, now_ns());
+  for (const TopicCount& count : recorder.counts()) played.lost += count.lost;
+  played.realtime = realtime_line(recorder.servo_header());
+  if (!finished) throw std::runtime_error(recorder.failure());
+  return played;
+}
+
+/// Every grid point of the recorded hand was either played or counted as skipped.
+void add_coverage_rows(const SessionData& data, const Recording& hand, double rate, Rows& rows) {
+  if (data.frames.empty()) return;
+  const auto is_ended = [](const ServoFrame& f) { return (f.device.flags & kDeviceEnded) != 0; };
+  const auto end = std::find_if(data.frames.begin(), data.frames.end(), is_ended);
+  const ServoFrame& first = data.frames.front();
+  const ServoFrame& last = end == data.frames.end() ? data.frames.back() : *end;
+  const ServoFrame& before = end == data.frames.begin() ? first : *(end - 1);
+  const double grid_points = std::floor((hand.seconds + 1e-9 * kSnapNs) * rate + 1e-6) + 1;
+  // what is skipped beyond the end of the recording costs nothing of it
+  const double beyond = std::clamp(static_cast<double>(last.tick - first.tick) - grid_points, 0.0,
+                                   static_cast<double>(last.skipped - before.skipped));
+  const double total = static_cast<double>(end - data.frames.begin()) +
+                       static_cast<double>(last.skipped - first.skipped) - beyond;
+  rows.add("samples of the recorded hand", static_cast<double>(hand.samples), "");
+  rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
+}
+
+/// Whose hand it was, so that nobody takes one kind for another.
+std::string hand_line(const DeviceConfig& device) {
+  switch (device.kind) {
+    case DeviceKind::kSimulatedHand:
+      return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
+    case DeviceKind::kReplay:
+      return "RECORDED hand " + std::string(view(device.replay.path)) +
+             ", open loop: force has no effect";
+    case DeviceKind::kWoodenHaptics:
+      break;
+  }
+  return "WoodenHaptics at " + std::string(view(device.serial.path)) + ", closed loop";
+}
+
+/// The table: what was played on what, the figures with their goals, where they are kept.
+std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
+                       const BakedSession& baked, const Recording& hand, const Played& played,
+                       const SessionData& data) {
+  Rows rows(options.session);
+  rows.note("hand", hand_line(config.device));
+  rows.note("machine", machine_line());
+  rows.note("real time", played.realtime);
+  rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
+  if (config.device.kind == DeviceKind::kReplay)
+    add_coverage_rows(data, hand, config.servo_rate, rows);
+  rows.note("log", options.log);
+  if (!options.plot.empty()) rows.note("plot", options.plot);
+  return rows.rows();
+}
+
+void play(PlayOptions options) {
+  catch_stop_signals();
+  options.config = find_config(options.config);
+  SessionConfig config = load_config(options.config);
+  if (!options.trace.empty()) use_trace(config, options.trace);
+  if (options.session.empty()) options.session = std::string(view(config.name));
+  if (options.log.empty()) options.log = default_log(options.session);
+  const bool replay = config.device.kind == DeviceKind::kReplay;
+  check_outputs({options.log, options.plot},
+                {options.config, replay ? std::string(view(config.device.replay.path)) : ""},
+                options.overwrite);
+  Recording hand{0, options.duration};
+  if (replay) {
+    const HandTrace trace = load_hand_trace(config.device.replay);
+    hand = {trace.samples.size(), trace.duration()};
+  }
+
+  // baked here once, so that contact finds it in the cache and the judge has it too
+  const BakedSession baked = bake_all(config);
+  const Played played = play_and_record(options, replay, hand.seconds);
+  SessionData data = load_session(options.log);
+  data.lost = played.lost;
+  const std::vector<Row> rows = judge(options, config, baked, hand, played, data);
+  if (options.json) {
+    print_json(std::cout, rows);
+  } else {
+    std::cout << "session '" << shown(options.session) << "'\n";
+    print_table(std::cout, rows);
+  }
+  std::cout.flush();
+  if (played.ended_early) {
+    std::cerr << "the session ended early; what was recorded is in " << shown(options.log) << '\n';
+  }
+  if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
+  if (played.ended_early || !all_hold(rows)) throw ExitCode{1};
+}
+
+void add_common(Command& command, PlayOptions& options) {
+  command.option("--config", options.config, "session file").show_default();
+  command.option("--session", options.session, "name to run under; default: the file's");
+  command.option("-o,--output", options.log, "log to write (.mcap)");
+  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
+  command.flag("--overwrite", options.overwrite, "replace the log and the plot where they are");
+  command.flag("--json", options.json, "figures as JSON on standard output");
+}
+
+}  // namespace
+
+void add_demo_command(Command& app) {
+  const auto options = std::make_shared<PlayOptions>();
+  Command command = app.subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
+  add_common(command, *options);
+  const auto scene = std::make_shared<std::string>();
+  command
+      .option("scene", *scene,
+              "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
+              "rigid-peg, rigid-bunnies: bodies that never enter another")
+      .one_of(scene_names())
+      .excludes("--config");
+  command.option("--trace", options->trace, "a recorded hand instead of the simulated one");
+  add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
+  command.action([options, scene] {
+    if (!scene->empty()) options->config = kScenes.at(*scene);
+    play(*options);
+  });
+}
+
+void add_replay_command(Command& app) {
+  const auto options = std::make_shared<PlayOptions>();
+  Command command = app.subcommand("replay", "Play a recorded hand (open loop) through a session");
+  command.option("trace", options->trace, "recording: .mcap or .csv").required();
+  add_common(command, *options);
+  command.action([options] { play(*options); });
+}
+
+}  // namespace haptic

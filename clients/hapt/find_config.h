@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "proto/config/config.h"
+
+namespace haptic {
+
+/// A session file by path, or by name in $HAPTICD_CONFIGS, the source tree's configs/ or
+/// /usr/share/hapticd/configs. Throws ConfigError with the places looked at.
+std::string find_config(const std::string& name);
+
+}  // namespace haptic

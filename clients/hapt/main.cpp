@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt: the command line tool. One file a sub-command.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "clients/hapt/commands.h"
+#include "clients/hapt/lab_commands.h"
+#include "clients/hapt/run_hapt.h"
+#include "proto/ipc/process.h"
+
+namespace haptic {
+namespace {
+
+bool is_of_lab(const std::string& word) {
+  return std::any_of(kLabCommands.begin(), kLabCommands.end(),
+                     [&](const LabCommand* command) { return word == command->name; });
+}
+
+/// The first word that names a command decides.
+bool is_for_lab(const Command& app, int argc, char** argv) {
+  const auto is_command = [&](const char* word) { return app.has_subcommand(word); };
+  char** const end = argv + argc;
+  char** const command = std::find_if(std::min(argv + 1, end), end, is_command);
+  return command != end && is_of_lab(*command);
+}
+
+/// This process goes on as hapt-lab, which reads the same words.
+[[noreturn]] void become_lab(char** argv) {
+  const std::filesystem::path folder = own_folder();
+  const std::string path = folder / "hapt-lab";
+  execv(path.c_str(), argv);
+  throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
+                           "); `cmake --build " + folder.parent_path().string() +
+                           " --target hapt-lab` builds it");
+}
+
+/// As `hapt --help` shows them.
+void add_commands(Command& app) {
+  const auto add_of_lab = [&](const LabCommand& lab) { app.subcommand(lab.name, lab.help); };
+  add_demo_command(app);
+  add_replay_command(app);
+  add_top_command(app);
+  add_record_command(app);
+  add_export_command(app);
+  add_of_lab(kEvalCommand);
+  add_bake_command(app);
+  add_of_lab(kBenchCommand);
+  add_of_lab(kSelftestCommand);
+  add_of_lab(kTortureCommand);
+  add_control_commands(app);
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) {
+  return haptic::run_hapt(argc, argv, [&](haptic::Command& app) {
+    haptic::add_commands(app);
+    if (haptic::is_for_lab(app, argc, argv)) haptic::become_lab(argv);
+  });
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "proto/ipc/segment.h"
+
+namespace haptic {
+
+/// One line for people on what is real-time about this servo and what is not, and why. Null: no
+/// servo was seen.
+std::string realtime_line(const SegmentHeader* servo);
+
+}  // namespace haptic

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt top: what each process of a session is doing now.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <limits>
+#include <memory>
+
+#include "clients/hapt/commands.h"
+#include "clients/hapt/duration_option.h"
+#include "clients/hapt/realtime_line.h"
+#include "clients/library/client.h"
+#include "clients/report/report.h"
+#include "proto/config/command_line.h"
+#include "proto/ipc/process.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kDrainPeriod = 50'000'000;   // [ns]
+constexpr int64_t kAttachTime = kNsPerSecond;  // segments come within milliseconds [ns]
+constexpr int64_t kDeadAfter = 250'000'000;    // heartbeat older than this: not running [ns]
+
+struct TopOptions {
+  std::string session;
+  double period = 1;  // [s]
+  uint64_t screens = std::numeric_limits<uint64_t>::max();
+  bool batch = false, json = false;
+};
+
+/// One process over one period.
+struct Line {
+  std::string name;
+  std::string state = "---";
+  uint64_t generation = 0;
+  double rate = 0;       // [Hz]
+  Histogram wait, busy;  // [ns]
+  uint64_t lost = 0;     // passed by unread
+};
+
+std::string state_of(const SegmentHeader* header) {
+  if (header == nullptr) return "---";
+  if (now_ns() - header->heartbeat_ns.load() > kDeadAfter) return "stuck";
+  switch (static_cast<SegmentState>(header->state.load())) {
+    case SegmentState::kInit:
+      return "start";
+    case SegmentState::kRun:
+      return "run";
+    case SegmentState::kDrain:
+      return "drain";
+    case SegmentState::kDead:
+      return "dead";
+  }
+  return "?";
+}
+
+/// Watches one ring: drained often, reported once a period.
+template <typename Source>
+class Watched {
+ public:
+  using Item = typename Source::Item;
+
+  Watched(std::string name, Source source) : source_(source) { line_.name = std::move(name); }
+
+  void drain() {
+    while (source_.next(newest)) {
+      ++items_;
+      line_.busy.add(newest.busy_ns);
+      if constexpr (requires(const Item& item) { item.wake_late_ns; }) {
+        line_.wait.add(newest.wake_late_ns);
+      }
+    }
+  }
+
+  /// The period that ends now; the next one begins.
+  Line take(double seconds) {
+    drain();
+    Line out = std::move(line_);
+    out.lost = source_.lost() - lost_before_;
+    out.state = state_of(source_.header());
+    out.generation = source_.generation();
+    out.rate = static_cast<double>(items_ + out.lost) / seconds;
+    line_ = {};
+    line_.name = out.name;
+    lost_before_ = source_.lost();
+    items_ = 0;
+    return out;
+  }
+
+  const SegmentHeader* header() { return source_.header(); }
+
+  Item newest{};
+
+ private:
+  Source source_;
+  Line line_;
+  uint64_t items_ = 0, lost_before_ = 0;
+};
+
+std::string cell(const Histogram& durations, double percent) {
+  if (durations.count() == 0) return "---";
+  return readable(1e-9 * static_cast<double>(durations.percentile(percent)), "s");
+}
+
+void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
+                  const SegmentHeader* servo) {
+  std::printf("%-9s %-6s %4s %9s %10s %10s %10s %6s\n", "process", "state", "gen", "rate Hz",
+              "wait p99", "busy p50", "busy p99", "missed");
+  for (const Line& l : lines) {
+    // µ takes two bytes and one column
+    const auto width = [](const std::string& s) {
+      return 10 + static_cast<int>(std::count(s.begin(), s.end(), '\xc2'));
+    };
+    const std::string wait = cell(l.wait, 99), p50 = cell(l.busy, 50), p99 = cell(l.busy, 99);
+    std::printf("%-9s %-6s %4llu %9.1f %*s %*s %*s %6llu\n", l.name.c_str(), l.state.c_str(),
+                static_cast<unsigned long long>(l.generation), l.rate, width(wait), wait.c_str(),
+                width(p50), p50.c_str(), width(p99), p99.c_str(),
+                static_cast<unsigned long long>(l.lost));
+  }
+  std::printf("force %.2f N   depth %.2f mm   contacts %u   fade %.2f   skipped ticks %llu%s\n%s\n",
+              norm(frame.F_device_B.f), 1e3 * frame.depth, frame.n_contacts, frame.fade,
+              static_cast<unsigned long long>(frame.skipped),
+              (frame.flags & kServoFault) != 0 ? "   FAULT" : "", realtime_line(servo).c_str());
+}
+
+void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame) {
+  std::vector<Row> all;
+  for (const Line& l : lines) {
+    Rows rows(l.name);
+    rows.note("state", l.state);
+    rows.add("rate", l.rate, "Hz");
+    rows.add("generation", static_cast<double>(l.generation), "");
+    rows.add("wake lateness", l.wait);
+    rows.add("busy", l.busy);
+    rows.add("missed by this viewer", static_cast<double>(l.lost), "");
+    if (l.name == "servo0") {
+      rows.add("force", norm(frame.F_device_B.f), "N");
+      rows.add("skipped ticks", static_cast<double>(frame.skipped), "");
+    }
+    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
+  }
+  print_json(std::cout, all);
+  std::cout.flush();
+}
+
+void run_top(const TopOptions& options) {
+  catch_stop_signals();
+  Client client(options.session);
+  Watched servo("servo0", client.ring<&ServoChannels::frames>(Start::kNewest));
+  Watched contact("contact0", client.ring<&ContactChannels::sets>(Start::kNewest));
+  Watched sim("sim", client.ring<&SimChannels::frames>(Start::kNewest));
+  const auto drain_all = [&] {
+    servo.drain();
+    contact.drain();
+    sim.drain();
+  };
+  const auto go_on = [&] { return client.is_connected() && !stop_requested(); };
+  client.start();
+  // the segments arrive on a thread of their own: what is there at the first look is not of a
+  // period
+  for (const int64_t start_ns = now_ns();
+       go_on() && servo.header() == nullptr && now_ns() - start_ns < kAttachTime;) {
+    drain_all();
+    sleep_until(now_ns() + kDrainPeriod);
+  }
+  drain_all();
+  servo.take(1), contact.take(1), sim.take(1);
+
+  int64_t last_ns = now_ns();
+  for (uint64_t n = 0; n < options.screens && go_on(); ++n) {
+    const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
+    // more often than the smallest ring fills up, so that nothing passes by unread
+    while (go_on() && now_ns() < end_ns) {
+      sleep_until(std::min(end_ns, now_ns() + kDrainPeriod));
+      drain_all();
+    }
+    const int64_t t_ns = now_ns();
+    const double seconds = static_cast<double>(t_ns - last_ns) * 1e-9;
+    last_ns = t_ns;
+    const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
+    if (options.json) {
+      print_screen_json(lines, servo.newest);
+      continue;
+    }
+    if (!options.batch && isatty(STDOUT_FILENO) == 1) std::printf("\033[H\033[2J");
+    print_screen(lines, servo.newest, servo.header());
+    std::fflush(stdout);
+  }
+  if (client.is_connected()) return;
+  if (!client.refusal().empty()) throw HandoutError(client.refusal());
+  std::cerr << "the session has ended\n";
+}
+
+}  // namespace
+
+void add_top_command(Command& app) {
+  const auto options = std::make_shared<TopOptions>();
+  Command command = app.subcommand("top", "Watch the processes of a running session");
+  command.option("--session", options->session, "which one; default: the only one running");
+  add_duration(command, "-d,--period", options->period, "between two screens").show_default();
+  command.option("-n", options->screens, "screens to print; default: until Ctrl-C")
+      .range(1, 1000000);
+  command.flag("-b,--batch", options->batch, "do not clear the screen in between");
+  command.flag("--json", options->json, "rows as JSON, one array a screen");
+  command.action([options] { run_top(*options); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/lab/lockstep.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "proto/ipc/control.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kStartNs = 1'000'000'000;  // virtual time of tick 0; not zero, which means unset
+
+int64_t grid_time(double rate, uint64_t tick) {
+  return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);
+}
+
+uint64_t add_to_hash(uint64_t hash, const ServoFrame& frame) {
+  unsigned char bytes[sizeof frame];
+  std::memcpy(bytes, &frame, sizeof frame);
+  for (const unsigned char b : bytes) hash = (hash ^ b) * 1099511628211ull;
+  return hash;
+}
+
+}  // namespace
+
+Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
+                   const LockstepOptions& options)
+    : config_(config),
+      options_(options),
+      device_(device),
+      servo_model_(build_servo_model(config, {device.caps().max_force, device.caps().max_torque})),
+      contact_model_(build_contact_model(config, shapes)),
+      contact_state_(std::make_unique<ContactState>(contact_model_)),
+      sim_model_(build_sim(config)),
+      control_(initial_control(config)) {
+  contact_model_.prediction = options.contact_latency / config.servo_rate;
+  scene_ = sim_step(sim_model_, sim_state_, kStartNs);
+  sim_ticks_ = 1;
+}
+
+ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const {
+  ServoFrame question{};
+  question.tick = tick_;
+  question.t_ns = t_ns;
+  question.X_WT = tool_pose(config_.map, servo_state_.clutch, device.X_BH);
+  question.V_WT = tool_twist(config_.map, device.X_BH, device.V_BH);
+  question.flags = kServoNoContactSet;
+  question.renderer = static_cast<uint32_t>(config_.renderer);
+  question.held_back_W = frame_.held_back_W;
+  // a proxy is where the last tick left it
+  question.X_WP = question.X_WT;
+  if (tick_ > 0 && is_of_body(config_.renderer) && has_springs(config_.proxy, config_.renderer)) {
+    question.X_WP = frame_.X_WP;
+    question.V_WP = frame_.V_WP;
+  }
+  return question;
+}
+
+void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
+  auto set = std::make_unique<ContactSet>(
+      contact_step(contact_model_, *contact_state_, question, &scene_));
+  pending_.push_back({visible_at, std::move(set)});
+}
+
+bool Lockstep::step() {
+  const int64_t t_ns = grid_time(config_.servo_rate, tick_);
+  for (; grid_time(config_.sim_rate, sim_ticks_) <= t_ns; ++sim_ticks_) {
+    scene_ = sim_step(sim_model_, sim_state_, grid_time(config_.sim_rate, sim_ticks_));
+  }
+
+  ServoInput input;
+  input.tick = tick_;
+  input.t_ns = input.realtime_ns = t_ns;
+  device_.read({t_ns, t_ns}, input.device);
+  if ((input.device.flags & kDeviceEnded) != 0) return false;
+
+  const bool asks = tick_ % options_.contact_period == 0;
+  if (asks && options_.contact_latency == 0) answer(question_of(input.device, t_ns), tick_);
+  while (!pending_.empty() && pending_.front().visible_at <= tick_) {
+    visible_ = std::move(pending_.front().set);
+    pending_.pop_front();
+  }
+  input.contacts = contacts();
+  input.scene = &scene_;
+  input.control = &control_;
+  frame_ = servo_step(servo_model_, servo_state_, input);
+  device_.write(frame_.F_device_B);
+  if (asks && options_.contact_latency > 0) answer(frame_, tick_ + options_.contact_latency);
+
+  hash_ = add_to_hash(hash_, frame_);
+  ++tick_;
+  return true;
+}
+
+}  // namespace haptic

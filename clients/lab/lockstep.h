@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include "contact/step.h"
+#include "device-io/device.h"
+#include "proto/config/config.h"
+#include "servo/step.h"
+#include "sim/step.h"
+
+namespace haptic {
+
+/// What a real session leaves to the machine, chosen here.
+struct LockstepOptions {
+  uint32_t contact_period = 1;   // servo ticks between two contact steps
+  uint32_t contact_latency = 1;  // ticks until an answer is visible; 0: answered within the tick
+};
+
+/// All three steps in one process on virtual time: bit for bit the same on each run. The offline
+/// lab, and the harness of the tests. Device and shapes must outlive it.
+class Lockstep {
+ public:
+  Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
+           const LockstepOptions& options = {});
+
+  /// One tick. False once the device's recording has ended (that tick is not a frame).
+  bool step();
+
+  const ServoFrame& frame() const { return frame_; }
+  /// The set the last tick used, or null.
+  const ContactSet* contacts() const { return visible_ ? visible_.get() : nullptr; }
+  const SceneFrame& scene() const { return scene_; }
+
+  /// FNV-1a over every frame so far: equal for equal runs.
+  uint64_t hash() const { return hash_; }
+
+ private:
+  struct Answer {
+    uint64_t visible_at;
+    std::unique_ptr<ContactSet> set;
+  };
+  void answer(const ServoFrame& question, uint64_t visible_at);
+  ServoFrame question_of(const DeviceState& device, int64_t t_ns) const;
+
+  SessionConfig config_;
+  LockstepOptions options_;
+  Device& device_;
+  ServoModel servo_model_;
+  ServoState servo_state_;
+  ContactModel contact_model_;
+  std::unique_ptr<ContactState> contact_state_;
+  SimModel sim_model_;
+  SimState sim_state_;
+  ControlFrame control_{};
+  SceneFrame scene_{};
+  std::deque<Answer> pending_;
+  std::unique_ptr<ContactSet> visible_;
+  ServoFrame frame_{};
+  uint64_t tick_ = 0;
+  uint64_t sim_ticks_ = 0;
+  uint64_t hash_ = 14695981039346656037ull;
+};
+
+}  // namespace haptic

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/lab/step_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr double kWithin = 1.1;
+
+}  // namespace
+
+uint32_t budget_for(double deadline, uint32_t most,
+                    const std::function<double(uint32_t)>& time_of) {
+  if (time_of(most) <= deadline) return most;
+  double holds = 0, fails = most;
+  while (fails > 1 && fails > kWithin * holds) {
+    // in the middle of a logarithmic scale
+    const double middle = std::floor(std::sqrt(std::max(holds, 1.0) * fails));
+    if (middle <= holds || middle >= fails) break;
+    (time_of(static_cast<uint32_t>(middle)) <= deadline ? holds : fails) = middle;
+  }
+  return static_cast<uint32_t>(holds);
+}
+
+}  // namespace haptic

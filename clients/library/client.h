@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "proto/ipc/handout.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+
+/// A program that watches a session. It maps the session's rings read-only: whatever it does, stops
+/// or crashes, the hand does not notice.
+///
+///   Client client("bunny");
+///   auto frames = client.ring<&ServoChannels::frames>(Start::kNewest);
+///   client.start();
+///   ServoFrame frame;
+///   while (client.is_connected()) {
+///     while (frames.next(frame)) use(frame);   // or frames.latest(frame)
+///     client.sleep(0.01);
+///   }
+class Client {
+ public:
+  /// Connects; an empty name means the only session that runs. Throws HandoutError with what to do.
+  explicit Client(const std::string& session);
+
+  /// A ring to read; to be made before start().
+  template <auto kMember>
+  RingSource<kMember> ring(Start start) {
+    return attachments_.ring<kMember>(start);
+  }
+
+  void start() { attachments_.start(); }
+  bool is_connected() const { return attachments_.is_connected(); }
+
+  /// Why the session did not serve this client, in one line; empty: it did. Known once
+  /// is_connected() is false.
+  const std::string& refusal() const { return attachments_.refusal(); }
+  void sleep(double seconds) const;
+
+ private:
+  Attachments attachments_;
+};
+
+}  // namespace haptic

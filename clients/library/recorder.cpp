@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "clients/library/recorder.h"
+
+#include <type_traits>
+
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kFlushPeriodNs = kNsPerSecond / 4;
+constexpr uint64_t kMostPerDrain = 4096;
+
+int64_t time_of(const ServoFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const ContactSet& set) {
+  return set.answers_t_ns;
+}
+int64_t time_of(const SceneFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const ControlFrame& frame) {
+  return frame.t_ns;
+}
+int64_t time_of(const Event& event) {
+  return event.t_ns;
+}
+
+size_t index_of(std::string_view topic) {
+  return static_cast<size_t>(find_topic(topic) - kTopics.data());
+}
+
+}  // namespace
+
+// a state that rarely changes is wanted even when it is older than the recording
+Recorder::Recorder(Attachments& attachments, Start start)
+    : newest_servo_(attachments.source<ServoChannels>()),
+      servo_{attachments.ring<&ServoChannels::frames>(start),
+             attachments.ring<&ServoChannels::events>(Start::kOldest)},
+      contact_{attachments.ring<&ContactChannels::sets>(start),
+               attachments.ring<&ContactChannels::events>(Start::kOldest)},
+      sim_{attachments.ring<&SimChannels::frames>(start),
+           attachments.ring<&SimChannels::events>(Start::kOldest)},
+      control_{attachments.ring<&ControlChannels::frames>(Start::kOldest),
+               attachments.ring<&ControlChannels::events>(Start::kOldest)} {
+  for (size_t i = 0; i < counts_.size(); ++i) counts_[i].topic = kTopics[i].name;
+}
+
+template <typename T>
+void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record) {
+  TopicCount& count = counts_[index_of(topic.name)];
+  Stamp stamp{time_of(record), time_of(record) + realtime_offset_ns_, count.recorded + count.lost};
+  if constexpr (std::is_same_v<T, ServoFrame>) stamp.realtime_ns = record.realtime_ns;
+  ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
+}
+
+template <typename T>
+void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin& origin,
+                         uint64_t lost, uint64_t& told) {
+  if (lost == told) return;
+  counts_[index_of(topic.name)].lost += lost - told;
+  write(trace, kEventTopic,
+        Event{now_ns(),
+              static_cast<uint32_t>(EventCode::kRecordsLost),
+              static_cast<uint32_t>(origin.writer),
+              {static_cast<double>(lost - told), static_cast<double>(lost),
+               static_cast<double>(origin.generation), std::is_same_v<T, Event> ? 1.0 : 0.0, 0}});
+  told = lost;
+}
+
+template <auto kMember, typename T>
+void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
+                          SegmentId writer, TraceWriter& trace) {
+  T record;
+  // a bound: a writer faster than the disk must not keep the other rings waiting
+  for (uint64_t n = 0; n < kMostPerDrain && ring.next(record); ++n) {
+    tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
+    write(trace, topic, record);
+  }
+  // a ring may end with a loss, and no record after it
+  tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
+}
+
+const SegmentHeader* Recorder::servo_header() noexcept {
+  while (newest_servo_.advance()) {
+  }
+  return newest_servo_.header();
+}
+
+bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
+  realtime_offset_ns_ = realtime_now_ns() - now_ns();
+  servo_header();  // keeps no old generation mapped
+  const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
+    drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
+    drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace);
+  };
+  drain_feed(control_, kControlTopic, ControlChannels::kId);
+  drain_feed(sim_, kSimTopic, SimChannels::kId);
+  drain_feed(contact_, kContact0Topic, ContactChannels::kId);
+  drain_feed(servo_, kServo0Topic, ServoChannels::kId);
+  if (flushed_ns_ == 0) flushed_ns_ = t_ns;
+  if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
+    flushed_ns_ = t_ns;
+    trace.flush();
+  }
+  return trace.error().empty();
+}
+
+bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
+  drain(trace, t_ns);
+  McapMetadata counts;
+  for (const TopicCount& count : counts_) {
+    counts[std::string(count.topic) + " recorded"] = std::to_string(count.recorded);
+    counts[std::string(count.topic) + " lost"] = std::to_string(count.lost);
+  }
+  trace.add_metadata("counts", counts);
+  if (const SegmentHeader* servo = servo_header()) {
+    trace.add_metadata("realtime", {{"servo", realtime_of(*servo).explain()}});
+  }
+  if (trace.close()) return true;
+  count_what_is_there(trace);
+  return false;
+}
+
+/// A file that was ended by an error holds its whole chunks. What it had taken for the open one is
+/// lost, as is what came after.
+void Recorder::count_what_is_there(const TraceWriter& trace) {
+  failure_ = trace.error();
+  const char* separator = "; lost: ";
+  for (TopicCount& count : counts_) {
+    const uint64_t there = trace.written(count.topic);
+    count.lost += count.recorded - there;
+    count.recorded = there;
+    if (count.lost == 0) continue;
+    failure_ += separator + std::to_string(count.lost) + " of " + std::string(count.topic);
+    separator = ", ";
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "proto/ipc/handout.h"
+#include "proto/log/trace.h"
+
+namespace haptic {
+
+struct TopicCount {
+  std::string_view topic;
+  uint64_t recorded = 0;  // in the file once finish() has returned
+  // published while recording, but overwritten before they were read or, where the file was ended
+  // by an error, not in it; /events counts those that the recorder makes itself
+  uint64_t lost = 0;
+};
+
+/// Drains every ring of a session into a recording. A writer that restarts is followed; what its
+/// predecessor had published is recorded first. Losses are counted exactly and each is a record on
+/// /events. A chunk stays open for a quarter of a second: that much is lost when the recorder is
+/// killed, and nothing at all when anything else is.
+///
+///   Attachments attachments(connect_session(name));
+///   Recorder recorder(attachments);            // before attachments.start()
+///   attachments.start();
+///   TraceWriter trace(path, metadata);
+///   while (…) { recorder.drain(trace, now_ns()); sleep 10 ms; }
+///   recorder.finish(trace);
+class Recorder {
+ public:
+  /// `start`: whether the frames that are in the rings already belong to the recording. The control
+  /// state and the events always do.
+  explicit Recorder(Attachments& attachments, Start start = Start::kNewest);
+
+  /// Records all that is new; `t_ns` is now (CLOCK_MONOTONIC). False when the file was ended by an
+  /// error: trace.error() says why.
+  bool drain(TraceWriter& trace, int64_t t_ns);
+
+  /// The last drain; adds the counts as metadata and closes the file. False as above, and failure()
+  /// says in one line why and what was lost.
+  bool finish(TraceWriter& trace, int64_t t_ns);
+  const std::string& failure() const { return failure_; }
+
+  /// One for each of kTopics, in that order.
+  std::array<TopicCount, 5> counts() const { return counts_; }
+
+  /// Header of the newest servo's segment; null before it came.
+  const SegmentHeader* servo_header() noexcept;
+
+ private:
+  template <auto kFrames, auto kEvents>
+  struct Feed {
+    RingSource<kFrames> frames;
+    RingSource<kEvents> events;
+    uint64_t lost_frames = 0, lost_events = 0;  // already told
+  };
+
+  struct Origin {
+    SegmentId writer;
+    uint64_t generation;
+  };
+
+  template <typename T>
+  void tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin& origin, uint64_t lost,
+                 uint64_t& told);
+  template <auto kMember, typename T>
+  void drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
+                  SegmentId writer, TraceWriter& trace);
+  template <typename T>
+  void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
+  void count_what_is_there(const TraceWriter& trace);
+
+  Source<ServoChannels> newest_servo_;
+  Feed<&ServoChannels::frames, &ServoChannels::events> servo_;
+  Feed<&ContactChannels::sets, &ContactChannels::events> contact_;
+  Feed<&SimChannels::frames, &SimChannels::events> sim_;
+  Feed<&ControlChannels::frames, &ControlChannels::events> control_;
+  std::array<TopicCount, 5> counts_;
+  int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
+  int64_t flushed_ns_ = 0;
+  std::string failure_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/report/plot_svg.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+namespace haptic {
+namespace {
+
+// layout [px]
+constexpr double kWidth = 1000, kLeft = 76, kRight = 28, kTitleHeight = 56, kFootHeight = 48;
+constexpr double kPanelHeight = 150, kPanelHead = 28, kPanelGap = 18;
+constexpr double kPlotWidth = kWidth - kLeft - kRight;
+constexpr int kTicksX = 10, kTicksY = 4;  // about
+
+// told apart by the colour-blind too (Okabe & Ito 2008), darkened for a white ground
+constexpr std::array<const char*, 6> kColours{"#0067a5", "#d1550a", "#00876c",
+                                              "#b4458b", "#8a6d00", "#4d4d4d"};
+
+std::string format(const char* pattern, auto... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void include(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  bool is_empty() const { return low > high; }
+};
+
+/// 1, 2 or 5 times a power of ten, so that about `count` of them span the range.
+double tick_step(const Range& range, int count) {
+  const double rough = (range.high - range.low) / count;
+  const double power = std::pow(10, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= rough * (1 - 1e-9)) return factor * power;
+  }
+  return 10 * power;
+}
+
+/// With as many decimals as the step needs, and a typographic minus.
+std::string tick_text(double value, double step) {
+  const double magnitude = std::max(std::fabs(value), step);
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+  const bool plain = magnitude < 1e6 && decimals <= 4;
+  // a multiple of the step that is zero but for rounding
+  const double size = std::fabs(value) < step / 2 ? 0 : std::fabs(value);
+  const std::string text = plain ? format("%.*f", decimals, size) : format("%.4g", size);
+  return (value < 0 && size > 0 ? "−" : "") + text;
+}
+
+/// A range people can read: from zero where the data begins near it, never empty, ending on ticks.
+Range axis_range(Range data) {
+  if (data.is_empty()) data = {0, 1};
+  if (data.low > 0 && data.low < data.high / 2) data.low = 0;
+  if (data.high < 0 && data.high > data.low / 2) data.high = 0;
+  const double least = std::max(1e-12, 1e-9 * std::max(std::fabs(data.low), std::fabs(data.high)));
+  if (data.high - data.low < least) {
+    const double margin = data.low == 0 ? 0.5 : std::fabs(data.low) / 10;
+    data = {data.low - margin, data.high + margin};
+  }
+  const double step = tick_step(data, kTicksY);
+  return {std::floor(data.low / step + 1e-9) * step, std::ceil(data.high / step - 1e-9) * step};
+}
+
+/// Where a panel lies and what its axes span.
+struct Frame {
+  double top;
+  Range x, y;
+
+  double px(double value) const { return kLeft + kPlotWidth * (value - x.low) / (x.high - x.low); }
+  double py(double value) const {
+    return top + kPanelHeight * (1 - (value - y.low) / (y.high - y.low));
+  }
+};
+
+/// The samples of one pixel column that must be drawn.
+class Column {
+ public:
+  void add(const Series& series, size_t i) {
+    if (empty_) first_ = low_ = high_ = i;
+    empty_ = false;
+    last_ = i;
+    if (series.y[i] < series.y[low_]) low_ = i;
+    if (series.y[i] > series.y[high_]) high_ = i;
+  }
+  /// Appends them to the path in the order of time.
+  void draw(const Frame& frame, const Series& series, std::string& path, bool& pen_down) {
+    if (empty_) return;
+    std::array<size_t, 4> points{first_, std::min(low_, high_), std::max(low_, high_), last_};
+    for (size_t k = 0; k < points.size(); ++k) {
+      if (k > 0 && points[k] == points[k - 1]) continue;
+      path += format("%c%.1f %.1f", pen_down ? 'L' : 'M', frame.px(series.x[points[k]]),
+                     frame.py(series.y[points[k]]));
+      pen_down = true;
+    }
+    empty_ = true;
+  }
+
+ private:
+  bool empty_ = true;
+  size_t first_ = 0, low_ = 0, high_ = 0, last_ = 0;
+};
+
+std::string line_path(const Frame& frame, const Series& series) {
+  std::string path;
+  Column column;
+  double pixel = -1;
+  bool pen_down = false;
+  for (size_t i = 0; i < series.x.size(); ++i) {
+    const bool drawable = std::isfinite(series.x[i]) && std::isfinite(series.y[i]);
+    const double at = drawable ? std::floor(frame.px(series.x[i])) : -1;
+    if (at != pixel) column.draw(frame, series, path, pen_down);
+    pixel = at;
+    if (drawable) column.add(series, i);
+    pen_down = pen_down && drawable;
+  }
+  column.draw(frame, series, path, pen_down);
+  return path;
+}
+
+std::string text_at(double x, double y, const char* style, const std::string& text) {
+  return format("<text x=\"%.1f\" y=\"%.1f\" class=\"%s\">", x, y, style) + escaped(text) +
+         "</text>\n";
+}
+
+std::string grid_line(double x1, double y1, double x2, double y2, const char* style) {
+  return format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", style, x1, y1, x2, y2);
+}
+
+std::string axes(const Frame& frame, bool with_time) {
+  const double bottom = frame.top + kPanelHeight, right = kLeft + kPlotWidth;
+  std::string out;
+  const double step_x = tick_step(frame.x, kTicksX), step_y = tick_step(frame.y, kTicksY);
+  const auto last_x = std::llround(std::floor(frame.x.high / step_x));
+  for (auto k = std::llround(std::ceil(frame.x.low / step_x - 1e-9)); k <= last_x; ++k) {
+    const double value = static_cast<double>(k) * step_x, x = frame.px(value);
+    out += grid_line(x, frame.top, x, bottom, "grid");
+    if (with_time) out += text_at(x, bottom + 18, "tick mid", tick_text(value, step_x));
+  }
+  const auto last_y = std::llround(frame.y.high / step_y);
+  for (auto k = std::llround(frame.y.low / step_y); k <= last_y; ++k) {
+    const double value = static_cast<double>(k) * step_y, y = frame.py(value);
+    out += grid_line(kLeft, y, right, y, k == 0 ? "zero" : "grid");
+    out += text_at(kLeft - 8, y + 4, "tick end", tick_text(value, step_y));
+  }
+  return out + format("<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", kLeft, frame.top,
+                      bottom, right);
+}
+
+std::string legend(const Panel& panel, double baseline) {
+  std::string out =
+      format("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight, baseline);
+  for (size_t i = 0; i < panel.series.size(); ++i) {
+    // no-break spaces keep the distance without shifting the right end, as dx would
+    out += format("<tspan fill=\"%s\">\u00a0\u00a0\u00a0━\u00a0</tspan><tspan>",
+                  kColours[i % kColours.size()]) +
+           escaped(panel.series[i].name) + "</tspan>";
+  }
+  return out + "</text>\n";
+}
+
+std::string panel_body(const Panel& panel, const Frame& frame, bool last) {
+  const std::string unit = panel.unit.empty() ? "" : " [" + panel.unit + "]";
+  std::string out = text_at(kLeft, frame.top - 10, "label", panel.label + unit);
+  if (panel.series.size() > 1) out += legend(panel, frame.top - 10);
+  out += axes(frame, last);
+  for (size_t i = 0; i < panel.series.size(); ++i) {
+    out += format("<path class=\"line\" stroke=\"%s\" d=\"", kColours[i % kColours.size()]) +
+           line_path(frame, panel.series[i]) + "\"/>\n";
+  }
+  return out;
+}
+
+Range range_of(const std::vector<Series>& all, std::vector<double> Series::*values) {
+  Range range;
+  for (const Series& series : all) {
+    for (const double value : series.*values) range.include(value);
+  }
+  return range;
+}
+
+Range time_range(const std::vector<Panel>& panels) {
+  Range range;
+  for (const Panel& panel : panels) {
+    for (const Series& series : panel.series) {
+      if (series.x.size() == series.y.size()) continue;
+      throw std::runtime_error("plot: series '" + series.name + "' has " +
+                               std::to_string(series.x.size()) + " times and " +
+                               std::to_string(series.y.size()) + " values; give as many of both");
+    }
+    const Range own = range_of(panel.series, &Series::x);
+    range.include(own.low);
+    range.include(own.high);
+  }
+  if (range.is_empty()) throw std::runtime_error("plot: no samples to draw; record some first");
+  if (range.high == range.low) range.high = range.low + 1;
+  return range;
+}
+
+constexpr const char* kStyle =
+    "<style>text{font-family:'DejaVu Sans',Verdana,sans-serif;fill:#222}"
+    ".title{font-size:18px;font-weight:bold}.label{font-size:13px;font-weight:bold}"
+    ".tick{font-size:12px;fill:#444}.mid{text-anchor:middle}.end{text-anchor:end}"
+    ".grid{stroke:#e4e4e4;fill:none}.zero{stroke:#b0b0b0;fill:none}.axis{stroke:#555;fill:none}"
+    ".line{fill:none;stroke-width:1.2;stroke-linejoin:round}</style>\n";
+
+}  // namespace
+
+std::string svg_document(const std::string& title, const std::vector<Panel>& panels) {
+  const Range time = time_range(panels);
+  const double count = static_cast<double>(panels.size());
+  const double height =
+      kTitleHeight + count * (kPanelHead + kPanelHeight + kPanelGap) - kPanelGap + kFootHeight;
+  std::string out =
+      format(
+          "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
+          "height=\"%.0f\">\n",
+          kWidth, height, kWidth, height) +
+      kStyle + "<title>" + escaped(title) + "</title>\n" +
+      "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" + text_at(kLeft, 34, "title", title);
+  double top = kTitleHeight + kPanelHead;
+  for (size_t i = 0; i < panels.size(); ++i) {
+    const Frame frame{top, time, axis_range(range_of(panels[i].series, &Series::y))};
+    out += panel_body(panels[i], frame, i + 1 == panels.size());
+    top += kPanelHead + kPanelHeight + kPanelGap;
+  }
+  return out + text_at(kLeft + kPlotWidth / 2, height - 10, "tick mid", "time [s]") + "</svg>\n";
+}
+
+void write_svg(const std::string& path, const std::string& title,
+               const std::vector<Panel>& panels) {
+  const std::string document = svg_document(title, panels);
+  std::ofstream file(path, std::ios::binary);
+  file << document << std::flush;
+  if (!file) {
+    throw std::runtime_error(path + ": cannot be written: " + std::strerror(errno) +
+                             "; choose a folder that exists and is yours");
+  }
+}
+
+}  // namespace haptic

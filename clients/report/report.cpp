@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/report/report.h"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "proto/os/message.h"
+#include "proto/os/version.h"
+
+namespace haptic {
+namespace {
+
+std::string format(const char* pattern, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+std::string json_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) {
+      char code[8];
+      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
+      out += code;
+      continue;
+    }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string json_number(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? format("%.9g", *value) : "null";
+}
+
+bool is_count(double value) {
+  return value == std::floor(value) && std::fabs(value) < 1e15;
+}
+
+/// What is said of a value: its peer, or whether it holds.
+std::string verdict(const Row& row) {
+  if (!row.peer.empty() && !row.peer_value) return row.peer + ": none";
+  if (row.peer_value) {
+    const double ratio = row.ratio().value_or(std::numeric_limits<double>::quiet_NaN());
+    return format("%.2f", ratio) + " × " + readable(*row.peer_value, row.unit) + " of " + row.peer;
+  }
+  if (!row.holds) return "";
+  std::string text = *row.holds ? "ok" : "MISSED";
+  if (row.goal) text += " (goal " + readable(*row.goal, row.unit) + ")";
+  return text;
+}
+
+/// Display width of UTF-8 text: continuation bytes take no column.
+size_t columns(const std::string& text) {
+  return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+  }));
+}
+
+std::string padded(const std::string& text, size_t width) {
+  const size_t used = columns(text);
+  return used < width ? text + std::string(width - used, ' ') : text;
+}
+
+}  // namespace
+
+std::string readable(double value, const std::string& unit) {
+  if (unit.empty()) return is_count(value) ? format("%.0f", value) : format("%.4g", value);
+  if (unit != "s" && unit != "m" && unit != "J") {
+    return (is_count(value) && std::fabs(value) >= 100 ? format("%.0f", value)
+                                                       : format("%.4g", value)) +
+           " " + unit;
+  }
+  struct Prefix {
+    double scale;
+    const char* name;
+  };
+  for (const Prefix& p : {Prefix{1, ""}, Prefix{1e-3, "m"}, Prefix{1e-6, "µ"}, Prefix{1e-9, "n"}}) {
+    if (std::fabs(value) >= p.scale) return format("%.3g", value / p.scale) + " " + p.name + unit;
+  }
+  return value == 0 ? "0 " + unit : format("%.2e", value) + " " + unit;
+}
+
+void print_table(std::ostream& out, const std::vector<Row>& rows) {
+  size_t metric_width = 0, value_width = 0;
+  bool has_cases = false;
+  for (const Row& row : rows) {
+    has_cases |= row.case_name != rows[0].case_name;
+    metric_width = std::max(metric_width, columns(row.metric));
+    if (!row.note.empty()) continue;
+    value_width = std::max(value_width, columns(readable(row.value, row.unit)));
+  }
+  const std::string* last_case = nullptr;
+  for (const Row& row : rows) {
+    const bool begins = last_case == nullptr || *last_case != row.case_name;
+    if (has_cases && begins) out << row.case_name << '\n';
+    last_case = &row.case_name;
+    out << "  " << padded(row.metric, metric_width + 2);
+    const std::string value = row.note.empty() ? readable(row.value, row.unit) : row.note;
+    const std::string said = verdict(row);
+    out << (said.empty() ? value : padded(value, value_width + 2) + said) << '\n';
+  }
+}
+
+void print_json(std::ostream& out, const std::vector<Row>& rows) {
+  out << "[\n";
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    out << "  {\"case\": " << json_string(row.case_name)
+        << ", \"metric\": " << json_string(row.metric) << ", \"value\": " << json_number(row.value)
+        << ", \"unit\": " << json_string(row.unit)
+        << ", \"peer\": " << (row.peer.empty() ? "null" : json_string(row.peer))
+        << ", \"peer_value\": " << json_number(row.peer_value)
+        << ", \"ratio\": " << json_number(row.ratio()) << ", \"goal\": " << json_number(row.goal)
+        << ", \"holds\": "
+        << (!row.holds   ? "null"
+            : *row.holds ? "true"
+                         : "false");
+    if (!row.note.empty()) out << ", \"note\": " << json_string(row.note);
+    out << "}" << (i + 1 < rows.size() ? ",\n" : "\n");
+  }
+  out << "]\n";
+}
+
+bool all_hold(const std::vector<Row>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
+}
+
+void Rows::add(const std::string& metric, double value, const std::string& unit) {
+  rows_.push_back({case_name_, metric, value, unit, "", {}, {}, {}, ""});
+}
+
+void Rows::add(const std::string& metric, double value, const std::string& unit, double goal,
+               bool holds) {
+  rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds, ""});
+}
+
+void Rows::add_if(bool fair, const std::string& metric, double value, const std::string& unit,
+                  double goal, bool holds) {
+  fair ? add(metric, value, unit, goal, holds) : add(metric, value, unit);
+}
+
+void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
+                      const std::string& peer, std::optional<double> peer_value) {
+  rows_.push_back({case_name_, metric, value, unit, peer, peer_value, {}, {}, ""});
+}
+
+void Rows::add(const std::string& metric, const Histogram& durations) {
+  if (durations.count() == 0) return;
+  add(metric + " p50", 1e-9 * static_cast<double>(durations.percentile(50)), "s");
+  add(metric + " p99", 1e-9 * static_cast<double>(durations.percentile(99)), "s");
+  add(metric + " max", 1e-9 * static_cast<double>(durations.max()), "s");
+}
+
+void Rows::note(const std::string& metric, const std::string& text) {
+  constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
+  rows_.push_back({case_name_, metric, kNoFigure, "", "", {}, {}, {}, one_line(text)});
+}
+
+void Rows::append(const std::vector<Row>& rows) {
+  rows_.insert(rows_.end(), rows.begin(), rows.end());
+}
+
+std::string machine_line() {
+  std::string cpu = "unknown processor";
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    if (line.rfind("model name", 0) != 0) continue;
+    cpu = line.substr(std::min(line.size(), line.find(':') + 2));
+    break;
+  }
+  utsname system{};
+  uname(&system);
+  double load = 0;
+  getloadavg(&load, 1);
+  return std::string("hapticd ") + version() + " on " + cpu + ", " +
+         std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
+         ", load " + format("%.2f", load);
+}
+
+}  // namespace haptic

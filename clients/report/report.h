@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "clients/library/histogram.h"
+#include "proto/os/message.h"
+
+namespace haptic {
+
+/// One figure: the row every `hapt eval` and `hapt bench` prints. NaN and empty optionals are JSON
+/// null.
+struct Row {
+  std::string case_name;
+  std::string metric;
+  double value = 0;
+  std::string unit;
+  std::string peer;  // empty: none
+  std::optional<double> peer_value;
+  std::optional<double> goal;
+  std::optional<bool> holds;
+  std::string note;  // a fact that is no figure: the machine, the name of the log
+
+  std::optional<double> ratio() const {
+    if (!peer_value || *peer_value == 0) return std::nullopt;
+    return value / *peer_value;
+  }
+};
+
+/// Collects the rows of one case.
+class Rows {
+ public:
+  explicit Rows(const std::string& case_name) : case_name_(one_line(case_name)) {}
+
+  void add(const std::string& metric, double value, const std::string& unit);
+  void add(const std::string& metric, double value, const std::string& unit, double goal,
+           bool holds);
+  /// Judged only where that is fair; else the figure alone.
+  void add_if(bool fair, const std::string& metric, double value, const std::string& unit,
+              double goal, bool holds);
+  /// A figure beside the same of a peer in the same run, which is empty where there is none.
+  void add_beside(const std::string& metric, double value, const std::string& unit,
+                  const std::string& peer, std::optional<double> peer_value);
+  /// p50, p99 and max of durations [ns] as seconds; nothing where there are none.
+  void add(const std::string& metric, const Histogram& durations);
+  void note(const std::string& metric, const std::string& text);
+  void append(const std::vector<Row>& rows);
+  const std::vector<Row>& rows() const { return rows_; }
+
+ private:
+  std::string case_name_;
+  std::vector<Row> rows_;
+};
+
+/// Version, processor, kernel and load: what a figure is worth nothing without.
+std::string machine_line();
+
+/// A table for people: metric, value with a readable unit prefix, goal or peer where there is one;
+/// the name of each case above its rows where there are several.
+void print_table(std::ostream& out, const std::vector<Row>& rows);
+
+/// One JSON array of objects {case, metric, value, unit, peer, peer_value, ratio, goal, holds};
+/// a fact has a `note` as well.
+void print_json(std::ostream& out, const std::vector<Row>& rows);
+
+/// False when any row misses its goal.
+bool all_hold(const std::vector<Row>& rows);
+
+/// "12.3 µs", "4.10 N", "0.017 mm": three significant digits and an SI prefix for s, m and J; other
+/// units as they are.
+std::string readable(double value, const std::string& unit);
+
+}  // namespace haptic

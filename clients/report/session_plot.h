@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "clients/report/summary.h"
+
+namespace haptic {
+
+/// Force at the device, depth of the hand behind the surface and wake lateness over time, as an
+/// SVG. Throws std::runtime_error where the file cannot be written.
+void plot_session(const std::string& path, const std::string& title, const SessionData& data);
+
+}  // namespace haptic

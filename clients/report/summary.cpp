@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/report/summary.h"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "clients/report/rigid_pose.h"
+#include "contact/bake/inside.h"
+#include "contact/query/point/closest_point.h"
+#include "proto/log/trace.h"
+#include "proto/math/motion_metric.h"
+#include "proto/wire/renderer.h"
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTouchForce = 0.05;        // below, a hand feels free space [N]
+constexpr size_t kMostPosesChecked = 2000;  // of a rigid tool: each takes a millisecond
+constexpr size_t kMostWaysChecked = 100;
+constexpr int kPlacesOfWay = 32;   // at which a tool that was placed anew is put on its way there
+constexpr double kFarShare = 0.5;  // of the tool's size: no way led so far in one answer
+
+template <typename Items, typename Get>
+Histogram durations(const Items& items, Get get) {
+  Histogram histogram;
+  for (const auto& item : items) histogram.add(get(item));
+  return histogram;
+}
+
+/// The scene in force at a frame; frames before the first scene see the configured poses.
+const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
+  const auto it =
+      std::lower_bound(scenes.begin(), scenes.end(), seq,
+                       [](const SceneFrame& s, uint64_t wanted) { return s.seq < wanted; });
+  return it != scenes.end() && it->seq == seq ? &*it : nullptr;
+}
+
+/// How deep the deepest of these points, given in the frame of the proxy, is inside an object.
+double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const SessionConfig& config,
+                   std::span<const BakedShape> shapes, std::span<const Vec3> points_P) {
+  double deepest = 0;
+  for (uint32_t i = 0; i < shapes.size(); ++i) {
+    if (!shapes[i].shape.mesh.closed) continue;
+    const Pose X_WO =
+        scene != nullptr ? object_pose_at(*scene, i, frame.t_ns) : config.objects[i].X_WO;
+    const Pose X_OP = inverse(X_WO) * frame.X_WP;
+    for (const Vec3& p_P : points_P) {
+      const ClosestPoint c =
+          closest_point(shapes[i].shape, X_OP * p_P, std::numeric_limits<double>::infinity());
+      if (c.found && c.inside) deepest = std::max(deepest, c.distance);
+    }
+  }
+  return deepest;
+}
+
+/// About so many of the list, evenly.
+template <typename Items>
+auto some_of(const Items& items, size_t most) {
+  std::vector<typename Items::value_type> some;
+  const size_t every = std::max<size_t>(items.size() / most, 1);
+  for (size_t i = 0; i < items.size(); i += every) some.push_back(items[i]);
+  return some;
+}
+
+/// Whether the tool would be in an object somewhere on its way from one pose to another, seen from
+/// that object.
+bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to_OT) {
+  const Twist way = way_between(from_OT, to_OT);
+  for (int k = 1; k < kPlacesOfWay; ++k) {
+    if (judge.is_entered(moved(from_OT, static_cast<double>(k) / kPlacesOfWay * way))) return true;
+  }
+  return false;
+}
+
+/// Whether the tick at this time could feel nothing, whatever the contacts were.
+bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
+  const auto it =
+      std::lower_bound(frames.begin(), frames.end(), t_ns,
+                       [](const ServoFrame& f, int64_t wanted) { return f.t_ns < wanted; });
+  return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
+}
+
+/// Poses of a rigid tool that no way led to: placed anew by what contact says, or too far from the
+/// one before. While the force is closed a hand may pass through objects.
+void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<ServoFrame>& frames,
+                  std::span<const RigidPoseJudge> judges, double size, Penetration& out) {
+  const VerifiedProxy* last = nullptr;
+  for (const VerifiedProxy& proxy : rigid) {
+    const bool is_unknown = (proxy.flags & kContactNoFreePose) != 0;
+    out.without_pose += is_unknown;
+    if (is_closed(frames, proxy.answers_t_ns)) last = nullptr;
+    if (is_unknown) continue;
+    const VerifiedProxy* before = std::exchange(last, &proxy);
+    if (before == nullptr) continue;
+    bool is_anew = (proxy.flags & kContactReseeded) != 0, is_across = false;
+    for (size_t i = 0; i < judges.size(); ++i) {
+      const Pose from = inverse(before->X_WO[i]) * before->X_WG;
+      const Pose to = inverse(proxy.X_WO[i]) * proxy.X_WG;
+      const bool is_far = norm(to.p - from.p) > kFarShare * size;
+      if (!(is_anew || is_far) || out.placed_anew >= kMostWaysChecked) continue;
+      is_anew = true;
+      is_across |= is_through(judges[i], from, to);
+    }
+    out.placed_anew += is_anew;
+    out.across += is_across;
+  }
+}
+
+/// The verified poses of a rigid tool, some of them: whether its surface meets an object's. The
+/// renderer may be another than the config's: a session can change it.
+void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
+  std::vector<VerifiedProxy> rigid;
+  for (const VerifiedProxy& proxy : data.proxies) {
+    if (is_rigid(static_cast<Renderer>(proxy.renderer))) rigid.push_back(proxy);
+  }
+  if (rigid.empty()) {
+    out.unchecked = "not asked: a soft proxy may be inside";
+    return;
+  }
+  std::vector<RigidPoseJudge> judges;
+  for (const BakedShape& object : baked.objects) {
+    judges.emplace_back(object.shape, baked.tool->shape, RigidPoseJudge::Springs{});
+  }
+  for (const VerifiedProxy& proxy : some_of(rigid, kMostPosesChecked)) {
+    if ((proxy.flags & kContactNoFreePose) != 0) continue;
+    ++out.verified_checked;
+    bool is_inside = false;
+    for (size_t i = 0; i < judges.size(); ++i) {
+      is_inside |= judges[i].is_entered(inverse(proxy.X_WO[i]) * proxy.X_WG);
+    }
+    out.verified_inside += is_inside;
+  }
+  const TriangleMesh& tool = baked.tool->shape.mesh;
+  check_places(rigid, data.frames, judges, norm(tool.upper - tool.lower), out);
+}
+
+/// Of a tool with six degrees of freedom.
+Penetration measure_body(const SessionData& data, const SessionConfig& config,
+                         const BakedSession& baked) {
+  Penetration out;
+  check_verified(data, baked, out);
+  std::vector<ServoFrame> touching;
+  for (const ServoFrame& frame : data.frames) {
+    if ((frame.flags & kServoContact) != 0) touching.push_back(frame);
+  }
+  const std::vector<Vec3> points_T =
+      some_of(std::vector<Vec3>(baked.tool->shape.mesh.vertices.begin(),
+                                baked.tool->shape.mesh.vertices.end()),
+              1000);
+  for (const ServoFrame& frame : some_of(touching, 200)) {
+    const double depth =
+        proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, baked.objects, points_T);
+    out.deepest_proxy = std::max(out.deepest_proxy, depth);
+  }
+  return out;
+}
+
+}  // namespace
+
+VerifiedProxy verified_proxy(const ContactSet& set) {
+  return {set.answers_t_ns, set.X_WG, set.X_WO, set.busy_ns, set.flags, set.renderer};
+}
+
+SessionData load_session(const std::string& log) {
+  SessionData data;
+  const TraceReader reader(log);
+  // the closing frame of a servo is no tick
+  reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+    ++data.recorded;
+    if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
+  });
+  data.scenes = reader.read(kSimTopic);
+  reader.for_each<ContactSet>(kContact0Topic, [&](const ContactSet& set, const Stamp&) {
+    ++data.recorded;
+    data.proxies.push_back(verified_proxy(set));
+  });
+  data.recorded += data.scenes.size();
+  return data;
+}
+
+PortEnergy port_energy(std::span<const ServoFrame> frames) {
+  PortEnergy energy;
+  for (size_t k = 0; k + 1 < frames.size(); ++k) {
+    const Vec3 step_B = frames[k + 1].device.X_BH.p - frames[k].device.X_BH.p;
+    const double work = dot(frames[k].F_device_B.f, step_B);
+    (work < 0 ? energy.into_device : energy.returned) += std::fabs(work);
+  }
+  return energy;
+}
+
+Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
+                                const BakedSession& baked) {
+  if (is_of_body(config.renderer) && baked.tool) return measure_body(data, config, baked);
+  const std::span<const BakedShape> shapes = baked.objects;
+  Penetration out;
+  std::vector<std::unique_ptr<InsideOracle>> oracles;
+  for (const BakedShape& object : shapes) {
+    oracles.push_back(object.shape.mesh.closed ? std::make_unique<InsideOracle>(object.shape.mesh)
+                                               : nullptr);
+  }
+  // an open surface has no inside to be in
+  const bool any_closed = std::any_of(shapes.begin(), shapes.end(), [](const BakedShape& object) {
+    return object.shape.mesh.closed;
+  });
+  if (!any_closed && !shapes.empty()) out.unchecked = "not checked: an open mesh has no inside";
+  for (const VerifiedProxy& proxy : data.proxies) {
+    if ((proxy.flags & kContactNoFreePose) != 0 || !any_closed) continue;
+    ++out.verified_checked;
+    for (size_t i = 0; i < oracles.size(); ++i) {
+      const Vec3 g_O = inverse(proxy.X_WO[i]) * proxy.X_WG.p;
+      if (oracles[i] != nullptr && oracles[i]->inside(g_O)) ++out.verified_inside;
+    }
+  }
+  for (const ServoFrame& frame : data.frames) {
+    if ((frame.flags & kServoContact) == 0) continue;
+    const double depth = proxy_depth(frame, scene_of(data.scenes, frame.scene_seq), config, shapes,
+                                     std::array{Vec3{}});
+    out.deepest_proxy = std::max(out.deepest_proxy, depth);
+  }
+  return out;
+}
+
+namespace {
+
+/// Rows on where the proxies were, and on whether the verified one has changed sides.
+void add_penetration(const Penetration& penetration, Renderer renderer, Rows& rows) {
+  rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
+  if (penetration.unchecked.empty()) {
+    rows.add("verified proxy inside (exact check)",
+             static_cast<double>(penetration.verified_inside), "", 0,
+             penetration.verified_inside == 0 && penetration.verified_checked > 0);
+  } else {
+    rows.note("verified proxy inside (exact check)", penetration.unchecked);
+  }
+  if (is_rigid(renderer)) {
+    rows.add("answers without a free pose: nothing felt",
+             static_cast<double>(penetration.without_pose), "");
+    rows.add("verified proxy placed anew", static_cast<double>(penetration.placed_anew), "");
+    rows.add("of these with an object between: changes of side",
+             static_cast<double>(penetration.across), "", 0, penetration.across == 0);
+  }
+}
+
+}  // namespace
+
+std::vector<Row> summarize(const std::string& name, const SessionData& data,
+                           const SessionConfig& config, const Penetration& penetration) {
+  Rows rows(name);
+  const auto& frames = data.frames;
+  const auto ticks = static_cast<double>(frames.size());
+  const double limit = std::min(config.safety.max_force, config.device.max_force);
+  double peak = 0, peak_torque = 0, deepest = 0;
+  size_t touching = 0, faults = 0, lost_time = 0;
+  for (const ServoFrame& f : frames) {
+    const double force = norm(f.F_device_B.f);
+    peak = std::max(peak, force);
+    peak_torque = std::max(peak_torque, norm(f.F_coupling_W.t));
+    touching += (f.flags & kServoContact) != 0 && force > kTouchForce;
+    faults += (f.flags & kServoFault) != 0;
+    lost_time += (f.device.flags & kDeviceLostTime) != 0;
+    deepest = std::max(deepest, f.depth);
+  }
+  const uint64_t skipped = frames.empty() ? 0 : frames.back().skipped - frames.front().skipped;
+  rows.add("ticks", ticks, "");
+  rows.add("late ticks (grid points skipped)", static_cast<double>(skipped), "");
+  rows.add("wake lateness", durations(frames, [](const auto& f) { return f.wake_late_ns; }));
+  rows.add("servo busy", durations(frames, [](const auto& f) { return f.busy_ns; }));
+  rows.add("contact busy", durations(data.proxies, [](const auto& p) { return p.busy_ns; }));
+  if (data.proxies.size() > 1) {
+    const auto span =
+        static_cast<double>(data.proxies.back().answers_t_ns - data.proxies.front().answers_t_ns);
+    rows.add("contact rate", static_cast<double>(data.proxies.size() - 1) / (span * 1e-9), "Hz");
+  }
+  rows.add("ticks in contact", static_cast<double>(touching), "", 1, touching > 0);
+  rows.add("peak force at the device", peak, "N", limit, peak <= limit);
+  if (is_of_body(config.renderer)) {
+    rows.add("peak torque on the tool", peak_torque, "N·m");
+    rows.add("largest distance from the hand to its proxy", deepest, "m");
+  } else {
+    rows.add("deepest push of the hand behind the surface", deepest, "m");
+  }
+  add_penetration(penetration, config.renderer, rows);
+  const PortEnergy energy = port_energy(frames);
+  rows.add("energy the hand put in", energy.into_device, "J");
+  rows.add("energy it got back", energy.returned, "J");
+  rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
+  if (lost_time > 0) {
+    rows.add("pauses the simulated hand did not live through", static_cast<double>(lost_time), "");
+  }
+  rows.add("ticks in fault", static_cast<double>(faults), "", 0, faults == 0);
+  rows.add("samples recorded", static_cast<double>(data.recorded), "");
+  rows.add("samples lost", static_cast<double>(data.lost), "", 0, data.lost == 0);
+  return rows.rows();
+}
+
+}  // namespace haptic

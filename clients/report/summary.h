@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "clients/report/report.h"
+#include "contact/bake/session.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// What is kept of a ContactSet: without its contacts it is a tenth of the size.
+struct VerifiedProxy {
+  int64_t answers_t_ns = 0;
+  Pose X_WG;
+  std::array<Pose, kMaxObjects> X_WO;
+  int64_t busy_ns = 0;
+  uint32_t flags = 0, renderer = 0;
+};
+VerifiedProxy verified_proxy(const ContactSet& set);
+
+/// What a recording is judged by.
+struct SessionData {
+  std::vector<ServoFrame> frames;
+  std::vector<VerifiedProxy> proxies;
+  std::vector<SceneFrame> scenes;
+  uint64_t recorded = 0;  // samples of all three topics
+  uint64_t lost = 0;      // samples published but not recorded
+};
+
+/// Reads the servo, contact and sim topics of a recording. Throws McapError.
+SessionData load_session(const std::string& log);
+
+/// Work through the port between hand and device, in device units: F_k, held from tick k to k+1,
+/// paired with the displacement over that same step (the other pairing hides the leak of the
+/// zero-order hold: Hannaford & Ryu 2002).
+struct PortEnergy {
+  double into_device = 0;                                // the hand pushed against the force [J]
+  double returned = 0;                                   // the force pushed the hand [J]
+  double net() const { return into_device - returned; }  // ≥ 0: passive
+};
+PortEnergy port_energy(std::span<const ServoFrame> frames);
+
+/// How deep the proxies were inside the objects.
+struct Penetration {
+  size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
+  size_t verified_checked = 0;
+  std::string unchecked;  // why nothing is verified; empty: it is
+  // of a rigid tool: placed elsewhere than a way had led it, and of these the ones that an object
+  // lies between; sets without a free pose, of which nothing was felt
+  size_t placed_anew = 0, across = 0, without_pose = 0;
+  double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
+};
+
+/// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy. A tool
+/// with six degrees of freedom may be inside: of its proxy a thousand vertices are asked, at two
+/// hundred instants.
+Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
+                                const BakedSession& baked);
+
+/// The figures of a session as rows of case `name`: ticks, late ticks, lateness, busy times, rates,
+/// force, depth, energy, samples, with the goals that make it a success.
+std::vector<Row> summarize(const std::string& name, const SessionData& data,
+                           const SessionConfig& config, const Penetration& penetration);
+
+}  // namespace haptic

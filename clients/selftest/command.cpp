@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt selftest: on this machine, the loop does nothing that may block.
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "clients/hapt/commands.h"
+#include "clients/hapt/find_config.h"
+#include "clients/hapt/lab_commands.h"
+#include "clients/report/print_rows.h"
+#include "clients/report/report.h"
+#include "clients/selftest/guarded_loop.h"
+#include "contact/bake/session.h"
+#include "proto/config/command_line.h"
+
+namespace haptic {
+namespace {
+
+struct SelftestOptions {
+  std::string config = "plane.toml";
+  std::optional<uint64_t> ticks;
+  bool json = false;
+};
+
+GuardedLoopOptions loop_options(const SessionConfig& config, std::optional<uint64_t> ticks) {
+  constexpr uint64_t kTimed = 10'000;  // a real device keeps the time of the wall
+  GuardedLoopOptions loop;
+  if (has_node(config.device)) {
+    loop.warm_up = loop.timed_ticks;
+    loop.ticks = kTimed;
+  }
+  if (ticks) loop.ticks = *ticks;
+  return loop;
+}
+
+Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
+  Rows rows{std::string(view(config.name))};
+  rows.note("machine", machine_line());
+  rows.note("rights", result.rights.explain());
+  rows.add("ticks under guard", static_cast<double>(result.ticks), "");
+  const bool is_simulated = !has_node(config.device);
+  // a simulated hand that never touched would show little; whether a real one does is its owner's
+  rows.add_if(is_simulated, "of them in contact", static_cast<double>(result.contact_ticks), "", 1,
+              result.contact_ticks > 0);
+  // a loop that was not spoken to has proven nothing
+  rows.add("of them without the device", static_cast<double>(result.lost_ticks), "", 0,
+           result.lost_ticks == 0);
+  for (size_t kind = 0; kind < kViolations; ++kind) {
+    const uint64_t count = result.report.caught[kind].count;
+    rows.add(std::string("violations: ") + name_of(static_cast<Violation>(kind)),
+             static_cast<double>(count), "", 0, count == 0);
+  }
+  // the machine's doing: whoever else runs on this core
+  rows.add("involuntary switches", static_cast<double>(result.report.involuntary_switches), "");
+  // a sleep a timed tick, no other wait; but on a node the kernel may wait for a lock of its own
+  rows.add_if(is_simulated, "voluntary switches",
+              static_cast<double>(result.report.voluntary_switches), "",
+              static_cast<double>(result.timed_ticks), result.stray_sleeps() == 0);
+  return rows;
+}
+
+void run_selftest(const SelftestOptions& options) {
+  const SessionConfig config = load_config(find_config(options.config));
+  const BakedSession baked = bake_session(config);
+  const GuardedLoopResult result =
+      run_guarded_loop(config, baked.shapes(), loop_options(config, options.ticks));
+  const Rows rows = make_rows(config, result);
+  std::cerr << result.report.explain();
+  print_judged(rows.rows(), options.json);
+}
+
+}  // namespace
+
+void add_selftest_command(Command& app) {
+  const auto options = std::make_shared<SelftestOptions>();
+  Command command = app.subcommand(kSelftestCommand.name, kSelftestCommand.help);
+  command.option("--config", options->config, "session file").show_default();
+  command
+      .option("--ticks", options->ticks,
+              "how many, as fast as they go [1000000]; with a real device on the clock [10000]")
+      .range(uint64_t{1}, uint64_t{1'000'000'000});
+  command.flag("--json", options->json, "rows as JSON");
+  command.action([options] { run_selftest(*options); });
+}
+
+}  // namespace haptic

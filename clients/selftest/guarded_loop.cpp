@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/selftest/guarded_loop.h"
+
+#include <sys/mman.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+#include "proto/ipc/control.h"
+#include "proto/os/serial_port.h"
+#include "servo/loop.h"
+#include "sim/step.h"
+
+namespace haptic {
+namespace {
+
+constexpr uint64_t kGeneration = 1;
+constexpr int kServoPriority = 80;
+constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;
+constexpr int64_t kLookNs = 1'000'000;
+constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls
+constexpr double kSofter = 0.8;            // every other time
+
+std::array<FileDescriptor, 2> make_socket_pair() {
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) {
+    throw std::system_error(errno, std::generic_category(), "socketpair");
+  }
+  return {FileDescriptor(ends[0]), FileDescriptor(ends[1])};
+}
+
+FileDescriptor open_node(const DeviceConfig& device) {
+  return has_node(device) ? open_serial_port(std::string(view(device.serial.path)))
+                          : FileDescriptor();
+}
+
+/// The three processes of a session and hapticd's controls, each with a segment of its own.
+class OneThreadSession {
+ public:
+  OneThreadSession(const SessionConfig& config, const ContactShapes& shapes)
+      : sockets_(make_socket_pair()),
+        attachments_(std::move(sockets_[1])),
+        inbox_(attachments_),
+        node_(open_node(config.device)),
+        node_number_(node_.is_open() ? node_.get() : -1),
+        device_(open_device(config.device, std::move(node_))),
+        loop_(config, *device_, inbox_, servo_.channels()),
+        contact_model_(build_contact_model(config, shapes)),
+        contact_state_(contact_model_),
+        sim_model_(build_sim(config)),
+        control_(initial_control(config)),
+        period_ns_(period_ns(config.servo_rate)),
+        sim_period_ns_(period_ns(config.sim_rate)),
+        next_ns_(now_ns()),
+        next_scene_ns_(next_ns_) {
+    offer(contact_);
+    offer(sim_);
+    offer(controls_);
+    attachments_.start();
+    controls_.channels().frames.publish(control_);
+    move_scene(next_ns_);
+    contact_.channels().sets.publish({});
+    const int64_t give_up_ns = now_ns() + kAttachPatienceNs;
+    while (!everything_arrives()) {
+      if (now_ns() > give_up_ns) throw std::runtime_error("the segments were not attached");
+      sleep_until(now_ns() + kLookNs);
+    }
+  }
+
+  /// No force is left behind.
+  ~OneThreadSession() { loop_.stop(); }
+
+  /// Descriptor of the device's node, or -1.
+  int device_node() const { return node_number_; }
+
+  /// On virtual time.
+  void tick() { tick({next_index_, next_ns_, 0, 0}); }
+
+  /// On the clock: its instants are moved to where virtual time is.
+  void tick(DeadlineClock& clock) {
+    const Tick real = clock.wait();
+    tick({next_index_, next_ns_, real.late_ns, real.skipped});
+  }
+
+  const ServoFrame& frame() const { return loop_.frame(); }
+
+ private:
+  template <typename Channels>
+  void offer(SegmentWriter<Channels>& segment) {
+    offer_segment(sockets_[0].get(), Channels::kId, kGeneration, Channels::kName, segment.fd());
+  }
+
+  bool everything_arrives() {
+    ServoInput input;
+    inbox_.receive(input);
+    return inbox_.any_contact && inbox_.any_scene && inbox_.any_control;
+  }
+
+  void tick(const Tick& tick) {
+    if (tick.deadline_ns >= next_scene_ns_) move_scene(tick.deadline_ns);
+    if (tick.index % kControlPeriod == 0) change_controls();
+    servo_.beat(tick.index, tick.deadline_ns);
+    loop_.tick(tick);
+    contact_.channels().sets.publish(
+        contact_step(contact_model_, contact_state_, loop_.frame(), &scene_));
+    ++next_index_;
+    next_ns_ += period_ns_;
+  }
+
+  void move_scene(int64_t t_ns) {
+    scene_ = sim_step(sim_model_, sim_state_, t_ns);
+    sim_.channels().frames.publish(scene_);
+    next_scene_ns_ = t_ns + sim_period_ns_;
+  }
+
+  void change_controls() {
+    ControlFrame changed = control_;
+    changed.revision = ++revision_;
+    if (revision_ % 2 == 0) changed.translational_stiffness *= kSofter;
+    controls_.channels().frames.publish(changed);
+  }
+
+  SegmentWriter<ServoChannels> servo_{kGeneration};
+  SegmentWriter<ContactChannels> contact_{kGeneration};
+  SegmentWriter<SimChannels> sim_{kGeneration};
+  SegmentWriter<ControlChannels> controls_{kGeneration};
+  std::array<FileDescriptor, 2> sockets_;
+  Attachments attachments_;
+  ServoInbox inbox_;
+  FileDescriptor node_;  // until the device has it
+  int node_number_;
+  std::unique_ptr<Device> device_;
+  ServoLoop loop_;
+  ContactModel contact_model_;
+  ContactState contact_state_;
+  SimModel sim_model_;
+  SimState sim_state_{};
+  SceneFrame scene_{};
+  ControlFrame control_;
+  uint64_t revision_ = 1;
+  int64_t period_ns_;
+  int64_t sim_period_ns_;
+  int64_t next_ns_;
+  int64_t next_scene_ns_;
+  uint64_t next_index_ = 0;
+};
+
+/// On the guarded thread: rights, warm-up, the armed stretch.
+void run_armed(OneThreadSession& session, const SessionConfig& config,
+               const GuardedLoopOptions& options, GuardedLoopResult& result) {
+  const bool always_timed = session.device_node() >= 0;
+  // without a device no FIFO: a million ticks without a sleep are what RLIMIT_RTTIME ends
+  result.rights = enter_realtime(
+      {.fifo_priority = always_timed && config.realtime ? kServoPriority : 0, .lock_memory = true});
+  RtGuard guard({.device_node = session.device_node()});
+  const int64_t period = period_ns(config.servo_rate);
+  DeadlineClock warm_clock(period);
+  session.tick(warm_clock);
+  for (uint64_t k = 0; k < options.warm_up; ++k) {
+    always_timed ? session.tick(warm_clock) : session.tick();
+  }
+
+  DeadlineClock clock(period);
+  guard.arm();
+  for (uint64_t k = 0; k < options.timed_ticks + options.ticks; ++k) {
+    const bool is_timed = always_timed || k < options.timed_ticks;
+    is_timed ? session.tick(clock) : session.tick();
+    if (options.also_do) options.also_do(k);
+    result.count(session.frame(), is_timed);
+  }
+  guard.disarm();
+  result.report = guard.report();
+}
+
+}  // namespace
+
+bool has_node(const DeviceConfig& device) {
+  return device.kind == DeviceKind::kWoodenHaptics;
+}
+
+void GuardedLoopResult::count(const ServoFrame& frame, bool is_timed) noexcept {
+  ++ticks;
+  timed_ticks += is_timed;
+  contact_ticks += (frame.flags & kServoContact) != 0;
+  lost_ticks += (frame.device.flags & kDeviceLost) != 0;
+}
+
+GuardedLoopResult run_guarded_loop(const SessionConfig& config, const ContactShapes& shapes,
+                                   const GuardedLoopOptions& options) {
+  if (!guard_hooks_linked()) {
+    throw std::runtime_error(
+        "rt_guard has no hooks in this program: sanitizers interpose the same functions; use a dev "
+        "or release build");
+  }
+  const auto session = std::make_unique<OneThreadSession>(config, shapes);
+  GuardedLoopResult result;
+  std::exception_ptr failure;
+  // a thread of its own: the filter stays with it to its end
+  std::thread([&] {
+    try {
+      run_armed(*session, config, options, result);
+    } catch (...) {
+      // thrown again in the caller's thread
+      failure = std::current_exception();
+    }
+  }).join();
+  munlockall();
+  if (failure) std::rethrow_exception(failure);
+  return result;
+}
+
+}  // namespace haptic

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt torture: faults at random into a session of its own, every force read from the log of the
+// emulated device.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/commands.h"
+#include "clients/hapt/lab_commands.h"
+#include "clients/report/report.h"
+#include "clients/torture/account.h"
+#include "clients/torture/faults.h"
+#include "proto/config/command_line.h"
+#include "proto/ipc/process.h"
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kFaultsPerMinute = 100;
+constexpr int64_t kProgressNs = kNsPerSecond;
+constexpr int kExitInterrupted = 130;
+
+struct TortureCommand {
+  double seconds = 60;
+  double minutes() const { return seconds / 60; }
+  uint64_t seed = 1;
+  std::string output;
+  bool json = false, keep = false, overwrite = false, no_realtime = false;
+};
+
+/// A folder of its own under the temporary one.
+class WorkFolder {
+ public:
+  explicit WorkFolder(bool keep) : keep_(keep) {
+    std::string name = (std::filesystem::temp_directory_path() / "hapt-torture-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw std::runtime_error(name + ": cannot be made; set TMPDIR to a folder that is writable");
+    }
+    path_ = name;
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    if (!keep_) std::filesystem::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool keep_;
+};
+
+/// What happened to one kind.
+struct Tally {
+  uint64_t count = 0, violated = 0, excused = 0;
+  std::optional<int64_t> worst_zero_ns, worst_recovery_ns;
+  std::string left_out;
+
+  void add(const FaultOutcome& outcome) {
+    if (!outcome.left_out.empty()) {
+      left_out = outcome.left_out;
+      return;
+    }
+    ++count;
+    violated += outcome.violations.empty() ? 0 : 1;
+    excused += outcome.excused;
+    worst_zero_ns = std::max(worst_zero_ns, outcome.zero_after_ns);
+    worst_recovery_ns = std::max(worst_recovery_ns, outcome.recovery_ns);
+  }
+};
+
+struct Result {
+  std::array<Tally, kFaultKinds> tallies;
+  SampleAccount samples;
+  uint64_t faults = 0, violations = 0, between = 0, unseen = 0;
+  double minutes = 0;
+  bool interrupted = false;
+  std::string broken;  // why it ended early; empty: it did not
+};
+
+/// The order of faults: hundreds shuffled by the seed, each holding every kind by its quota. One
+/// that may not be done yet waits for the next draw.
+class Deck {
+ public:
+  explicit Deck(uint64_t seed) : random_(seed) {}
+
+  FaultKind draw(const FaultInjector& injector) {
+    for (;;) {
+      const auto ready = std::find_if(cards_.begin(), cards_.end(), [&](FaultKind kind) {
+        return injector.ready_ns(kind) <= now_ns();
+      });
+      if (ready != cards_.end()) {
+        const FaultKind kind = *ready;
+        cards_.erase(ready);
+        return kind;
+      }
+      refill();
+    }
+  }
+
+ private:
+  void refill() {
+    std::vector<FaultKind> fresh;
+    for (const FaultInfo& info : kFaults) {
+      fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
+    }
+    std::shuffle(fresh.begin(), fresh.end(), random_);
+    cards_.insert(cards_.end(), fresh.begin(), fresh.end());
+  }
+
+  std::mt19937_64 random_;
+  std::deque<FaultKind> cards_;
+};
+
+/// A line that overwrites itself on a terminal and comes every ten seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(double total_minutes) : total_minutes_(total_minutes) {}
+
+  void show(const Result& result, bool last) {
+    if (!last && now_ns() - shown_ns_ < (terminal_ ? 1 : 10) * kProgressNs) return;
+    shown_ns_ = now_ns();
+    std::fprintf(
+        stderr, "%s%4.1f of %.1f min   %llu faults   %llu with violations%s", terminal_ ? "\r" : "",
+        result.minutes, total_minutes_, static_cast<unsigned long long>(result.faults),
+        static_cast<unsigned long long>(result.violations), terminal_ && !last ? "\033[K" : "\n");
+  }
+
+ private:
+  double total_minutes_;
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+  int64_t shown_ns_ = 0;
+};
+
+void take_in(const FaultOutcome& outcome, Result& result) {
+  result.tallies[static_cast<size_t>(outcome.kind)].add(outcome);
+  if (!outcome.left_out.empty()) return;
+  const auto say = [](const std::string& where, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) {
+      std::cerr << (isatty(STDERR_FILENO) == 1 ? "\n" : "") << "VIOLATION " << where << ": "
+                << one_line(line) << '\n';
+    }
+  };
+  say("after fault " + std::to_string(result.faults), outcome.before);
+  ++result.faults;
+  say("in fault " + std::to_string(result.faults) + ", " + std::string(info_of(outcome.kind).name),
+      outcome.violations);
+  result.between += outcome.before.size();
+  result.violations += outcome.violations.empty() ? 0 : 1;
+}
+
+/// One line a fault, in the folder that --keep keeps.
+void write_down(std::ofstream& file, const FaultOutcome& o) {
+  const auto ms = [](const std::optional<int64_t>& ns) {
+    return ns ? std::to_string(1e-6 * static_cast<double>(*ns)) : std::string();
+  };
+  file << o.begin_ns << ',' << info_of(o.kind).name << ',' << ms(o.zero_after_ns) << ','
+       << ms(o.recovery_ns) << ',' << o.excused << ',' << o.violations.size() << std::endl;
+}
+
+/// When the machine stood still, as the witnesses saw it; beside the faults.
+void write_down(const std::string& path, const std::vector<Stall>& stalls) {
+  std::ofstream file(path);
+  file << "t_ns,length_ms\n";
+  for (const Stall& s : stalls) {
+    file << s.begin_ns << ',' << 1e-6 * static_cast<double>(s.end_ns - s.begin_ns) << '\n';
+  }
+}
+
+/// Fault after fault until the time is over.
+void torture(const TortureCommand& options, TortureSession& session, Result& result) {
+  FaultInjector injector(session, options.seed);
+  Deck deck(options.seed);
+  std::ofstream log(session.folder() + "/faults.csv");
+  log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
+  Progress progress(options.minutes());
+  const int64_t begin_ns = now_ns();
+  while (result.minutes < options.minutes() && result.broken.empty()) {
+    result.interrupted = stop_requested();
+    if (result.interrupted) break;
+    try {
+      const FaultOutcome outcome = injector.inject(deck.draw(injector));
+      take_in(outcome, result);
+      write_down(log, outcome);
+    } catch (const std::runtime_error& error) {
+      result.broken = error.what();
+    }
+    result.minutes = static_cast<double>(now_ns() - begin_ns) / (60.0 * kNsPerSecond);
+    progress.show(result, false);
+  }
+  progress.show(result, true);
+  write_down(session.folder() + "/stalls.csv", session.stalls(begin_ns, true));
+}
+
+double seconds(int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+/// The same for programs: one case a kind, and the totals.
+std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
+  std::vector<Row> all;
+  for (const FaultInfo& info : kFaults) {
+    const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
+    Rows rows{std::string(info.name)};
+    rows.add("faults", static_cast<double>(tally.count), "");
+    rows.add("faults with violations", static_cast<double>(tally.violated), "", 0,
+             tally.violated == 0);
+    if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
+    if (tally.worst_recovery_ns) {
+      rows.add("worst time to whole", seconds(*tally.worst_recovery_ns), "s");
+    }
+    if (tally.excused > 0) {
+      rows.add("commands excused by the machine", static_cast<double>(tally.excused), "");
+    }
+    if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
+    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
+  }
+  Rows totals("torture");
+  totals.note("machine", machine_line());
+  totals.add("faults", static_cast<double>(result.faults), "",
+             std::floor(kFaultsPerMinute * options.minutes()),
+             result.interrupted || static_cast<double>(result.faults) >=
+                                       std::floor(kFaultsPerMinute * options.minutes()));
+  totals.add("faults with violations", static_cast<double>(result.violations), "", 0,
+             result.violations == 0);
+  totals.add("violations between two faults", static_cast<double>(result.between), "", 0,
+             result.between == 0);
+  const SampleAccount& s = result.samples;
+  totals.add("servo frames published", static_cast<double>(s.published), "");
+  totals.add("recorded", static_cast<double>(s.recorded), "");
+  totals.add("not recorded, explained", static_cast<double>(s.explained), "");
+  totals.add("not recorded, unexplained", static_cast<double>(s.unexplained), "", 0,
+             s.unexplained == 0);
+  totals.add("lost by recorders, all rings", static_cast<double>(s.told), "", 0, s.told == 0);
+  totals.add("missed by this program", static_cast<double>(result.unseen), "", 0,
+             result.unseen == 0);
+  for (const std::string& why : s.unreadable) {
+    totals.add("a recording cannot be read: " + why, 1, "", 0, false);
+  }
+  all.insert(all.end(), totals.rows().begin(), totals.rows().end());
+  return all;
+}
+
+std::string cell(const std::optional<int64_t>& ns) {
+  return ns ? readable(seconds(*ns), "s") : "–";
+}
+
+/// Where UTF-8 is wider in bytes than on the screen.
+void put(const std::string& text, size_t width) {
+  const auto wide = static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+  }));
+  std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
+}
+
+/// What design and documentation promise of a kind, in words.
+std::string stated(const FaultInfo& info) {
+  const std::string whole =
+      info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");
+  switch (info.effect) {
+    case Effect::kLies:
+      return "within limits, no fast rise";
+    case Effect::kLimits:
+      return "within limits";
+    case Effect::kNothing:
+      return "nothing changes" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kFade:
+      return "zero in 150 ms" + (whole.empty() ? "" : ", " + whole);
+    case Effect::kZero:
+      return "zero in " + readable(seconds(info.zero_ns), "s") +
+             (whole.empty() ? "" : ", " + whole);
+    case Effect::kSilence:
+      break;
+  }
+  return "zero first on return";
+}
+
+void print_kinds(const Result& result) {
+  constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
+  const auto line = [&](const std::array<std::string, 7>& cells) {
+    for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
+    std::cout << '\n';
+  };
+  line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
+  for (const FaultInfo& info : kFaults) {
+    const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
+    line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
+          cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), std::to_string(tally.excused),
+          tally.left_out.empty() ? stated(info) : "LEFT OUT: " + tally.left_out});
+  }
+}
+
+void print(const TortureCommand& options, const Result& result, const std::vector<Row>& rows) {
+  if (options.json) return print_json(std::cout, rows);
+  print_kinds(result);
+  std::vector<Row> totals;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(totals),
+               [](const Row& row) { return row.case_name == "torture"; });
+  print_table(std::cout, totals);
+}
+
+void run_torture(const TortureCommand& options) {
+  std::string recording = options.output;
+  if (recording.ends_with(".mcap")) recording.resize(recording.size() - 5);
+  if (!recording.empty()) {
+    check_outputs({recording + ".mcap", recording + "-2.mcap"}, {}, options.overwrite);
+  }
+  catch_stop_signals();
+  const WorkFolder folder(options.keep);
+  if (recording.empty()) recording = folder.path() + "/torture";
+  Result result;
+  {
+    TortureSession session({folder.path(), recording, !options.no_realtime});
+    torture(options, session, result);
+    session.stop();
+    result.unseen = session.unseen();
+    result.samples = account_for_samples(session.parts(), session.published());
+  }
+  const std::vector<Row> rows = make_rows(options, result);
+  print(options, result, rows);
+  std::cout.flush();
+  if (options.keep)
+    std::cerr << "what was received, recorded and said is in " << folder.path() << '\n';
+  if (!result.broken.empty()) throw std::runtime_error(result.broken);
+  if (!all_hold(rows)) throw ExitCode{1};
+  if (result.interrupted) throw ExitCode{kExitInterrupted};
+}
+
+}  // namespace
+
+void add_torture_command(Command& app) {
+  const auto options = std::make_shared<TortureCommand>();
+  Command command = app.subcommand(kTortureCommand.name, kTortureCommand.help);
+  command.footer(
+      "Starts an emulated device whose hand presses into a block, a session on it and a recorder, "
+      "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "
+      "hundred times a minute, and waits each time until the hand feels the spring again. Every "
+      "force is read from the device's own log. Exit code 0: no violation, no unexplained loss.");
+  command
+      .quantity("--minutes", options->seconds, Dimension::kTime, {3, 6e5},
+                "how long, as \"30 s\"; a number alone: minutes", "min")
+      .show_default();
+  command.option("--seed", options->seed, "of the order of the faults").show_default();
+  command.option("-o,--output", options->output,
+                 "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
+  command.flag("--overwrite", options->overwrite, "replace the recording where it exists");
+  command.flag("--keep", options->keep, "keep the folder with the device's log");
+  command.flag("--no-realtime", options->no_realtime, "do not ask for real-time priorities");
+  command.flag("--json", options->json, "figures as JSON on standard output");
+  command.action([options] { run_torture(*options); });
+}
+
+}  // namespace haptic

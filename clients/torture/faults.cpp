@@ -1,0 +1,540 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/torture/faults.h"
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "contact/faulty/fault_order.h"
+#include "device-io/emulator/fault_order.h"
+#include "device-io/woodenhaptics/protocol.h"
+#include "proto/ipc/process.h"
+#include "proto/os/queued_order.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken takes this long
+constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing between two faults
+constexpr int64_t kContextNs = 15 * kMs;            // of commands before the first that is judged
+constexpr int64_t kJustBeforeNs = 50 * kMs;  // what the device may still not have caught up with
+constexpr int64_t kSettleNs = 30 * kMs;      // after a fault, judged as well
+constexpr int64_t kLatchPatienceNs = 150 * kMs;
+constexpr int64_t kFoundNs = 100 * kMs;  // stated: a device that lies is found, and zero
+constexpr int64_t kTrustNs = 500 * kMs;  // of an honest device, until the driver believes it again
+constexpr int kLatchAttempts = 5;        // an answer may be overwritten unread
+constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds and a look
+constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // children after the death of hapticd
+constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
+constexpr size_t kManyClients = 64;
+constexpr const char* kStressTime = "2s";
+
+constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
+constexpr int64_t kReplacedGoal = 50 * kMs;  // contact by its spare, from its death
+
+void send(pid_t pid, int signal) {
+  if (pid > 0) kill(pid, signal);
+}
+
+/// With what the machine stood still just before: nothing, and it is nobody's fault but ours.
+std::string in_words(const ForceViolation& v, int64_t begin_ns, std::span<const Stall> stalls) {
+  const auto ms = [](int64_t ns) { return 1e-6 * static_cast<double>(ns); };
+  char text[224];
+  std::snprintf(
+      text, sizeof text,
+      "%s: %.3f N after %.1f ms, %.3f N allowed (in the %.0f ms before, the machine stood "
+      "still for %.1f ms)",
+      std::string(name_of(v.breach)).c_str(), v.force, ms(v.t_ns - begin_ns), v.allowed,
+      ms(kJustBeforeNs), ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
+  return text;
+}
+
+std::string milliseconds(int64_t ns) {
+  return std::to_string(ns / kMs) + " ms";
+}
+
+}  // namespace
+
+const std::array<FaultInfo, kFaultKinds> kFaults{{
+    {FaultKind::kContactKill, "contact: kill -9", 4, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactHang, "contact: hangs", 1, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactStop, "contact: stopped for a while", 9, Effect::kFade, kRestartGoal},
+    {FaultKind::kContactNaN, "contact: NaN in an answer", 5, Effect::kZero, 0},
+    {FaultKind::kContactInfinity, "contact: infinity in an answer", 5, Effect::kZero, 0},
+    {FaultKind::kContactTenTimes, "contact: 10 times too slow", 5, Effect::kNothing, 0},
+    {FaultKind::kContactThousandTimes, "contact: 1000 times too slow", 5, Effect::kFade, 0},
+    {FaultKind::kContactLies, "contact: planes out of place", 6, Effect::kLies, 0},
+    {FaultKind::kSimKill, "sim: kill -9", 4, Effect::kNothing, kRestartGoal},
+    {FaultKind::kSimStop, "sim: stopped for a while", 6, Effect::kNothing, 0},
+    {FaultKind::kServoKill, "servo: kill -9", 1, Effect::kZero, kServoGoal},
+    {FaultKind::kServoStop, "servo: hangs", 1, Effect::kZero, kServoGoal},
+    {FaultKind::kServoPause, "servo: stopped for a while", 1, Effect::kLimits, 0},
+    {FaultKind::kHapticdKill, "hapticd: kill -9", 1, Effect::kZero, 0},
+    {FaultKind::kHapticdServoKill, "hapticd and servo: kill -9", 1, Effect::kZero, 0,
+     kFirmwareWatchdogNs},
+    {FaultKind::kHapticdStop, "hapticd: stopped for a while", 1, Effect::kNothing, 0},
+    {FaultKind::kRecorderKill, "recorder: kill -9", 4, Effect::kNothing, 0},
+    {FaultKind::kRecorderStop, "recorder: stopped for a while", 5, Effect::kNothing, 0},
+    {FaultKind::kClientKill, "watching client: kill -9", 5, Effect::kNothing, 0},
+    {FaultKind::kClientStop, "watching client: stopped", 5, Effect::kNothing, 0},
+    {FaultKind::kManyClients, "64 clients attach and die", 2, Effect::kNothing, 0},
+    {FaultKind::kPoseJump, "device: pose jumps 0.67 m", 6, Effect::kZero, 0},
+    {FaultKind::kDeviceSilent, "device: stops answering", 5, Effect::kSilence, 0},
+    {FaultKind::kDeviceFrozen, "device: the same answer always", 3, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceOldFirst, "device: old answers between", 2, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs,
+     true},
+    {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs, true},
+    {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
+    {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
+}};
+
+const FaultInfo& info_of(FaultKind kind) {
+  return kFaults[static_cast<size_t>(kind)];
+}
+
+int64_t FaultInjector::between(int64_t least_ns, int64_t most_ns) {
+  return std::uniform_int_distribution<int64_t>(least_ns, most_ns)(random_);
+}
+
+int64_t FaultInjector::ready_ns(FaultKind kind) const {
+  const auto after = [](int64_t restarted_ns) {
+    return restarted_ns == 0 ? 0 : restarted_ns + kHealthyNs;
+  };
+  if (kind == FaultKind::kContactKill || kind == FaultKind::kContactHang) {
+    return after(contact_restarted_ns_);
+  }
+  return kind == FaultKind::kSimKill ? after(sim_restarted_ns_) : 0;
+}
+
+namespace {
+
+EmulatorFault lie_of(FaultKind kind) {
+  if (kind == FaultKind::kDeviceFrozen) return EmulatorFault::kFrozen;
+  if (kind == FaultKind::kDeviceOldFirst) return EmulatorFault::kOldFirst;
+  return kind == FaultKind::kDeviceDelayed ? EmulatorFault::kDelayed : EmulatorFault::kNoise;
+}
+
+}  // namespace
+
+FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
+  const auto to_contact = [this](ContactFault fault) {
+    return [this, fault] { send_order(session_.contact().pid, static_cast<int>(fault)); };
+  };
+  switch (kind) {
+    case FaultKind::kContactKill:
+    case FaultKind::kContactHang:
+      return kill_contact(kind == FaultKind::kContactHang);
+    case FaultKind::kContactStop:
+      return stop_contact();
+    case FaultKind::kContactNaN:
+      return close_by(to_contact(ContactFault::kNaN));
+    case FaultKind::kContactInfinity:
+      return close_by(to_contact(ContactFault::kInfinity));
+    case FaultKind::kContactTenTimes:
+    case FaultKind::kContactThousandTimes:
+      return slow_contact(kind);
+    case FaultKind::kContactLies:
+      return lie_in_contact();
+    case FaultKind::kSimKill:
+      return kill_sim();
+    case FaultKind::kSimStop:
+      return stop_sim();
+    case FaultKind::kServoKill:
+    case FaultKind::kServoStop:
+      return fell_servo(kind == FaultKind::kServoKill ? SIGKILL : SIGSTOP);
+    case FaultKind::kServoPause:
+      return pause_servo();
+    case FaultKind::kHapticdKill:
+    case FaultKind::kHapticdServoKill:
+      return kill_hapticd(kind == FaultKind::kHapticdServoKill);
+    case FaultKind::kHapticdStop:
+      return stop_hapticd();
+    case FaultKind::kRecorderKill:
+      return kill_recorder();
+    case FaultKind::kRecorderStop:
+      return stop_recorder();
+    case FaultKind::kClientKill:
+    case FaultKind::kClientStop:
+      return fell_client(kind == FaultKind::kClientKill ? SIGKILL : SIGSTOP);
+    case FaultKind::kManyClients:
+      return fell_many_clients();
+    case FaultKind::kPoseJump:
+      return close_by([this] {
+        send_order(session_.emulator().pid(), static_cast<int>(EmulatorFault::kJumpOnce));
+      });
+    case FaultKind::kDeviceSilent:
+      return silence_device();
+    case FaultKind::kDeviceFrozen:
+    case FaultKind::kDeviceOldFirst:
+    case FaultKind::kDeviceDelayed:
+    case FaultKind::kDeviceNoise:
+      return lie(lie_of(kind));
+    case FaultKind::kMemory:
+      return stress({"--vm", "1", "--vm-bytes", "50%"});
+    case FaultKind::kBusy:
+      break;
+  }
+  return stress({"--cpu", std::to_string(std::thread::hardware_concurrency())});
+}
+
+/// What is stated of a contact's end is stated where another one waits.
+void FaultInjector::wait_for_spare(Done& done) {
+  const auto waits = [&] {
+    return session_.ask("status").find("\"ready\": true") != std::string::npos;
+  };
+  if (!session_.wait_until(waits, kPatienceNs)) done.problems.push_back("no spare contact waits");
+}
+
+/// Dead at once, or stopped until hapticd kills it.
+FaultInjector::Done FaultInjector::kill_contact(bool hang) {
+  Done done;
+  wait_for_spare(done);
+  const WriterSeen before = session_.contact();
+  send(before.pid, hang ? SIGSTOP : SIGKILL);
+  done.begin_ns = now_ns();
+  done.recovery_from_ns = done.begin_ns;
+  if (hang) {
+    session_.wait_until([&] { return !is_running(before.pid); }, kPatienceNs);
+    done.recovery_from_ns = now_ns();
+  }
+  const auto replaced = [&] { return session_.contact().generation > before.generation; };
+  if (!session_.wait_until(replaced, kPatienceNs)) {
+    done.problems.push_back("contact did not come back");
+  }
+  contact_restarted_ns_ = now_ns();
+  done.over_ns = session_.contact().first_ns;
+  done.whole_from_ns = done.over_ns;
+  const int64_t replaced_ns = done.over_ns - done.recovery_from_ns;
+  const int64_t stated_ns = kReplacedGoal + held_up(session_.stalls(done.begin_ns, true),
+                                                    done.recovery_from_ns, done.over_ns);
+  if (replaced_ns > stated_ns) {
+    done.problems.push_back("replaced after " + milliseconds(replaced_ns) + ", " +
+                            milliseconds(stated_ns) + " allowed");
+  }
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_for(const std::function<void(int)>& send_signal,
+                                            int64_t least_ns, int64_t most_ns) {
+  Done done;
+  send_signal(SIGSTOP);
+  done.begin_ns = now_ns();
+  session_.pause(between(least_ns, most_ns));
+  done.over_ns = now_ns();
+  send_signal(SIGCONT);
+  done.whole_from_ns = done.recovery_from_ns = done.over_ns;
+  return done;
+}
+
+/// Not for so long that hapticd takes it for hung.
+FaultInjector::Done FaultInjector::stop_contact() {
+  const pid_t pid = session_.contact().pid;
+  return stop_for([pid](int signal) { send(pid, signal); }, 40 * kMs, 200 * kMs);
+}
+
+/// A cause that makes safety latch the force at zero, until it is told to clear the fault.
+FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause,
+                                            const std::function<void()>& cure) {
+  Done done;
+  // a zero alone may be another's: hapticd lets go of the device when the servo is held up
+  const auto is_closed = [&] { return session_.servo().fault_ns > done.begin_ns; };
+  for (int i = 0; i < kLatchAttempts; ++i) {
+    cause();
+    done.begin_ns = now_ns();
+    if (session_.wait_until(is_closed, kLatchPatienceNs)) break;
+  }
+  session_.pause(between(20 * kMs, 60 * kMs));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  if (cure) cure();
+  clear_fault(done);
+  return done;
+}
+
+/// A device that answers, but not what is so, until it is told to.
+FaultInjector::Done FaultInjector::lie(EmulatorFault how) {
+  const auto order = [this](EmulatorFault what) {
+    send_order(session_.emulator().pid(), static_cast<int>(what));
+  };
+  const auto cure = [&] {
+    order(EmulatorFault::kHealthy);
+    session_.pause(kTrustNs);
+  };
+  return close_by([&] { order(how); }, cure);
+}
+
+/// Accepted once the hand is calm: nothing has held it up.
+void FaultInjector::clear_fault(Done& done) {
+  const int64_t give_up_ns = now_ns() + kPatienceNs;
+  for (;;) {
+    const std::string answer = session_.ask("clear-fault");
+    if (answer == "ok") return;
+    if (now_ns() < give_up_ns) continue;
+    done.problems.push_back("clear-fault was answered with " + answer);
+    return;
+  }
+}
+
+FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
+  const bool ten = kind == FaultKind::kContactTenTimes;
+  const pid_t pid = session_.contact().pid;
+  Done done;
+  send_order(pid, static_cast<int>(ten ? ContactFault::kTenTimes : ContactFault::kThousandTimes));
+  done.begin_ns = now_ns();
+  // until the servo has measured the new period a set may be a few milliseconds older than the
+  // hold: five of nine intervals
+  constexpr int64_t kLearnNs = 150 * kMs;
+  if (ten) {
+    session_.pause(kLearnNs);
+    done.begin_ns += kLearnNs;
+  }
+  session_.pause(between(200 * kMs, 350 * kMs));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  done.recovers = !ten;
+  send_order(pid, static_cast<int>(ContactFault::kHealthy));
+  return done;
+}
+
+FaultInjector::Done FaultInjector::lie_in_contact() {
+  const pid_t pid = session_.contact().pid;
+  Done done;
+  send_order(pid, static_cast<int>(ContactFault::kLies));
+  done.begin_ns = now_ns();
+  session_.pause(between(100 * kMs, 300 * kMs));
+  send_order(pid, static_cast<int>(ContactFault::kHealthy));
+  done.over_ns = done.whole_from_ns = done.recovery_from_ns = now_ns();
+  return done;
+}
+
+FaultInjector::Done FaultInjector::kill_sim() {
+  const WriterSeen before = session_.sim();
+  Done done;
+  send(before.pid, SIGKILL);
+  done.begin_ns = now_ns();
+  if (!session_.wait_until([&] { return session_.sim().generation > before.generation; },
+                           kPatienceNs)) {
+    done.problems.push_back("sim did not come back");
+  }
+  sim_restarted_ns_ = done.over_ns = now_ns();
+  done.waited_ns = time_waited(session_.sim().pid);
+  done.whole_from_ns = done.recovery_from_ns = done.begin_ns;
+  done.recovered_ns = session_.sim().first_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_sim() {
+  const pid_t pid = session_.sim().pid;
+  Done done = stop_for([pid](int signal) { send(pid, signal); }, 40 * kMs, 200 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_servo(int signal) {
+  const WriterSeen before = session_.servo();
+  Done done;
+  send(before.pid, signal);
+  done.begin_ns = now_ns();
+  done.recovery_from_ns = done.begin_ns;
+  if (!session_.wait_until([&] { return session_.servo().generation > before.generation; },
+                           kPatienceNs)) {
+    done.problems.push_back("the servo did not come back");
+  }
+  done.waited_ns = time_waited(session_.servo().pid);
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
+  return done;
+}
+
+/// hapticd has let go of the device meanwhile, and what comes after begins there.
+FaultInjector::Done FaultInjector::pause_servo() {
+  const pid_t pid = session_.servo().pid;
+  return stop_for([pid](int signal) { send(pid, signal); }, 20 * kMs, 150 * kMs);
+}
+
+/// Alone, or with the servo at the same instant: stopped before, so that it cannot let go of the
+/// device for a servo that it sees die.
+FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
+  const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
+  if (servo_too) {
+    session_.hapticd().send(SIGSTOP);
+    session_.pause(kStopNs);
+    send(session_.servo().pid, SIGKILL);
+  }
+  Done done;
+  done.begin_ns = session_.kill_hapticd();
+  const auto all_gone = [&] {
+    return std::none_of(children.begin(), children.end(),
+                        [](pid_t pid) { return is_running(pid); });
+  };
+  if (!session_.wait_until(all_gone, kGoneNs)) {
+    done.problems.push_back("a process of the session outlived hapticd by " +
+                            milliseconds(kGoneNs));
+  }
+  done.recovery_from_ns = now_ns();
+  session_.restart_hapticd();
+  contact_restarted_ns_ = sim_restarted_ns_ = 0;
+  if (!session_.wait_until([&] { return session_.servo().generation > 0; }, kPatienceNs)) {
+    done.problems.push_back("the servo did not come back");
+  }
+  done.over_ns = done.soft_ns = done.whole_from_ns = session_.servo().first_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_hapticd() {
+  Done done =
+      stop_for([this](int signal) { session_.hapticd().send(signal); }, 100 * kMs, 400 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::kill_recorder() {
+  if (session_.recorder() == nullptr) return {.left_out = "nothing is recorded"};
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  session_.kill_recorder();
+  session_.pause(between(5 * kMs, 50 * kMs));
+  session_.start_recorder();
+  // the next one is to have begun before it may be killed in its turn
+  session_.pause(between(150 * kMs, 300 * kMs));
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::stop_recorder() {
+  if (session_.recorder() == nullptr) return {.left_out = "nothing is recorded"};
+  // its rings hold four seconds
+  Done done =
+      stop_for([this](int signal) { session_.recorder()->send(signal); }, 100 * kMs, 1000 * kMs);
+  done.recovers = false;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_client(int signal) {
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  SessionProcess client("hapt", {"top", "--json", "-d", "0.02", "--session", session_.name()},
+                        "/dev/null");
+  session_.pause(between(80 * kMs, 200 * kMs));
+  client.send(signal);
+  session_.pause(between(50 * kMs, signal == SIGSTOP ? 400 * kMs : 60 * kMs));
+  client.kill();
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+FaultInjector::Done FaultInjector::fell_many_clients() {
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  std::vector<std::unique_ptr<SessionProcess>> clients;
+  for (size_t i = 0; i < kManyClients; ++i) {
+    clients.push_back(std::make_unique<SessionProcess>(
+        "hapt",
+        std::vector<std::string>{"top", "--json", "-d", "0.02", "--session", session_.name()},
+        "/dev/null"));
+    session_.update();
+  }
+  // most have attached by then, and some die in the middle of it
+  session_.pause(between(300 * kMs, 800 * kMs));
+  for (const auto& client : clients) {
+    session_.pause(between(0, 10 * kMs));
+    client->kill();
+  }
+  done.over_ns = now_ns();
+  done.whole_from_ns = done.begin_ns;
+  return done;
+}
+
+/// Long enough for the driver to have said zero last (WoodenHaptics::write).
+FaultInjector::Done FaultInjector::silence_device() {
+  return stop_for([this](int signal) { session_.emulator().send(signal); }, 80 * kMs, 250 * kMs);
+}
+
+FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words) {
+  if (find_on_path("stress-ng").empty()) {
+    return {.left_out = "stress-ng is not installed: apt-get install stress-ng"};
+  }
+  Done done{.begin_ns = now_ns(), .recovers = false};
+  std::vector<std::string> all = words;
+  all.insert(all.end(), {"--timeout", kStressTime, "--temp-path", session_.folder()});
+  SessionProcess program("stress-ng", all, session_.folder() + "/said-by-stress-ng");
+  session_.wait_until([&] { return program.exit_code().has_value(); }, kPatienceNs);
+  if (program.exit_code() != 0) {
+    done.problems.push_back("stress-ng failed; what it said is in " + session_.folder());
+  }
+  done.over_ns = done.whole_from_ns = now_ns();
+  return done;
+}
+
+/// What has broken since the last fault was judged; the first has nothing before it.
+std::vector<std::string> FaultInjector::judge_calm(int64_t until_ns) const {
+  std::vector<std::string> broken;
+  const JudgedFault none{.effect = Effect::kLimits,
+                         .begin_ns = judged_ns_,
+                         .stalls = session_.stalls(judged_ns_ - 4 * kBeforeNs, true),
+                         .from_ns = judged_ns_};
+  const auto records = session_.records_since(judged_ns_ - kContextNs);
+  for (const ForceViolation& v : judge_force(TortureSession::rules(), records, none).violations) {
+    if (v.t_ns < until_ns) broken.push_back(in_words(v, judged_ns_, none.stalls));
+  }
+  return broken;
+}
+
+void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome& outcome) {
+  const bool silence = info.effect == Effect::kSilence;
+  const int64_t since_ns = done.begin_ns - 4 * kBeforeNs;
+  // where nothing may change, nothing may change afterwards either
+  const int64_t over_ns = info.effect == Effect::kNothing ? 0 : done.over_ns;
+  const JudgedFault fault{
+      info.effect,    done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
+      info.is_misled, done.from_ns};
+  ForceRules rules = TortureSession::rules();
+  rules.zero_ns = info.zero_ns;
+  const ForceVerdict verdict =
+      judge_force(rules, session_.records_since(done.from_ns - kContextNs), fault);
+  for (const ForceViolation& v : verdict.violations) {
+    outcome.violations.push_back(in_words(v, done.begin_ns, fault.stalls));
+  }
+  outcome.zero_after_ns = verdict.zero_after_ns;
+  outcome.excused = verdict.excused;
+  if (info.goal_ns == 0 || !outcome.recovery_ns) return;
+  // what is stated is stated for processes that get a processor: the start is at normal priority
+  const int64_t stated_ns = info.goal_ns + done.waited_ns +
+                            held_up(session_.stalls_of_starts(since_ns), done.recovery_from_ns,
+                                    done.recovery_from_ns + *outcome.recovery_ns);
+  if (*outcome.recovery_ns > stated_ns) {
+    outcome.violations.push_back("whole again after " + milliseconds(*outcome.recovery_ns) + ", " +
+                                 milliseconds(stated_ns) + " allowed");
+  }
+}
+
+FaultOutcome FaultInjector::inject(FaultKind kind) {
+  FaultOutcome outcome;
+  outcome.kind = kind;
+  session_.pause(kBeforeNs);
+  const int64_t from_ns = now_ns();
+  if (judged_ns_ != 0) outcome.before = judge_calm(from_ns);
+  Done done = inflict(kind);
+  done.from_ns = from_ns;
+  outcome.begin_ns = done.begin_ns;
+  outcome.left_out = done.left_out;
+  outcome.violations = done.problems;
+  if (!done.left_out.empty()) return outcome;
+  const auto whole_ns = session_.wait_whole(done.whole_from_ns, kPatienceNs);
+  if (!whole_ns) {
+    outcome.violations.push_back("not whole again within " + milliseconds(kPatienceNs));
+  } else if (done.recovers) {
+    const int64_t until_ns = done.recovered_ns != 0 ? done.recovered_ns : *whole_ns;
+    outcome.recovery_ns = std::max<int64_t>(0, until_ns - done.recovery_from_ns);
+  }
+  session_.pause(kSettleNs);
+  judge(info_of(kind), done, outcome);
+  judged_ns_ = now_ns();
+  session_.forget_before(judged_ns_ - kNsPerSecond);
+  return outcome;
+}
+
+}  // namespace haptic

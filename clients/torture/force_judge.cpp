@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/torture/force_judge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+// half a milliampere in each of three motors, at the tip, where the hand presses
+constexpr double kCurrentStep = 5e-3;     // [N]
+constexpr size_t kAnswers = 6;            // of which the server may have used any: one is under way
+constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
+constexpr int64_t kStillNs = 15 * kMs;    // contacts may grow old in it without any fault
+constexpr int64_t kLateReadNs = 50 * kMs;  // before a command: the device may have been asleep
+constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
+constexpr size_t kInARow = 10;             // commands
+constexpr double kPressing = 2e-3;         // [m]
+const WoodenHapticsGeometry kArm;
+
+/// A pose that the device has said it is in.
+struct Said {
+  Vec3 angles;
+  Vec3 p_B;
+};
+
+Said said(const MotorCounts& counts) {
+  const Vec3 angles = joint_angles(kArm, counts);
+  return {angles, tip_position(kArm, angles)};
+}
+
+/// What a command is judged against.
+struct Command {
+  int64_t t_ns = 0;
+  double force = 0;
+  double weakest = 0, strongest = 0;   // that its currents are at one of the last poses said [N]
+  double depth = 0;                    // that the server knew [m]
+  double deepest = 0, shallowest = 0;  // of the last poses said [m]
+  double moved = 0;                    // since the answer before, in any direction [m]
+  double damper = 0;                   // most that it may add to or take from the spring [N]
+  bool is_spring = false;
+  bool from_server = true;  // false: the firmware's watchdog
+};
+
+bool is_zero(const Command& c) {
+  return c.force <= kCurrentStep;
+}
+
+Vec3 amperes_of(const EmulatorRecord& r) {
+  return {1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+}
+
+/// What the currents would be at the poses that the server may believe in. Returns the longest way
+/// between two in a row [m].
+double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
+  double way = 0;
+  c.weakest = c.shallowest = std::numeric_limits<double>::infinity();
+  for (size_t j = 0; j < poses.size(); ++j) {
+    const double force = norm(tip_force(kArm, poses[j].angles, amperes));
+    c.weakest = std::min(c.weakest, force);
+    c.strongest = std::max(c.strongest, force);
+    c.deepest = std::max(c.deepest, -poses[j].p_B.z);
+    c.shallowest = std::min(c.shallowest, std::max(0.0, -poses[j].p_B.z));
+    if (j > 0) way = std::max(way, norm(poses[j].p_B - poses[j - 1].p_B));
+  }
+  return way;
+}
+
+std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                                 bool is_misled = false) {
+  // while the driver doubts a device that lies, it holds the last pose that it believed
+  const int64_t believed_ns = is_misled ? rules.doubt_ns + kUnderWayNs : 0;
+  std::vector<Command> out;
+  std::vector<Said> poses;     // in order, an old one that came first before its answer
+  std::vector<size_t> begins;  // of the poses of each answer
+  size_t oldest = 0;           // answer that the server may still use
+  for (const EmulatorRecord& r : records) {
+    const bool from_server = r.event == EmulatorEvent::kCommand;
+    if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
+    begins.push_back(poses.size());
+    if (r.said_first != r.answered) poses.push_back(said(r.said_first));
+    poses.push_back(said(r.answered));
+    Command c{.t_ns = r.t_ns, .force = norm(r.force_B), .from_server = from_server};
+    c.depth = std::max(0.0, -poses.back().p_B.z);
+    while (begins.size() - oldest > kAnswers && out[oldest].t_ns < r.t_ns - believed_ns) ++oldest;
+    const auto believed = std::span(poses).subspan(begins[oldest]);
+    const double way = look_back(believed, amperes_of(r), c);
+    if (begins.size() > 1) c.moved = norm(poses.back().p_B - poses[begins.back() - 1].p_B);
+    const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
+    c.damper = rules.max_damping * speed;
+    c.is_spring = from_server && is_wall(rules, r, speed);
+    out.push_back(c);
+  }
+  return out;
+}
+
+/// Keeps the first breach of each kind.
+class Findings {
+ public:
+  void add(ForceBreach breach, int64_t t_ns, double force, double allowed) {
+    bool& known = known_[static_cast<size_t>(breach)];
+    if (!known) verdict.violations.push_back({breach, t_ns, force, allowed});
+    known = true;
+  }
+  ForceVerdict verdict;
+
+ private:
+  std::array<bool, kForceBreaches> known_{};
+};
+
+/// What holds at all times, with or without a fault. Planes that are not there may push more than
+/// the wall and to any side, but no faster than the hand's own motion and the slew limit. Of a
+/// device that lies the currents are those of a pose it has said: a command is judged by the force
+/// that they are there.
+void judge_always(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                  Findings& found) {
+  const bool lies = fault.effect == Effect::kLies;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Command& c = all[i];
+    if (c.t_ns < fault.from_ns) continue;
+    const bool misled = fault.is_misled && c.t_ns >= fault.begin_ns - kUnderWayNs;
+    const double force = misled ? c.weakest : c.force;
+    const double strongest = rules.max_force + kCurrentStep;
+    if (!(force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, force, strongest);
+    if (i + 1 < kAnswers) continue;
+    const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
+    // from the one before the last: a device that was held up has read the last too late
+    const int64_t before_ns = all[i - 1].t_ns;
+    const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
+    const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
+    // by the spring and the damper; by a lie to any side, of two answers, one of which came late
+    const double deeper =
+        misled ? c.deepest - all[i - 1].shallowest : std::max(0.0, c.depth - all[i - 1].depth);
+    const double pushed =
+        lies ? rules.stiffness * (c.moved + all[i - 1].moved) : rules.stiffness * deeper + c.damper;
+    const double before = misled ? all[i - 1].strongest : all[i - 1].force;
+    const double allowed = before + pushed + rules.slew * dt + 2 * kCurrentStep;
+    if (!(force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, force, allowed);
+  }
+}
+
+void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
+  for (size_t i = 1; i < records.size(); ++i) {
+    const EmulatorRecord &before = records[i - 1], &r = records[i];
+    const uint64_t expected = before.commands + (r.event == EmulatorEvent::kCommand ? 1 : 0);
+    if (r.commands == expected && r.t_ns >= before.t_ns) continue;
+    found.add(ForceBreach::kLostRecord, r.t_ns, norm(r.force_B), norm(before.force_B));
+  }
+}
+
+/// A servo that missed so many ticks may have been released, and climbs back from zero by the slew
+/// limit or the soft start.
+bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
+  const double climb = std::max(rules.max_force / rules.slew, rules.soft_start);
+  const auto climb_ns = static_cast<int64_t>(1e9 * climb);
+  return std::any_of(fault.stalls.begin(), fault.stalls.end(), [&](const Stall& s) {
+    return s.end_ns - s.begin_ns > released_ns && s.begin_ns < c.t_ns &&
+           c.t_ns < s.end_ns + climb_ns + 2 * released_ns;
+  });
+}
+
+/// A machine that stood still lets contacts grow old, and they come back by a ramp.
+bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
+  const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
+  return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs ||
+         is_climbing(rules, fault, c);
+}
+
+void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
+                     const JudgedFault& fault, Findings& found) {
+  for (const Command& c : all) {
+    const bool meanwhile =
+        c.t_ns >= fault.begin_ns && (fault.over_ns == 0 || c.t_ns < fault.over_ns);
+    if (!meanwhile || c.is_spring) continue;
+    if (is_excused(rules, fault, c)) {
+      ++found.verdict.excused;
+    } else {
+      found.add(ForceBreach::kChanged, c.t_ns, c.force, rules.stiffness * c.depth);
+    }
+  }
+}
+
+/// Full for the longest hold, then down to nothing, as long as contact is away.
+void judge_fade(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                Findings& found) {
+  const int64_t gone_ns = fault.begin_ns + rules.hold_ns + rules.fade_ns + kUnderWayNs;
+  for (const Command& c : all) {
+    if (c.t_ns < fault.begin_ns || c.t_ns >= fault.over_ns) continue;
+    const int64_t excused_ns = held_up(fault.stalls, fault.begin_ns, c.t_ns);
+    const double left =
+        static_cast<double>(gone_ns + excused_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
+    const double share = std::clamp(left, 0.0, 1.0);
+    const double allowed = share * (rules.stiffness * c.deepest + c.damper) + kCurrentStep;
+    if (!(c.force <= allowed)) found.add(ForceBreach::kLateFade, c.t_ns, c.force, allowed);
+  }
+}
+
+/// From the last zero on the force grows no faster than the soft start.
+void judge_soft_start(const ForceRules& rules, std::span<const Command> all, size_t zero,
+                      const JudgedFault& fault, Findings& found) {
+  while (zero + 1 < all.size() && is_zero(all[zero + 1])) ++zero;
+  // it runs from a servo's first tick on, whether or not there are contacts to render
+  const int64_t begin_ns = (fault.soft_ns != 0 ? fault.soft_ns : all[zero].t_ns) - kUnderWayNs;
+  for (size_t i = zero + 1; i < all.size(); ++i) {
+    const Command& c = all[i];
+    // a device that was held up has read the zero late
+    const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
+    const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
+    if (gain >= 1) return;
+    const double allowed = gain * rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    if (!(c.force <= allowed)) found.add(ForceBreach::kHardStart, c.t_ns, c.force, allowed);
+  }
+}
+
+bool was_zero_before(std::span<const Command> all, std::span<const Command>::iterator command) {
+  return command != all.begin() && is_zero(*std::prev(command));
+}
+
+void judge_zero(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
+                Findings& found) {
+  // a device that was away can receive nothing before it is back
+  const bool away = fault.effect == Effect::kSilence;
+  const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
+  // until then a zero may be another's: of a pose that asks for nothing, or hapticd's, which lets
+  // go of a servo that is held up
+  const int64_t stays_from_ns = std::min(fault.over_ns, from_ns + rules.zero_ns);
+  auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
+    return c.t_ns >= from_ns && (c.from_server || !away);
+  });
+  // whoever did the fault may have been held up before it noted the time
+  if (!away && was_zero_before(all, after)) --after;
+  auto first = std::find_if(after, all.end(), is_zero);
+  for (auto c = first; !away && c != all.end() && c->t_ns < stays_from_ns; ++c) {
+    if (!is_zero(*c)) first = std::find_if(c, all.end(), is_zero);
+  }
+  const int64_t stated_ns = from_ns + rules.zero_ns;
+  const int64_t limit_ns =
+      first == all.end() ? stated_ns : stated_ns + held_up(fault.stalls, from_ns, first->t_ns);
+  const bool late = first == all.end() || (away ? first != after : first->t_ns > limit_ns);
+  if (late) {
+    const double force = after == all.end() ? 0 : after->force;
+    found.add(ForceBreach::kLateZero, first == all.end() ? limit_ns : first->t_ns, force, 0);
+  }
+  if (first == all.end()) return;
+  size_t zero = static_cast<size_t>(first - all.begin());
+  if (fault.over_ns > from_ns) {
+    for (size_t i = zero; i < all.size() && all[i].t_ns < fault.over_ns; ++i) {
+      if (is_zero(all[i])) zero = i;
+      if (!is_zero(all[i])) found.add(ForceBreach::kEarlyReturn, all[i].t_ns, all[i].force, 0);
+    }
+  }
+  judge_soft_start(rules, all, zero, fault, found);
+}
+
+}  // namespace
+
+std::string_view name_of(ForceBreach breach) {
+  constexpr std::array<std::string_view, kForceBreaches> kNames{"above the largest force",
+                                                                "more than the wall",
+                                                                "rises too fast",
+                                                                "changed without a reason",
+                                                                "fades too late",
+                                                                "zero too late",
+                                                                "back too early",
+                                                                "back without a soft start",
+                                                                "a gap in the emulator's log"};
+  return kNames[static_cast<size_t>(breach)];
+}
+
+double answered_depth(const EmulatorRecord& record) {
+  return std::max(0.0, -said(record.answered).p_B.z);
+}
+
+bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {
+  const double force = std::min(rules.stiffness * answered_depth(command), rules.max_force);
+  return norm(command.force_B - Vec3{0, 0, force}) <= kCurrentStep + rules.max_damping * speed;
+}
+
+ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                         const JudgedFault& fault) {
+  const std::vector<Command> all = commands_of(rules, records, fault.is_misled);
+  Findings found;
+  judge_complete(records, found);
+  judge_always(rules, all, fault, found);
+  switch (fault.effect) {
+    case Effect::kLies:
+    case Effect::kLimits:
+      break;
+    case Effect::kNothing:
+      judge_unchanged(rules, all, fault, found);
+      break;
+    case Effect::kFade:
+      judge_fade(rules, all, fault, found);
+      break;
+    case Effect::kZero:
+    case Effect::kSilence:
+      judge_zero(rules, all, fault, found);
+      break;
+  }
+  const std::span<const Command> judged = all;
+  const auto after = std::find_if(judged.begin(), judged.end(),
+                                  [&](const Command& c) { return c.t_ns >= fault.begin_ns; });
+  const auto zero = std::find_if(after, judged.end(), is_zero);
+  if (was_zero_before(judged, after)) {
+    found.verdict.zero_after_ns = 0;
+  } else if (zero != judged.end()) {
+    found.verdict.zero_after_ns = zero->t_ns - fault.begin_ns;
+  }
+  return found.verdict;
+}
+
+std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                                   int64_t from_ns) {
+  const std::vector<Command> all = commands_of(rules, records);
+  size_t in_a_row = 0;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const bool whole = all[i].t_ns >= from_ns && all[i].is_spring && all[i].depth > kPressing;
+    in_a_row = whole ? in_a_row + 1 : 0;
+    if (in_a_row == kInARow) return all[i + 1 - kInARow].t_ns;
+  }
+  return std::nullopt;
+}
+
+int64_t held_up(std::span<const Stall> stalls, int64_t from_ns, int64_t to_ns) {
+  int64_t sum_ns = 0;
+  for (const Stall& s : stalls) {
+    sum_ns += std::max<int64_t>(0, std::min(s.end_ns, to_ns) - std::max(s.begin_ns, from_ns));
+  }
+  return sum_ns;
+}
+
+std::vector<Stall> emulator_stalls(std::span<const EmulatorRecord> records) {
+  std::vector<Stall> out;
+  for (size_t i = 1; i < records.size(); ++i) {
+    const Stall stall{records[i - 1].t_ns + kRecordNs, records[i].t_ns};
+    if (stall.end_ns > stall.begin_ns) out.push_back(stall);
+  }
+  return out;
+}
+
+std::vector<Stall> merge_stalls(std::span<const Stall> a, std::span<const Stall> b) {
+  std::vector<Stall> all(a.begin(), a.end());
+  all.insert(all.end(), b.begin(), b.end());
+  std::sort(all.begin(), all.end(),
+            [](const Stall& x, const Stall& y) { return x.begin_ns < y.begin_ns; });
+  std::vector<Stall> out;
+  for (const Stall& stall : all) {
+    if (!out.empty() && stall.begin_ns <= out.back().end_ns) {
+      out.back().end_ns = std::max(out.back().end_ns, stall.end_ns);
+    } else {
+      out.push_back(stall);
+    }
+  }
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/torture/session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "proto/ipc/control_socket.h"
+#include "proto/ipc/process.h"
+#include "proto/os/environment.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kLookNs = kMs;                 // fine enough for the times that are reported
+constexpr int64_t kStartNs = 60 * kNsPerSecond;  // only a broken build takes this long
+constexpr int64_t kJudgeNs = 10 * kMs;           // between two looks at the commands
+constexpr int64_t kContextNs = 20 * kMs;         // of commands before the first that counts
+constexpr int64_t kStallsNs = 4 * kNsPerSecond;  // before a kill: what a ring holds
+
+/// The hand always presses: 4.5 to 7 mm deep where nothing holds it up, which is 2.3 to 3.5 N.
+const std::vector<std::string> kPressingHand{
+    "--hand",  "stiff-arm",     "--centre", "0 mm",     "0 mm",
+    "-7 mm",   "--direction",   "0",        "0",        "1",
+    "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
+    "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
+
+/// The end of a file that is gone with its folder, for a message.
+std::string last_lines(const std::string& path) {
+  constexpr size_t kMost = 1000;
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  const std::string all = text.str();
+  return all.size() > kMost ? "…" + all.substr(all.size() - kMost) : all;
+}
+
+template <typename Source, typename Time>
+void note_writer(WriterSeen& seen, const Source& source, Time time_of) {
+  if (source.item_generation() == seen.generation) return;
+  seen = {static_cast<pid_t>(source.header()->pid.load()), source.item_generation(), time_of()};
+}
+
+}  // namespace
+
+std::string find_on_path(const std::string& program) {
+  std::istringstream folders(environment("PATH"));
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::string path = std::move(folder);
+    path += "/" + program;
+    if (access(path.c_str(), X_OK) == 0) return path;
+  }
+  return "";
+}
+
+TortureSession::Variable::Variable(const char* name, const std::string& value) : name_(name) {
+  if (const char* before = std::getenv(name)) before_ = before;
+  setenv(name, value.c_str(), 1);
+}
+
+TortureSession::Variable::~Variable() {
+  before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_);
+}
+
+TortureSession::Watch::Watch(FileDescriptor socket)
+    : attachments(std::move(socket)),
+      servo(attachments.ring<&ServoChannels::frames>(Start::kOldest)),
+      contact(attachments.ring<&ContactChannels::sets>(Start::kOldest)),
+      sim(attachments.ring<&SimChannels::frames>(Start::kOldest)) {
+  attachments.start();
+}
+
+void TortureSession::Watch::drain(std::vector<SeenFrame>& published) {
+  for (ServoFrame frame; servo.next(frame);) {
+    note_writer(servo_seen, servo, [&] { return frame.t_ns; });
+    if ((frame.flags & kServoFault) != 0) servo_seen.fault_ns = frame.t_ns;
+    published.push_back({frame.t_ns, now_ns()});
+  }
+  for (ContactSet set; contact.next(set);) {
+    note_writer(contact_seen, contact, [&] { return set.answers_t_ns; });
+  }
+  for (SceneFrame frame; sim.next(frame);) {
+    note_writer(sim_seen, sim, [&] { return frame.t_ns; });
+  }
+}
+
+TortureSession::TortureSession(const TortureOptions& options)
+    : options_(options),
+      programs_(program_folder()),
+      runtime_dir_("HAPTICD_RUNTIME_DIR", options.folder + "/run"),
+      libexec_("HAPTICD_LIBEXEC", options.folder + "/programs"),
+      witness_(options.realtime),
+      normal_witness_(false),
+      reader_(options.folder + "/received.csv") {
+  fs::create_directories(options_.folder);
+  link_programs(programs_);
+  start_emulator();
+  start_hapticd();
+  start_recorder();
+  if (!wait_whole(now_ns(), kStartNs)) {
+    throw std::runtime_error(
+        "the session does not get as far as a force; its programs said last: " +
+        last_lines(options_.folder + "/said"));
+  }
+}
+
+TortureSession::~TortureSession() {
+  stop();
+}
+
+/// A folder of programs in which the faulty contact stands in for the real one.
+void TortureSession::link_programs(const std::string& from) const {
+  const std::string to = options_.folder + "/programs";
+  fs::create_directories(to);
+  const auto link = [&](const std::string& name, const std::string& target) {
+    if (access(target.c_str(), X_OK) != 0) {
+      throw std::runtime_error(target + ": is missing; build it (cmake --build …)");
+    }
+    fs::create_symlink(target, to + "/" + name);
+  };
+  for (const char* name : {"hapticd", "hapt", "haptic-servo", "haptic-sim", "haptic-emulator"}) {
+    link(name, from + "/" + name);
+  }
+  link("haptic-contact", from + "/haptic-faulty-contact");
+  if (const std::string stress = find_on_path("stress-ng"); !stress.empty()) {
+    link("stress-ng", stress);
+  }
+}
+
+std::string TortureSession::write_config() const {
+  const ForceRules r = rules();
+  std::string path = options_.folder + "/torture.toml";
+  std::ofstream(path)
+      << "[session]\nname = \"" << name_
+      << "\"\nrealtime = " << (options_.realtime ? "true" : "false")
+      << "\n[device]\nkind = \"woodenhaptics\"\nmax_force = \"5 N\"\nmax_damping = \""
+      << r.max_damping << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
+      << "/device\"\n[coupling]\nstiffness = \"" << r.stiffness
+      << " N/m\"\n[safety]\narmed_at_start = true\nmax_force = \"" << r.max_force
+      << " N\"\nsoft_start = \"" << r.soft_start << " s\"\nslew = \"" << r.slew
+      << " N/s\"\n[[object]]\nname = \"block\"\nprimitive = \"box\"\n"
+         "extent = [\"200 mm\", \"200 mm\", \"40 mm\"]\n"
+         "position = [\"0 mm\", \"0 mm\", \"-20 mm\"]\n";
+  return path;
+}
+
+void TortureSession::start_emulator() {
+  std::vector<std::string> words = kPressingHand;
+  words.insert(words.end(),
+               {"--link", options_.folder + "/device", "--log", options_.folder + "/received.csv"});
+  if (options_.realtime) words.push_back("--realtime");
+  emulator_ = std::make_unique<SessionProcess>("haptic-emulator", words, options_.folder + "/said");
+  const int64_t give_up_ns = now_ns() + kStartNs;
+  while (!fs::is_symlink(options_.folder + "/device")) {
+    if (emulator_->exit_code() || now_ns() > give_up_ns) {
+      throw std::runtime_error("haptic-emulator did not start; what it said is in " +
+                               options_.folder + "/said");
+    }
+    sleep_until(now_ns() + kLookNs);
+  }
+}
+
+void TortureSession::start_hapticd() {
+  hapticd_ = std::make_unique<SessionProcess>("hapticd", std::vector<std::string>{write_config()},
+                                              options_.folder + "/said");
+  if (watch_) unseen_ += watch_->lost();
+  watch_.reset();
+  for (const int64_t give_up_ns = now_ns() + kStartNs; !watch_; sleep_until(now_ns() + kLookNs)) {
+    if (hapticd_->exit_code() || now_ns() > give_up_ns) {
+      throw std::runtime_error("hapticd did not start; what it said is in " + options_.folder +
+                               "/said");
+    }
+    try {
+      FileDescriptor socket = connect_session(name_);
+      if (peer_of(socket).hapticd == hapticd_->pid()) {
+        watch_ = std::make_unique<Watch>(std::move(socket));
+      }
+    } catch (const HandoutError&) {
+      // not yet
+    }
+  }
+}
+
+void TortureSession::start_recorder() {
+  if (options_.recording.empty()) return;
+  const std::string number = parts_.empty() ? "" : "-" + std::to_string(parts_.size() + 1);
+  parts_.push_back({options_.recording + number + ".mcap"});
+  recorder_ =
+      std::make_unique<SessionProcess>("hapt",
+                                       std::vector<std::string>{"record", "-o", parts_.back().path,
+                                                                "--overwrite", "--session", name_},
+                                       options_.folder + "/said");
+  recorder_waits_.emplace(recorder_->pid());
+}
+
+/// What has been seen by now its recorder must have, what comes it need not.
+void TortureSession::end_part() {
+  if (!recorder_ || parts_.back().n_seen != RecordingPart::kRuns) return;
+  watch_->drain(published_);
+  parts_.back().n_seen = published_.size();
+}
+
+void TortureSession::kill_recorder() {
+  if (!recorder_) return;
+  end_part();
+  RecordingPart& part = parts_.back();
+  part.killed_ns = now_ns();
+  recorder_waits_->look(part.killed_ns);
+  recorder_->kill();
+  const int64_t since_ns = part.killed_ns - kStallsNs;
+  part.stalls = merge_stalls(stalls_of_starts(since_ns), recorder_waits_->stalls(since_ns));
+}
+
+int64_t TortureSession::kill_hapticd() {
+  // before: the recorder ends with its session, the servo publishes a little longer
+  end_part();
+  hapticd_->send(SIGKILL);
+  const int64_t killed_ns = now_ns();
+  hapticd_->kill();
+  return killed_ns;
+}
+
+void TortureSession::restart_hapticd() {
+  start_hapticd();
+  // the one before has ended with its session
+  if (recorder_) recorder_->stop();
+  start_recorder();
+}
+
+void TortureSession::stop() {
+  end_part();
+  for (auto* process : {&recorder_, &hapticd_, &emulator_}) {
+    if (!*process) continue;
+    (*process)->send(SIGCONT);
+    (*process)->stop();
+    if (watch_) watch_->drain(published_);
+  }
+}
+
+void TortureSession::update() {
+  watch_->drain(published_);
+  reader_.read(records_);
+  if (recorder_waits_) recorder_waits_->look(now_ns());
+  if (emulator_->exit_code()) {
+    throw std::runtime_error("haptic-emulator has ended; what it said is in " + options_.folder +
+                             "/said");
+  }
+}
+
+void TortureSession::pause(int64_t duration_ns) {
+  wait_until([] { return false; }, duration_ns);
+}
+
+bool TortureSession::wait_until(const std::function<bool()>& condition, int64_t patience_ns) {
+  const int64_t give_up_ns = now_ns() + patience_ns;
+  for (update(); !condition(); update()) {
+    if (now_ns() >= give_up_ns) return false;
+    sleep_until(now_ns() + kLookNs);
+  }
+  return true;
+}
+
+std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patience_ns) {
+  std::optional<int64_t> whole_ns;
+  int64_t look_ns = 0;
+  wait_until(
+      [&] {
+        if (now_ns() < look_ns) return false;
+        look_ns = now_ns() + kJudgeNs;
+        whole_ns = whole_again(rules(), records_since(from_ns - kContextNs), from_ns);
+        return whole_ns.has_value();
+      },
+      patience_ns);
+  return whole_ns;
+}
+
+std::span<const EmulatorRecord> TortureSession::records_since(int64_t t_ns) const {
+  const auto first = std::find_if(records_.begin(), records_.end(),
+                                  [&](const EmulatorRecord& r) { return r.t_ns >= t_ns; });
+  return {first, records_.end()};
+}
+
+void TortureSession::forget_before(int64_t t_ns) {
+  std::erase_if(records_, [&](const EmulatorRecord& r) { return r.t_ns < t_ns; });
+}
+
+std::vector<Stall> TortureSession::stalls(int64_t since_ns, bool emulator_too) const {
+  std::vector<Stall> of_emulator;
+  if (emulator_too) of_emulator = emulator_stalls(records_since(since_ns));
+  return merge_stalls(witness_.stalls(since_ns), of_emulator);
+}
+
+std::string TortureSession::ask(const std::string& line) const {
+  try {
+    return say_to_session(name_, line);
+  } catch (const HandoutError& error) {
+    return std::string("error: ") + error.what();
+  }
+}
+
+}  // namespace haptic

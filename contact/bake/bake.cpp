@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake/bake.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+
+#include "contact/bake/cache.h"
+#include "contact/bake/eye.h"
+#include "contact/bake/grid.h"
+#include "contact/bake/read.h"
+#include "contact/bake/repair.h"
+#include "contact/shape/baked/file.h"
+#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/mesh/mesh_topology.h"
+#include "proto/config/config_shape.h"
+#include "proto/config/quantity.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kEyeTriangles = 20000;
+constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
+// what is less is 0, so that the fourth powers of lengths, which normals take, do not vanish [m]
+constexpr double kSmallestCoordinate = 1e-40;
+constexpr char kGridMark = '\t';  // begins the lines of the report that explain the grid
+constexpr std::string_view kPrimitive = "primitive:";
+
+std::string millimetres(double metres) {
+  std::ostringstream text;
+  text << 1e3 * metres << " mm";
+  return text.str();
+}
+
+std::string unit_name(double unit) {
+  if (unit == 1e-3) return "'mm'";
+  if (unit == 1e-2) return "'cm'";
+  if (unit == 1) return "'m'";
+  if (unit == 0.0254) return "'inch'";
+  return "of " + millimetres(unit);
+}
+
+/// Of the points that faces use.
+struct Extent {
+  double longest = 0;   // side of the bounding box
+  double furthest = 0;  // coordinate, without its sign
+};
+
+/// In file units.
+Extent extent_of(const PolygonSoup& soup, const std::string& file) {
+  Vec3 lower, upper;
+  bool first = true;
+  for (const auto& polygon : soup.polygons) {
+    for (const size_t i : polygon) {
+      const Vec3& v = soup.points[i];
+      lower = first ? v : component_min(lower, v);
+      upper = first ? v : component_max(upper, v);
+      first = false;
+    }
+  }
+  const Vec3 side = upper - lower;
+  const double longest = std::max({side.x, side.y, side.z});
+  if (first || !(longest > 0))
+    throw MeshError(file + ": no triangle has an area; export a surface");
+  const Vec3 reach = component_max(upper, -lower);
+  return {longest, std::max({reach.x, reach.y, reach.z})};
+}
+
+/// Coordinates that no double resolves, and sides whose areas vanish in rounding, are a wrong unit.
+void check_extent(const Extent& extent, double scale, const std::string& file) {
+  const auto metres = [](double length) { return quantity_text(length, Dimension::kLength); };
+  const std::string mend =
+      " at unit " + unit_name(scale) + "; state the right unit, or unit = \"any\" and a size";
+  // written so that what overflows is refused
+  if (!(scale * extent.furthest <= kMostLength && std::isfinite(extent.longest))) {
+    throw MeshError(file + ": its largest coordinate is " + number_text(extent.furthest) +
+                    ", at most " + number_text(kMostLength / scale) + " (" + metres(kMostLength) +
+                    ") is allowed" + mend);
+  }
+  // a mesh that is scaled to the least size is that but for rounding
+  if (!(scale * extent.longest >= (1 - kSizeTolerance) * kMeshSizes.min)) {
+    throw MeshError(file + ": its longest side is " + number_text(extent.longest) + ", at least " +
+                    number_text(kMeshSizes.min / scale) + " (" + metres(kMeshSizes.min) +
+                    ") is wanted" + mend);
+  }
+}
+
+/// File units to metres. Without a stated size there is nothing to compare with; without unit and
+/// size the numbers are metres.
+void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& report) {
+  const Extent extent = extent_of(soup, report.file);
+  const double longest = extent.longest;
+  const bool any_unit = object.unit == 0 && object.size > 0;
+  const double scale = any_unit ? object.size / longest : object.unit > 0 ? object.unit : 1;
+  check_extent(extent, scale, report.file);
+  report.size = scale * longest;
+  if (object.size > 0 && std::fabs(report.size - object.size) > kSizeTolerance * object.size) {
+    throw MeshError(report.file + ": states size " + millimetres(object.size) +
+                    " but the file at unit " + unit_name(object.unit) + " is " +
+                    millimetres(report.size) +
+                    ": correct unit or size, or unit = \"any\" to scale");
+  }
+  for (Vec3& p : soup.points) {
+    for (int k = 0; k < 3; ++k) {
+      p[k] *= scale;
+      if (std::fabs(p[k]) < kSmallestCoordinate) p[k] = 0;
+    }
+  }
+}
+
+/// The report as text: a line of numbers, then its lines.
+std::string write_report(const BakeReport& r) {
+  std::ostringstream text;
+  text.precision(17);
+  text << r.vertices << " " << r.triangles << " " << r.closed << " " << r.components << " "
+       << r.border_edges << " " << r.degenerate_removed << " " << r.duplicate_removed << " "
+       << r.non_manifold_split << " " << r.self_intersections << " " << r.reoriented << " "
+       << r.size << "\n";
+  for (const std::string& line : r.lines) text << line << "\n";
+  for (const std::string& line : r.grid) text << kGridMark << line << "\n";
+  return text.str();
+}
+
+BakeReport read_report(std::span<const char> notes, const std::string& file) {
+  std::istringstream text(std::string(notes.data(), notes.size()));
+  BakeReport r;
+  r.file = file;
+  text >> r.vertices >> r.triangles >> r.closed >> r.components >> r.border_edges >>
+      r.degenerate_removed >> r.duplicate_removed >> r.non_manifold_split >> r.self_intersections >>
+      r.reoriented >> r.size;
+  std::string line;
+  std::getline(text, line);
+  while (std::getline(text, line)) {
+    const bool of_grid = line.starts_with(kGridMark);
+    (of_grid ? r.grid : r.lines).push_back(line.substr(of_grid ? 1 : 0));
+  }
+  return r;
+}
+
+BakedShape make_shape(std::span<const std::byte> bytes, std::shared_ptr<const void> storage,
+                      uint64_t key, const std::string& file) {
+  const BakedContent content = view_baked(bytes, key, run_on_two_threads);
+  return {content.shape,
+          content.eye_vertices,
+          content.eye_normals,
+          content.eye_triangles,
+          read_report(content.notes, file),
+          std::move(storage)};
+}
+
+/// Everything from the soup in file units to the block that is mapped later.
+std::vector<std::byte> bake_bytes(PolygonSoup soup, const ShapeConfig& object,
+                                  const std::string& file, uint64_t key) {
+  BakeReport report;
+  report.file = file;
+  check_soup(soup, file);
+  scale_to_metres(soup, object, report);
+  Soup clean = repair_soup(std::move(soup), object.allow_open != 0, report);
+  const MeshData mesh = build_mesh(std::move(clean.vertices), std::move(clean.triangles));
+  const SearchStructures built = build_search_structures(mesh.view());
+  report.grid = built.grid.lines;
+  const MeshData eye = build_eye_mesh(mesh.view(), kEyeTriangles);
+  const std::string notes = write_report(report);
+  return write_baked(
+      {{mesh.view(), built.tree.view(), built.grid.grid.view(), built.patches.view()},
+       eye.vertices,
+       eye.vertex_normals,
+       eye.triangles,
+       {notes.data(), notes.size()}},
+      key);
+}
+
+BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std::string& file) {
+  const auto storage = std::make_shared<std::vector<std::byte>>(std::move(bytes));
+  return make_shape(*storage, storage, key, file);
+}
+
+uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& path,
+                     const ShapeConfig& object) {
+  std::ostringstream options;
+  // which sizes are accepted belongs to it: a version that took any of them may have filled the
+  // cache
+  options << std::hexfloat << object.unit << " " << object.size << " " << object.allow_open << " "
+          << kMeshSizes.min << " " << kMeshSizes.max << " " << kBakeVersion << " "
+          << std::filesystem::path(path).extension().string();
+  const std::string text = options.str();
+  return hash_bytes(file_bytes, hash_bytes(std::as_bytes(std::span(text))));
+}
+
+/// The cached shape, or nothing and, where a cache file was unusable, why.
+bool open_cache(const std::string& path, uint64_t key, const std::string& file, BakedShape& shape,
+                std::string& problem) {
+  if (std::error_code error; !std::filesystem::exists(path, error)) return false;
+  try {
+    const MappedFile mapped = map_cached(path);
+    shape = make_shape(mapped.bytes, mapped.storage, key, file);
+    shape.report.from_cache = true;
+    return true;
+  } catch (const std::runtime_error& error) {
+    problem = unusable_cache(path, error.what());
+    return false;
+  }
+}
+
+PartGrid grid_of(const PartConfig& part) {
+  return {part.around, part.along};
+}
+
+/// A part of a machine; empty where it is none.
+Soup make_part(std::string_view kind, const PartConfig& p) {
+  const PegAndHole fit{p.diameter, p.length, p.clearance, p.block};
+  const BoltAndNut thread{p.diameter, p.pitch, p.depth, p.length, p.height, p.width, p.clearance};
+  if (kind == "peg") return make_peg(fit, grid_of(p));
+  if (kind == "hole") return make_hole(fit, grid_of(p));
+  if (kind == "gear")
+    return make_gear({p.teeth, p.module, p.width, p.bore, p.backlash}, grid_of(p));
+  if (kind == "bolt") return make_bolt(thread, grid_of(p));
+  if (kind == "nut") return make_nut(thread, grid_of(p));
+  return {};
+}
+
+BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind) {
+  Soup soup;
+  if (kind == "box") {
+    soup = make_box(object.extent);
+  } else if (kind == "sphere") {
+    soup = make_icosphere(0.5 * object.size, object.subdivisions);
+  } else {
+    soup = make_part(kind, object.part);
+  }
+  if (soup.triangles.empty()) {
+    throw MeshError(std::string(kPrimitive) + std::string(kind) +
+                    ": unknown primitive; use primitive:box, sphere, peg, hole, gear, bolt or nut");
+  }
+  // made in metres: there is no file to disagree with
+  ShapeConfig metres = object;
+  metres.unit = metres.size = 0;
+  return bake_soup(soup.vertices, soup.triangles, metres);
+}
+
+MappedFile open_mesh(const std::string& path) {
+  try {
+    return map_file(path);
+  } catch (const std::runtime_error& error) {
+    throw MeshError(path + ": " + error.what() + "; check the path");
+  }
+}
+
+/// From the cache, else read, checked and put there.
+BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_t memory_limit) {
+  const MappedFile file = open_mesh(path);
+  const uint64_t key = content_key(file.bytes, path, object);
+  const std::string cached = cache_path(key);
+  BakedShape shape;
+  std::string problem;
+  if (open_cache(cached, key, path, shape, problem)) return shape;
+
+  const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+  std::vector<std::byte> bytes = bake_bytes(read_mesh(text, path, memory_limit), object, path, key);
+  const std::string refused = write_atomically(cached, bytes);
+  shape = shape_in_memory(std::move(bytes), key, path);
+  // about this run, not about the mesh: after what is kept
+  if (!problem.empty()) shape.report.lines.push_back(problem);
+  if (!refused.empty()) shape.report.lines.push_back(unwritable_cache(refused));
+  return shape;
+}
+
+}  // namespace
+
+BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit) {
+  const std::string name(view(object.mesh));
+  return shape_in_memory(bake_bytes(read_mesh(bytes, name, memory_limit), object, name, 0), 0,
+                         name);
+}
+
+BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
+                     const ShapeConfig& object) {
+  PolygonSoup soup;
+  soup.points = vertices;
+  soup.polygons.reserve(triangles.size());
+  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
+  const std::string name = view(object.mesh).empty()
+                               ? std::string("mesh '") + std::string(view(object.name)) + "'"
+                               : std::string(view(object.mesh));
+  return shape_in_memory(bake_bytes(std::move(soup), object, name, 0), 0, name);
+}
+
+BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit) {
+  const std::string path(view(object.mesh));
+  try {
+    if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));
+    return bake_file(object, path, memory_limit);
+  } catch (const std::bad_alloc&) {
+    throw MeshError(path +
+                    ": there is not enough memory to prepare it; use a coarser mesh, or set "
+                    "mesh_memory_limit to what this machine can spare");
+  }
+}
+
+}  // namespace haptic

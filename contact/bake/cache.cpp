@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake/cache.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <boost/interprocess/file_mapping.hpp>
+#include <boost/interprocess/mapped_region.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "contact/bake/bake.h"
+#include "proto/os/environment.h"
+#include "proto/os/file_descriptor.h"
+#include "proto/os/regular_file.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+namespace ipc = boost::interprocess;
+
+}  // namespace
+
+std::string cache_folder() {
+  if (std::string own = environment("HAPTICD_CACHE"); !own.empty()) return own;
+  if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty()) return xdg + "/hapticd";
+  if (const std::string home = environment("HOME"); !home.empty()) return home + "/.cache/hapticd";
+  // a service: what lies in /tmp under a name that all know may be anybody's
+  return geteuid() == 0
+             ? "/var/cache/hapticd"
+             : fs::temp_directory_path() / ("hapticd-cache-" + std::to_string(geteuid()));
+}
+
+std::string cache_path(uint64_t key) {
+  std::ostringstream name;
+  name << cache_folder() << "/" << std::hex << key << ".baked";
+  return name.str();
+}
+
+namespace {
+
+/// Maps this very file, whatever lies under its name by now.
+MappedFile map_descriptor(const FileDescriptor& descriptor) {
+  try {
+    const std::string path = "/proc/self/fd/" + std::to_string(descriptor.get());
+    const ipc::file_mapping file(path.c_str(), ipc::read_only);
+    const auto region = std::make_shared<ipc::mapped_region>(file, ipc::read_only);
+    return {{static_cast<const std::byte*>(region->get_address()), region->get_size()}, region};
+  } catch (const ipc::interprocess_exception& refused) {
+    throw std::runtime_error(refused.what());
+  }
+}
+
+/// Why a file or folder may be somebody else's work; empty: it is ours.
+std::string distrust(const struct stat& status) {
+  if (status.st_uid != geteuid() && status.st_uid != 0) {
+    return "it belongs to user " + std::to_string(status.st_uid);
+  }
+  return (status.st_mode & 022) != 0 ? "others may write it" : "";
+}
+
+std::string distrust_folder(const std::string& folder) {
+  struct stat name {
+  }, status{};
+  if (lstat(folder.c_str(), &name) != 0 || stat(folder.c_str(), &status) != 0) {
+    return std::strerror(errno);
+  }
+  if (name.st_uid != geteuid() && name.st_uid != 0) return "it is a link of another user";
+  return S_ISDIR(status.st_mode) ? distrust(status) : "it is no folder";
+}
+
+/// Writes all of it; false with errno set.
+bool write_all(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes = bytes.subspan(static_cast<size_t>(n));
+  }
+  return true;
+}
+
+}  // namespace
+
+MappedFile map_file(const std::string& path) {
+  const RegularFile file = open_regular_file(path);
+  if (!file.problem.empty()) throw std::runtime_error(file.problem);
+  return file.size == 0 ? MappedFile{} : map_descriptor(file.descriptor);
+}
+
+MappedFile map_cached(const std::string& path) {
+  const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  struct stat status {};
+  if (!file.is_open() || fstat(file.get(), &status) != 0) {
+    throw std::runtime_error(std::strerror(errno));
+  }
+  if (!S_ISREG(status.st_mode)) throw std::runtime_error("it is no file");
+  if (const std::string why = distrust(status); !why.empty()) throw std::runtime_error(why);
+  if (status.st_size == 0) return {};
+  return map_descriptor(file);
+}
+
+std::string write_atomically(const std::string& path, std::span<const std::byte> bytes) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code error;
+  if (fs::create_directories(folder, error)) {
+    fs::permissions(folder, fs::perms::owner_all, error);
+  }
+  if (error) return error.message();
+  if (const std::string why = distrust_folder(folder); !why.empty()) return why;
+  std::string temporary = path + ".XXXXXX";
+  const FileDescriptor file(mkostemp(temporary.data(), O_CLOEXEC));
+  if (!file.is_open()) return std::string("cannot write there: ") + std::strerror(errno);
+  if (write_all(file.get(), bytes) && rename(temporary.c_str(), path.c_str()) == 0) return {};
+  std::string reason = std::strerror(errno);
+  unlink(temporary.c_str());
+  return reason;
+}
+
+std::string unusable_cache(const std::string& path, const std::string& why) {
+  return "cache " + path + " was unusable (" + why + "): baked again";
+}
+
+std::string unwritable_cache(const std::string& why) {
+  return "cache folder " + cache_folder() + " cannot be written (" + why +
+         "): baked at every start; set HAPTICD_CACHE";
+}
+
+}  // namespace haptic

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact/shape/tree/grid_cost.h"
+#include "contact/shape/tree/hash_grid.h"
+#include "contact/shape/tree/patch_tree.h"
+
+namespace haptic {
+
+/// Runs the first on a thread of its own; what either throws is thrown here.
+void run_on_two_threads(const std::function<void()>& first, const std::function<void()>& second);
+
+/// Times the parts of a query on this machine, once a process [s].
+const QueryCosts& measured_costs();
+
+/// A grid with the cell size that the measured costs favour, and how that came about, a line each.
+struct ExplainedGrid {
+  HashGridData grid;
+  std::vector<std::string> lines;
+};
+ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree);
+
+/// All that queries search a mesh by, built on two threads.
+struct SearchStructures {
+  ObbTreeData tree;
+  ExplainedGrid grid;
+  PatchTreeData patches;
+};
+SearchStructures build_search_structures(const TriangleMesh& mesh);
+
+}  // namespace haptic

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake/session.h"
+
+namespace haptic {
+namespace {
+
+BakedShape bake_told(const ShapeConfig& shape, uint64_t memory_limit, const BakeTold& told) {
+  told.begin(std::string(view(shape.mesh)));
+  BakedShape baked = bake_object(shape, memory_limit);
+  for (const std::string& line : baked.report.lines) told.finding(line);
+  return baked;
+}
+
+using BakeVolume = BakedVolume (&)(const BakedShape&, const VoxelConfig&, const BakeProgress&);
+
+BakedVolume bake_told(BakeVolume bake, const BakedShape& shape, const VoxelConfig& options,
+                      const BakeTold& told) {
+  told.begin("the voxels of " + shape.report.file);
+  BakedVolume volume = bake(shape, options, told.progress);
+  for (const std::string& line : volume.lines) told.finding(line);
+  return volume;
+}
+
+}  // namespace
+
+ContactShapes BakedSession::shapes() const {
+  ContactShapes shapes;
+  for (const BakedShape& object : objects) shapes.objects.push_back(object.shape);
+  if (tool) shapes.bodies.tool = tool->shape;
+  for (const BakedVolume& volume : volumes) {
+    shapes.bodies.volumes.push_back({volume.content.map, volume.content.field});
+  }
+  if (shell) shapes.bodies.shell = shell->content.shell;
+  return shapes;
+}
+
+BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
+  BakedSession session;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    session.objects.push_back(bake_told(config.objects[i], config.mesh_memory_limit, told));
+  }
+  if (view(config.tool.mesh).empty()) return session;
+  session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
+  if (config.renderer != Renderer::kVoxel && config.voxel.is_wanted == 0) return session;
+  for (const BakedShape& object : session.objects) {
+    session.volumes.push_back(bake_told(bake_obstacle, object, config.voxel, told));
+  }
+  session.shell = bake_told(bake_tool, *session.tool, config.voxel, told);
+  return session;
+}
+
+}  // namespace haptic

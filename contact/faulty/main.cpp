@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// haptic-faulty-contact: haptic-contact that spoils its answers when it is told to. For the tests
+// and hapt torture; no session starts it unless HAPTICD_LIBEXEC names a folder where it stands in
+// for haptic-contact.
+#include <limits>
+#include <random>
+
+#include "contact/faulty/fault_order.h"
+#include "contact/loop.h"
+#include "proto/os/queued_order.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kLookNs = 1'000'000;  // for orders and the end, while an answer is held back
+
+ContactFault in_force = ContactFault::kHealthy;
+
+void look_for_orders() {
+  if (const int order = take_order(); order != 0) in_force = static_cast<ContactFault>(order);
+}
+
+void spoil(ContactSet& answer, double value) {
+  for (uint32_t i = 0; i < answer.n_contacts; ++i) {
+    answer.contacts[i].object_point_O = {value, value, value};
+    answer.contacts[i].normal_O = {value, value, value};
+    answer.contacts[i].extent = value;
+  }
+  answer.X_WG.p = {value, value, value};
+  in_force = ContactFault::kHealthy;
+}
+
+/// Finite, plausible and wrong: each plane up to 20 mm from where it is, turned by up to 60°.
+void lie(ContactSet& answer) {
+  static std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  constexpr double kOff = 20e-3;  // [m]
+  for (uint32_t i = 0; i < answer.n_contacts; ++i) {
+    Contact& plane = answer.contacts[i];
+    plane.object_point_O += kOff * unit(random) * plane.normal_O;
+    const Vec3 tilt{unit(random), unit(random), unit(random)};
+    plane.normal_O = plane.shading_normal_O = normalized(plane.normal_O + 0.5 * tilt);
+  }
+}
+
+/// How many times slower than the servo an answer is; 0: as fast as it can.
+int64_t slowness() {
+  if (in_force == ContactFault::kTenTimes) return 10;
+  return in_force == ContactFault::kThousandTimes ? 1000 : 0;
+}
+
+/// Its heart goes on beating: hapticd would replace one that hangs, and this is the worse case.
+void hold_back(Child<ContactChannels>& child) {
+  const int64_t begin_ns = now_ns();
+  const int64_t period = period_ns(child.config().servo_rate);
+  while (!child.stopping() && now_ns() < begin_ns + slowness() * period) {
+    sleep_until(now_ns() + kLookNs);
+    child.segment().beat(child.segment().header().heartbeat.load() + 1, now_ns());
+    look_for_orders();
+  }
+}
+
+void publish(Child<ContactChannels>& child, ContactSet& answer) {
+  look_for_orders();
+  hold_back(child);
+  if (in_force == ContactFault::kNaN) spoil(answer, std::numeric_limits<double>::quiet_NaN());
+  if (in_force == ContactFault::kInfinity) spoil(answer, std::numeric_limits<double>::infinity());
+  if (in_force == ContactFault::kLies) lie(answer);
+  child.channels().sets.publish(answer);
+}
+
+int run(const ChildArguments& arguments) {
+  catch_orders();
+  return run_contact(arguments, publish);
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) {
+  return haptic::run_child(argc, argv, haptic::run);
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contact/shape/baked/mesh_shape.h"
+
+namespace haptic {
+
+struct SegmentHit {
+  bool hit = false;
+  double t = 1;  // fraction of the way from → to, in [0, 1]
+  uint32_t triangle = 0;
+};
+
+/// What the query before found: the likely answer of the next one. Only a hint, and harmless when
+/// it is wrong, stale or of another mesh.
+struct SegmentWitness {
+  uint32_t triangle = kNoFace;
+  size_t slot = 0;  // of the grid: the cell where the search ended, in place of a node of a tree
+};
+
+/// First triangle that the segment from → to (both in O) enters through its front side
+/// (n·(to−from) < 0). Each vertex is projected along the segment with one rounding that all its
+/// triangles share; on these points the edge volumes have exact signs and are exactly
+/// antisymmetric, so no segment slips between two triangles that share an edge or a vertex (after
+/// Woop, Benthin, Wald 2013, with the sign decided by the remainders where theirs is zero). A
+/// zero-length segment hits nothing. Ties go to the lower triangle index.
+///
+/// H-Collide (Gregory, Lin, Gottschalk, Taylor 2000): the witness first, then the cells along the
+/// segment with the boxes in each, up to the first hit; long segments and meshes without a grid
+/// take the OBB tree. Boxes are tested in small numbers, rounded so that none is missed.
+SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O,
+                     SegmentWitness& witness);
+
+/// Without a witness; the same answer.
+SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
+
+/// The other columns of the paper's table; the same answers, for comparison.
+enum class SegmentSearch {
+  kHybrid,  // first_hit
+  kGrid,    // every triangle of every cell along the segment
+  kTree,    // the OBB tree from its root
+  kNaive    // the same tree by the spheres around its boxes, not ended by a hit
+};
+SegmentHit first_hit_by(SegmentSearch search, const MeshShape& shape, const Vec3& from_O,
+                        const Vec3& to_O);
+
+/// Cells along a segment whose memory is asked for before the first is waited for.
+inline constexpr size_t kAhead = 4;
+
+/// Segment against one triangle; the same arithmetic as first_hit. t is meaningful where true.
+bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a, const Vec3& b,
+                             const Vec3& c, double& t);
+
+/// Whether the segment meets the box; in floats, and a segment that passes it by less than
+/// 1e-5 of the largest coordinate may count as meeting it.
+bool segment_meets_box(const Vec3& from_O, const Vec3& to_O, const CompactObb& box);
+
+/// The parts of first_hit one by one, on segments through the surface of a mesh, for whoever times
+/// them. Each returns something that depends on all the work.
+class SegmentCostProbe {
+ public:
+  /// The shape must live longer; it has a grid.
+  explicit SegmentCostProbe(const MeshShape& shape) : shape_(shape) {}
+  uint64_t look_up(size_t i) const;        // one cell of a walk, found
+  uint64_t test_batch(size_t i) const;     // eight thin boxes
+  uint64_t test_triangle(size_t i) const;  // one triangle
+
+ private:
+  MeshShape shape_;
+};
+
+}  // namespace haptic

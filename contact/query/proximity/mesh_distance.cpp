@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/proximity/mesh_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "contact/query/box/box_distance.h"
+
+namespace haptic {
+namespace {
+
+struct Branch {
+  NodePair nodes;
+  double at_least;
+};
+
+}  // namespace
+
+MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                           const DistanceSearch& search) {
+  const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
+  MeshDistance result;
+  if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB)) return result;
+  const BoxDistance boxes(X_AB);
+  const auto apart = [&](const NodePair& pair) {
+    return boxes.at_least(tree_A.nodes[pair.a].box, tree_B.nodes[pair.b].box);
+  };
+  result.at_least = search.limit;
+  DistanceBatch batch;
+  std::array<TrianglePair, DistanceBatch::kRoom> pairs;
+  const auto add = [&](const TrianglePair& pair) {
+    pairs[batch.n] = pair;
+    batch.add(corners_of(shape_A.mesh, pair.a), corners_of(shape_B.mesh, pair.b));
+  };
+  const auto measure_added = [&] {
+    measure(X_AB, batch);
+    for (size_t i = 0; i < batch.n; ++i) {
+      const double distance = std::sqrt(batch.distance_squared[i]);
+      if (!(distance < result.at_least)) continue;
+      result.found = true;
+      result.nearest = {pairs[i], measured(batch, i)};
+      result.at_least = distance;
+    }
+    batch.n = 0;
+  };
+  if (search.witness != nullptr) {
+    add(*search.witness);
+    measure_added();
+  }
+  const auto is_too_near = [&] { return result.found && result.at_least < search.least; };
+  // each level opens one branch into two
+  std::array<Branch, 2 * kMaxTreeDepth + 2> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = {{0, 0}, apart({0, 0})};
+  while (n_waiting > 0 && result.n_boxes < search.most_boxes && !is_too_near()) {
+    const Branch branch = waiting[--n_waiting];
+    if (!(branch.at_least < search.share * result.at_least)) continue;
+    const ObbNode &a = tree_A.nodes[branch.nodes.a], &b = tree_B.nodes[branch.nodes.b];
+    if (a.count > 0 && b.count > 0) {
+      for (uint32_t j = 0; j < b.count; ++j) {
+        for (uint32_t i = 0; i < a.count; ++i) {
+          add({tree_A.order[a.first + i], tree_B.order[b.first + j]});
+        }
+      }
+      measure_added();
+      continue;
+    }
+    std::array<NodePair, 2> halves = opened(branch.nodes, tree_A, tree_B);
+    Branch first{halves[0], apart(halves[0])}, second{halves[1], apart(halves[1])};
+    if (first.at_least < second.at_least) std::swap(first, second);
+    result.n_boxes += 2;
+    waiting[n_waiting++] = first;
+    waiting[n_waiting++] = second;
+  }
+  if (is_too_near()) {
+    result.at_least = 0;
+    return result;
+  }
+  result.at_least *= search.share;
+  while (n_waiting > 0) result.at_least = std::min(result.at_least, waiting[--n_waiting].at_least);
+  return result;
+}
+
+}  // namespace haptic

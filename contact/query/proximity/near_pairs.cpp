@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/proximity/near_pairs.h"
+
+#include <cmath>
+
+#include "contact/query/box/box_distance.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kAll = ~size_t{0};
+
+/// Pairs that wait for their distances.
+struct Waiting {
+  DistanceBatch batch;
+  std::array<TrianglePair, DistanceBatch::kRoom> pairs;
+};
+
+/// Calls on_near for each near pair until it returns false.
+template <class OnNear>
+bool measure_waiting(Waiting& waiting, const Pose& X_AB, double band, OnNear&& on_near) {
+  DistanceBatch& batch = waiting.batch;
+  measure(X_AB, batch);
+  for (size_t i = 0; i < batch.n; ++i) {
+    if (batch.distance_squared[i] > band * band) continue;
+    if (!on_near(waiting.pairs[i], batch, i)) return false;
+  }
+  batch.n = 0;
+  return true;
+}
+
+/// False where it was ended before it had seen all, by on_near or for the number of boxes.
+template <class OnNear>
+bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
+             size_t most_boxes, OnNear&& on_near) {
+  const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
+  const bool is_band = std::isfinite(band) && band >= 0;
+  if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB) || !is_band) return true;
+  const BoxDistance boxes(X_AB);
+  Waiting found;
+  const auto wait = [&](const ObbNode& a, const ObbNode& b) {
+    for (uint32_t j = 0; j < b.count; ++j) {
+      const uint32_t triangle_b = tree_B.order[b.first + j];
+      for (uint32_t i = 0; i < a.count; ++i) {
+        const uint32_t triangle_a = tree_A.order[a.first + i];
+        found.pairs[found.batch.n] = {triangle_a, triangle_b};
+        found.batch.add(corners_of(shape_A.mesh, triangle_a), corners_of(shape_B.mesh, triangle_b));
+      }
+    }
+  };
+  std::array<NodePair, kMaxWaitingPairs> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = {0, 0};
+  for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
+    if (n_boxes == most_boxes) return false;
+    const NodePair pair = waiting[--n_waiting];
+    const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
+    if (boxes.at_least(a.box, b.box) > band) continue;
+    if (a.count > 0 && b.count > 0) {
+      wait(a, b);
+      const bool has_room = found.batch.n + kLeafTriangles * kLeafTriangles <= DistanceBatch::kRoom;
+      if (!has_room && !measure_waiting(found, X_AB, band, on_near)) return false;
+      continue;
+    }
+    for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
+  }
+  return measure_waiting(found, X_AB, band, on_near);
+}
+
+}  // namespace
+
+size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
+                  std::span<NearPair> out) {
+  size_t found = 0;
+  descend(shape_A, shape_B, X_AB, band, kAll,
+          [&](const TrianglePair& pair, const DistanceBatch& batch, size_t i) {
+            if (found < out.size()) out[found] = {pair, measured(batch, i)};
+            ++found;
+            return true;
+          });
+  return found;
+}
+
+AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                       double band, size_t most_boxes, TrianglePair& found) {
+  bool is_found = false;
+  const auto keep = [&](const TrianglePair& pair, const DistanceBatch&, size_t) {
+    found = pair;
+    is_found = true;
+    return false;
+  };
+  const bool is_whole = descend(shape_A, shape_B, X_AB, band, most_boxes, keep);
+  return is_found ? AnyNear::kFound : is_whole ? AnyNear::kNone : AnyNear::kUnknown;
+}
+
+bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                   double band) {
+  TrianglePair found;
+  return find_near_pair(shape_A, shape_B, X_AB, band, kAll, found) == AnyNear::kFound;
+}
+
+}  // namespace haptic

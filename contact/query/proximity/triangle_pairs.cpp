@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/proximity/triangle_pairs.h"
+
+#include <array>
+
+#include "contact/query/box/obb_overlap.h"
+
+namespace haptic {
+
+Corners corners_of(const TriangleMesh& mesh, uint32_t triangle) {
+  const Triangle& t = mesh.triangles[triangle];
+  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+}
+
+Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB) {
+  const Triangle& t = mesh.triangles[triangle];
+  return {X_AB * mesh.vertices[t[0]], X_AB * mesh.vertices[t[1]], X_AB * mesh.vertices[t[2]]};
+}
+
+size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                      std::span<TrianglePair> out) {
+  const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
+  if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB)) return 0;
+  size_t found = 0;
+  const auto test_leaves = [&](const ObbNode& a, const ObbNode& b) {
+    for (uint32_t j = 0; j < b.count; ++j) {
+      const uint32_t triangle_b = tree_B.order[b.first + j];
+      const Corners corners_b = corners_of(shape_B.mesh, triangle_b, X_AB);
+      for (uint32_t i = 0; i < a.count; ++i) {
+        const uint32_t triangle_a = tree_A.order[a.first + i];
+        if (!triangles_meet(corners_of(shape_A.mesh, triangle_a), corners_b)) continue;
+        if (found < out.size()) out[found] = {triangle_a, triangle_b};
+        ++found;
+      }
+    }
+  };
+  const ObbSweep sweep = at_rest(X_AB);
+  std::array<NodePair, kMaxWaitingPairs> waiting;
+  size_t n_waiting = 0;
+  waiting[n_waiting++] = {0, 0};
+  while (n_waiting > 0) {
+    const NodePair pair = waiting[--n_waiting];
+    const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
+    if (!boxes_may_meet(a.box, b.box, sweep)) continue;
+    if (a.count > 0 && b.count > 0) {
+      test_leaves(a, b);
+      continue;
+    }
+    for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
+  }
+  return found;
+}
+
+}  // namespace haptic

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "contact/query/triangle/triangles_meet.h"
+#include "contact/shape/baked/mesh_shape.h"
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+/// A triangle of A and one of B.
+struct TrianglePair {
+  uint32_t a = 0, b = 0;
+
+  constexpr auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// The corners of a triangle of the mesh.
+Corners corners_of(const TriangleMesh& mesh, uint32_t triangle);
+/// The same in A; rounded once, so that neighbours still share their corners.
+Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB);
+
+/// All pairs of triangles of two meshes that meet (triangles_meet: touching and coplanar count)
+/// with B at X_AB in A: both trees at once, the larger box opened first. Exact for the corners of
+/// B as corners_of rounds them. Writes at most out.size(), in the order of the trees, and returns
+/// how many there are (more than out.size(): the rest did not fit). None for a pose that is not
+/// finite.
+size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
+                      std::span<TrianglePair> out);
+
+}  // namespace haptic

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/sweep/swept_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/query/sweep/feature_advance.h"
+#include "contact/query/sweep/feature_boxes.h"
+
+namespace haptic {
+namespace {
+
+bool is_sound(const Slice& s) {
+  return is_finite(s.base) && is_finite(s.e) && is_finite(s.f);
+}
+
+std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
+                                          const SweptPairOptions& options) {
+  if (!is_sound(path.first()) || !is_sound(path.last())) return SweptMeeting{path.begin(), false};
+  const Advance advanced = advance(path, options.tolerance);
+  if (advanced.end == Advance::End::kApart) return std::nullopt;
+  const bool is_near = advanced.end == Advance::End::kNear;
+  if (options.budget == 0) return SweptMeeting{advanced.time, is_near};
+  const BoxSearch search = first_box(path, advanced.time, options.tolerance, options.budget);
+  if (!search.may_meet) return std::nullopt;
+  return SweptMeeting{search.time,
+                      !search.is_exhausted || (is_near && search.time == advanced.time)};
+}
+
+struct Range {
+  double least, most;
+  double sum = 0;  // not finite where a place is not
+};
+
+/// Of the places of a feature along one axis of space.
+template <size_t N>
+Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
+  Range range{corners[0].from.*axis, corners[0].from.*axis};
+  for (const SweptPoint& corner : corners) {
+    for (const double place : {corner.from.*axis, corner.to.*axis}) {
+      range.sum += place;
+      range.least = std::min(range.least, place);
+      range.most = std::max(range.most, place);
+    }
+  }
+  return range;
+}
+
+/// Whether an axis of space keeps the places of one feature from those of the other, exactly.
+template <size_t N, size_t M>
+bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
+  bool is_beside = false;
+  for (const auto axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+    const Range a = range_of(one, axis), b = range_of(other, axis);
+    if (!std::isfinite(a.sum + b.sum)) return false;
+    is_beside |= a.least > b.most || a.most < b.least;
+  }
+  return is_beside;
+}
+
+}  // namespace
+
+std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
+                                                const std::array<SweptPoint, 3>& face,
+                                                const SweptPairOptions& options) {
+  if (are_beside(std::array{vertex}, face)) return std::nullopt;
+  return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), options);
+}
+
+std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
+                                              const std::array<SweptPoint, 2>& b,
+                                              const SweptPairOptions& options) {
+  if (are_beside(a, b)) return std::nullopt;
+  return first_meeting(FeaturePath::of_edges(a, b), options);
+}
+
+std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
+                                                const std::array<Vec3, 3>& face_O,
+                                                const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_vertex_and_face(stretch, vertex_T, face_O), options);
+}
+
+std::optional<SweptMeeting> face_vertex_meeting(const MotionStretch& stretch,
+                                                const std::array<Vec3, 3>& face_T,
+                                                const Vec3& vertex_O,
+                                                const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_face_and_vertex(stretch, face_T, vertex_O), options);
+}
+
+std::optional<SweptMeeting> edge_edge_meeting(const MotionStretch& stretch,
+                                              const std::array<Vec3, 2>& edge_T,
+                                              const std::array<Vec3, 2>& edge_O,
+                                              const SweptPairOptions& options) {
+  return first_meeting(FeaturePath::of_edges(stretch, edge_T, edge_O), options);
+}
+
+}  // namespace haptic

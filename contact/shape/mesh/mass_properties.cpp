@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/mesh/mass_properties.h"
+
+namespace haptic {
+namespace {
+
+Mat3 outer(const Vec3& a) {
+  return {{a.x * a, a.y * a, a.z * a}};
+}
+
+}  // namespace
+
+MassProperties mass_properties(const TriangleMesh& mesh) {
+  const Vec3 origin_O = 0.5 * (mesh.lower + mesh.upper);
+  double volume = 0;
+  Vec3 first;
+  Mat3 second{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - origin_O, b = mesh.vertices[t[1]] - origin_O,
+               c = mesh.vertices[t[2]] - origin_O;
+    const double v = dot(a, cross(b, c)) / 6;
+    volume += v;
+    first += (v / 4) * (a + b + c);
+    second = second + (v / 20) * (outer(a + b + c) + outer(a) + outer(b) + outer(c));
+  }
+  if (!(volume > 0)) return {};
+  const Vec3 centre = first / volume;
+  const Mat3 about = second + (-volume) * outer(centre);
+  const double trace = about.row[0].x + about.row[1].y + about.row[2].z;
+  return {volume, origin_O + centre, trace * Mat3{} + (-1.0) * about};
+}
+
+}  // namespace haptic

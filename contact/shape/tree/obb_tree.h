@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "contact/shape/mesh/triangle_mesh.h"
+#include "proto/math/mat3.h"
+
+namespace haptic {
+
+/// Oriented bounding box: rows of R_BO are its axes in O, so p_B = R_BO (p_O − centre_O).
+struct Obb {
+  Mat3 R_BO;
+  Vec3 centre_O;
+  Vec3 half;  // half extents along its axes [m]
+};
+
+/// An oriented box in a cache line with its node: in floats, rounded so that it holds what it was
+/// fitted to. R_BO is orthonormal to 1e-6 only: whoever measures distances in its frame allows for
+/// that (kCompactSlack); whether something is inside or meets the box needs no allowance. Where
+/// floats do not reach, R_BO is zero, half is infinite and the box keeps nothing out.
+struct CompactObb {
+  std::array<float, 9> columns_BO{};  // R_BO, column after column
+  std::array<float, 3> half{};        // half extents along its axes [m]
+  std::array<float, 3> centre_O{};
+
+  Obb unpacked() const;
+};
+
+/// (1 + what a length grows by when it is turned by R_BO of a CompactObb)², rounded up.
+inline constexpr double kCompactSlack = 1 + 1e-5;
+
+/// Node of the tree: an inner node's children are `first` and `first + 1`; a leaf holds `count`
+/// entries of ObbTree::order from `first`.
+struct ObbNode {
+  CompactObb box;
+  uint32_t first : 28 = 0;
+  uint32_t count : 4 = 0;  // 0: inner node
+};
+static_assert(sizeof(ObbNode) == 64);
+
+inline constexpr size_t kLeafTriangles = 4;
+
+/// OBB tree over the triangles of a mesh (Gottschalk, Lin, Manocha 1996): boxes from the
+/// area-weighted covariance of the triangles, split at the mean along the longest axis. A view.
+struct ObbTree {
+  std::span<const ObbNode> nodes;   // root first; empty for no triangles
+  std::span<const uint32_t> order;  // triangle indices, grouped by leaf
+};
+
+inline constexpr int kMaxTreeDepth = 64;  // build_obb_tree never goes deeper: traversal stacks
+inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // nodes count in 28 bits
+
+struct ObbTreeData {
+  std::vector<ObbNode> nodes;
+  std::vector<uint32_t> order;
+  ObbTree view() const { return {nodes, order}; }
+};
+
+/// Runs both pieces of work, at the same time where it can.
+using RunBoth =
+    std::function<void(const std::function<void()>& first, const std::function<void()>& second)>;
+
+/// One piece after the other.
+inline void run_in_turn(const std::function<void()>& first, const std::function<void()>& second) {
+  first();
+  second();
+}
+
+/// Builds the tree; start-up only. Falls back to a median split where the mean does not separate.
+/// The same tree whatever `run_both` does. Throws std::length_error for more than
+/// kMaxTreeTriangles.
+ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both = run_in_turn);
+
+}  // namespace haptic

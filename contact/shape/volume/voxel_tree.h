@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/shape/volume/voxmap.h"
+
+namespace haptic {
+
+inline constexpr int kTreeSide = 8;  // children along an edge of a node: 2^N, N = 3
+inline constexpr size_t kTreeChildren = kTreeSide * kTreeSide * kTreeSide;
+
+/// Numbers of the bricks of a node, x fastest.
+using TreeNode = std::array<uint32_t, kTreeChildren>;
+
+/// A voxmap as a generalised octree of fixed depth three with 512 children a node (McNeely,
+/// Puterbaugh, Troy 1999): three loads for any voxel, memory for the nodes and bricks that are not
+/// all free or all interior. The root has as many children as the map is long, 8³ for 512 voxels,
+/// so that the depth is three for any size. A view.
+struct VoxelTree {
+  VoxelIndex roots{};                  // children of the root along each axis
+  std::span<const uint32_t> root;      // node of each, x fastest
+  std::span<const TreeNode> nodes;     // the first two are all free and all interior
+  std::span<const VoxelBrick> bricks;  // as well
+
+  /// kFree beyond the map.
+  Voxel at(const VoxelIndex& i) const {
+    constexpr int kNodeBits = 2 * kBrickBits;
+    for (size_t k = 0; k < 3; ++k) {
+      if (i[k] < 0 || i[k] >= roots[k] << kNodeBits) return Voxel::kFree;
+    }
+    const auto above = [&](size_t k) { return static_cast<size_t>(i[k] >> kNodeBits); };
+    const size_t place =
+        (above(2) * static_cast<size_t>(roots[1]) + above(1)) * static_cast<size_t>(roots[0]) +
+        above(0);
+    // the bricks of a node are numbered like the voxels of a brick
+    const uint32_t child =
+        voxel_in_brick({i[0] >> kBrickBits, i[1] >> kBrickBits, i[2] >> kBrickBits});
+    return bricks[nodes[root[place]][child]].at(voxel_in_brick(i));
+  }
+};
+
+struct VoxelTreeData {
+  VoxelIndex roots{};
+  std::vector<uint32_t> root;
+  std::vector<TreeNode> nodes;
+  std::vector<VoxelBrick> bricks;
+
+  VoxelTree view() const { return {roots, root, nodes, bricks}; }
+  size_t bytes() const {
+    return root.size() * sizeof(uint32_t) + nodes.size() * sizeof(TreeNode) +
+           bricks.size() * sizeof(VoxelBrick);
+  }
+};
+
+/// The same map in a tree; start-up only. Empty where the map is.
+VoxelTreeData build_voxel_tree(const Voxmap& map);
+
+}  // namespace haptic

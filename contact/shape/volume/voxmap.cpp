@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/volume/voxmap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/shape/tree/triangle_cube.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kSlack = 1e-6;  // of a voxel
+constexpr uint32_t kAllFree = 0, kAllInterior = 1;
+
+constexpr std::array<VoxelIndex, 6> kFaces{
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
+/// A map under construction: a brick of its own for each place that is written to.
+class Builder {
+ public:
+  explicit Builder(VoxmapData& map) : map_(map) {
+    map_.data.resize(2);
+    map_.data[kAllInterior].words.fill(0x55555555u);
+    map_.index.assign(places(), kAllFree);
+  }
+
+  size_t places() const {
+    return static_cast<size_t>(map_.bricks[0]) * static_cast<size_t>(map_.bricks[1]) *
+           static_cast<size_t>(map_.bricks[2]);
+  }
+  bool holds(const VoxelIndex& i) const {
+    for (size_t k = 0; k < 3; ++k) {
+      if (i[k] < 0 || i[k] >= map_.bricks[k] << kBrickBits) return false;
+    }
+    return true;
+  }
+  size_t place_of(const VoxelIndex& i) const {
+    const auto at = [&](size_t k) { return static_cast<size_t>(i[k] >> kBrickBits); };
+    return (at(2) * static_cast<size_t>(map_.bricks[1]) + at(1)) *
+               static_cast<size_t>(map_.bricks[0]) +
+           at(0);
+  }
+  Voxel at(const VoxelIndex& i) const {
+    return map_.data[map_.index[place_of(i)]].at(voxel_in_brick(i));
+  }
+  void set(const VoxelIndex& i, Voxel value) {
+    uint32_t& brick = map_.index[place_of(i)];
+    if (brick == kAllFree || brick == kAllInterior) {
+      map_.data.push_back(map_.data[brick]);
+      brick = static_cast<uint32_t>(map_.data.size() - 1);
+    }
+    map_.data[brick].set(voxel_in_brick(i), value);
+  }
+
+ private:
+  VoxmapData& map_;
+};
+
+/// Every voxel that the triangle meets, once.
+void scan_triangle(const std::array<Vec3, 3>& corners, Builder& map,
+                   std::vector<VoxelIndex>& surface) {
+  const Vec3 slack = kSlack * Vec3{1, 1, 1};
+  const Vec3 low = component_min(corners[0], component_min(corners[1], corners[2])) - slack;
+  const Vec3 high = component_max(corners[0], component_max(corners[1], corners[2])) + slack;
+  const auto cell = [](double x) { return static_cast<int32_t>(std::floor(x)); };
+  VoxelIndex i;
+  for (i[2] = cell(low.z); i[2] <= cell(high.z); ++i[2]) {
+    for (i[1] = cell(low.y); i[1] <= cell(high.y); ++i[1]) {
+      for (i[0] = cell(low.x); i[0] <= cell(high.x); ++i[0]) {
+        if (map.at(i) == Voxel::kSurface) continue;
+        const Vec3 centre{i[0] + 0.5, i[1] + 0.5, i[2] + 0.5};
+        const std::array<Vec3, 3> seen{corners[0] - centre, corners[1] - centre,
+                                       corners[2] - centre};
+        if (!triangle_meets_cube(seen, 0.5 + kSlack)) continue;
+        map.set(i, Voxel::kSurface);
+        surface.push_back(i);
+      }
+    }
+  }
+}
+
+std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData& map,
+                                     Builder& builder) {
+  std::vector<VoxelIndex> surface;
+  for (const Triangle& triangle : mesh.triangles) {
+    std::array<Vec3, 3> corners;
+    for (size_t k = 0; k < 3; ++k) {
+      corners[k] = (mesh.vertices[triangle[k]] - map.lower_O) / map.size;
+    }
+    scan_triangle(corners, builder, surface);
+  }
+  return surface;
+}
+
+/// Flood from the corner of the map: bricks without surface as a whole, the others voxel by voxel.
+/// What it does not reach becomes interior.
+class Flood {
+ public:
+  Flood(VoxmapData& map, Builder& builder)
+      : map_(map), builder_(builder), reached_bricks_(builder.places()) {
+    reached_.resize(map.data.size());
+  }
+
+  void run() {
+    reach({0, 0, 0});
+    while (!open_.empty()) {
+      const VoxelIndex i = open_.back();
+      open_.pop_back();
+      if (map_.index[builder_.place_of(i)] == kAllFree) {
+        cross_brick(i);
+        continue;
+      }
+      for (const VoxelIndex& step : kFaces) reach({i[0] + step[0], i[1] + step[1], i[2] + step[2]});
+    }
+    fill();
+  }
+
+ private:
+  void reach(const VoxelIndex& i) {
+    if (!builder_.holds(i)) return;
+    const size_t place = builder_.place_of(i);
+    const uint32_t brick = map_.index[place];
+    if (brick == kAllFree) {
+      if (reached_bricks_[place]) return;
+      reached_bricks_[place] = true;
+      open_.push_back(i);
+      return;
+    }
+    const uint32_t voxel = voxel_in_brick(i);
+    if (map_.data[brick].at(voxel) != Voxel::kFree) return;
+    uint32_t& word = reached_[brick].words[voxel / kVoxelsAWord];
+    const uint32_t bit = 1u << 2 * (voxel % kVoxelsAWord);
+    if ((word & bit) != 0) return;
+    word |= bit;
+    open_.push_back(i);
+  }
+
+  /// An empty brick is crossed at once: on to the bricks around it.
+  void cross_brick(const VoxelIndex& i) {
+    const VoxelIndex corner{i[0] & -kBrickSide, i[1] & -kBrickSide, i[2] & -kBrickSide};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      for (const int beyond : {-1, kBrickSide}) {
+        VoxelIndex next = corner;
+        next[axis] += beyond;
+        if (!builder_.holds(next)) continue;
+        if (map_.index[builder_.place_of(next)] == kAllFree) {
+          reach(next);
+        } else {
+          reach_side(next, axis);
+        }
+      }
+    }
+  }
+
+  /// The 64 voxels of a brick's side that begins at `first`, across an axis.
+  void reach_side(const VoxelIndex& first, size_t axis) {
+    const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    for (int a = 0; a < kBrickSide; ++a) {
+      for (int b = 0; b < kBrickSide; ++b) {
+        VoxelIndex i = first;
+        i[u] += a;
+        i[v] += b;
+        reach(i);
+      }
+    }
+  }
+
+  void fill() {
+    for (size_t place = 0; place < map_.index.size(); ++place) {
+      uint32_t& brick = map_.index[place];
+      if (brick == kAllFree && !reached_bricks_[place]) brick = kAllInterior;
+      if (brick == kAllFree || brick == kAllInterior) continue;
+      VoxelBrick& voxels = map_.data[brick];
+      for (size_t w = 0; w < voxels.words.size(); ++w) {
+        // free voxels are 00, reached ones are marked 01
+        const uint32_t taken = voxels.words[w] | voxels.words[w] >> 1;
+        voxels.words[w] |= ~taken & 0x55555555u & ~reached_[brick].words[w];
+      }
+    }
+  }
+
+  VoxmapData& map_;
+  Builder& builder_;
+  std::vector<bool> reached_bricks_;
+  std::vector<VoxelBrick> reached_;
+  std::vector<VoxelIndex> open_;
+};
+
+/// The free voxels around these become proximity.
+std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, Builder& map) {
+  std::vector<VoxelIndex> ring;
+  for (const VoxelIndex& i : surface) {
+    for (int z = -1; z <= 1; ++z) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int x = -1; x <= 1; ++x) {
+          const VoxelIndex next{i[0] + x, i[1] + y, i[2] + z};
+          if (map.at(next) != Voxel::kFree) continue;
+          map.set(next, Voxel::kProximity);
+          ring.push_back(next);
+        }
+      }
+    }
+  }
+  return ring;
+}
+
+}  // namespace
+
+VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) {
+  VoxmapData map;
+  if (mesh.triangles.empty() || !(options.size > 0)) return map;
+  const Vec3 side = (mesh.upper - mesh.lower) / options.size;
+  if (!(std::max({side.x, side.y, side.z}) <= kMostVoxels)) return map;
+  map.size = options.size;
+  // room for the offset, a ring around it, and free voxels for the flood
+  const int margin = options.offset_layers + 3;
+  map.lower_O = mesh.lower - margin * options.size * Vec3{1, 1, 1};
+  for (size_t k = 0; k < 3; ++k) {
+    const int voxels = static_cast<int>(std::ceil(side[static_cast<int>(k)])) + 2 * margin;
+    map.bricks[k] = (voxels + kBrickSide - 1) >> kBrickBits;
+  }
+  Builder builder(map);
+  std::vector<VoxelIndex> surface = scan_surface(mesh, map, builder);
+  Flood(map, builder).run();
+  std::vector<VoxelIndex> ring = add_ring(surface, builder);
+  for (int layer = 0; layer < options.offset_layers; ++layer) {
+    for (const VoxelIndex& i : surface) builder.set(i, Voxel::kInterior);
+    for (const VoxelIndex& i : ring) builder.set(i, Voxel::kSurface);
+    surface = std::move(ring);
+    ring = add_ring(surface, builder);
+  }
+  return map;
+}
+
+}  // namespace haptic

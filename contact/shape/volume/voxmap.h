@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/shape/mesh/triangle_mesh.h"
+
+namespace haptic {
+
+inline constexpr double kMostVoxels = 4096;  // along a side of a map
+
+/// What a voxel is, in two bits.
+enum class Voxel : uint8_t { kFree = 0, kInterior = 1, kSurface = 2, kProximity = 3 };
+
+using VoxelIndex = std::array<int32_t, 3>;
+
+inline constexpr int kBrickBits = 3;
+inline constexpr int kBrickSide = 1 << kBrickBits;  // voxels along an edge of a brick
+inline constexpr size_t kVoxelsAWord = 16;
+
+/// 8 × 8 × 8 voxels, x fastest; voxel i is the two bits at 2 (i mod 16) of word i/16.
+struct VoxelBrick {
+  std::array<uint32_t, kBrickSide * kBrickSide * kBrickSide / kVoxelsAWord> words{};
+
+  Voxel at(uint32_t voxel) const {
+    return static_cast<Voxel>(words[voxel / kVoxelsAWord] >> 2 * (voxel % kVoxelsAWord) & 3u);
+  }
+  void set(uint32_t voxel, Voxel value) {
+    uint32_t& word = words[voxel / kVoxelsAWord];
+    const uint32_t shift = 2 * (voxel % kVoxelsAWord);
+    word = (word & ~(3u << shift)) | static_cast<uint32_t>(value) << shift;
+  }
+  bool operator==(const VoxelBrick&) const = default;
+};
+
+/// Number of a voxel within its brick.
+inline uint32_t voxel_in_brick(const VoxelIndex& i) {
+  constexpr int kMask = kBrickSide - 1;
+  return static_cast<uint32_t>((i[2] & kMask) << 2 * kBrickBits | (i[1] & kMask) << kBrickBits |
+                               (i[0] & kMask));
+}
+
+/// Space around a mesh in cubes of one size (McNeely, Puterbaugh, Troy 1999), in sparse bricks: two
+/// loads for any voxel, memory for the bricks that are not all free or all interior. A view.
+struct Voxmap {
+  Vec3 lower_O;     // corner of voxel (0, 0, 0)
+  double size = 0;  // edge of a voxel [m]
+  double voxels_per_metre = 0;
+  VoxelIndex bricks{};               // along each axis
+  std::span<const uint32_t> index;   // brick of each place, x fastest
+  std::span<const VoxelBrick> data;  // the first two are all free and all interior
+
+  /// kFree beyond the map.
+  Voxel at(const VoxelIndex& i) const {
+    for (size_t k = 0; k < 3; ++k) {
+      if (i[k] < 0 || i[k] >= bricks[k] << kBrickBits) return Voxel::kFree;
+    }
+    const auto x = static_cast<size_t>(i[0] >> kBrickBits),
+               y = static_cast<size_t>(i[1] >> kBrickBits),
+               z = static_cast<size_t>(i[2] >> kBrickBits);
+    const size_t place =
+        (z * static_cast<size_t>(bricks[1]) + y) * static_cast<size_t>(bricks[0]) + x;
+    return data[index[place]].at(voxel_in_brick(i));
+  }
+  VoxelIndex index_of(const Vec3& p_O) const {
+    const Vec3 q = voxels_per_metre * (p_O - lower_O);
+    return {static_cast<int32_t>(std::floor(q.x)), static_cast<int32_t>(std::floor(q.y)),
+            static_cast<int32_t>(std::floor(q.z))};
+  }
+  Vec3 centre_of(const VoxelIndex& i) const {
+    return lower_O + size * Vec3{i[0] + 0.5, i[1] + 0.5, i[2] + 0.5};
+  }
+};
+
+struct VoxmapData {
+  Vec3 lower_O;
+  double size = 0;
+  VoxelIndex bricks{};
+  std::vector<uint32_t> index;
+  std::vector<VoxelBrick> data;
+
+  Voxmap view() const { return {lower_O, size, size > 0 ? 1 / size : 0, bricks, index, data}; }
+  size_t bytes() const {
+    return index.size() * sizeof(uint32_t) + data.size() * sizeof(VoxelBrick);
+  }
+};
+
+struct VoxmapOptions {
+  double size = 1e-3;     // of a voxel [m]
+  int offset_layers = 2;  // by which the surface is moved outwards; see build_voxmap
+};
+
+/// Bakes the map of a mesh; start-up only. Every voxel that a triangle meets is surface (exact
+/// triangle–box test, a millionth of a voxel wider); what a flood from outside through faces does
+/// not reach is interior; free 26-neighbours of the surface are proximity. Then so many times:
+/// proximity becomes surface, surface becomes interior, and a new ring becomes proximity: forces
+/// begin before the real surfaces can touch. An open mesh has no interior but its own voxels: ask
+/// mesh.closed first. Empty where the mesh is, or where a side has more than kMostVoxels.
+VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options);
+
+}  // namespace haptic

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/emulator/firmware.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace haptic {
+namespace {
+
+// errors of the firmware, as it says them
+constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotThree = 512, kNoNumbers = 1024;
+constexpr int64_t kLongestGapNs = 1'000'000'000;  // the hand does not live through a longer one
+constexpr int64_t kForceStepNs = 250'000;         // the arm turns so little in it
+
+}  // namespace
+
+EmulatedDevice::EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_ns)
+    : options_(options),
+      plant_(start_plant(options.hand)),
+      t_ns_(t_ns),
+      started_ns_(t_ns),
+      last_record_ns_(t_ns),
+      calibrated_(options.button_ns == 0) {
+  // a person has switched it on at home, so the counts are those of the geometry
+  encoders();
+}
+
+void EmulatedDevice::receive(std::span<const char> bytes) {
+  const size_t n = std::min(bytes.size(), queue_.size() - queued_);
+  std::copy_n(bytes.begin(), n, queue_.begin() + static_cast<std::ptrdiff_t>(queued_));
+  queued_ += n;
+}
+
+void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
+  off_by_ = off_by;
+  disturbed_answers_ = answers;
+}
+
+/// Counts of the encoders now; the arm keeps its angles where the plant leaves its reach.
+MotorCounts EmulatedDevice::encoders() {
+  solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
+  return motor_counts(options_.geometry, joint_angles_);
+}
+
+/// Moves arm and hand under the motors' force.
+void EmulatedDevice::pass_time(int64_t t_ns) {
+  t_ns_ = std::max(t_ns_, t_ns - kLongestGapNs);
+  while (t_ns_ < t_ns) {
+    const int64_t step_ns = std::min(t_ns - t_ns_, kForceStepNs);
+    Vec3 amperes;
+    for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
+    solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
+    advance(options_.hand, plant_, tip_force(options_.geometry, joint_angles_, amperes), step_ns);
+    t_ns_ += step_ns;
+  }
+}
+
+/// Whether a line has come to its end.
+bool EmulatedDevice::has_line() const {
+  const auto end =
+      queue_.begin() + static_cast<std::ptrdiff_t>(std::min(queued_, line_.size() - 1));
+  return queued_ >= line_.size() - 1 || std::find(queue_.begin(), end, ']') != end;
+}
+
+/// Takes a line from the queue into line_, from its last '['. What has come behind the line is
+/// taken and judged too: that is the firmware's fault which makes two lines at once lose both.
+int EmulatedDevice::read_line() {
+  size_t taken = 0, size = 0;
+  int commas = 0, error = kTooLong;
+  bool begun = false;
+  while (taken < queued_ && taken < line_.size() - 1) {
+    const char c = queue_[taken++];
+    if (c == '[') {
+      begun = true;
+      size = 0;
+    }
+    if (c == ',') ++commas;
+    line_[size++] = c;
+    if (c != ']') continue;
+    error = !begun ? kNoBegin : commas != 2 ? kNotThree : 0;
+    break;
+  }
+  line_[size] = '\0';
+  while (error == 0 && taken < queued_) {
+    const char c = queue_[taken++];
+    if (c != '\n' && c != '\r' && c != '\0') error = kTrailing;
+  }
+  std::copy(queue_.begin() + static_cast<std::ptrdiff_t>(taken),
+            queue_.begin() + static_cast<std::ptrdiff_t>(queued_), queue_.begin());
+  queued_ -= taken;
+  return error;
+}
+
+/// Appends an answer.
+void EmulatedDevice::put(const EncoderReply& reply) {
+  const auto& e = reply.counts;
+  char* const at = answer_.data() + answer_size_;
+  const int size = std::snprintf(at, answer_.size() - answer_size_, "[%d,%d,%d,%d,%d,%d,%d,%d]\n",
+                                 reply.model, e[0], e[1], e[2], e[3], e[4], e[5], reply.error);
+  answer_size_ += static_cast<size_t>(size);
+}
+
+/// Answers, or lies. What was said last is what counts_ holds afterwards.
+void EmulatedDevice::say(int error) {
+  const EncoderReply honest{kWoodenHapticsModel, counts_, error};
+  // the oldest that is kept is where the newest will be
+  EncoderReply& kept = said_[n_said_ % said_.size()];
+  const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;
+  said_first_ = counts_;
+  switch (lie_) {
+    case EmulatorFault::kFrozen:
+      put(frozen_);
+      counts_ = said_first_ = frozen_.counts;
+      return;
+    case EmulatorFault::kOldFirst:
+      put(old);
+      put(honest);
+      said_first_ = old.counts;
+      break;
+    case EmulatorFault::kDelayed:
+      put(old);
+      counts_ = said_first_ = old.counts;
+      break;
+    default:
+      put(honest);
+  }
+  if (error == 0) frozen_ = honest;
+  kept = honest;
+  ++n_said_;
+}
+
+void EmulatedDevice::add_noise() {
+  if (lie_ != EmulatorFault::kNoise) return;
+  counts_[1] += std::uniform_int_distribution<int32_t>(-kNoiseCounts, kNoiseCounts)(noise_);
+}
+
+void EmulatedDevice::note(int64_t t_ns, EmulatorEvent event) {
+  record_.t_ns = t_ns;
+  record_.event = event;
+  record_.p_B = plant_.p_B;
+  record_.answered = {counts_[0], counts_[1], counts_[2]};
+  record_.said_first = {said_first_[0], said_first_[1], said_first_[2]};
+  record_.counts = encoders();
+  Vec3 amperes;
+  for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
+  record_.force_B = tip_force(options_.geometry, joint_angles_, amperes);
+  last_record_ns_ = t_ns;
+}
+
+/// Does what the line says and answers. False where it was dropped.
+bool EmulatedDevice::obey(int error) {
+  Milliamperes wanted{};
+  if (error == 0 &&
+      std::sscanf(line_.data(), "[%d,%d,%d]", &wanted[0], &wanted[1], &wanted[2]) != 3) {
+    error = kNoNumbers;
+  }
+  if (error != 0) {
+    ++record_.rejected;
+    say(error);
+    return false;
+  }
+  ++record_.commands;
+  last_command_ns_ = t_ns_;
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    const bool allowed =
+        wanted[i] >= -kFirmwareMaxMilliamperes && wanted[i] <= kFirmwareMaxMilliamperes;
+    record_.currents[i] = calibrated_ && allowed ? wanted[i] : 0;
+  }
+  record_.motors_on = calibrated_ ? 1 : 0;
+  // the record shows what the server knew when it sent this line, so before the new answer
+  note(t_ns_, EmulatorEvent::kCommand);
+  std::copy(record_.counts.begin(), record_.counts.end(), counts_.begin());
+  if (disturbed_answers_ > 0) {
+    --disturbed_answers_;
+    for (size_t i = 0; i < off_by_.size(); ++i) counts_[i] += off_by_[i];
+  }
+  add_noise();
+  if (!calibrated_) {
+    const double phase = 0.0002 * static_cast<double>(questions_++);
+    counts_[0] = kSineMiddle + static_cast<int32_t>(kSineAmplitude * std::sin(phase));
+    counts_[1] = wanted[0];
+  }
+  say(0);
+  return true;
+}
+
+bool EmulatedDevice::turn(int64_t t_ns) {
+  answer_size_ = 0;
+  // the watchdog runs beside the loop: at its own instant, however late this turn is
+  const int64_t cut_ns = last_command_ns_ + kFirmwareWatchdogNs;
+  const bool cut = record_.motors_on != 0 && t_ns >= cut_ns;
+  if (cut) {
+    pass_time(cut_ns);
+    record_.currents = {};
+    record_.motors_on = 0;
+    ++record_.watchdog;
+    note(cut_ns, EmulatorEvent::kWatchdog);
+    // what has come meanwhile is read in the next turn
+    return true;
+  }
+  pass_time(t_ns);
+  if (!calibrated_ && t_ns_ - started_ns_ >= options_.button_ns) {
+    calibrated_ = true;
+    note(t_ns_, EmulatorEvent::kCalibrated);
+    return true;
+  }
+  if (has_line()) {
+    if (!obey(read_line())) note(t_ns_, EmulatorEvent::kRejected);
+    return true;
+  }
+  if (t_ns_ - last_record_ns_ < options_.sample_period_ns) return false;
+  note(t_ns_, EmulatorEvent::kSample);
+  return true;
+}
+
+}  // namespace haptic

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/emulator/line_workers.h"
+
+#include <sched.h>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kLookNs = 50'000'000;  // some 1 ms of work each time
+
+/// Gives every unbound worker of the kernel that priority; 0: the normal one.
+void schedule_workers(int fifo_priority) {
+  namespace fs = std::filesystem;
+  const sched_param parameter{.sched_priority = fifo_priority};
+  std::error_code gone;  // processes end while they are looked at
+  for (fs::directory_iterator it("/proc", gone), end; !gone && it != end; it.increment(gone)) {
+    const std::string name = it->path().filename();
+    int pid = 0;
+    const auto parsed = std::from_chars(name.data(), name.data() + name.size(), pid);
+    if (parsed.ptr != name.data() + name.size()) continue;
+    std::string program;
+    std::getline(std::ifstream(it->path() / "comm") >> std::ws, program);
+    if (program.rfind("kworker/u", 0) != 0) continue;
+    sched_setscheduler(pid, fifo_priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
+  }
+}
+
+}  // namespace
+
+LineWorkers::LineWorkers(int fifo_priority)
+    : fifo_priority_(fifo_priority), thread_([this] { run(); }) {}
+
+LineWorkers::~LineWorkers() {
+  ending_ = true;
+  thread_.join();
+  schedule_workers(0);
+}
+
+void LineWorkers::run() {
+  while (!ending_) {
+    schedule_workers(fifo_priority_);
+    sleep_until(now_ns() + kLookNs);
+  }
+}
+
+}  // namespace haptic

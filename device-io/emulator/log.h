@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "device-io/emulator/firmware.h"
+#include "proto/ipc/ring.h"
+
+namespace haptic {
+
+/// Writes the emulator's records as CSV in a thread of its own, so that the loop never waits for a
+/// disk. Rows reach the file within some milliseconds, whole lines at a time; nothing is lost
+/// unless the disk is two seconds behind, and then it is counted.
+class EmulatorLog {
+ public:
+  /// An empty path: no file. Throws std::runtime_error where it cannot be written.
+  explicit EmulatorLog(const std::string& path);
+  ~EmulatorLog();
+  EmulatorLog(const EmulatorLog&) = delete;
+
+  /// Of the loop: one copy.
+  void add(const EmulatorRecord& record) noexcept { ring_->publish(record); }
+
+  /// Writes what is left and closes the file. Records lost, and whether the disk took the rest.
+  struct Outcome {
+    uint64_t rows, lost;
+    bool written;
+  };
+  Outcome finish();
+
+ private:
+  using Records = Ring<EmulatorRecord, 8192>;
+
+  void run();
+  void drain();
+
+  std::unique_ptr<Records> ring_ = std::make_unique<Records>();
+  Cursor cursor_;
+  uint64_t rows_ = 0;
+  std::FILE* file_ = nullptr;
+  bool good_ = true;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// haptic-emulator: a WoodenHaptics that is not there, behind a pseudo-terminal. Its own process,
+// its own clock; a server sees nothing of it but bytes. It writes down the force that it received.
+#include <fcntl.h>
+#include <pty.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "device-io/emulator/fault_order.h"
+#include "device-io/emulator/firmware.h"
+#include "device-io/emulator/line_workers.h"
+#include "device-io/emulator/log.h"
+#include "device-io/hand/impedance.h"
+#include "device-io/hand/intent.h"
+#include "proto/config/command_line.h"
+#include "proto/config/quantity.h"
+#include "proto/ipc/process.h"
+#include "proto/os/message.h"
+#include "proto/os/queued_order.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
+constexpr int kFifoPriority = 70;     // under the servo it tests
+constexpr int kLinePriority = 65;     // under both ends of the line
+
+struct Options {
+  std::string link, log, hand = "typical";
+  double button = 0;                    // [s]
+  std::vector<double> centre{0, 0, 0};  // [m]
+  std::vector<double> direction;
+  double hover = 0.05, press = 0.03;  // [m]
+  double angle = 0.7;                 // [rad]
+  double time = 1.2;                  // [s]
+  double tremor = 1e-4;               // [m]
+  uint64_t seed = 1;
+  bool realtime = false;
+};
+
+/// Moving mass, damping and friction at the tip: guesses until someone measures (devices.md 4).
+SimulatedHandConfig woodenhaptics_arm() {
+  SimulatedHandConfig arm;
+  arm.mass = 0.15;
+  arm.damping = 0.3;
+  arm.coulomb_friction = 0.2;
+  return arm;
+}
+
+EmulatedDeviceOptions device_options(const Options& options) {
+  EmulatedDeviceOptions device;
+  device.hand = woodenhaptics_arm();
+  const HandImpedance* hand = find_hand(options.hand);
+  if (hand == nullptr) {
+    std::string known;
+    for (const HandImpedance& h : kHandImpedances) known += " " + std::string(h.name);
+    throw std::runtime_error("--hand '" + shown(options.hand) + "' is unknown; use one of" + known);
+  }
+  put_into_hand(*hand, device.hand);
+  device.hand.seed = options.seed;
+  IntentConfig& intent = device.hand.intent;
+  for (int i = 0; i < 3; ++i) {
+    const size_t k = static_cast<size_t>(i);
+    intent.centre_B[i] = options.centre[k];
+    if (!options.direction.empty()) intent.direction_B[i] = options.direction[k];
+  }
+  intent.direction_B = normalized(intent.direction_B);
+  intent.hover_radius = options.hover;
+  intent.press_radius = options.press;
+  intent.stroke_angle = options.angle;
+  intent.stroke_time = options.time;
+  intent.tremor_amplitude = options.tremor;
+  device.button_ns = static_cast<int64_t>(1e9 * options.button);
+  return device;
+}
+
+/// A hand that means to go where the arm does not reach would test nothing.
+void check_reach(const EmulatedDeviceOptions& device) {
+  const IntentConfig& intent = device.hand.intent;
+  if (!(intent.stroke_time > 0)) {
+    throw std::runtime_error("--stroke-time must be longer than nothing; write \"1.2 s\"");
+  }
+  Vec3 angles;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.02 * i * intent.stroke_time;
+    if (solve_joint_angles(device.geometry, intent_at(intent, device.hand.seed, t).p_B, angles)) {
+      continue;
+    }
+    throw std::runtime_error(
+        "the hand would go where the arm does not reach; move --centre to the origin, or make "
+        "--hover smaller");
+  }
+}
+
+struct Pty {
+  FileDescriptor master, slave;
+  std::string name;
+};
+
+/// The slave end stays open here: a device does not lose its power when a server closes the node.
+Pty open_pty() {
+  int master = -1, slave = -1;
+  termios raw{};
+  cfmakeraw(&raw);
+  if (openpty(&master, &slave, nullptr, &raw, nullptr) != 0) {
+    throw std::runtime_error(std::string("no pseudo-terminal: ") + std::strerror(errno) +
+                             "; mount /dev/pts");
+  }
+  Pty pty{FileDescriptor(master), FileDescriptor(slave), {}};
+  std::array<char, 64> name{};
+  ttyname_r(slave, name.data(), name.size());
+  pty.name = name.data();
+  fcntl(master, F_SETFL, fcntl(master, F_GETFL) | O_NONBLOCK);
+  for (const int fd : {master, slave}) fcntl(fd, F_SETFD, FD_CLOEXEC);
+  return pty;
+}
+
+/// A name that a config can hold, as long as this lives.
+class Link {
+ public:
+  Link(const std::string& path, const std::string& target) : path_(path) {
+    if (path_.empty()) return;
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (fs::is_symlink(path_, error)) fs::remove(path_, error);
+    fs::create_symlink(target, path_, error);
+    if (error) {
+      throw std::runtime_error(path_ + ": cannot be made a link: " + error.message() +
+                               "; give --link another name");
+    }
+  }
+  ~Link() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove(path_, ignored);
+  }
+  Link(const Link&) = delete;
+
+ private:
+  std::string path_;
+};
+
+/// What a test has told the device to do meanwhile.
+void obey_orders(EmulatedDevice& device) {
+  const auto order = static_cast<EmulatorFault>(take_order());
+  switch (order) {
+    case EmulatorFault::kJumpOnce:
+      return device.disturb(kJumpCounts, 1);
+    case EmulatorFault::kJump:
+      return device.disturb(kJumpCounts, std::numeric_limits<uint64_t>::max());
+    case EmulatorFault::kHealthy:
+      device.disturb({}, 0);
+      return device.lie(EmulatorFault::kHealthy);
+    case EmulatorFault::kFrozen:
+    case EmulatorFault::kOldFirst:
+    case EmulatorFault::kDelayed:
+    case EmulatorFault::kNoise:
+      return device.lie(order);
+  }
+}
+
+void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
+  std::array<char, 1024> bytes;
+  DeadlineClock clock(kTurnNs);
+  while (!stop_requested()) {
+    clock.wait();
+    obey_orders(device);
+    const ssize_t n = read(pty.master.get(), bytes.data(), bytes.size());
+    if (n > 0) device.receive({bytes.data(), static_cast<size_t>(n)});
+    if (device.turn(now_ns())) log.add(device.record());
+    const std::string_view answer = device.answer();
+    // a server that reads nothing loses answers, as with the real device
+    if (!answer.empty() && write(pty.master.get(), answer.data(), answer.size()) < 0) continue;
+  }
+}
+
+int run(const Options& options) {
+  const EmulatedDeviceOptions device_parameters = device_options(options);
+  check_reach(device_parameters);
+  const Pty pty = open_pty();
+  EmulatorLog log(options.log);
+  const Link link(options.link, pty.name);
+  catch_stop_signals();
+  catch_orders();
+  std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
+              options.hand.c_str());
+  std::fflush(stdout);
+  // before this thread is real time: it is a thread of normal priority
+  std::optional<LineWorkers> line_workers;
+  if (options.realtime) line_workers.emplace(kLinePriority);
+  if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
+  EmulatedDevice device(device_parameters, now_ns());
+  serve(device, pty, log);
+  const EmulatorLog::Outcome outcome = log.finish();
+  const EmulatorRecord& last = device.record();
+  std::printf("haptic-emulator: %llu commands, %llu dropped, watchdog %llu times, %llu records\n",
+              static_cast<unsigned long long>(last.commands),
+              static_cast<unsigned long long>(last.rejected),
+              static_cast<unsigned long long>(last.watchdog),
+              static_cast<unsigned long long>(outcome.rows));
+  if (outcome.lost == 0 && outcome.written) return kExitClean;
+  std::fprintf(stderr, "haptic-emulator: %s: %llu records lost; use a faster or emptier disk\n",
+               shown(options.log).c_str(), static_cast<unsigned long long>(outcome.lost));
+  return kExitCrash;
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) try {
+  haptic::Options options;
+  haptic::CommandLine line("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
+  line.option("--link", options.link, "name of the node, for [device.serial] path");
+  line.option("--log", options.log, "CSV of what the device received and where it was");
+  line.option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
+  line.option("--seed", options.seed, "of the strokes: the same seed, the same intention");
+  using haptic::Dimension;
+  constexpr haptic::Range kDelays{0, 3600};  // an hour is more than anybody waits
+  const auto length = [&](const char* name, double& value, const char* help) {
+    line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help);
+  };
+  line.quantities("--centre", options.centre, Dimension::kLength, haptic::kAny,
+                  "of the strokes: three lengths")
+      .expected(3);
+  line.numbers("--direction", options.direction, haptic::kAny,
+               "all strokes along it: three numbers")
+      .expected(3);
+  length("--hover", options.hover, "distance from the centre between strokes");
+  length("--press", options.press, "distance from the centre the hand means to reach");
+  line.quantity("--stroke-angle", options.angle, Dimension::kAngle, haptic::kAny,
+                "arc of a stroke; 0 deg: press on one spot");
+  line.quantity("--stroke-time", options.time, Dimension::kTime, haptic::kNotNegative,
+                "reach (1/4), slide or press (1/2), lift (1/4)");
+  length("--tremor", options.tremor, "amplitude");
+  line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
+                "calibration button; 0 s: is not needed");
+  line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
+  if (const auto code = line.read(argc, argv, "haptic-emulator", haptic::kExitBadInput))
+    return *code;
+  return haptic::run(options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "haptic-emulator: %s\n", haptic::one_line(error.what()).c_str());
+  return haptic::kExitBadInput;
+}

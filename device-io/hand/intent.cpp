@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/hand/intent.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace haptic {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kReachShare = 0.25;  // of stroke_time; lift the same, slide the rest
+constexpr double kTravelShare = 0.5;  // on top of stroke_time
+constexpr double kCycleShare = 1 + kTravelShare;
+constexpr double kTremorLow = 8, kTremorHigh = 12;  // [Hz]
+constexpr uint64_t kTremorStream = ~uint64_t{0};    // no stroke has this number
+
+/// splitmix64 (Steele, Lea, Flood 2014): a stream of 64-bit hashes.
+struct SplitMix {
+  uint64_t state;
+  uint64_t next() {
+    uint64_t z = (state += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  // uniform in [0, 1), 53 bits
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+};
+
+SplitMix stream_of(uint64_t seed, uint64_t number) {
+  return {SplitMix{seed}.next() ^ SplitMix{number}.next()};
+}
+
+/// (−1)ⁿ/(2n+1)!, the coefficients of sin x / x in x².
+constexpr auto kSinSeries = [] {
+  std::array<double, 10> series{1};
+  for (size_t n = 1; n < series.size(); ++n) {
+    series[n] = -series[n - 1] / static_cast<double>(2 * n * (2 * n + 1));
+  }
+  return series;
+}();
+
+/// sin by its Taylor series to x¹⁹, good to 3e-16 on the folded quarter: libm's last bit differs
+/// between machines.
+double portable_sin(double x) {
+  double r = x - 2 * kPi * std::floor(x / (2 * kPi) + 0.5);
+  if (r > kPi / 2) r = kPi - r;
+  if (r < -kPi / 2) r = -kPi - r;
+  const double r2 = r * r;
+  double sum = 0;
+  for (size_t n = kSinSeries.size(); n-- > 0;) sum = sum * r2 + kSinSeries[n];
+  return r * sum;
+}
+
+double portable_cos(double x) {
+  return portable_sin(x + kPi / 2);
+}
+
+/// Rejection from the cube needs no transcendental function.
+Vec3 random_direction(SplitMix& random) {
+  for (;;) {
+    const Vec3 a{2 * random.uniform() - 1, 2 * random.uniform() - 1, 2 * random.uniform() - 1};
+    const double length_squared = norm_squared(a);
+    if (length_squared > 0.01 && length_squared <= 1) return normalized(a);
+  }
+}
+
+/// Unit directions at both ends of a stroke and the unit direction across, in the plane of the arc.
+struct Stroke {
+  Vec3 from, across, to;
+};
+
+Stroke stroke_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
+  SplitMix random = stream_of(seed, number);
+  Stroke stroke;
+  stroke.from = random_direction(random);
+  if (config.direction_B != Vec3{}) stroke.from = config.direction_B;
+  // any second direction, made perpendicular, is uniform on the circle around the first
+  const Vec3 other = random_direction(random);
+  const Vec3 rest = other - dot(other, stroke.from) * stroke.from;
+  stroke.across = norm_squared(rest) > 1e-6 ? normalized(rest) : any_perpendicular(stroke.from);
+  stroke.to = portable_cos(config.stroke_angle) * stroke.from +
+              portable_sin(config.stroke_angle) * stroke.across;
+  return stroke;
+}
+
+/// Progress along a part and its rate.
+struct Progress {
+  double s, rate;
+};
+
+Progress minimum_jerk(double fraction, double duration) {
+  const double a = fraction, b = 1 - fraction;
+  return {a * a * a * (10 + a * (6 * a - 15)), 30 * a * a * b * b / duration};
+}
+
+/// A point of the arc of a circle from `from` through `across`, about the origin.
+Intent on_arc(const Vec3& from, const Vec3& across, double radius, double angle, double rate) {
+  const double c = portable_cos(angle), s = portable_sin(angle);
+  return {radius * (c * from + s * across), radius * rate * (c * across - s * from)};
+}
+
+/// Along the shorter great arc; the plane of an arc of half a turn does not matter.
+Intent travel(const Vec3& from, const Vec3& to, double radius, const Progress& progress) {
+  const Vec3 rest = to - dot(to, from) * from;
+  const double sine = norm(rest);
+  const Vec3 across = sine > 1e-9 ? rest / sine : any_perpendicular(from);
+  // half-angle form: the angle from its half chord, by Newton on the portable sine
+  const double half_sine = norm(to - from) / 2, half_cosine = norm(to + from) / 2;
+  double half = half_sine < half_cosine ? half_sine : kPi / 2 - half_cosine;
+  for (int i = 0; i < 4; ++i) {
+    half += half_sine * portable_cos(half) - half_cosine * portable_sin(half);
+  }
+  return on_arc(from, across, radius, 2 * half * progress.s, 2 * half * progress.rate);
+}
+
+Intent stroke_motion(const IntentConfig& config, uint64_t seed, double t) {
+  const IntentPhase phase = intent_phase(config, t);
+  const Progress progress = minimum_jerk(phase.fraction, phase.duration);
+  const Stroke stroke = stroke_at(config, seed, phase.stroke);
+  const double depth = config.hover_radius - config.press_radius;
+  switch (phase.part) {
+    case IntentPart::kReach:
+      return {(config.hover_radius - depth * progress.s) * stroke.from,
+              -depth * progress.rate * stroke.from};
+    case IntentPart::kSlide:
+      return on_arc(stroke.from, stroke.across, config.press_radius,
+                    config.stroke_angle * progress.s, config.stroke_angle * progress.rate);
+    case IntentPart::kLift:
+      return {(config.press_radius + depth * progress.s) * stroke.to,
+              depth * progress.rate * stroke.to};
+    case IntentPart::kTravel:
+      break;
+  }
+  const Stroke next = stroke_at(config, seed, phase.stroke + 1);
+  return travel(stroke.to, next.from, config.hover_radius, progress);
+}
+
+Intent tremor(double amplitude, uint64_t seed, double t) {
+  SplitMix random = stream_of(seed, kTremorStream);
+  Intent out;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double speed = 2 * kPi * (kTremorLow + (kTremorHigh - kTremorLow) * random.uniform());
+    const double angle = speed * t + 2 * kPi * random.uniform();
+    out.p_B[axis] = amplitude / std::sqrt(3.0) * portable_sin(angle);
+    out.v_B[axis] = amplitude / std::sqrt(3.0) * speed * portable_cos(angle);
+  }
+  return out;
+}
+
+}  // namespace
+
+IntentPhase intent_phase(const IntentConfig& config, double t) {
+  const double strokes = std::fmax(t, 0) / config.stroke_time;
+  const double cycles = std::floor(strokes / kCycleShare);
+  const double share = std::fmax(strokes - cycles * kCycleShare, 0);
+  constexpr struct {
+    IntentPart part;
+    double start, end;
+  } kParts[] = {{IntentPart::kReach, 0, kReachShare},
+                {IntentPart::kSlide, kReachShare, 1 - kReachShare},
+                {IntentPart::kLift, 1 - kReachShare, 1},
+                {IntentPart::kTravel, 1, kCycleShare}};
+  int i = 0;
+  while (i < 3 && share >= kParts[i].end) ++i;
+  const double length = kParts[i].end - kParts[i].start;
+  const double fraction = std::fmin((share - kParts[i].start) / length, 1);
+  return {static_cast<uint64_t>(cycles), kParts[i].part, fraction, length * config.stroke_time};
+}
+
+Intent intent_at(const IntentConfig& config, uint64_t seed, double t) {
+  const double elapsed = std::fmax(t, 0);
+  const Intent stroke = stroke_motion(config, seed, elapsed);
+  const Intent shake = tremor(config.tremor_amplitude, seed, elapsed);
+  const Vec3 p_B = config.centre_B + stroke.p_B + shake.p_B;
+  return {p_B, t < 0 ? Vec3{} : stroke.v_B + shake.v_B};
+}
+
+}  // namespace haptic

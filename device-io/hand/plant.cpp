@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/hand/plant.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "device-io/hand/intent.h"
+
+namespace haptic {
+namespace {
+
+/// A device nobody holds has no intention.
+bool is_held(const SimulatedHandConfig& config) {
+  return config.hand_stiffness > 0 || config.hand_damping > 0;
+}
+
+Vec3 intent_position(const SimulatedHandConfig& config, double t) {
+  return is_held(config) ? intent_at(config.intent, config.seed, t).p_B : Vec3{};
+}
+
+/// One axis over one step: what moves it and where it is.
+struct Axis {
+  double force;        // of the device [N]
+  double intent_step;  // the intention moves by this much [m]
+  double stretch;      // x − x_h at the start [m]
+  double velocity;     // at the start [m/s]
+};
+
+/// Displacement and end velocity of an axis. With the mean velocity u, v₁ = 2u − v₀ and all forces
+/// at the middle of the step: u (2M + h(b + b_h) + h²k/2) = 2M v₀ + h F − J, J the friction
+/// impulse.
+struct AxisStep {
+  double displacement, velocity, friction_loss;
+};
+
+AxisStep step_axis(const SimulatedHandConfig& c, const Axis& axis, double h) {
+  const double mass = c.mass + c.hand_mass;
+  const double intent_velocity = axis.intent_step / h;
+  const double force = axis.force - c.hand_stiffness * (axis.stretch - axis.intent_step / 2) +
+                       c.hand_damping * intent_velocity;
+  const double impulse = 2 * mass * axis.velocity + h * force;
+  const double friction = h * c.coulomb_friction;
+  // stick: friction takes the momentum, and its kinetic energy with it
+  if (std::fabs(impulse) <= friction) {
+    return {0, 0, mass * axis.velocity * axis.velocity / 2};
+  }
+  const double u = (impulse - std::copysign(friction, impulse)) /
+                   (2 * mass + h * (c.damping + c.hand_damping) + h * h * c.hand_stiffness / 2);
+  return {h * u, 2 * u - axis.velocity, friction * std::fabs(u)};
+}
+
+void account(const SimulatedHandConfig& c, const Axis& axis, const AxisStep& step, double h,
+             HandEnergy& energy) {
+  const double slip = step.displacement - axis.intent_step;
+  const double on_hand = c.hand_stiffness * (axis.stretch + slip / 2) + c.hand_damping * slip / h;
+  energy.device_work += axis.force * step.displacement;
+  energy.intention_work -= on_hand * axis.intent_step;
+  energy.device_loss += c.damping * step.displacement * step.displacement / h + step.friction_loss;
+  energy.hand_loss += c.hand_damping * slip * slip / h;
+}
+
+}  // namespace
+
+HandPlant start_plant(const SimulatedHandConfig& config) {
+  HandPlant plant;
+  plant.intent_B = intent_position(config, 0);
+  plant.p_B = plant.intent_B;
+  return plant;
+}
+
+void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
+             int64_t dt_ns) {
+  const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
+  if (steps <= 0) return;
+  const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
+  for (int64_t i = 1; i <= steps; ++i) {
+    const double t = 1e-9 * static_cast<double>(plant.t_ns) + h * static_cast<double>(i);
+    const Vec3 intent_B = intent_position(config, t);
+    for (int k = 0; k < 3; ++k) {
+      const Axis axis{force_B[k], intent_B[k] - plant.intent_B[k], plant.p_B[k] - plant.intent_B[k],
+                      plant.v_B[k]};
+      const AxisStep step = step_axis(config, axis, h);
+      account(config, axis, step, h, plant.energy);
+      plant.p_B[k] += step.displacement;
+      plant.v_B[k] = step.velocity;
+    }
+    plant.intent_B = intent_B;
+  }
+  plant.t_ns += dt_ns;
+}
+
+double mechanical_energy(const SimulatedHandConfig& config, const HandPlant& plant) {
+  const double mass = config.mass + config.hand_mass;
+  return mass * norm_squared(plant.v_B) / 2 +
+         config.hand_stiffness * norm_squared(plant.p_B - plant.intent_B) / 2;
+}
+
+}  // namespace haptic

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "device-io/device.h"
+#include "proto/log/hand_trace.h"
+
+namespace haptic {
+
+/// A recorded hand as a curve over time. Times are those of the recording.
+class HandCurve {
+ public:
+  /// Takes at least two samples, strictly increasing in time. Velocities the recording does not
+  /// have (linear, angular, or both all zero) are differentiated from its poses.
+  HandCurve(std::vector<DeviceState> samples, Resampling resampling, double max_gap);
+
+  /// The state at t_ns; t_ns of the result is the instant its pose is true at.
+  ///  - Within 1 µs of a sample: that sample, bit for bit.
+  ///  - Between two samples, cubic: position by the Hermite cubic whose slopes are those of the
+  ///    parabola through three neighbours (Catmull–Rom on unequal times, C¹), orientation by slerp
+  ///    along the shorter arc, twist the derivative of both; grip blends, buttons hold.
+  ///  - Between two samples, hold: the earlier one.
+  ///  - In a hole longer than max_gap: its first sample at rest, kDeviceHeld. After the last
+  ///  sample:
+  ///    that one at rest, kDeviceHeld | kDeviceEnded.
+  /// kDeviceFresh marks all others; kDeviceHomed and kDeviceSimulated are as recorded.
+  DeviceState at(int64_t t_ns) const;
+
+  const std::vector<DeviceState>& samples() const { return samples_; }
+  /// One line for people: the recording's rate and length, how it is resampled, its holes.
+  std::string description() const;
+
+ private:
+  size_t count_holes() const;
+  bool is_hole(size_t i) const;
+  double seconds(size_t i) const;
+  Vec3 slope(size_t i, size_t of_interval) const;
+  DeviceState between(size_t i, int64_t t_ns) const;
+  void differentiate();
+
+  std::vector<DeviceState> samples_;
+  Resampling resampling_;
+  int64_t max_gap_ns_;
+};
+
+/// A recording played back: open loop, the force has no effect. The first tick shows the first
+/// sample; after that the trace follows the deadlines, so that a late tick does not bend it.
+class Replay final : public Device {
+ public:
+  /// Loads config.replay. Throws what load_hand_trace throws.
+  explicit Replay(const DeviceConfig& config);
+  Replay(HandCurve curve, double max_force);
+
+  DeviceCaps caps() const override;
+  std::string description() const override { return curve_.description(); }
+  bool read(const TickTime& tick, DeviceState& state) override;
+  void write(const Wrench&) override {}
+  void stop() override {}
+
+ private:
+  HandCurve curve_;
+  double max_force_;
+  int64_t first_deadline_ns_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace haptic

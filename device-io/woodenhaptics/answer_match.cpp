@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/woodenhaptics/answer_match.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr int kMostOwed = 1000;  // a device that is silent for ever is owed no more
+
+// Doubt, in answers that match and make up for it. A surplus: a session that is held up may cause a
+// few in a second, old answers between the new ones cause eight within 40 ms. A challenge that
+// fails alone: nothing honest does it, and two with the longest spacing between them are to be
+// enough.
+constexpr int kDistrust = 400;
+constexpr int kDoubtOfSurplus = kDistrust / 8;
+constexpr int kDoubtOfFailure = (kDistrust + AnswerMatch::kMostApart + 2) / 2;
+
+}  // namespace
+
+/// Marsaglia's xorshift, 32 bits.
+int AnswerMatch::draw_apart() noexcept {
+  random_ ^= random_ << 13;
+  random_ ^= random_ >> 17;
+  random_ ^= random_ << 5;
+  return kFewestApart + static_cast<int>(random_ % (kMostApart - kFewestApart + 1));
+}
+
+void AnswerMatch::doubt(int weight) noexcept {
+  doubt_ = std::clamp(doubt_ + weight, 0, kDistrust);
+  distrusted_ = doubt_ == kDistrust || (distrusted_ && doubt_ > 0);
+}
+
+Challenge AnswerMatch::ask(bool may) noexcept {
+  ++asked_;
+  // asked again before the echo: it may still come, behind it one answer more
+  const bool awaited = awaits_echo();
+  alone_ = !awaited && settled_ && owed_ == 0;
+  const bool due = !alone_ || asked_ >= apart_;
+  const bool challenges = !awaited && may && due;
+  if (challenges) {
+    echo_ = settled_ ? Challenge::kNotThree : Challenge::kNoBegin;
+    ahead_ = owed_;
+    behind_ = 0;
+  }
+  behind_ = std::min(behind_ + 1, kMostOwed);
+  owed_ = std::min(owed_ + (challenges ? 2 : 1), kMostOwed);
+  return challenges ? echo_ : Challenge::kNone;
+}
+
+bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
+  if (awaits_echo() && error == static_cast<int32_t>(echo_)) {
+    echo_ = Challenge::kNone;
+    settled_ = true;
+    owed_ = behind_;
+    asked_ = 0;
+    apart_ = draw_apart();
+    return true;
+  }
+  const bool surplus = owed_ == 0, failed = awaits_echo() && alone_;
+  // no line is left that this could be the answer to, but one behind the challenge
+  const bool jumped = awaits_echo() && ahead_ == 0;
+  if (jumped) echo_ = Challenge::kNone;
+  ahead_ = std::max(ahead_ - 1, 0);
+  owed_ = std::max(owed_ - 1, 0);
+  alone_ = false;
+  if (settled_ && !surplus && !jumped) {
+    doubt(-1);
+    return false;
+  }
+  if (settled_ && !excused) {
+    if (surplus) doubt(kDoubtOfSurplus);
+    if (failed) doubt(kDoubtOfFailure);
+  }
+  settled_ = false;
+  return false;
+}
+
+}  // namespace haptic

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/woodenhaptics/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace haptic {
+namespace {
+
+constexpr double kSingular = 1e-3;  // of the determinant at a right elbow: nearly straight
+
+/// Radians of joint i for one count of its motor.
+double angle_of_count(const WoodenHapticsGeometry& g, int i) {
+  const size_t k = static_cast<size_t>(i);
+  return g.direction[k] * 2 * std::numbers::pi / (g.counts_per_turn * g.ratio[k]);
+}
+
+/// Distance of the tip from A's axis.
+double reach(const WoodenHapticsGeometry& g, const Vec3& q) {
+  return g.upper_arm * std::sin(q.y) + g.forearm * std::sin(q.z);
+}
+
+/// Newton metres at joint i for one ampere in its motor.
+double torque_of_current(const WoodenHapticsGeometry& g, int i) {
+  const size_t k = static_cast<size_t>(i);
+  return g.direction[k] * g.ratio[k] * g.torque_constant;
+}
+
+}  // namespace
+
+Vec3 joint_angles(const WoodenHapticsGeometry& g, const MotorCounts& counts) {
+  Vec3 q;
+  for (int i = 0; i < 3; ++i) {
+    const size_t k = static_cast<size_t>(i);
+    q[i] = angle_of_count(g, i) * (static_cast<double>(counts[k]) + g.home_counts[k]);
+  }
+  return q;
+}
+
+MotorCounts motor_counts(const WoodenHapticsGeometry& g, const Vec3& q) {
+  MotorCounts counts;
+  for (int i = 0; i < 3; ++i) {
+    const size_t k = static_cast<size_t>(i);
+    counts[k] = static_cast<int32_t>(std::floor(q[i] / angle_of_count(g, i))) - g.home_counts[k];
+  }
+  return counts;
+}
+
+Vec3 tip_position(const WoodenHapticsGeometry& g, const Vec3& q) {
+  const double rho = reach(g, q);
+  const Vec3 tip{std::cos(q.x) * rho, std::sin(q.x) * rho,
+                 g.shoulder_height + g.upper_arm * std::cos(q.y) - g.forearm * std::cos(q.z)};
+  return tip - g.origin;
+}
+
+bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q) {
+  const Vec3 tip = p_B + g.origin;
+  const double rho = std::hypot(tip.x, tip.y);
+  const double height = tip.z - g.shoulder_height;
+  const double distance = std::hypot(rho, height);
+  // the triangle shoulder, elbow, tip: its angles at the elbow and at the shoulder
+  const double b = g.upper_arm, c = g.forearm;
+  const double cos_elbow = (b * b + c * c - distance * distance) / (2 * b * c);
+  const double cos_shoulder = (b * b + distance * distance - c * c) / (2 * b * distance);
+  if (!(std::fabs(cos_elbow) < 1 && std::fabs(cos_shoulder) <= 1 && rho > 0)) return false;
+  const double beta = std::atan2(rho, height) - std::acos(cos_shoulder);
+  q = {std::atan2(tip.y, tip.x), beta, std::acos(cos_elbow) - beta};
+  return true;
+}
+
+Mat3 tip_jacobian(const WoodenHapticsGeometry& g, const Vec3& q) {
+  const double rho = reach(g, q), b = g.upper_arm, c = g.forearm;
+  const double sin_a = std::sin(q.x), cos_a = std::cos(q.x);
+  return from_columns({-sin_a * rho, cos_a * rho, 0},
+                      {b * cos_a * std::cos(q.y), b * sin_a * std::cos(q.y), -b * std::sin(q.y)},
+                      {c * cos_a * std::cos(q.z), c * sin_a * std::cos(q.z), c * std::sin(q.z)});
+}
+
+Vec3 motor_currents(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& F_B) {
+  const Vec3 torque = transpose(tip_jacobian(g, q)) * F_B;
+  Vec3 currents;
+  for (int i = 0; i < 3; ++i) currents[i] = torque[i] / torque_of_current(g, i);
+  return currents;
+}
+
+Vec3 tip_force(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& currents) {
+  const Mat3 J = tip_jacobian(g, q);
+  const Vec3 a = J.column(0), b = J.column(1), c = J.column(2);
+  Vec3 torque;
+  for (int i = 0; i < 3; ++i) torque[i] = torque_of_current(g, i) * currents[i];
+  // Cramer: τ_i = column_i · F
+  const double determinant = dot(a, cross(b, c));
+  if (std::fabs(determinant) < kSingular * g.upper_arm * g.forearm * g.forearm) return {};
+  return (torque.x * cross(b, c) + torque.y * cross(c, a) + torque.z * cross(a, b)) / determinant;
+}
+
+}  // namespace haptic

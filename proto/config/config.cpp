@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config.h"
+
+#include <filesystem>
+#include <string>
+
+#include "proto/config/config_material.h"
+#include "proto/config/config_section.h"
+#include "proto/config/config_shape.h"
+#include "proto/config/config_text.h"
+#include "proto/config/config_tool.h"
+#include "proto/os/message.h"
+#include "proto/os/regular_file.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Words<DeviceKind, 3> kDeviceKinds{{{"simulated-hand", DeviceKind::kSimulatedHand},
+                                             {"replay", DeviceKind::kReplay},
+                                             {"woodenhaptics", DeviceKind::kWoodenHaptics}}};
+constexpr Words<Resampling, 2> kResamplings{
+    {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
+constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
+                                         {"oscillate", MotionKind::kOscillate},
+                                         {"spin", MotionKind::kSpin}}};
+// the servo's grid: below it is no haptics, above it no device
+constexpr Range kServoRates{100, 10e3};
+constexpr Range kPollRates{10, 100e3};
+constexpr Range kProxyRadii{0, 0.1};  // a larger one reaches further than a scene
+constexpr Range kSimRates{50, 1e3};   // a pose is carried for 20 ms at most: kMaxExtrapolation
+constexpr int64_t kButtons = 32;
+constexpr Range kCurrents{0, 6, true};  // above, the firmware of a WoodenHaptics takes it for zero
+
+void read_session(Section& root, SessionConfig& config) {
+  root.require("session", "[session] with name = \"bunny\"");
+  Section session = *root.section("session");
+  session.require("name", "name = \"bunny\"");
+  session.read_text("name", config.name);
+  const std::string problem = session_name_problem(view(config.name));
+  if (!problem.empty()) session.fail_at("name", problem);
+  session.read_choice("renderer", words(kRenderers), config.renderer);
+  session.read_flag("realtime", config.realtime);
+  session.finish();
+}
+
+void read_rates(Section& root, SessionConfig& config) {
+  if (auto servo = root.section("servo")) {
+    servo->read_quantity("rate", Dimension::kFrequency, kServoRates, config.servo_rate);
+    servo->read_choice("wake", words(kWakes), config.servo_wake);
+    servo->finish();
+  }
+  if (auto contact = root.section("contact")) {
+    contact->read_quantity("poll_rate", Dimension::kFrequency, kPollRates,
+                           config.contact_poll_rate);
+    contact->read_quantity("proxy_radius", Dimension::kLength, kProxyRadii, config.proxy_radius);
+    double bytes = static_cast<double>(config.mesh_memory_limit);
+    constexpr Range kMemory{1 << 20, 1e15};
+    contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
+    config.mesh_memory_limit = static_cast<uint64_t>(bytes);
+    contact->read_flag("spare", config.contact_spare);
+    read_voxel(*contact, config.voxel);
+    read_rigid(*contact, config.rigid);
+    contact->finish();
+  }
+  if (auto sim = root.section("sim")) {
+    sim->read_quantity("rate", Dimension::kFrequency, kSimRates, config.sim_rate);
+    sim->finish();
+  }
+}
+
+void read_map(Section& root, DeviceMap& map) {
+  auto section = root.section("map");
+  if (!section) return;
+  section->read_pose(map.X_WB);
+  section->read_number("motion_scale", kPositive, map.motion_scale);
+  section->read_number("force_scale", kPositive, map.force_scale);
+  if (auto tool = section->section("tool_on_grip")) {
+    tool->read_pose(map.X_HT);
+    tool->finish();
+  }
+  int64_t button = map.clutch_button;
+  section->read_integer("clutch_button", 0, kButtons - 1, button);
+  map.clutch_button = static_cast<int32_t>(button);
+  section->finish();
+}
+
+void read_intent(Section& hand, IntentConfig& intent) {
+  auto section = hand.section("intent");
+  if (!section) return;
+  section->read_lengths("centre", kAny, intent.centre_B);
+  section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
+  section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
+  section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_direction("direction", intent.direction_B);
+  section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
+  section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
+                         intent.tremor_amplitude);
+  section->finish();
+}
+
+void read_hand(Section& device, SimulatedHandConfig& hand) {
+  auto section = device.section("hand");
+  if (!section) return;
+  int64_t seed = static_cast<int64_t>(hand.seed);
+  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
+  hand.seed = static_cast<uint64_t>(seed);
+  section->read_quantity("mass", Dimension::kMass, kPositive, hand.mass);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative, hand.damping);
+  section->read_quantity("coulomb_friction", Dimension::kForce, kNotNegative,
+                         hand.coulomb_friction);
+  section->read_quantity("encoder_step", Dimension::kLength, kNotNegative, hand.encoder_step);
+  section->read_quantity("hand_mass", Dimension::kMass, kNotNegative, hand.hand_mass);
+  section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
+  section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
+                         hand.hand_stiffness);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  read_intent(*section, hand.intent);
+  section->finish();
+}
+
+void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_folder) {
+  auto section = device.section("replay");
+  if (!section) return;
+  section->require("path", "path = \"hand.csv\"");
+  std::string path;
+  section->read_text("path", path);
+  // whether it is there is for the device to say: `hapt replay` names another
+  const fs::path file = fs::absolute(config_folder / path).lexically_normal();
+  if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
+  assign(replay.path, file.string());
+  section->read_choice("resampling", words(kResamplings), replay.resampling);
+  section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_text("column", replay.column);
+  section->read_direction("axis", replay.axis_B);
+  if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {
+    section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
+  }
+  section->finish();
+}
+
+void read_serial(Section& device, SerialConfig& serial) {
+  auto section = device.section("serial");
+  if (!section) return;
+  section->require("path", "path = \"/dev/ttyACM0\"");
+  section->read_text("path", serial.path);
+  section->read_quantity("max_current", Dimension::kCurrent, kCurrents, serial.max_current);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
+                         serial.velocity_cutoff);
+  section->finish();
+}
+
+void read_device(Section& root, DeviceConfig& device, const fs::path& config_folder) {
+  root.require("device", "[device] with kind = \"simulated-hand\"");
+  Section section = *root.section("device");
+  section.require("kind", "kind = \"simulated-hand\"");
+  section.read_choice("kind", words(kDeviceKinds), device.kind);
+  section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
+  section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
+  section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
+  section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
+  section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
+  section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
+  section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.rotational_damping);
+  if (device.kind == DeviceKind::kReplay) {
+    section.require("replay", "[device.replay] with path = \"hand.csv\"");
+  }
+  if (device.kind == DeviceKind::kWoodenHaptics) {
+    section.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
+  }
+  read_hand(section, device.hand);
+  read_serial(section, device.serial);
+  read_replay(section, device.replay, config_folder);
+  section.finish();
+}
+
+void read_coupling(Section& root, CouplingConfig& coupling) {
+  auto section = root.section("coupling");
+  if (!section) return;
+  section->read_quantity("stiffness", Dimension::kStiffness, kNotNegative,
+                         coupling.translational_stiffness);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative,
+                         coupling.translational_damping);
+  section->read_quantity("rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
+                         coupling.rotational_stiffness);
+  section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                         coupling.rotational_damping);
+  section->read_quantity("max_force", Dimension::kForce, kPositive, coupling.max_force);
+  section->read_quantity("max_torque", Dimension::kTorque, kPositive, coupling.max_torque);
+  section->finish();
+}
+
+void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
+  // motors that nobody has asked for stay quiet
+  safety.armed_at_start = device == DeviceKind::kWoodenHaptics ? 0 : 1;
+  auto section = root.section("safety");
+  if (!section) return;
+  section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);
+  section->read_quantity("max_torque", Dimension::kTorque, kNotNegative, safety.max_torque);
+  section->read_quantity("soft_start", Dimension::kTime, kNotNegative, safety.soft_start);
+  section->read_quantity("slew", Dimension::kForceRate, kPositive, safety.slew);
+  section->read_quantity("velocity_limit", Dimension::kSpeed, kPositive, safety.velocity_limit);
+  int64_t button = safety.dead_man_button;
+  section->read_integer("dead_man_button", 0, kButtons - 1, button);
+  safety.dead_man_button = static_cast<int32_t>(button);
+  section->read_flag("armed_at_start", safety.armed_at_start);
+  section->finish();
+}
+
+void read_motion(Section& object, MotionConfig& motion) {
+  auto section = object.section("motion");
+  if (!section) return;
+  section->require("kind", "kind = \"oscillate\"");
+  section->read_choice("kind", words(kMotions), motion.kind);
+  if (motion.kind == MotionKind::kStatic) return section->finish();
+  section->read_direction("axis", motion.axis_O);
+  section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
+  section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
+  if (motion.kind != MotionKind::kStatic) section->require("frequency", "frequency = \"0.5 Hz\"");
+  if (motion.kind == MotionKind::kOscillate) {
+    section->require("amplitude", "amplitude = \"5 mm\"");
+  }
+  section->finish();
+}
+
+void read_object(Section& section, SessionConfig& config, const fs::path& config_folder) {
+  if (config.n_objects == kMaxObjects) {
+    section.fail_at("name", "is one [[object]] too many; " + std::to_string(kMaxObjects) +
+                                " is the most a session can hold, join some meshes");
+  }
+  ObjectConfig& object = config.objects[config.n_objects];
+  section.require("name", "name = \"bunny\"");
+  section.read_text("name", object.name);
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    if (config.objects[i].name == object.name) {
+      section.fail_at("name", "is used twice ('" + shown(view(object.name)) +
+                                  "'); give each [[object]] its own name");
+    }
+  }
+  read_shape(section, config_folder, object);
+  section.read_pose(object.X_WO);
+  read_motion(section, object.motion);
+  read_material(section, config, config_folder, object.material);
+  section.finish();
+  ++config.n_objects;
+}
+
+/// A body has a mesh, and where it has a proxy, springs that bring it back.
+void check_body(Section& root, const SessionConfig& config) {
+  if (!is_of_body(config.renderer)) return;
+  if (view(config.tool.mesh).empty()) {
+    root.section("session")->fail_at(
+        "renderer",
+        "moves a tool with six degrees of freedom, and there is none; add [tool] with "
+        "mesh = \"bunny00.off\" or primitive = \"sphere\"");
+  }
+  const CouplingConfig& coupling = config.coupling;
+  if (!has_springs(config.proxy, config.renderer)) return;
+  if (coupling.translational_stiffness > 0 && coupling.rotational_stiffness > 0) return;
+  root.section("session")->fail_at(
+      "renderer",
+      "has a proxy that moves and turns, and no spring for it; set stiffness = \"800 N/m\" and "
+      "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
+}
+
+}  // namespace
+
+namespace {
+
+SessionConfig read_config(std::string_view toml_text, const std::string& origin) {
+  if (toml_text.size() > kMostConfigText) {
+    throw ConfigError(origin + ": has more than " + std::to_string(kMostConfigText >> 10) +
+                      " KiB; make it shorter");
+  }
+  const TomlDocument document(toml_text, origin);
+  const fs::path file = fs::absolute(origin).lexically_normal();
+  const fs::path folder = file.parent_path();
+  SessionConfig config;
+  assign(config.file, file.string());
+
+  Section root = document.root();
+  read_session(root, config);
+  read_rates(root, config);
+  read_map(root, config.map);
+  read_device(root, config.device, folder);
+  read_coupling(root, config.coupling);
+  read_safety(root, config.device.kind, config.safety);
+  read_tool(root, folder, config.tool);
+  read_proxy(root, config.proxy);
+  for (Section& object : root.sections("object")) read_object(object, config, folder);
+  root.finish();
+  check_body(root, config);
+  return config;
+}
+
+}  // namespace
+
+SessionConfig parse_config(std::string_view toml_text, const std::string& origin) {
+  try {
+    return read_config(toml_text, origin);
+  } catch (const ConfigError& error) {
+    // it may quote what is in the file
+    throw ConfigError(one_line(error.what()));
+  }
+}
+
+std::string session_name_problem(std::string_view name) {
+  constexpr size_t kLongest = 32;
+  constexpr std::string_view kAllowed =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  const bool good = !name.empty() && name.size() <= kLongest &&
+                    name.find_first_not_of(kAllowed) == std::string_view::npos;
+  if (good) return {};
+  return "cannot be the name of a session; use 1 to " + std::to_string(kLongest) +
+         " letters, digits, '-' and '_'";
+}
+
+std::string read_config_text(const std::string& path) {
+  std::string text;
+  const std::string problem = read_regular_file(path, kMostConfigText, text);
+  if (!problem.empty()) {
+    throw ConfigError(path + ": " + problem +
+                      "; name a session file (.toml), examples are in configs/");
+  }
+  return text;
+}
+
+SessionConfig load_config(const std::string& path) {
+  return parse_config(read_config_text(path), path);
+}
+
+}  // namespace haptic

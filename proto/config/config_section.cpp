@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config_section.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+namespace haptic {
+namespace {
+
+constexpr double kUnitTolerance = 1e-3;  // of a typed quaternion's length
+constexpr size_t kLongestReason = 240;   // of the parser, with words of the file in it [characters]
+
+/// Insertions, deletions and substitutions that turn a into b (Levenshtein).
+size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (size_t j = 0; j < b.size(); ++j) {
+      const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string type_name(const toml::node& node) {
+  if (node.is_table()) return "a table";
+  if (node.is_array()) return "an array";
+  if (node.is_string()) return "text";
+  if (node.is_boolean()) return "true or false";
+  if (node.is_number()) return "a number";
+  return "a date or time";
+}
+
+toml::table parse_toml(std::string_view text, const std::string& origin) {
+  try {
+    return toml::parse(text, std::string_view(origin));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw ConfigError(origin + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+                      ": not TOML: " + printable(error.description(), kLongestReason) +
+                      "; see https://toml.io for the syntax");
+  }
+}
+
+}  // namespace
+
+TomlDocument::TomlDocument(std::string_view text, std::string origin)
+    : origin_(std::move(origin)),
+      table_(std::make_unique<toml::table>(parse_toml(text, origin_))) {}
+
+TomlDocument::~TomlDocument() = default;
+
+Section TomlDocument::root() const {
+  return Section(*table_, "the file", origin_);
+}
+
+bool Section::has(std::string_view key) const {
+  return table_.contains(key);
+}
+
+void Section::fail(const toml::source_region& at, const std::string& what) const {
+  throw ConfigError(file_ + ":" + std::to_string(at.begin.line) + ":" +
+                    std::to_string(at.begin.column) + ": " + what);
+}
+
+void Section::fail_at(std::string_view key, const std::string& what) const {
+  const toml::node* node = table_.get(key);
+  fail(node != nullptr ? node->source() : table_.source(), "'" + std::string(key) + "' " + what);
+}
+
+void Section::fail_missing(std::string_view key, const std::string& example) const {
+  // an empty file has no position of its own
+  toml::source_region at = table_.source();
+  at.begin.line = std::max(at.begin.line, toml::source_index{1});
+  at.begin.column = std::max(at.begin.column, toml::source_index{1});
+  fail(at, name_ + " has no '" + std::string(key) + "'; add for example " + example);
+}
+
+void Section::require(std::string_view key, const std::string& example) {
+  if (!has(key)) fail_missing(key, example);
+}
+
+const toml::node* Section::take(std::string_view key) {
+  asked_.push_back(key);
+  return table_.get(key);
+}
+
+std::string Section::suggestion(std::string_view word, const std::vector<std::string_view>& known) {
+  std::string list;
+  std::string_view nearest;
+  size_t distance = std::max<size_t>(2, word.size() / 3) + 1;
+  for (const std::string_view k : known) {
+    list += (list.empty() ? "" : ", ") + std::string(k);
+    if (const size_t d = edit_distance(word, k); d < distance) {
+      distance = d;
+      nearest = k;
+    }
+  }
+  if (!nearest.empty()) return "did you mean '" + std::string(nearest) + "'?";
+  return "known here: " + list;
+}
+
+void Section::finish() const {
+  for (auto&& [key, node] : table_) {
+    if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
+    fail(key.source(), "unknown key '" + shown(key.str()) + "' in " + name_ + "; " +
+                           suggestion(key.str(), asked_));
+  }
+}
+
+double Section::quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
+                            const Range& range) const {
+  const std::string quoted = "'" + std::string(key) + "' ";
+  const auto text = node.value_exact<std::string_view>();
+  if (!text) {
+    fail(node.source(),
+         quoted +
+             (node.is_number() ? std::string("needs a unit")
+                               : "is " + type_name(node) + ", not text with a unit") +
+             "; " + how_to_write(dimension));
+  }
+  try {
+    return parse_quantity(*text, dimension, range);
+  } catch (const QuantityError& error) {
+    fail(node.source(), quoted + error.what());
+  }
+}
+
+double Section::number_of(const toml::node& node, std::string_view key, const Range& range) const {
+  const std::string quoted = "'" + std::string(key) + "' ";
+  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value) {
+    fail(node.source(), quoted + "is " + type_name(node) + ", not a number; write it without " +
+                            "quotes and unit");
+  }
+  const std::string wrong = number_problem(*value, range);
+  if (!wrong.empty()) fail(node.source(), quoted + wrong);
+  return *value;
+}
+
+const toml::array& Section::array_of(const toml::node& node, std::string_view key, size_t size,
+                                     const std::string& example) const {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->size() != size) {
+    fail(node.source(), "'" + std::string(key) + "' must be " + std::to_string(size) +
+                            " values; write for example " + example);
+  }
+  return *array;
+}
+
+bool Section::read_quantity(std::string_view key, Dimension dimension, const Range& range,
+                            double& out) {
+  const toml::node* node = take(key);
+  if (node != nullptr) out = quantity_of(*node, key, dimension, range);
+  return node != nullptr;
+}
+
+bool Section::read_number(std::string_view key, const Range& range, double& out) {
+  const toml::node* node = take(key);
+  if (node != nullptr) out = number_of(*node, key, range);
+  return node != nullptr;
+}
+
+bool Section::read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<int64_t>();
+  if (!value || *value < min || *value > max) {
+    fail_at(key, "must be a whole number from " + std::to_string(min) + " to " +
+                     std::to_string(max) + "; write it without quotes");
+  }
+  out = *value;
+  return true;
+}
+
+bool Section::read_flag(std::string_view key, uint32_t& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<bool>();
+  if (!value) fail_at(key, "is " + type_name(*node) + "; write true or false");
+  out = *value ? 1 : 0;
+  return true;
+}
+
+bool Section::read_text(std::string_view key, std::string& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const auto value = node->value_exact<std::string>();
+  if (!value) fail_at(key, "is " + type_name(*node) + ", not text; put it in quotes");
+  if (value->empty()) fail_at(key, "is empty; write a value or remove the line");
+  out = *value;
+  return true;
+}
+
+bool Section::read_quantities(std::string_view key, Dimension dimension, const Range& range,
+                              Vec3& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const std::string one = "\"" + std::string(example_of(dimension)) + "\"";
+  const toml::array& array = array_of(*node, key, 3, "[" + one + ", " + one + ", " + one + "]");
+  for (int i = 0; i < 3; ++i) {
+    out[i] = quantity_of(*array.get(static_cast<size_t>(i)), key, dimension, range);
+  }
+  return true;
+}
+
+bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) {
+  return read_quantities(key, Dimension::kLength, range, out);
+}
+
+bool Section::read_direction(std::string_view key, Vec3& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  const toml::array& array = array_of(*node, key, 3, "[0, 0, 1]");
+  Vec3 direction;
+  for (int i = 0; i < 3; ++i) {
+    direction[i] = number_of(*array.get(static_cast<size_t>(i)), key, kAny);
+  }
+  const double length = norm(direction);
+  if (!(length > 0) || !std::isfinite(length)) {
+    fail_at(key, "has no direction; write for example [0, 0, 1]");
+  }
+  out = direction / length;
+  return true;
+}
+
+bool Section::read_rotation(std::string_view key, Quat& out) {
+  std::optional<Section> rotation = section(key);
+  if (!rotation) return false;
+  if (const toml::node* node = rotation->take("quaternion"); node != nullptr) {
+    const toml::array& q = array_of(*node, "quaternion", 4, "[0, 0, 0, 1]");
+    const auto part = [&](size_t i) { return number_of(*q.get(i), "quaternion", kAny); };
+    const Quat typed{part(0), part(1), part(2), part(3)};
+    if (!(std::abs(std::sqrt(dot(typed, typed)) - 1) < kUnitTolerance)) {
+      rotation->fail_at("quaternion",
+                        "has not length 1; order is x, y, z, w, none is [0, 0, 0, 1]");
+    }
+    out = normalized(typed);
+  } else {
+    Vec3 axis{0, 0, 1};
+    double angle = 0;
+    rotation->require("axis", "axis = [0, 0, 1]");
+    rotation->require("angle", "angle = \"90 deg\"");
+    rotation->read_direction("axis", axis);
+    rotation->read_quantity("angle", Dimension::kAngle, kAny, angle);
+    out = from_rotation_vector(angle * axis);
+  }
+  rotation->finish();
+  return true;
+}
+
+void Section::read_pose(Pose& out) {
+  read_lengths("position", kAny, out.p);
+  read_rotation("rotation", out.q);
+}
+
+std::optional<Section> Section::section(std::string_view key) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return std::nullopt;
+  const toml::table* table = node->as_table();
+  if (table == nullptr) fail_at(key, "is " + type_name(*node) + ", not a table; see configs/");
+  // in [device] it is [device.hand], in [[object]] it is [object.motion]
+  const size_t begin = name_.find_first_not_of('[');
+  const bool is_top = begin == 0;
+  const std::string outer = is_top ? "" : name_.substr(begin, name_.find(']') - begin) + ".";
+  const std::string name = "[" + outer + std::string(key) + "]";
+  return Section(*table, name, file_);
+}
+
+std::vector<Section> Section::sections(std::string_view key) {
+  std::vector<Section> out;
+  const toml::node* node = take(key);
+  if (node == nullptr) return out;
+  if (!node->is_array_of_tables()) {
+    fail_at(key, "must be a list of tables; write [[" + std::string(key) + "]] in double brackets");
+  }
+  for (const toml::node& element : *node->as_array()) {
+    out.emplace_back(*element.as_table(), "[[" + std::string(key) + "]]", file_);
+  }
+  return out;
+}
+
+}  // namespace haptic

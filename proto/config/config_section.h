@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "proto/config/config.h"
+#include "proto/config/quantity.h"
+
+// toml++ takes long to compile: config_section.cpp alone includes it
+namespace toml {
+inline namespace v3 {
+class array;
+class node;
+class table;
+struct source_region;
+}  // namespace v3
+}  // namespace toml
+
+/// Checked reading of one table of a configuration file.
+namespace haptic {
+
+/// The words a key may have, with what they mean.
+template <typename Enum, size_t N>
+using Words = std::array<std::pair<std::string_view, Enum>, N>;
+
+template <typename Enum, size_t N>
+std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& list) {
+  return list;
+}
+
+class Section;
+
+/// A configuration file as it was parsed. Throws ConfigError with file, line and column where the
+/// text is not TOML.
+class TomlDocument {
+ public:
+  TomlDocument(std::string_view text, std::string origin);
+  ~TomlDocument();
+  TomlDocument(const TomlDocument&) = delete;
+
+  /// All of it; valid as long as the document.
+  Section root() const;
+
+ private:
+  std::string origin_;
+  std::unique_ptr<toml::table> table_;
+};
+
+/// A table whose keys are taken one by one. Each read_* leaves `out` alone where the key is absent
+/// and returns whether it was there; it throws ConfigError with file, line and column where the
+/// value will not do. finish() refuses every key that nobody asked for.
+class Section {
+ public:
+  /// `name` as the person wrote it: "[device.hand]".
+  Section(const toml::table& table, std::string name, const std::string& file)
+      : table_(table), name_(std::move(name)), file_(file) {}
+
+  bool read_quantity(std::string_view key, Dimension dimension, const Range& range, double& out);
+  bool read_number(std::string_view key, const Range& range, double& out);
+  bool read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out);
+  bool read_flag(std::string_view key, uint32_t& out);
+  bool read_text(std::string_view key, std::string& out);
+  /// Text that must fit into a fixed array.
+  template <size_t N>
+  bool read_text(std::string_view key, std::array<char, N>& out) {
+    std::string text;
+    if (!read_text(key, text)) return false;
+    if (text.size() >= N) {
+      fail_at(key, "is longer than " + std::to_string(N - 1) + " characters; shorten it");
+    }
+    assign(out, text);
+    return true;
+  }
+  /// One of a few words.
+  template <typename Enum>
+  bool read_choice(std::string_view key, std::span<const std::pair<std::string_view, Enum>> words,
+                   Enum& out) {
+    std::string text;
+    if (!read_text(key, text)) return false;
+    std::vector<std::string_view> known;
+    for (const auto& [word, value] : words) {
+      known.push_back(word);
+      if (word != text) continue;
+      out = value;
+      return true;
+    }
+    fail_at(key, "is '" + shown(text) + "'; " + suggestion(text, known));
+  }
+  /// Three of a kind.
+  bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);
+  bool read_lengths(std::string_view key, const Range& range, Vec3& out);
+  /// Three numbers that give a direction; made unit.
+  bool read_direction(std::string_view key, Vec3& out);
+  /// {axis, angle} or {quaternion = [x, y, z, w]}.
+  bool read_rotation(std::string_view key, Quat& out);
+  /// Keys `position` and `rotation`.
+  void read_pose(Pose& out);
+
+  /// A table inside this one; none where it is absent.
+  std::optional<Section> section(std::string_view key);
+  /// The tables of [[key]], in order.
+  std::vector<Section> sections(std::string_view key);
+
+  bool has(std::string_view key) const;
+  void finish() const;
+
+  /// Throws ConfigError at the value of `key`: "file:line:column: 'key' what".
+  [[noreturn]] void fail_at(std::string_view key, const std::string& what) const;
+  /// Throws ConfigError at the head of the table: 'key' is missing, for example `example`.
+  [[noreturn]] void fail_missing(std::string_view key, const std::string& example) const;
+  void require(std::string_view key, const std::string& example);
+
+ private:
+  const toml::node* take(std::string_view key);
+  [[noreturn]] void fail(const toml::source_region& at, const std::string& what) const;
+  double quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
+                     const Range& range) const;
+  double number_of(const toml::node& node, std::string_view key, const Range& range) const;
+  const toml::array& array_of(const toml::node& node, std::string_view key, size_t size,
+                              const std::string& example) const;
+  static std::string suggestion(std::string_view word, const std::vector<std::string_view>& known);
+
+  const toml::table& table_;
+  std::string name_;
+  const std::string& file_;
+  std::vector<std::string_view> asked_;
+};
+
+}  // namespace haptic

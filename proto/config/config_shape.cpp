@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config_shape.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "proto/os/environment.h"
+#include "proto/os/source_tree.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Words<double, 5> kMeshUnits{
+    {{"m", 1}, {"mm", 1e-3}, {"cm", 1e-2}, {"in", 0.0254}, {"any", 0}}};
+
+enum class Primitive { kBox, kSphere, kPeg, kHole, kGear, kBolt, kNut };
+constexpr Words<Primitive, 7> kPrimitives{{{"box", Primitive::kBox},
+                                           {"sphere", Primitive::kSphere},
+                                           {"peg", Primitive::kPeg},
+                                           {"hole", Primitive::kHole},
+                                           {"gear", Primitive::kGear},
+                                           {"bolt", Primitive::kBolt},
+                                           {"nut", Primitive::kNut}}};
+
+constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
+constexpr int64_t kMaxSteps = 1000;      // two million triangles
+constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;
+
+/// The folders a mesh is looked for in, after that of the config file.
+std::vector<fs::path> mesh_folders() {
+  std::vector<fs::path> folders;
+  if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
+  // a checkout keeps its meshes, an installed program those of its package
+  if (const fs::path tree = source_tree(); !tree.empty()) {
+    folders.push_back(tree / "build" / "meshes");
+  }
+  folders.emplace_back("/usr/share/hapticd/meshes");
+  return folders;
+}
+
+/// Absolute path of a mesh; "package:" skips the folder of the config file.
+std::string find_mesh(const Section& section, std::string name, const fs::path& config_folder) {
+  constexpr std::string_view kPackage = "package:";
+  std::vector<fs::path> folders = mesh_folders();
+  if (name.starts_with(kPackage)) {
+    name.erase(0, kPackage.size());
+  } else {
+    folders.insert(folders.begin(), config_folder);
+  }
+  std::string places;
+  for (const fs::path& folder : folders) {
+    const fs::path candidate = folder / name;
+    std::error_code error;
+    if (fs::is_regular_file(candidate, error)) return fs::absolute(candidate).lexically_normal();
+    places += (places.empty() ? "" : ", ") + candidate.lexically_normal().string();
+  }
+  section.fail_at("mesh", "was not found; looked for " + places +
+                              "; fetch the example meshes with `./run meshes`, or set "
+                              "HAPTICD_MESHES to the folder of yours");
+}
+
+void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& shape) {
+  std::string mesh;
+  section.read_text("mesh", mesh);
+  const std::string path = find_mesh(section, mesh, config_folder);
+  if (path.size() >= shape.mesh.size()) section.fail_at("mesh", "has too long a path: " + path);
+  assign(shape.mesh, path);
+  section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
+  section.require("size", "size = \"100 mm\", the longest side of the bounding box");
+  std::string unit;
+  section.read_text("unit", unit);
+  try {
+    shape.unit = parse_mesh_unit(unit);
+  } catch (const QuantityError& error) {
+    section.fail_at("unit", error.what());
+  }
+  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
+  section.read_flag("open", shape.allow_open);
+}
+
+void read_box(Section& section, ShapeConfig& shape) {
+  section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
+  section.read_lengths("extent", kPositive, shape.extent);
+}
+
+void read_sphere(Section& section, ShapeConfig& shape) {
+  section.require("size", "size = \"100 mm\", the diameter");
+  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
+  int64_t subdivisions = 4;
+  section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
+  shape.subdivisions = static_cast<uint32_t>(subdivisions);
+  shape.extent = {shape.size, shape.size, shape.size};
+}
+
+/// A dimension that a part cannot do without.
+double read_dimension(Section& section, std::string_view key, const char* example) {
+  double length = 0;
+  section.require(key, std::string(key) + " = \"" + example + "\"");
+  section.read_quantity(key, Dimension::kLength, kPositive, length);
+  return length;
+}
+
+void read_steps(Section& section, int64_t around, int64_t along, PartConfig& part) {
+  section.read_integer("around", 3, kMaxSteps, around);
+  section.read_integer("along", 1, kMaxSteps, along);
+  part.around = static_cast<uint32_t>(around);
+  part.along = static_cast<uint32_t>(along);
+}
+
+void read_peg(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.diameter = read_dimension(section, "diameter", "20 mm");
+  part.length = read_dimension(section, "length", "40 mm");
+  read_steps(section, 96, 16, part);
+  shape.extent = {part.diameter, part.diameter, part.length};
+}
+
+void read_hole(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.diameter = read_dimension(section, "diameter", "20 mm");
+  part.length = read_dimension(section, "length", "40 mm");
+  part.clearance = read_dimension(section, "clearance", "0.2 mm");
+  part.block = read_dimension(section, "block", "60 mm");
+  read_steps(section, 96, 16, part);
+  if (part.diameter + 2 * part.clearance >= part.block) {
+    section.fail_at("block", "is no wider than the hole; diameter + 2 clearance must fit into it");
+  }
+  shape.extent = {part.block, part.block, part.length};
+}
+
+void read_gear(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  int64_t teeth = 0;
+  section.require("teeth", "teeth = 20");
+  section.read_integer("teeth", kMinTeeth, kMaxTeeth, teeth);
+  part.teeth = static_cast<uint32_t>(teeth);
+  part.module = read_dimension(section, "module", "3 mm");
+  part.width = read_dimension(section, "width", "10 mm");
+  part.bore = read_dimension(section, "bore", "10 mm");
+  part.backlash = 0.1e-3;
+  section.read_quantity("backlash", Dimension::kLength, kNotNegative, part.backlash);
+  read_steps(section, 24 * teeth > kMaxSteps ? kMaxSteps : 24 * teeth, 8, part);
+  const double foot = part.module * (part.teeth - 2.5), tip = part.module * (part.teeth + 2.0);
+  if (part.bore >= foot) {
+    section.fail_at("bore",
+                    "reaches the foot of the teeth, at module · (teeth - 2.5); make it "
+                    "smaller");
+  }
+  if (part.backlash >= part.module) {
+    section.fail_at("backlash",
+                    "is as large as the module and leaves no teeth; write a part of a "
+                    "millimetre");
+  }
+  shape.extent = {tip, tip, part.width};
+}
+
+void read_thread(Section& section, PartConfig& part) {
+  part.diameter = read_dimension(section, "diameter", "20 mm");
+  part.pitch = read_dimension(section, "pitch", "2.5 mm");
+  part.depth = read_dimension(section, "depth", "1.4 mm");
+  if (part.depth >= 0.5 * part.diameter) {
+    section.fail_at("depth", "reaches the axis; half the diameter is too much");
+  }
+}
+
+void read_bolt(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  read_thread(section, part);
+  part.length = read_dimension(section, "length", "40 mm");
+  read_steps(section, 96, 256, part);
+  shape.extent = {part.diameter, part.diameter, part.length};
+}
+
+void read_nut(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  read_thread(section, part);
+  part.clearance = read_dimension(section, "clearance", "0.05 mm");
+  part.height = read_dimension(section, "height", "16 mm");
+  part.width = read_dimension(section, "width", "32 mm");
+  read_steps(section, 96, 128, part);
+  if (part.diameter + 2 * part.clearance >= part.width) {
+    section.fail_at("width",
+                    "is no wider than the thread; diameter + 2 clearance must fit into "
+                    "it");
+  }
+  const double across_corners = part.width * 2 / std::sqrt(3.0);
+  shape.extent = {across_corners, across_corners, part.height};
+}
+
+void read_primitive(Section& section, ShapeConfig& shape) {
+  Primitive kind = Primitive::kBox;
+  std::string name;
+  section.read_choice("primitive", words(kPrimitives), kind);
+  section.read_text("primitive", name);
+  assign(shape.mesh, "primitive:" + name);
+  shape.unit = 1;
+  switch (kind) {
+    case Primitive::kBox:
+      read_box(section, shape);
+      break;
+    case Primitive::kSphere:
+      read_sphere(section, shape);
+      break;
+    case Primitive::kPeg:
+      read_peg(section, shape);
+      break;
+    case Primitive::kHole:
+      read_hole(section, shape);
+      break;
+    case Primitive::kGear:
+      read_gear(section, shape);
+      break;
+    case Primitive::kBolt:
+      read_bolt(section, shape);
+      break;
+    case Primitive::kNut:
+      read_nut(section, shape);
+      break;
+  }
+  if (!is_finite(shape.extent)) {
+    section.fail_at("primitive", "has dimensions too large to add up; make them smaller");
+  }
+  shape.size = std::max({shape.extent.x, shape.extent.y, shape.extent.z});
+}
+
+}  // namespace
+
+double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
+  std::string known;
+  for (const auto& [word, metres] : kMeshUnits) {
+    if (text == word) return metres;
+    known += std::string(word) + ", ";
+  }
+  constexpr Range kMetresPerUnit{1e-12, kMostLength};
+  const std::string_view number = text.substr(std::min(text.find_first_not_of(" +"), text.size()));
+  double ignored = 0;
+  const bool begins_with_number =
+      std::from_chars(number.data(), number.data() + number.size(), ignored).ec !=
+      std::errc::invalid_argument;
+  if (begins_with_number) {
+    return parse_quantity(text, Dimension::kLength, kMetresPerUnit, bare_unit);
+  }
+  throw QuantityError("is '" + shown(text) + "'; known here: " + known +
+                      "or a length as \"25.4 mm\"");
+}
+
+void read_shape(Section& section, const fs::path& config_folder, ShapeConfig& shape) {
+  if (section.has("mesh") == section.has("primitive")) {
+    section.fail_missing("mesh", "mesh = \"bunny00.off\", or primitive = \"box\" (one of the two)");
+  }
+  if (section.has("mesh")) {
+    read_mesh(section, config_folder, shape);
+  } else {
+    read_primitive(section, shape);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config_tool.h"
+
+#include "proto/config/config_shape.h"
+
+namespace haptic {
+namespace {
+
+constexpr Words<SoftSolver, 3> kSolvers{{{"direct", SoftSolver::kDirect},
+                                         {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
+                                         {"quasi-static", SoftSolver::kQuasiStatic}}};
+constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit},
+                                             {"semi-implicit", Integrator::kSemiImplicit},
+                                             {"implicit", Integrator::kImplicit}}};
+constexpr Words<Braking, 2> kBrakings{
+    {{"velocity", Braking::kAlongVelocity}, {"normal", Braking::kAlongNormal}}};
+constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
+constexpr Range kDensities{1, 25e3};
+constexpr Range kRigidGains{0.05, 2};
+constexpr Range kMargins{1e-7, 1e-3};
+constexpr int64_t kMaxMoves = 64;
+constexpr int64_t kMaxOffsetLayers = 8;
+constexpr int64_t kMaxBudget = 1 << 30;
+
+/// A thin plate has Ix + Iy = Iz, and nothing has more about one axis than about the two others.
+void check_inertia(const Section& tool, const Vec3& inertia) {
+  const double sum = inertia.x + inertia.y + inertia.z;
+  for (int k = 0; k < 3; ++k) {
+    if (2 * inertia[k] <= sum * (1 + 1e-9)) continue;
+    tool.fail_at("inertia",
+                 "belongs to no body: one moment is larger than the two others "
+                 "together; write the moments about x, y, z");
+  }
+}
+
+}  // namespace
+
+void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool) {
+  auto section = root.section("tool");
+  if (!section) return;
+  assign(tool.name, "tool");
+  read_shape(*section, config_folder, tool);
+  const bool any_mass = section->read_quantity("mass", Dimension::kMass, kToolMasses, tool.mass);
+  const bool any_inertia =
+      section->read_quantities("inertia", Dimension::kInertia, kPositive, tool.inertia);
+  section->read_quantity("density", Dimension::kDensity, kDensities, tool.density);
+  if (tool.density > 0 && (any_mass || any_inertia)) {
+    section->fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");
+  }
+  if (any_inertia) check_inertia(*section, tool.inertia);
+  section->finish();
+}
+
+void read_proxy(Section& root, ProxyConfig& proxy) {
+  auto section = root.section("proxy");
+  if (!section) return;
+  SoftSolver solver{};
+  if (section->read_choice("solver", words(kSolvers), solver)) proxy.solver = solver;
+  section->read_choice("integrator", words(kIntegrators), proxy.integrator);
+  section->read_quantity("contact_stiffness", Dimension::kStiffness, kPositive,
+                         proxy.contact_stiffness);
+  section->read_quantity("contact_damping", Dimension::kDamping, kNotNegative,
+                         proxy.contact_damping);
+  section->finish();
+}
+
+Range band_range(const VoxelConfig& voxel) {
+  return {(voxel.offset_layers + 1) * voxel.size, 100 * voxel.size};
+}
+
+void read_voxel(Section& contact, VoxelConfig& voxel) {
+  auto section = contact.section("voxel");
+  if (!section) return;
+  voxel.is_wanted = 1;
+  section->read_quantity("size", Dimension::kLength, kVoxelSizes, voxel.size);
+  voxel.point_spacing = voxel.size;
+  int64_t layers = voxel.offset_layers, budget = voxel.budget;
+  section->read_integer("offset_layers", 0, kMaxOffsetLayers, layers);
+  voxel.offset_layers = static_cast<uint32_t>(layers);
+  section->read_flag("field", voxel.field);
+  voxel.band = default_band(voxel);
+  section->read_quantity("band", Dimension::kLength, band_range(voxel), voxel.band);
+  section->read_flag("open_as_sheet", voxel.open_as_sheet);
+  section->read_quantity("point_spacing", Dimension::kLength, kVoxelSizes, voxel.point_spacing);
+  section->read_quantity("stiffness", Dimension::kStiffness, kPositive, voxel.stiffness);
+  section->read_quantity("braking", Dimension::kDamping, kNotNegative, voxel.braking);
+  section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
+  section->read_integer("budget", 0, kMaxBudget, budget);
+  voxel.budget = static_cast<uint32_t>(budget);
+  section->finish();
+}
+
+void read_rigid(Section& contact, RigidConfig& rigid) {
+  auto section = contact.section("rigid");
+  if (!section) return;
+  section->read_number("k_s", kRigidGains, rigid.k_s);
+  section->read_quantity("margin", Dimension::kLength, kMargins, rigid.margin);
+  int64_t moves = rigid.moves;
+  section->read_integer("moves", 1, kMaxMoves, moves);
+  rigid.moves = static_cast<uint32_t>(moves);
+  section->finish();
+}
+
+}  // namespace haptic

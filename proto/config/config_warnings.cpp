@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config_warnings.h"
+
+#include <sstream>
+
+#include "proto/config/coupling_margin.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kSharing = 10;  // points that share a stiffness, at most
+
+/// What an axis is called and measured in.
+struct AxisWords {
+  const char *stiffness, *damping;            // keys of [coupling]
+  const char *stiffness_unit, *damping_unit;  // of both
+};
+constexpr AxisWords kLinear{"stiffness in [coupling]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kContact{"contact_stiffness in [proxy]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kPoints{"ten points' stiffness in [contact.voxel]", "damping", "N/m", "N·s/m"};
+constexpr AxisWords kAngular{"rotational_stiffness in [coupling]", "rotational_damping", "N·m/rad",
+                             "N·m·s/rad"};
+
+CoupledAxis linear_axis(const SessionConfig& config) {
+  const DeviceConfig& device = config.device;
+  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
+  // the device feels its own displacement s times larger, and φ times the force
+  const double gain = config.map.motion_scale * config.map.force_scale;
+  return {is_simulated ? device.hand.mass : device.mass,
+          is_simulated ? device.hand.damping : device.damping,
+          gain * config.coupling.translational_stiffness,
+          gain * config.coupling.translational_damping, 1 / config.servo_rate};
+}
+
+CoupledAxis angular_axis(const SessionConfig& config) {
+  const double gain = config.map.force_scale;
+  return {config.device.inertia, config.device.rotational_damping,
+          gain * config.coupling.rotational_stiffness, gain * config.coupling.rotational_damping,
+          1 / config.servo_rate};
+}
+
+void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std::string>& lines) {
+  if (!(axis.damping > 0) || axis.stiffness == 0) return;
+  const double most = passive_stiffness(axis);
+  std::ostringstream text;
+  text.precision(5);
+  text << words.stiffness << " is " << axis.stiffness << " " << words.stiffness_unit
+       << " at the device, whose own damping is " << axis.damping << " " << words.damping_unit
+       << ": ";
+  const double margin = two_port_margin(axis);
+  if (axis.stiffness >= most) {
+    text << "passive is less than 2 (b - b_c)/T = " << most << " " << words.stiffness_unit
+         << " (two-port margin " << margin << ")";
+  } else if (margin < 0) {
+    text << "its two-port margin is " << margin << ", below zero";
+  } else {
+    return;
+  }
+  text << ", and it may sing in a light hand; lower it, or " << words.damping
+       << ", or raise rate in [servo]";
+  lines.push_back(text.str());
+}
+
+}  // namespace
+
+std::vector<std::string> config_warnings(const SessionConfig& config) {
+  std::vector<std::string> lines;
+  // a recording is led by nobody: nothing can sing
+  if (config.device.kind == DeviceKind::kReplay) return lines;
+  const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
+  CoupledAxis linear = linear_axis(config);
+  if (!is_direct) {
+    check_axis(linear, kLinear, lines);
+  } else {
+    // no coupling between: the hand feels each contact as it is
+    const bool by_points = config.renderer == Renderer::kVoxel;
+    const double gain = config.map.motion_scale * config.map.force_scale;
+    linear.stiffness =
+        gain * (by_points ? kSharing * config.voxel.stiffness : config.proxy.contact_stiffness);
+    linear.coupling_damping = 0;
+    check_axis(linear, by_points ? kPoints : kContact, lines);
+  }
+  if (config.device.max_torque > 0 && !is_direct) check_axis(angular_axis(config), kAngular, lines);
+  return lines;
+}
+
+}  // namespace haptic

@@ -1,0 +1,542 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/ipc/handout.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include "proto/config/config.h"
+#include "proto/ipc/handout_message.h"
+#include "proto/ipc/process.h"
+#include "proto/ipc/unix_socket.h"
+#include "proto/os/environment.h"
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMostEvents = 64;        // of one turn
+constexpr int kMostAccepted = 16;         // in one turn: what people ask for comes in between
+constexpr size_t kMostOfStranger = 16;    // connections of one user who is neither owner nor root
+constexpr size_t kMostOfStrangers = 64;   // and of all of them
+constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that they cannot use up,
+constexpr rlim_t kKeptForChildren = 48;   // and that nobody can: three restarts take some thirty
+constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // while others stand in the queue
+constexpr int kRetirePollMs = 100;
+constexpr const char* kSystemFolder = "/run/hapticd";
+
+[[noreturn]] void throw_errno(const std::string& what) {
+  throw HandoutError(what + ": " + std::strerror(errno));
+}
+
+std::string temporary_folder() {
+  return "/tmp/hapticd-" + std::to_string(geteuid());
+}
+
+/// Folders in which a client looks, the one a server of this user makes first.
+std::vector<std::string> session_folders() {
+  std::vector<std::string> folders{runtime_folder()};
+  if (!environment("HAPTICD_RUNTIME_DIR").empty()) return folders;
+  for (const std::string& folder : {std::string(kSystemFolder), temporary_folder()}) {
+    if (folder != folders.front()) folders.push_back(folder);
+  }
+  return folders;
+}
+
+bool is_trusted_folder(const std::string& folder) {
+  struct stat status {};
+  return lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
+         (status.st_uid == geteuid() || status.st_uid == 0);
+}
+
+/// Creates the folder; what lies there must be ours: in /tmp anybody could have made it.
+void prepare_folder(const std::string& folder) {
+  const bool shared = folder == kSystemFolder;
+  if (mkdir(folder.c_str(), shared ? 0755 : 0700) != 0 && errno != EEXIST) {
+    throw_errno("cannot create the runtime folder " + folder +
+                " (set HAPTICD_RUNTIME_DIR to a folder you may write)");
+  }
+  struct stat status {};
+  if (lstat(folder.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
+    throw HandoutError("runtime folder " + folder +
+                       " is not a folder; remove it or set HAPTICD_RUNTIME_DIR");
+  }
+  if (status.st_uid != geteuid()) {
+    throw HandoutError("runtime folder " + folder + " belongs to user " +
+                       std::to_string(status.st_uid) +
+                       "; remove it or set HAPTICD_RUNTIME_DIR to a folder of yours");
+  }
+  if ((status.st_mode & 022) != 0) {
+    throw HandoutError("runtime folder " + folder + " can be written by others; run 'chmod 700 " +
+                       folder + "'");
+  }
+}
+
+void check_session_name(const std::string& session) {
+  const std::string problem = session_name_problem(session);
+  if (!problem.empty()) throw HandoutError("'" + shown(session) + "' " + problem);
+}
+
+/// Whether somebody listens there, however many wait for him.
+bool is_answered(const std::string& path) {
+  const FileDescriptor fd = unix_socket();
+  return connect_to(fd, path) || errno == EAGAIN;
+}
+
+std::vector<std::string> sessions_in(const std::string& folder) {
+  std::vector<std::string> names;
+  DIR* dir = is_trusted_folder(folder) ? opendir(folder.c_str()) : nullptr;
+  if (dir == nullptr) return names;
+  constexpr std::string_view kSuffix = ".sock";
+  while (const dirent* entry = readdir(dir)) {
+    const std::string_view file = entry->d_name;
+    if (file.size() <= kSuffix.size() || !file.ends_with(kSuffix)) continue;
+    if (is_answered(folder + "/" + std::string(file))) {
+      names.emplace_back(file.substr(0, file.size() - kSuffix.size()));
+    }
+  }
+  closedir(dir);
+  return names;
+}
+
+/// Descriptors that this process may have.
+rlim_t descriptor_limit() {
+  rlimit limit{};
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
+}
+
+Announcement make_announcement(SegmentId id, uint64_t generation, const char* name) {
+  Announcement announcement{kHandoutProtocol, id, generation, {}};
+  assign(announcement.name, name);
+  return announcement;
+}
+
+std::string join(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+}  // namespace
+
+std::string runtime_folder() {
+  if (std::string folder = environment("HAPTICD_RUNTIME_DIR"); !folder.empty()) return folder;
+  if (const std::string user = environment("XDG_RUNTIME_DIR"); !user.empty())
+    return user + "/hapticd";
+  return geteuid() == 0 && access("/run", W_OK) == 0 ? kSystemFolder : temporary_folder();
+}
+
+std::vector<std::string> running_sessions() {
+  std::vector<std::string> names;
+  for (const std::string& folder : session_folders()) {
+    for (std::string& name : sessions_in(folder)) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+namespace {
+
+/// Who holds the lock, for a second server: the hapticd that wrote it, or a process that only holds
+/// it. A pid alone names nobody: it may have been given again.
+[[noreturn]] void refuse_twin(const FileDescriptor& lock, const std::string& path,
+                              const std::string& session) {
+  char text[64] = {};
+  const ssize_t n = pread(lock.get(), text, sizeof text - 1, 0);
+  long pid = -1;
+  unsigned long long started = 0;
+  const bool known = n > 0 && std::sscanf(text, "%ld %llu", &pid, &started) == 2 && pid > 0 &&
+                     start_time_of(static_cast<pid_t>(pid)) == started;
+  if (known) {
+    throw HandoutError("session '" + session + "' runs already (hapticd, pid " +
+                       std::to_string(pid) + "); end it with 'hapt stop --session " + session +
+                       "' or start this one with --session OTHER");
+  }
+  throw HandoutError("the lock " + path +
+                     " is held by a process that is no running hapticd; 'fuser " + path +
+                     "' names it, remove the file when it is gone, or start this one with "
+                     "--session OTHER");
+}
+
+}  // namespace
+
+HandoutServer::HandoutServer(const std::string& session) : session_(session) {
+  check_session_name(session);
+  folder_ = runtime_folder();
+  lock_path_ = folder_ + "/" + session + ".lock";
+  prepare_folder(folder_);
+  lock_session();
+  // we hold the lock, so what lies there is left over from a server that was killed; who may enter
+  // the folder may read the segments
+  listener_.emplace(folder_ + "/" + session + ".sock", 0666);
+  spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+  epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
+  wait_for_clients();
+}
+
+HandoutServer::~HandoutServer() = default;
+
+void HandoutServer::lock_session() {
+  const std::string& path = lock_path_;
+  FileDescriptor lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!lock.is_open()) throw_errno("cannot open the lock " + path);
+  // an older version let everybody open it, and who can open it can hold it
+  if (fchmod(lock.get(), 0600) != 0) throw_errno("cannot keep others from the lock " + path);
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) refuse_twin(lock, path, session_);
+  // the file stays behind when we go: removing it would let two servers lock two files
+  const std::string owner =
+      std::to_string(getpid()) + " " + std::to_string(start_time_of(getpid()));
+  if (ftruncate(lock.get(), 0) != 0 ||
+      pwrite(lock.get(), owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
+    throw_errno("cannot write the lock " + path);
+  }
+  lock_ = std::move(lock);
+}
+
+bool HandoutServer::has_lock() const {
+  struct stat held {};
+  const std::optional<FileIdentity> named = identity_of(lock_path_);
+  return named && fstat(lock_.get(), &held) == 0 &&
+         *named == FileIdentity{held.st_dev, held.st_ino};
+}
+
+bool HandoutServer::restore() {
+  const bool locked = has_lock();
+  if (locked && listener_->is_in_place()) return false;
+  prepare_folder(folder_);
+  if (!locked) lock_session();
+  listener_->listen_again();
+  wait_for_clients();
+  return true;
+}
+
+void HandoutServer::wait_for_clients() {
+  epoll_event event{EPOLLIN, {.fd = listener_->fd()}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_->fd(), &event) != 0) {
+    throw_errno("cannot wait for clients");
+  }
+}
+
+size_t HandoutServer::n_clients() const {
+  return static_cast<size_t>(std::count_if(peers_.begin(), peers_.end(),
+                                           [](const auto& p) { return !p.second.is_child; }));
+}
+
+bool HandoutServer::add_peer(Peer peer) {
+  const int fd = peer.socket.get();
+  for (const auto& [id, segment] : segments_) {
+    if (!send_announcement(fd, segment.announcement, segment.fd.get())) return false;
+  }
+  epoll_event event{EPOLLIN, {.fd = fd}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) != 0) return false;
+  peers_.insert_or_assign(fd, std::move(peer));
+  return true;
+}
+
+/// Why a client is not served; empty: it is. The lowest free number is that of the newest
+/// descriptor, so it tells how many are left.
+std::string HandoutServer::refusal_of(uid_t user, int fd) const {
+  const rlim_t limit = descriptor_limit();
+  const bool known = user == 0 || user == geteuid();
+  const rlim_t kept = known ? kKeptForChildren : kKeptForStrangers;
+  if (limit != RLIM_INFINITY && static_cast<rlim_t>(fd) + kept >= limit) {
+    return "the session has no descriptor left for another client (its limit is " +
+           std::to_string(limit) + "); end some clients, or start hapticd with a larger ulimit -n";
+  }
+  if (known) return "";
+  size_t of_user = 0, of_strangers = 0;
+  for (const auto& [number, peer] : peers_) {
+    if (peer.is_child || peer.user == 0 || peer.user == geteuid()) continue;
+    ++of_strangers;
+    of_user += peer.user == user;
+  }
+  if (of_user >= kMostOfStranger) {
+    return "user " + std::to_string(user) + " already watches this session " +
+           std::to_string(of_user) + " times, no more are served; end one of them";
+  }
+  if (of_strangers >= kMostOfStrangers) {
+    return "other users already watch this session " + std::to_string(of_strangers) +
+           " times, no more are served; try again later";
+  }
+  return "";
+}
+
+bool HandoutServer::accept_client() {
+  Peer peer;
+  peer.socket =
+      FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (!peer.socket.is_open()) {
+    if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
+    // who waits would be reported for ever: he is let in for as long as it takes to send him off
+    spare_.reset();
+    FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC));
+    spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    return true;
+  }
+  peer.user = user_of(peer.socket.get()).value_or(std::numeric_limits<uid_t>::max());
+  const std::string why = refusal_of(peer.user, peer.socket.get());
+  if (why.empty()) {
+    add_peer(std::move(peer));
+  } else {
+    send_refusal(peer.socket.get(), why);
+  }
+  return true;
+}
+
+FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) {
+    throw_errno("cannot make a socket pair for a child");
+  }
+  FileDescriptor child_end(ends[1]);
+  Peer peer{FileDescriptor(ends[0]), true, id, generation};
+  if (!add_peer(std::move(peer))) throw_errno("cannot hand the segments to a child");
+  return child_end;
+}
+
+void HandoutServer::forget_children(SegmentId id, uint64_t before_generation) {
+  std::erase_if(peers_, [&](const auto& p) {
+    const Peer& peer = p.second;
+    return peer.is_child && peer.may_offer == id && peer.generation < before_generation;
+  });
+}
+
+void HandoutServer::announce(SegmentId id, uint64_t generation, const char* name, int fd) {
+  store(make_announcement(id, generation, name), reopen_read_only(fd));
+}
+
+bool HandoutServer::store(const Announcement& announcement, FileDescriptor fd) {
+  const auto present = segments_.find(announcement.id);
+  if (present != segments_.end() &&
+      present->second.announcement.generation >= announcement.generation) {
+    return false;
+  }
+  Segment& segment = segments_[announcement.id];
+  segment = {announcement, std::move(fd)};
+  send_to_all(segment);
+  return true;
+}
+
+void HandoutServer::send_to_all(const Segment& segment) {
+  // a full socket belongs to somebody who has not read for hundreds of messages
+  std::erase_if(peers_, [&](const auto& p) {
+    return !send_announcement(p.second.socket.get(), segment.announcement, segment.fd.get());
+  });
+}
+
+bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer) {
+  const ReceivedMessage message = receive_message(peer.socket.get());
+  if (message.kind == Received::kNothing) return true;
+  const Announcement& offer = message.announcement;
+  const bool allowed = message.kind == Received::kMessage && peer.is_child &&
+                       offer.id == peer.may_offer && offer.generation >= peer.generation;
+  if (!allowed) return false;
+  try {
+    FileDescriptor read_only = reopen_read_only(message.fd.get());
+    const int shown = read_only.get();
+    if (store(offer, std::move(read_only)) && on_offer) on_offer(offer, shown);
+  } catch (const SegmentError&) {
+    return false;
+  }
+  return true;
+}
+
+void HandoutServer::serve(const OfferHandler& on_offer) {
+  epoll_event events[kMostEvents];
+  const int n = epoll_wait(epoll_.get(), events, static_cast<int>(kMostEvents), 0);
+  for (int i = 0; i < n; ++i) {
+    const int fd = events[i].data.fd;
+    if (fd == listener_->fd()) {
+      for (int k = 0; k < kMostAccepted && accept_client(); ++k) {
+      }
+      continue;
+    }
+    // an earlier event of this round may have dropped it
+    const auto peer = peers_.find(fd);
+    if (peer == peers_.end()) continue;
+    if (!receive_from(peer->second, on_offer)) peers_.erase(fd);
+  }
+}
+
+namespace {
+
+/// Sockets that a session of that name would have, those of folders that others can write left out.
+std::vector<std::string> places_of(const std::string& session) {
+  check_session_name(session);
+  std::vector<std::string> places;
+  for (const std::string& folder : session_folders()) {
+    if (is_trusted_folder(folder)) places.push_back(folder + "/" + session + ".sock");
+  }
+  return places;
+}
+
+/// The only session there is where none is named; throws where there is none or more than one, and
+/// where the named one was not found.
+std::string only_session(const std::string& not_found) {
+  // listing knocks at every session, so only when it is needed
+  const std::vector<std::string> running = running_sessions();
+  if (not_found.empty() && running.size() == 1) return running.front();
+  std::string what =
+      not_found.empty() ? "which session?" : "no session '" + shown(not_found) + "' is running";
+  what += running.empty() ? "; none is running here" : "; running: " + join(running);
+  throw HandoutError(what + "; start one with 'hapticd CONFIG.toml" +
+                     (not_found.empty() ? "'" : " --session " + shown(not_found) + "'"));
+}
+
+}  // namespace
+
+std::string find_session(const std::string& session) {
+  if (session.empty()) return find_session(only_session(""));
+  for (const std::string& place : places_of(session)) {
+    if (is_answered(place)) return place;
+  }
+  return only_session(session);
+}
+
+FileDescriptor connect_session(const std::string& session) {
+  if (session.empty()) return connect_session(only_session(""));
+  for (const std::string& place : places_of(session)) {
+    FileDescriptor fd = unix_socket();
+    if (connect_to(fd, place, kConnectPatienceNs)) return fd;
+    if (errno == EAGAIN) {
+      throw HandoutError(place + ": others fill the queue of this session; try again");
+    }
+  }
+  only_session(session);
+  return {};
+}
+
+SessionPeer peer_of(const FileDescriptor& socket) {
+  SessionPeer peer;
+  sockaddr_un address{};
+  socklen_t size = sizeof address;
+  if (getpeername(socket.get(), reinterpret_cast<sockaddr*>(&address), &size) == 0) {
+    const std::filesystem::path path = address.sun_path;
+    peer.folder = path.parent_path().string();
+    peer.session = path.stem().string();
+  }
+  ucred credentials{};
+  size = sizeof credentials;
+  if (getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0) {
+    peer.hapticd = credentials.pid;
+  }
+  return peer;
+}
+
+void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd) {
+  if (!send_announcement(socket, make_announcement(id, generation, name), fd)) {
+    throw_errno(std::string("cannot offer segment '") + name + "' to hapticd");
+  }
+}
+
+Attachments::Attachments(FileDescriptor socket, AttachOptions options)
+    : socket_(std::move(socket)),
+      stop_event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      options_(std::move(options)) {
+  if (!stop_event_.is_open()) throw_errno("cannot make an event descriptor");
+}
+
+Attachments::~Attachments() {
+  if (!thread_.joinable()) return;
+  eventfd_write(stop_event_.get(), 1);
+  thread_.join();
+}
+
+detail::Feed& Attachments::feed_of(const SegmentSpec& spec) {
+  detail::Feed& feed = feeds_[spec.id];
+  feed.spec = &spec;
+  return feed;
+}
+
+detail::ReaderMark* Attachments::add_reader(detail::Feed& feed) {
+  if (thread_.joinable()) throw HandoutError("sources are to be made before the start");
+  feed.readers.push_back(std::make_unique<detail::ReaderMark>());
+  return feed.readers.back().get();
+}
+
+void Attachments::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void Attachments::run() {
+  if (options_.fifo_priority > 0) {
+    enter_realtime({.fifo_priority = options_.fifo_priority, .lock_memory = false});
+  }
+  bool retiring = false;
+  for (;;) {
+    pollfd waiting[] = {{socket_.get(), POLLIN, 0}, {stop_event_.get(), POLLIN, 0}};
+    // readers do not wake us: look again while old generations are left
+    poll(waiting, 2, retiring ? kRetirePollMs : -1);
+    if (waiting[1].revents != 0) return;
+    if (waiting[0].revents != 0 && !receive()) break;
+    retiring = free_retired();
+  }
+  connected_.store(false, std::memory_order_release);
+  if (options_.on_closed) options_.on_closed();
+}
+
+bool Attachments::receive() {
+  ReceivedMessage message = receive_message(socket_.get());
+  if (message.kind == Received::kMessage) attach(message.announcement, std::move(message.fd));
+  if (message.kind == Received::kRefusal) refusal_ = std::move(message.why);
+  return message.kind == Received::kMessage || message.kind == Received::kNothing;
+}
+
+void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
+  const auto found = feeds_.find(announcement.id);
+  if (found == feeds_.end()) return;
+  detail::Feed& feed = found->second;
+  detail::Generation* last =
+      feed.generations.empty() ? feed.before_first.get() : feed.generations.back().get();
+  // the same announcement may come twice
+  if (last->mapping != nullptr && last->mapping->generation() >= announcement.generation) return;
+  try {
+    auto next = std::make_unique<detail::Generation>();
+    next->mapping = std::make_unique<SegmentMapping>(
+        std::move(fd), *feed.spec, ViewOptions{.lock_memory = options_.lock_memory});
+    if (next->mapping->generation() != announcement.generation) {
+      throw HandoutError(std::string("segment '") + feed.spec->name +
+                         "' was announced with another generation than it holds");
+    }
+    next->serial = last->serial + 1;
+    feed.generations.push_back(std::move(next));
+    last->next.store(feed.generations.back().get(), std::memory_order_release);
+  } catch (const std::exception& error) {
+    if (options_.on_error) options_.on_error(error.what());
+  }
+}
+
+bool Attachments::free_retired() {
+  bool some_left = false;
+  for (auto& [id, feed] : feeds_) {
+    uint64_t reached = std::numeric_limits<uint64_t>::max();
+    for (const auto& reader : feed.readers) {
+      reached = std::min(reached, reader->serial.load(std::memory_order_acquire));
+    }
+    // the last one stays: the next is linked to it
+    while (feed.generations.size() > 1 && feed.generations.front()->serial < reached) {
+      feed.generations.erase(feed.generations.begin());
+    }
+    some_left = some_left || feed.generations.size() > 1;
+  }
+  return some_left;
+}
+
+}  // namespace haptic

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "proto/config/config.h"
+#include "proto/ipc/segment.h"
+#include "proto/ipc/unix_socket.h"
+#include "proto/os/message.h"
+
+/// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock`; whoever
+/// connects is sent the descriptor of every segment, and of each later generation. The children are
+/// connected by socket pairs, the only ones that may offer a segment.
+namespace haptic {
+
+/// One line for people: what is wrong and how to mend it.
+struct HandoutError : MessageError {
+  using MessageError::MessageError;
+};
+
+/// Where sessions of this user live: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else
+/// /run/hapticd (root), else /tmp/hapticd-<uid>.
+std::string runtime_folder();
+
+/// Names of the sessions this user can reach that answer now.
+std::vector<std::string> running_sessions();
+
+/// A segment as it is announced over a socket, with its descriptor beside it. The same pair (id,
+/// generation) may come twice and means the same.
+struct Announcement {
+  uint32_t protocol;  // kHandoutProtocol
+  SegmentId id;
+  uint64_t generation;
+  Name name;
+};
+inline constexpr uint32_t kHandoutProtocol = 1;
+
+/// hapticd's end: the session's lock and socket, its clients and its children. It owns no thread
+/// and never blocks: a peer whose socket is full is dropped. Nobody who watches can keep others
+/// out: each user but the server's own and root has a few connections, all such users together
+/// some, and the last descriptors of the process are kept for its children. Who is not served is
+/// told why.
+class HandoutServer {
+ public:
+  /// Takes the session's lock and opens its socket. Throws HandoutError: bad name, foreign folder,
+  /// or a session of that name that runs already.
+  explicit HandoutServer(const std::string& session);
+  ~HandoutServer();
+  HandoutServer(const HandoutServer&) = delete;
+
+  /// Readable when serve() has something to do.
+  int poll_fd() const { return epoll_.get(); }
+
+  /// Accepts clients, takes offers of children (announcing each to all), drops who hung up.
+  /// `on_offer` sees each new segment once.
+  using OfferHandler = std::function<void(const Announcement&, int fd)>;
+  void serve(const OfferHandler& on_offer);
+
+  /// Hands out a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
+  void announce(SegmentId id, uint64_t generation, const char* name, int fd);
+
+  /// A socket pair for a child that may offer segment `id` from `generation` on. Returns the
+  /// child's end, which is closed on exec unless kept.
+  FileDescriptor connect_child(SegmentId id, uint64_t generation);
+
+  /// Children of that id and an older generation are dead: nothing they still say is heard.
+  void forget_children(SegmentId id, uint64_t before_generation);
+
+  /// Puts lock and socket back where somebody has removed them (with the runtime folder, perhaps);
+  /// true: that was so. Throws HandoutError where another server has taken the name meanwhile.
+  bool restore();
+
+  size_t n_clients() const;  // without the children
+  const std::string& socket_path() const { return listener_->path(); }
+
+ private:
+  struct Segment {
+    Announcement announcement;
+    FileDescriptor fd;
+  };
+  struct Peer {
+    FileDescriptor socket;
+    bool is_child = false;
+    SegmentId may_offer{};
+    uint64_t generation = 0;
+    uid_t user = 0;  // of a client
+  };
+  void lock_session();
+  bool has_lock() const;
+  void wait_for_clients();
+  bool accept_client();  // false: nobody waits any more
+  std::string refusal_of(uid_t user, int fd) const;
+  bool add_peer(Peer peer);  // false: it was dropped at once
+  bool receive_from(Peer& peer, const OfferHandler& on_offer);
+  bool store(const Announcement& announcement, FileDescriptor fd);
+  void send_to_all(const Segment& segment);
+
+  std::string session_, folder_, lock_path_;
+  FileDescriptor lock_;
+  std::optional<UnixListener> listener_;
+  FileDescriptor epoll_;
+  FileDescriptor spare_;                   // given up for a moment where no other is left
+  std::map<SegmentId, Segment> segments_;  // the newest generation of each
+  std::map<int, Peer> peers_;              // by descriptor
+};
+
+/// Path of the socket of a running session; an empty name means the only one there is. Does not
+/// wait where others stand in its queue. Throws as connect_session.
+std::string find_session(const std::string& session);
+
+/// Connects to a running session; an empty name means the only one there is. Throws HandoutError
+/// that lists the running sessions and says how to start one.
+FileDescriptor connect_session(const std::string& session);
+
+/// Who is at the other end of a connected session.
+struct SessionPeer {
+  std::string folder, session;
+  pid_t hapticd = -1;
+};
+SessionPeer peer_of(const FileDescriptor& socket);
+
+/// Child only: gives its segment to hapticd. Throws HandoutError.
+void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd);
+
+namespace detail {
+
+/// One generation of a segment in a reader's list.
+struct Generation {
+  std::unique_ptr<SegmentMapping> mapping;  // none: before the first
+  uint64_t serial = 0;                      // position in the list
+  std::atomic<Generation*> next{nullptr};   // set once, by the attach thread
+};
+
+/// Where a reader is; the attach thread frees only what lies before every reader.
+struct ReaderMark {
+  std::atomic<uint64_t> serial{0};
+};
+
+/// All generations of one kind of segment that some reader still needs.
+struct Feed {
+  const SegmentSpec* spec = nullptr;
+  std::unique_ptr<Generation> before_first = std::make_unique<Generation>();
+  std::vector<std::unique_ptr<Generation>> generations;  // attach thread
+  std::vector<std::unique_ptr<ReaderMark>> readers;
+};
+
+}  // namespace detail
+
+/// A reader's way through the generations of a segment. Never locks, allocates, frees or enters
+/// the kernel: one atomic load to see whether there is a newer generation.
+template <typename Channels>
+class Source {
+ public:
+  Source(detail::Generation* first, detail::ReaderMark* mark) : at_(first), mark_(mark) {}
+
+  /// The rings being read; null before the first segment came. Steps from nothing to the first
+  /// generation on its own, from one generation to the next only by advance().
+  const Channels* channels() noexcept {
+    if (at_->mapping == nullptr) advance();
+    return at_->mapping != nullptr ? &at_->mapping->template channels<Channels>() : nullptr;
+  }
+
+  /// Whether the writer was replaced: what the present rings hold is then all there will ever be.
+  bool has_newer() const noexcept { return at_->next.load(std::memory_order_acquire) != nullptr; }
+
+  /// On to the next generation; the one before may be unmapped from now on. False: there is none.
+  bool advance() noexcept {
+    detail::Generation* next = at_->next.load(std::memory_order_acquire);
+    if (next == nullptr) return false;
+    at_ = next;
+    mark_->serial.store(next->serial, std::memory_order_release);
+    return true;
+  }
+
+  /// Of the rings being read; 0: none yet.
+  uint64_t generation() const noexcept {
+    return at_->mapping != nullptr ? at_->mapping->generation() : 0;
+  }
+
+  /// Heartbeat, state and rights of the writer; null before the first segment came.
+  const SegmentHeader* header() const noexcept {
+    return at_->mapping != nullptr ? &at_->mapping->header() : nullptr;
+  }
+
+ private:
+  detail::Generation* at_;
+  detail::ReaderMark* mark_;
+};
+
+/// Where a reader starts in the segment it finds.
+enum class Start {
+  kNewest,  // only what is published from now on
+  kOldest,  // what the ring still holds, less an eighth that the writer may be about to overwrite
+};
+
+/// Next item of a ring whose writer is gone. Counts exactly what cannot be read: what was
+/// overwritten, and the one slot a killed writer may have left half written.
+template <typename RingType>
+bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
+  constexpr uint64_t kSlots = RingType::kCapacity;
+  const uint64_t end = ring.published();
+  if (end - cursor.next > kSlots) {
+    cursor.lost += end - kSlots - cursor.next;
+    cursor.next = end - kSlots;
+  }
+  while (cursor.next < end) {
+    if (ring.read(cursor.next++, out)) return true;
+    ++cursor.lost;
+  }
+  return false;
+}
+
+template <auto kMember>
+class RingSource;
+
+/// One ring of a segment, read across the writer's restarts: what a dead writer had published is
+/// drained before its successor's first item, and every item that was not delivered is counted.
+/// One reader thread; same guarantees as Source. Use: RingSource<&ServoChannels::frames>.
+template <typename Channels, typename RingType, RingType Channels::*kMember>
+class RingSource<kMember> {
+ public:
+  using Item = typename RingType::Item;
+
+  RingSource(Source<Channels> source, Start start) : source_(source), start_(start) {}
+
+  /// Next item in order; false: nothing new.
+  bool next(Item& out) noexcept {
+    for (;;) {
+      if (!find_ring()) return false;
+      // asked before reading: what was published by then is final
+      const bool ended = source_.has_newer();
+      if (ended ? read_final(*ring_, cursor_, out) : read_next(*ring_, cursor_, out)) {
+        item_generation_ = generation();
+        return true;
+      }
+      if (!ended) return false;
+      leave_ring();
+    }
+  }
+
+  /// Newest item of the newest writer that has published one; false: nothing newer than what was
+  /// delivered before. What it passes over is not counted as lost.
+  bool latest(Item& out) noexcept {
+    bool found = false;
+    while (find_ring()) {
+      const bool ended = source_.has_newer();
+      if (read_newest(out, ended)) {
+        item_generation_ = generation();
+        found = true;
+      }
+      if (!ended) break;
+      leave_ring();
+    }
+    return found;
+  }
+
+  /// Items published since the start that next() could not deliver.
+  uint64_t lost() const noexcept { return lost_ + cursor_.lost; }
+  /// Of the writer being read; 0: none yet.
+  uint64_t generation() const noexcept { return source_.generation(); }
+  /// Of the writer of the last item delivered; 0: none yet.
+  uint64_t item_generation() const noexcept { return item_generation_; }
+  const SegmentHeader* header() const noexcept { return source_.header(); }
+
+ private:
+  bool find_ring() noexcept {
+    if (ring_ != nullptr) return true;
+    const Channels* channels = source_.channels();
+    if (channels == nullptr) return false;
+    ring_ = &(channels->*kMember);
+    cursor_ = {};
+    if (is_first_) cursor_.next = first_item(ring_->published());
+    is_first_ = false;
+    return true;
+  }
+
+  void leave_ring() noexcept {
+    lost_ += cursor_.lost;
+    cursor_ = {};
+    ring_ = nullptr;
+    source_.advance();
+  }
+
+  uint64_t first_item(uint64_t published) const noexcept {
+    constexpr uint64_t kReach = RingType::kCapacity - RingType::kCapacity / 8;
+    if (start_ == Start::kNewest) return published;
+    return published > kReach ? published - kReach : 0;
+  }
+
+  bool read_newest(Item& out, bool ended) noexcept {
+    // a second look only if the writer lapped the whole ring in mid-copy
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      const uint64_t end = ring_->published();
+      if (end <= cursor_.next) return false;
+      if (ring_->read(end - 1, out)) {
+        cursor_.next = end;
+        return true;
+      }
+      if (ended) break;
+    }
+    return false;
+  }
+
+  Source<Channels> source_;
+  Start start_;
+  const RingType* ring_ = nullptr;
+  Cursor cursor_;
+  uint64_t lost_ = 0;
+  uint64_t item_generation_ = 0;
+  bool is_first_ = true;
+};
+
+struct AttachOptions {
+  bool lock_memory = false;  // mlock each segment
+  int fifo_priority = 0;     // of the attach thread, where it is granted; 0: normal
+  /// Both run on the attach thread.
+  std::function<void(const std::string&)> on_error = {};  // a segment was refused: one line
+  std::function<void()> on_closed = {};                   // hapticd is gone, or dropped us
+};
+
+/// Receives announcements on a thread of its own, maps, checks and prefaults what comes and links
+/// it in with one atomic store; frees a generation once every reader is past it. Sources are
+/// made before start() and must not be used after the Attachments are gone. Generations nobody
+/// reads on from stay mapped: that is the price of an exact loss count.
+class Attachments {
+ public:
+  /// Takes a connected socket.
+  explicit Attachments(FileDescriptor socket, AttachOptions options = {});
+  ~Attachments();
+  Attachments(const Attachments&) = delete;
+
+  template <typename Channels>
+  Source<Channels> source() {
+    detail::Feed& feed = feed_of(kSegmentSpec<Channels>);
+    return Source<Channels>(feed.before_first.get(), add_reader(feed));
+  }
+
+  /// Use: attachments.ring<&ServoChannels::frames>(Start::kNewest).
+  template <auto kMember>
+  RingSource<kMember> ring(Start start) {
+    return make_ring<kMember>(kMember, start);
+  }
+
+  /// Starts the thread; no more sources after this.
+  void start();
+
+  bool is_connected() const { return connected_.load(std::memory_order_acquire); }
+
+  /// Why hapticd did not serve this client, in one line; empty: it did. Known once is_connected()
+  /// is false.
+  const std::string& refusal() const { return refusal_; }
+
+ private:
+  template <auto kMember, typename Channels, typename RingType>
+  RingSource<kMember> make_ring(RingType Channels::*, Start start) {
+    return RingSource<kMember>(source<Channels>(), start);
+  }
+  detail::Feed& feed_of(const SegmentSpec& spec);
+  detail::ReaderMark* add_reader(detail::Feed& feed);
+  void run();
+  bool receive();
+  void attach(const Announcement& announcement, FileDescriptor fd);
+  bool free_retired();  // true: some are left
+
+  FileDescriptor socket_;
+  FileDescriptor stop_event_;
+  AttachOptions options_;
+  std::map<SegmentId, detail::Feed> feeds_;
+  std::string refusal_;  // written before connected_ is cleared
+  std::atomic<bool> connected_{true};
+  std::thread thread_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "proto/ipc/handout.h"
+#include "proto/os/file_descriptor.h"
+
+/// The messages between hapticd and its peers: announcements with one descriptor, refusals without.
+namespace haptic {
+
+/// One announcement with its descriptor. Never blocks; false: it was not sent.
+bool send_announcement(int socket, const Announcement& announcement, int fd);
+
+/// Why a client is not served, before the server hangs up. Longer than 255 bytes it is cut.
+void send_refusal(int socket, const std::string& why);
+
+enum class Received { kMessage, kRefusal, kNothing, kBroken };
+
+/// One message of a peer, who may send anything.
+struct ReceivedMessage {
+  Received kind = Received::kBroken;
+  Announcement announcement{};
+  FileDescriptor fd;
+  std::string why;  // of a refusal
+};
+
+/// Takes the next message, if there is one. Every descriptor that came with it is closed, but for
+/// that of a sound announcement.
+ReceivedMessage receive_message(int socket);
+
+}  // namespace haptic

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/ipc/process.h"
+#include "proto/os/message.h"
+
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "proto/os/environment.h"
+
+namespace haptic {
+namespace {
+
+static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may store it
+std::atomic<bool> stop_flag{false};
+
+void on_stop_signal(int) {
+  stop_flag.store(true, std::memory_order_relaxed);
+}
+
+template <typename Number>
+bool parse_number(std::string_view text, Number& out) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+int fail(const char* program, const char* what, int code) {
+  std::fprintf(stderr, "%s\n", one_line(std::string(program) + ": " + what).c_str());
+  return code;
+}
+
+}  // namespace
+
+ChildArguments parse_child_arguments(int argc, char** argv) {
+  ChildArguments arguments;
+  bool ok = argc == 7 || argc == 9;  // at most one of the last two
+  for (int i = 1; ok && i + 1 < argc; i += 2) {
+    const std::string_view key = argv[i];
+    if (key == "--config-fd") {
+      ok = parse_number(argv[i + 1], arguments.config_fd);
+    } else if (key == "--control-fd") {
+      ok = parse_number(argv[i + 1], arguments.control_fd);
+    } else if (key == "--device-fd") {
+      ok = parse_number(argv[i + 1], arguments.device_fd);
+    } else if (key == "--spare-fd") {
+      ok = parse_number(argv[i + 1], arguments.spare_fd);
+    } else {
+      ok = key == "--generation" && parse_number(argv[i + 1], arguments.generation);
+    }
+  }
+  if (!ok || arguments.config_fd < 0 || arguments.control_fd < 0 || arguments.generation == 0) {
+    throw std::invalid_argument(
+        "started by hapticd with --config-fd N --control-fd M --generation G [--device-fd D | "
+        "--spare-fd S]; start 'hapticd CONFIG.toml' instead");
+  }
+  return arguments;
+}
+
+int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
+  const char* slash = argc > 0 ? std::strrchr(argv[0], '/') : nullptr;
+  const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
+  try {
+    return run(parse_child_arguments(argc, argv));
+  } catch (const std::system_error& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const SegmentError& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const HandoutError& error) {
+    return fail(program, error.what(), kExitCrash);
+  } catch (const DeviceError& error) {
+    return fail(program, error.what(), kExitNoDevice);
+  } catch (const std::bad_alloc&) {
+    return fail(program, "out of memory", kExitCrash);
+  } catch (const std::exception& error) {
+    return fail(program, error.what(), kExitBadInput);
+  }
+}
+
+std::string own_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
+}
+
+std::string program_folder() {
+  const std::string folder = environment("HAPTICD_LIBEXEC");
+  return folder.empty() ? own_folder() : folder;
+}
+
+void catch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_stop_signal;
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaction(signal, &action, nullptr);
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &action, nullptr);
+}
+
+bool stop_requested() noexcept {
+  return stop_flag.load(std::memory_order_relaxed);
+}
+void request_stop() noexcept {
+  stop_flag.store(true, std::memory_order_relaxed);
+}
+
+namespace {
+
+/// What the kernel says of a process behind its name, which may hold anything, brackets too: state,
+/// parent and so on. Empty: there is none.
+std::string stat_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const size_t bracket = text.rfind(')');
+  return bracket == std::string::npos || text.size() < bracket + 2 ? "" : text.substr(bracket + 2);
+}
+
+}  // namespace
+
+bool is_running(pid_t pid) {
+  const std::string stat = stat_of(pid);
+  return !stat.empty() && stat.front() != 'Z';
+}
+
+uint64_t start_time_of(pid_t pid) {
+  constexpr int kFieldsBefore = 19;  // of state … itrealvalue, proc(5)
+  std::istringstream fields(stat_of(pid));
+  std::string skipped;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  uint64_t ticks = 0;
+  fields >> ticks;
+  return ticks;
+}
+
+void die_with_parent(int control_fd) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  // dead before the line above: no signal will come
+  pollfd peer{control_fd, POLLIN, 0};
+  if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) raise(SIGTERM);
+}
+
+bool await_turn(int spare_fd, const std::function<void()>& look) {
+  constexpr int kLookMs = 1000;
+  if (spare_fd < 0) return true;
+  send(spare_fd, &kSpareReady, 1, MSG_NOSIGNAL);
+  while (!stop_requested()) {
+    pollfd told{spare_fd, POLLIN, 0};
+    if (poll(&told, 1, kLookMs) > 0) {
+      char word = 0;
+      return recv(spare_fd, &word, 1, 0) == 1 && word == kSpareTurn;
+    }
+    look();
+  }
+  return false;
+}
+
+SessionConfig read_config(int config_fd) {
+  const FileDescriptor fd(config_fd);
+  struct stat status {};
+  if (fstat(fd.get(), &status) != 0 || status.st_size != sizeof(SessionConfig)) {
+    throw SegmentError(SegmentFault::kWrongLayout,
+                       "the configuration handed over is not that of this build; build all "
+                       "programs of the session from the same source");
+  }
+  SessionConfig config;
+  if (pread(fd.get(), &config, sizeof config, 0) != sizeof config) {
+    throw std::system_error(errno, std::generic_category(), "cannot read the configuration");
+  }
+  return config;
+}
+
+AttachOptions child_attach_options(const SessionConfig& config) {
+  return {.lock_memory = config.realtime != 0,
+          .fifo_priority = config.realtime != 0 ? kHousekeepingPriority : 0,
+          .on_error =
+              [](const std::string& what) { std::fprintf(stderr, "%s\n", one_line(what).c_str()); },
+          .on_closed = request_stop};
+}
+
+}  // namespace haptic

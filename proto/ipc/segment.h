@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <boost/interprocess/mapped_region.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "proto/ipc/channels.h"
+#include "proto/os/file_descriptor.h"
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
+#include "proto/wire/schema.h"
+
+/// A segment: one writer's rings in one memfd, sealed so that nobody else can write to it, resize
+/// it or leave it behind. A header says what is in it; a reader believes nothing before it is
+/// checked.
+namespace haptic {
+
+inline constexpr uint64_t kSegmentMagic = 0x3147'4553'5450'4148;  // "HAPTSEG1", little endian
+inline constexpr uint32_t kMaxChannels = 8;
+
+/// One ring of a segment.
+struct ChannelEntry {
+  uint64_t name_hash;    // FNV-1a of the channel's name
+  uint64_t offset;       // from the start of the segment [bytes]
+  uint64_t bytes;        // of the whole ring
+  uint64_t capacity;     // slots
+  uint64_t record_hash;  // size, alignment and schema text of the item
+};
+
+enum class SegmentState : uint32_t { kInit = 0, kRun = 1, kDrain = 2, kDead = 3 };
+
+/// First bytes of a segment. Written once and published by `magic`, except the beat line, which the
+/// writer keeps up to date. Every member is atomic: readers trust nothing they have read only once.
+struct SegmentHeader {
+  using U64 = std::atomic<uint64_t>;
+  using U32 = std::atomic<uint32_t>;
+
+  alignas(128) U64 magic;  // stored last
+  U32 abi_major;
+  U32 abi_minor;
+  U64 layout_hash;
+  U64 total_bytes;
+  U32 segment_id;
+  U32 n_channels;
+  U64 generation;  // one higher for each restart of the writer
+  U64 pid;
+  U64 process_start;  // clock ticks after boot: tells a reused pid
+  U64 clock_id;       // of every t_ns in the segment
+
+  // own cache line: touched once a cycle, never together with the lines above
+  alignas(128) U64 heartbeat;         // cycles since start
+  std::atomic<int64_t> heartbeat_ns;  // CLOCK_MONOTONIC of the last one
+  U32 state;                          // SegmentState
+  U32 realtime_bits;                  // RealtimeBit
+  std::atomic<int32_t> fifo_errno;    // why SCHED_FIFO was refused; 0: it was not
+  std::atomic<int32_t> memory_errno;  // the same for locked memory
+
+  struct Entry {
+    U64 name_hash, offset, bytes, capacity, record_hash;
+  };
+  alignas(128) std::array<Entry, kMaxChannels> channels;
+};
+static_assert(std::is_standard_layout_v<SegmentHeader> && sizeof(SegmentHeader) == 640);
+static_assert(SegmentHeader::U64::is_always_lock_free && SegmentHeader::U32::is_always_lock_free);
+
+/// What its writer was granted and refused.
+RealtimeReport realtime_of(const SegmentHeader& header) noexcept;
+
+/// Why a segment was not accepted.
+enum class SegmentFault {
+  kSystem,     // the kernel refused; errno in the message
+  kNotSealed,  // could be truncated under the reader
+  kTooShort,   // smaller than its header or than it claims
+  kNotReady,   // no magic number before the deadline
+  kWrongMagic,
+  kWrongAbi,     // written by another version of the program
+  kWrongLayout,  // same version, other structs
+  kWrongKind,    // another process's segment
+  kWrongTable,   // a channel out of bounds, or not where it belongs
+};
+
+struct SegmentError : MessageError {
+  SegmentError(SegmentFault why, const std::string& what) : MessageError(what), fault(why) {}
+  SegmentFault fault;
+};
+
+/// FNV-1a, 64 bit (Fowler, Noll, Vo): of text, and of a number as eight bytes.
+constexpr uint64_t fnv1a(std::string_view text, uint64_t hash = 0xcbf2'9ce4'8422'2325) {
+  for (const char c : text) {
+    hash = (hash ^ static_cast<uint8_t>(c)) * 0x0000'0100'0000'01b3;
+  }
+  return hash;
+}
+constexpr uint64_t fnv1a(uint64_t value, uint64_t hash) {
+  for (int i = 0; i < 8; ++i) {
+    hash = (hash ^ ((value >> (8 * i)) & 0xff)) * 0x0000'0100'0000'01b3;
+  }
+  return hash;
+}
+
+/// Identity of a record type: size, alignment and, where it has one, its schema.
+template <typename T>
+constexpr uint64_t record_hash() {
+  uint64_t hash = fnv1a(alignof(T), fnv1a(uint64_t{sizeof(T)}, fnv1a("")));
+  if constexpr (requires { Schema<T>::text; }) {
+    hash = fnv1a(Schema<T>::text, fnv1a(Schema<T>::name, hash));
+    // the structs that may be nested in it
+    hash = fnv1a(Schema<Contact>::text, fnv1a(Schema<DeviceState>::text, hash));
+  }
+  return hash;
+}
+
+/// The rings of a channel struct: a specialisation lists `value`, an array of ChannelEntry whose
+/// offsets are relative to the struct.
+template <typename Channels>
+struct ChannelTable;
+
+template <typename RingType>
+constexpr ChannelEntry describe_ring(std::string_view name, size_t offset) {
+  return {fnv1a(name), offset, sizeof(RingType), RingType::kCapacity,
+          record_hash<typename RingType::Item>()};
+}
+
+template <>
+struct ChannelTable<ServoChannels> {
+  static constexpr std::array value{
+      describe_ring<decltype(ServoChannels::frames)>("frames", offsetof(ServoChannels, frames)),
+      describe_ring<decltype(ServoChannels::events)>("events", offsetof(ServoChannels, events)),
+      describe_ring<decltype(ServoChannels::releases)>("releases",
+                                                       offsetof(ServoChannels, releases))};
+};
+template <>
+struct ChannelTable<ContactChannels> {
+  static constexpr std::array value{
+      describe_ring<decltype(ContactChannels::sets)>("sets", offsetof(ContactChannels, sets)),
+      describe_ring<decltype(ContactChannels::events)>("events",
+                                                       offsetof(ContactChannels, events))};
+};
+template <>
+struct ChannelTable<SimChannels> {
+  static constexpr std::array value{
+      describe_ring<decltype(SimChannels::frames)>("frames", offsetof(SimChannels, frames)),
+      describe_ring<decltype(SimChannels::events)>("events", offsetof(SimChannels, events))};
+};
+template <>
+struct ChannelTable<ControlChannels> {
+  static constexpr std::array value{
+      describe_ring<decltype(ControlChannels::frames)>("frames", offsetof(ControlChannels, frames)),
+      describe_ring<decltype(ControlChannels::events)>("events",
+                                                       offsetof(ControlChannels, events))};
+};
+
+/// Everything a reader demands of a segment before it touches a ring.
+struct SegmentSpec {
+  SegmentId id;
+  const char* name;
+  size_t total_bytes;
+  uint64_t layout_hash;
+  std::span<const ChannelEntry> channels;  // offsets from the start of the segment
+};
+
+template <typename Channels>
+struct SegmentLayout {
+  static_assert(std::is_standard_layout_v<Channels>);
+  SegmentHeader header;
+  Channels channels;
+};
+
+namespace detail {
+template <typename Channels>
+constexpr auto absolute_table() {
+  auto table = ChannelTable<Channels>::value;
+  static_assert(table.size() <= kMaxChannels);
+  for (ChannelEntry& entry : table) entry.offset += offsetof(SegmentLayout<Channels>, channels);
+  return table;
+}
+
+constexpr uint64_t layout_hash(std::string_view name, uint64_t total_bytes,
+                               std::span<const ChannelEntry> channels) {
+  uint64_t hash = fnv1a(total_bytes, fnv1a(name));
+  for (const ChannelEntry& e : channels) {
+    for (const uint64_t v : {e.name_hash, e.offset, e.bytes, e.capacity, e.record_hash}) {
+      hash = fnv1a(v, hash);
+    }
+  }
+  return hash;
+}
+
+template <typename Channels>
+inline constexpr auto kTable = absolute_table<Channels>();
+}  // namespace detail
+
+/// What a segment of these channels must look like, known at compile time.
+template <typename Channels>
+inline constexpr SegmentSpec kSegmentSpec{
+    Channels::kId, Channels::kName, sizeof(SegmentLayout<Channels>),
+    detail::layout_hash(Channels::kName, sizeof(SegmentLayout<Channels>), detail::kTable<Channels>),
+    detail::kTable<Channels>};
+
+/// The same file, opened read-only: what is handed to readers. Throws SegmentError.
+FileDescriptor reopen_read_only(int fd);
+
+/// A memfd filled with these bytes and sealed against any change, as the session's configuration is
+/// handed to the children. Throws SegmentError.
+FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> bytes);
+
+/// Start of a process in clock ticks after boot (/proc/<pid>/stat); 0 when there is none such.
+uint64_t process_start_time(uint64_t pid);
+
+/// Memory of a writer: created, sized, mapped; sealed by publish().
+class WritableSegment {
+ public:
+  WritableSegment(const SegmentSpec& spec, uint64_t generation);
+
+  /// Stores the magic number, then the last seals: from here on there is no second writer.
+  void publish();
+
+  void* memory() const { return region_.get_address(); }
+  SegmentHeader& header() const { return *static_cast<SegmentHeader*>(memory()); }
+  int fd() const { return fd_.get(); }
+
+ private:
+  FileDescriptor fd_;
+  boost::interprocess::mapped_region region_;
+};
+
+/// What a process publishes into. Making one allocates, maps and touches all its memory; after that
+/// no call fails, allocates or enters the kernel. Throws SegmentError.
+template <typename Channels>
+class SegmentWriter {
+ public:
+  explicit SegmentWriter(uint64_t generation) : memory_(kSegmentSpec<Channels>, generation) {
+    char* base = static_cast<char*>(memory_.memory());
+    channels_ = new (base + offsetof(SegmentLayout<Channels>, channels)) Channels;
+    memory_.publish();
+  }
+
+  Channels& channels() noexcept { return *channels_; }
+  int fd() const noexcept { return memory_.fd(); }
+  const SegmentHeader& header() const noexcept { return memory_.header(); }
+
+  /// Once a cycle: tells the watchdog that the loop moves.
+  void beat(uint64_t cycle, int64_t t_ns) noexcept {
+    memory_.header().heartbeat_ns.store(t_ns, std::memory_order_relaxed);
+    memory_.header().heartbeat.store(cycle, std::memory_order_release);
+  }
+
+  void set_state(SegmentState state) noexcept {
+    memory_.header().state.store(static_cast<uint32_t>(state), std::memory_order_release);
+  }
+
+  void set_realtime(const RealtimeReport& report) noexcept {
+    memory_.header().fifo_errno.store(report.fifo_errno, std::memory_order_relaxed);
+    memory_.header().memory_errno.store(report.memory_errno, std::memory_order_relaxed);
+    memory_.header().realtime_bits.store(report.bits, std::memory_order_release);
+  }
+
+ private:
+  WritableSegment memory_;
+  Channels* channels_;
+};
+
+struct ViewOptions {
+  int64_t ready_timeout_ns = 0;  // how long to wait for the magic number
+  bool lock_memory = false;      // mlock it; a refusal is in lock_errno(), it is not an error
+};
+
+/// A checked, read-only, prefaulted mapping of somebody's segment.
+class SegmentMapping {
+ public:
+  /// Takes the descriptor. Throws SegmentError with the fault and one line for people.
+  SegmentMapping(FileDescriptor fd, const SegmentSpec& spec, const ViewOptions& options = {});
+
+  const SegmentHeader& header() const { return *static_cast<const SegmentHeader*>(memory()); }
+  const void* memory() const { return region_.get_address(); }
+  uint64_t generation() const noexcept { return generation_; }
+  int lock_errno() const noexcept { return lock_errno_; }
+
+  /// The rings, where the segment was checked against kSegmentSpec<Channels>.
+  template <typename Channels>
+  const Channels& channels() const noexcept {
+    const char* base = static_cast<const char*>(memory());
+    return *std::launder(
+        reinterpret_cast<const Channels*>(base + offsetof(SegmentLayout<Channels>, channels)));
+  }
+
+ private:
+  boost::interprocess::mapped_region region_;
+  uint64_t generation_ = 0;
+  int lock_errno_ = 0;
+};
+
+/// SegmentMapping of known channels.
+template <typename Channels>
+class SegmentView : public SegmentMapping {
+ public:
+  explicit SegmentView(FileDescriptor fd, const ViewOptions& options = {})
+      : SegmentMapping(std::move(fd), kSegmentSpec<Channels>, options) {}
+
+  const Channels& channels() const noexcept { return SegmentMapping::channels<Channels>(); }
+};
+
+}  // namespace haptic

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/os/file_descriptor.h"
+#include "proto/os/message.h"
+
+/// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
+/// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
+namespace haptic {
+
+/// A recording that cannot be made or read: one line "file: what; how to mend".
+struct McapError : MessageError {
+  using MessageError::MessageError;
+};
+
+using McapMetadata = std::map<std::string, std::string>;
+
+/// One message as the file stores it. `data` is valid during the call that hands it over.
+struct McapMessage {
+  uint16_t channel = 0;
+  uint32_t sequence = 0;
+  uint64_t log_time_ns = 0;
+  uint64_t publish_time_ns = 0;
+  std::span<const std::byte> data;
+};
+
+struct McapSchema {
+  uint16_t id = 0;
+  std::string name, encoding, text;
+};
+
+struct McapChannel {
+  uint16_t id = 0;
+  uint16_t schema = 0;
+  std::string topic, encoding;
+  McapMetadata metadata;
+};
+
+/// Where a chunk lies in the file, and what it says about itself.
+struct McapChunkIndex {
+  uint64_t first_ns = 0, last_ns = 0;  // log times
+  uint64_t offset = 0, length = 0;     // of the chunk record
+  uint64_t index_length = 0;           // of the message index records behind it
+  uint64_t compressed = 0, uncompressed = 0;
+  std::map<uint16_t, uint64_t> index_offsets;  // channel → its message index record
+};
+
+struct McapMetadataIndex {
+  uint64_t offset = 0, length = 0;
+  std::string name;
+};
+
+/// Appends messages to a file in chunks (zstd, level 1), each one `write()` long.
+///
+/// A killed writer loses the chunk it was filling and nothing before it. A full disk loses no chunk
+/// either: before each chunk the space for it *and* for the end of the file is reserved, and where
+/// that is refused the file is ended there, a complete MCAP. Where the file system cannot reserve
+/// and a write falls short, the file is cut back to its last whole chunk. After such a stop
+/// `error()` says what happened, and further messages are refused.
+class McapWriter {
+ public:
+  /// Creates or replaces the file. Throws McapError, also where a device or a pipe has that name.
+  explicit McapWriter(const std::string& path);
+  ~McapWriter();
+  McapWriter(const McapWriter&) = delete;
+  McapWriter& operator=(const McapWriter&) = delete;
+
+  /// Schemas and channels come before the first message that uses them.
+  uint16_t add_schema(std::string_view name, std::string_view encoding, std::string_view text);
+  uint16_t add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
+                       const McapMetadata& metadata);
+  /// Named texts that belong to the file; written at once.
+  void add_metadata(std::string_view name, const McapMetadata& metadata);
+
+  /// Adds a message to the open chunk; false when the file was ended by an error.
+  bool write(const McapMessage& message);
+  /// Writes the open chunk; false as above. The caller decides how long a chunk may stay open.
+  bool flush();
+  /// Writes what is left and the end of the file; false as above.
+  bool close();
+
+  /// One line for people; empty while all is well.
+  const std::string& error() const { return error_; }
+  /// Bytes in the file so far.
+  uint64_t size() const { return offset_; }
+  /// Messages of a channel in the file so far. Those of the open chunk are not there yet; what
+  /// write() took may still be lost with it.
+  uint64_t written(uint16_t channel) const;
+
+ private:
+  using Buffer = std::vector<char>;
+  struct Indexed {
+    uint64_t log_time_ns, offset;
+  };
+
+  bool has_room(uint64_t bytes) const;
+  bool append(const Buffer& bytes);
+  bool finish();
+  void stop(int error);
+  void tell(int error, bool whole);
+  Buffer make_chunk(McapChunkIndex& index) const;
+  void put_statistics(Buffer& out) const;
+  Buffer make_end() const;
+  uint64_t end_bound() const;
+
+  std::string path_;
+  FileDescriptor file_;
+  uint64_t offset_ = 0;
+  std::string error_;
+  std::vector<McapSchema> schemas_;
+  std::vector<McapChannel> channels_;
+  std::vector<McapChunkIndex> chunks_;
+  std::vector<McapMetadataIndex> metadata_;
+  uint64_t named_bytes_ = 0;             // of all schemas, channels and names of metadata
+  std::map<uint16_t, uint64_t> counts_;  // messages in whole chunks, by channel
+  Buffer chunk_;                         // open chunk, not compressed
+  std::map<uint16_t, std::vector<Indexed>> chunk_index_;
+  uint64_t chunk_first_ns_ = 0, chunk_last_ns_ = 0;
+};
+
+/// Whether a file begins as an MCAP file does; false where it cannot be read.
+bool is_mcap_file(const std::string& path);
+
+/// Reads a file by its index, or by scanning it when it has no end (a killed writer): everything up
+/// to the last whole chunk. Nobody vouches for the file: a chunk may hold 16 MiB, and memory beyond
+/// that of two such chunks is a small multiple of the size of the file, whatever is in it.
+class McapReader {
+ public:
+  /// Throws McapError when it is no MCAP file or uses what this reader does not know.
+  explicit McapReader(const std::string& path);
+
+  const std::vector<McapSchema>& schemas() const { return schemas_; }
+  const std::vector<McapChannel>& channels() const { return channels_; }
+  const std::vector<McapChunkIndex>& chunks() const { return chunks_; }
+  /// Metadata records by name.
+  const std::map<std::string, McapMetadata>& metadata() const { return metadata_; }
+  /// False: the writer was killed; what was in its open chunk is not there.
+  bool finished() const { return finished_; }
+
+  /// The channel of a topic; nullptr when the file has none.
+  const McapChannel* find_channel(std::string_view topic) const;
+  const McapSchema& schema_of(const McapChannel& channel) const;
+
+  /// Hands over every message of the channel in the order of the file. Throws McapError on a chunk
+  /// whose CRC or contents are wrong.
+  void for_each(uint16_t channel, const std::function<void(const McapMessage&)>& use) const;
+
+ private:
+  struct Record {
+    uint8_t op = 0;
+    uint64_t offset = 0, length = 0;  // of the whole record
+    std::vector<char> content;
+  };
+
+  bool find_record(uint64_t offset, Record& record) const;
+  void read_content(Record& record, uint64_t most) const;
+  bool read_record(uint64_t offset, Record& record) const;
+  bool read_summary();
+  bool read_summary(uint64_t begin, uint64_t end);
+  void scan();
+  McapChunkIndex find_chunk(Record& record) const;
+  void keep(const Record& record);
+  std::vector<char> read_chunk(const McapChunkIndex& index) const;
+  [[noreturn]] void fail(const std::string& what) const;
+
+  std::string path_;
+  FileDescriptor file_;
+  uint64_t size_ = 0;
+  bool finished_ = false;
+  std::vector<McapSchema> schemas_;
+  std::vector<McapChannel> channels_;
+  std::vector<McapChunkIndex> chunks_;
+  std::map<std::string, McapMetadata> metadata_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/log/mcap.h"
+
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "proto/log/mcap_format.h"
+#include "proto/os/message.h"
+#include "proto/os/regular_file.h"
+
+namespace haptic {
+
+using namespace mcap;
+
+namespace {
+
+// What a chunk may hold [bytes]: it is unpacked as a whole, and zstd packs zeros ten thousand
+// times. McapWriter closes a chunk at 256 KiB, the public C++ library at 768 KiB, other tools at
+// some MiB.
+constexpr uint64_t kMostUnpacked = uint64_t{16} << 20;
+// Longest record that is read as a whole [bytes]: a packed chunk can be longer than what it holds.
+constexpr uint64_t kMostRecord = kMostUnpacked + (uint64_t{1} << 20);
+constexpr size_t kMostNamed = 1024;  // schemas, and channels, of a file; a recording has five
+
+using Buffer = std::vector<char>;
+
+/// Takes numbers and texts out of a record; throws std::out_of_range where it is too short.
+class Parser {
+ public:
+  explicit Parser(const Buffer& content) : data_(content.data()), left_(content.size()) {}
+
+  const char* bytes(uint64_t n) {
+    if (n > left_) throw std::out_of_range("record too short");
+    const char* at = data_;
+    data_ += n;
+    left_ -= n;
+    return at;
+  }
+  template <typename T>
+  T number() {
+    T value;
+    std::memcpy(&value, bytes(sizeof value), sizeof value);
+    return value;
+  }
+  std::string text() {
+    const uint32_t n = number<uint32_t>();
+    return std::string(bytes(n), n);
+  }
+  McapMetadata metadata() {
+    McapMetadata out;
+    const uint32_t size = number<uint32_t>();
+    if (size > left_) throw std::out_of_range("record too short");
+    for (const uint64_t end = left_ - size; left_ > end;) {
+      std::string key = text();
+      out[std::move(key)] = text();
+    }
+    return out;
+  }
+  uint64_t left() const { return left_; }
+
+ private:
+  const char* data_;
+  uint64_t left_;
+};
+
+bool read_magic(int file, uint64_t offset) {
+  char magic[kMagic.size()];
+  const ssize_t n = ::pread(file, magic, sizeof magic, static_cast<off_t>(offset));
+  return n == sizeof magic && std::string_view(magic, sizeof magic) == kMagic;
+}
+
+McapChunkIndex parse_chunk_index(const Buffer& content) {
+  Parser in(content);
+  McapChunkIndex index;
+  index.first_ns = in.number<uint64_t>();
+  index.last_ns = in.number<uint64_t>();
+  index.offset = in.number<uint64_t>();
+  index.length = in.number<uint64_t>();
+  for (uint32_t left = in.number<uint32_t>(); left >= 10; left -= 10) {
+    const uint16_t channel = in.number<uint16_t>();
+    index.index_offsets[channel] = in.number<uint64_t>();
+  }
+  index.index_length = in.number<uint64_t>();
+  in.text();
+  index.compressed = in.number<uint64_t>();
+  index.uncompressed = in.number<uint64_t>();
+  return index;
+}
+
+/// Records that keep() looks at.
+bool is_kept(uint8_t op) {
+  return op == kSchema || op == kChannel || op == kMetadata || op == kMessage;
+}
+
+}  // namespace
+
+bool is_mcap_file(const std::string& path) {
+  const RegularFile file = open_regular_file(path);
+  return file.descriptor.is_open() && read_magic(file.descriptor.get(), 0);
+}
+
+McapReader::McapReader(const std::string& path) : path_(path) {
+  RegularFile file = open_regular_file(path);
+  if (!file.problem.empty()) fail(file.problem + "; name a recording (.mcap)");
+  file_ = std::move(file.descriptor);
+  size_ = file.size;
+  if (!read_magic(file_.get(), 0)) {
+    fail("is not an MCAP file; recordings are made by `hapt record`");
+  }
+  if (!read_summary()) scan();
+}
+
+void McapReader::fail(const std::string& what) const {
+  throw McapError(path_ + ": " + what);
+}
+
+const McapChannel* McapReader::find_channel(std::string_view topic) const {
+  for (const McapChannel& c : channels_) {
+    if (c.topic == topic) return &c;
+  }
+  return nullptr;
+}
+
+const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
+  for (const McapSchema& s : schemas_) {
+    if (s.id == channel.schema) return s;
+  }
+  throw McapError(path_ + ": topic '" + shown(channel.topic) +
+                  "' has no schema; the file is damaged");
+}
+
+/// Where a record lies and what it is; false when it is not wholly in the file.
+bool McapReader::find_record(uint64_t offset, Record& record) const {
+  char header[kRecordHeader];
+  if (offset > size_ || size_ - offset < sizeof header) return false;
+  if (::pread(file_.get(), header, sizeof header, static_cast<off_t>(offset)) != sizeof header) {
+    return false;
+  }
+  uint64_t length = 0;
+  std::memcpy(&length, header + 1, sizeof length);
+  if (length > size_ - offset - sizeof header) return false;
+  record.op = static_cast<uint8_t>(header[0]);
+  record.offset = offset;
+  record.length = sizeof header + length;
+  return true;
+}
+
+/// The first `most` bytes of a record that was found, all where it has no more.
+void McapReader::read_content(Record& record, uint64_t most) const {
+  const uint64_t length = std::min(record.length - kRecordHeader, most);
+  if (length > kMostRecord) {
+    fail("the record at byte " + std::to_string(record.offset) + " has " +
+         std::to_string(length >> 20) + " MiB, more than the " + std::to_string(kMostRecord >> 20) +
+         " that are read; is it a recording of `hapt record`?");
+  }
+  record.content.resize(length);
+  for (uint64_t done = 0; done < length;) {
+    const ssize_t n = ::pread(file_.get(), record.content.data() + done, length - done,
+                              static_cast<off_t>(record.offset + kRecordHeader + done));
+    if (n <= 0) fail("ends within the record at byte " + std::to_string(record.offset));
+    done += static_cast<uint64_t>(n);
+  }
+}
+
+/// False when the record is not wholly in the file.
+bool McapReader::read_record(uint64_t offset, Record& record) const {
+  if (!find_record(offset, record)) return false;
+  read_content(record, record.length);
+  return true;
+}
+
+/// Takes what a record says into the lists; the first of several with one id holds.
+void McapReader::keep(const Record& record) {
+  Parser in(record.content);
+  if (record.op == kSchema) {
+    const uint16_t id = in.number<uint16_t>();
+    std::string name = in.text(), encoding = in.text();
+    for (const McapSchema& s : schemas_) {
+      if (s.id == id) return;
+    }
+    if (schemas_.size() == kMostNamed) fail("has more than 1024 schemas; the file is damaged");
+    schemas_.push_back({id, std::move(name), std::move(encoding), in.text()});
+  } else if (record.op == kChannel) {
+    const uint16_t id = in.number<uint16_t>(), schema = in.number<uint16_t>();
+    std::string topic = in.text(), encoding = in.text();
+    for (const McapChannel& c : channels_) {
+      if (c.id == id) return;
+    }
+    if (channels_.size() == kMostNamed) fail("has more than 1024 channels; the file is damaged");
+    channels_.push_back({id, schema, std::move(topic), std::move(encoding), in.metadata()});
+  } else if (record.op == kMetadata) {
+    std::string name = in.text();
+    metadata_[std::move(name)] = in.metadata();
+  } else if (record.op == kMessage) {
+    fail("has messages outside of chunks; only recordings of `hapt record` can be read");
+  }
+}
+
+/// False when the file has no sound end: its writer was killed, or the end is damaged.
+bool McapReader::read_summary() {
+  if (size_ < 2 * kMagic.size() + kFooterBytes || !read_magic(file_.get(), size_ - kMagic.size())) {
+    return false;
+  }
+  const uint64_t footer_offset = size_ - kMagic.size() - kFooterBytes;
+  Record record;
+  if (!find_record(footer_offset, record) || record.op != kFooter) return false;
+  try {
+    read_content(record, kFooterBytes);
+    const uint64_t summary = Parser(record.content).number<uint64_t>();
+    finished_ = summary != 0 && read_summary(summary, footer_offset);
+  } catch (const std::out_of_range&) {
+  }
+  return finished_;
+}
+
+/// The records from `begin` to `end`. What they point to comes in the order of the file and does
+/// not overlap, so that nothing is read twice, however often it is named.
+bool McapReader::read_summary(uint64_t begin, uint64_t end) {
+  uint64_t chunks_end = 0, metadata_end = 0;
+  Record record, metadata;
+  for (uint64_t at = begin; at < end; at += record.length) {
+    if (!read_record(at, record)) return false;
+    if (record.op == kChunkIndex) {
+      McapChunkIndex index = parse_chunk_index(record.content);
+      if (index.offset < chunks_end || index.length > size_ ||
+          index.offset > size_ - index.length) {
+        return false;
+      }
+      chunks_end = index.offset + index.length;
+      chunks_.push_back(std::move(index));
+    } else if (record.op == kMetadataIndex) {
+      const uint64_t offset = Parser(record.content).number<uint64_t>();
+      if (offset < metadata_end || !read_record(offset, metadata)) return false;
+      metadata_end = offset + metadata.length;
+      keep(metadata);
+    } else {
+      keep(record);
+    }
+  }
+  return true;
+}
+
+/// Walks the records from the start to the first that is not whole, or is none: what a crash leaves
+/// behind the last record may be zeros.
+void McapReader::scan() {
+  schemas_.clear();
+  channels_.clear();
+  chunks_.clear();
+  metadata_.clear();
+  Record record;
+  try {
+    for (uint64_t at = kMagic.size(); find_record(at, record); at += record.length) {
+      if (record.op == kNone || record.op == kDataEnd) break;
+      if (record.op == kChunk) {
+        chunks_.push_back(find_chunk(record));
+      } else if (is_kept(record.op)) {
+        read_content(record, record.length);
+        keep(record);
+      }
+    }
+  } catch (const std::out_of_range&) {
+    fail("damaged record at byte " + std::to_string(record.offset));
+  }
+}
+
+/// What is known of a chunk without its message index: that may be the part that is missing.
+McapChunkIndex McapReader::find_chunk(Record& record) const {
+  read_content(record, 2 * sizeof(uint64_t));
+  Parser in(record.content);
+  McapChunkIndex chunk;
+  chunk.first_ns = in.number<uint64_t>();
+  chunk.last_ns = in.number<uint64_t>();
+  chunk.offset = record.offset;
+  chunk.length = record.length;
+  return chunk;
+}
+
+/// The records of a chunk, unpacked and checked.
+std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
+  const std::string where = "chunk at byte " + std::to_string(index.offset);
+  Record record;
+  if (!find_record(index.offset, record) || record.op != kChunk || record.length != index.length) {
+    fail(where + " is not there");
+  }
+  read_content(record, record.length);
+  Parser in(record.content);
+  in.bytes(2 * sizeof(uint64_t));
+  const uint64_t size = in.number<uint64_t>();
+  const uint32_t crc = in.number<uint32_t>();
+  const std::string compression = in.text();
+  const uint64_t packed_size = in.number<uint64_t>();
+  const char* packed = in.bytes(packed_size);
+  if (size > kMostUnpacked) {
+    fail(where + " claims " + std::to_string(size >> 20) + " MiB, more than the " +
+         std::to_string(kMostUnpacked >> 20) +
+         " that a chunk may hold; write it with smaller ones");
+  }
+  Buffer out(size);
+  if (compression == kZstd) {
+    // no more than the chunk claims, whatever the packed bytes say
+    const size_t got = ZSTD_decompress(out.data(), out.size(), packed, packed_size);
+    if (ZSTD_isError(got) || got != size) fail(where + " cannot be unpacked; the file is damaged");
+  } else if (compression.empty() && packed_size == size) {
+    out.assign(packed, packed + size);
+  } else {
+    fail(where + " is packed with '" + shown(compression) + "'; only zstd and none can be read");
+  }
+  if (crc != 0 && crc != crc32(out.data(), out.size())) {
+    fail(where + " has a wrong CRC; the file is damaged");
+  }
+  return out;
+}
+
+void McapReader::for_each(uint16_t channel,
+                          const std::function<void(const McapMessage&)>& use) const {
+  constexpr size_t kMessageHeader = 2 + 4 + 8 + 8;
+  for (const McapChunkIndex& index : chunks_) {
+    if (!index.index_offsets.empty() && !index.index_offsets.contains(channel)) continue;
+    try {
+      const Buffer records = read_chunk(index);
+      Parser in(records);
+      while (in.left() > 0) {
+        const uint8_t op = in.number<uint8_t>();
+        const uint64_t length = in.number<uint64_t>();
+        if (op != kMessage || length < kMessageHeader) {
+          in.bytes(length);
+          continue;
+        }
+        McapMessage message;
+        message.channel = in.number<uint16_t>();
+        message.sequence = in.number<uint32_t>();
+        message.log_time_ns = in.number<uint64_t>();
+        message.publish_time_ns = in.number<uint64_t>();
+        const uint64_t size = length - kMessageHeader;
+        message.data = std::as_bytes(std::span(in.bytes(size), size));
+        if (message.channel == channel) use(message);
+      }
+    } catch (const std::out_of_range&) {
+      fail("chunk at byte " + std::to_string(index.offset) + " is cut; the file is damaged");
+    }
+  }
+}
+
+}  // namespace haptic

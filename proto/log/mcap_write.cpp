@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/log/mcap.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+#include "proto/log/mcap_format.h"
+#include "proto/os/regular_file.h"
+
+namespace haptic {
+
+using namespace mcap;
+
+namespace {
+
+constexpr size_t kChunkBytes = 256 << 10;  // a chunk is written when it has grown to this
+constexpr int kZstdLevel = 1;
+
+using Buffer = std::vector<char>;
+
+void put_bytes(Buffer& out, const void* data, size_t size) {
+  const char* bytes = static_cast<const char*>(data);
+  out.insert(out.end(), bytes, bytes + size);
+}
+
+/// Little endian, as the machine: x86-64 and ARM64 alike.
+template <typename T>
+void put(Buffer& out, T value) {
+  static_assert(std::is_integral_v<T>);
+  put_bytes(out, &value, sizeof value);
+}
+
+void put_text(Buffer& out, std::string_view text) {
+  put(out, static_cast<uint32_t>(text.size()));
+  put_bytes(out, text.data(), text.size());
+}
+
+/// MCAP writes maps and arrays with their length in bytes in front, known once they are written.
+template <typename PutContent>
+void put_sized(Buffer& out, const PutContent& put_content) {
+  const size_t at = out.size();
+  put(out, uint32_t{0});
+  put_content();
+  const uint32_t size = static_cast<uint32_t>(out.size() - at - sizeof(uint32_t));
+  std::memcpy(&out[at], &size, sizeof size);
+}
+
+template <typename PutContent>
+void put_record(Buffer& out, Op op, const PutContent& put_content) {
+  put(out, static_cast<uint8_t>(op));
+  const size_t at = out.size();
+  put(out, uint64_t{0});
+  put_content();
+  const uint64_t size = out.size() - at - sizeof(uint64_t);
+  std::memcpy(&out[at], &size, sizeof size);
+}
+
+void put_metadata(Buffer& out, const McapMetadata& metadata) {
+  put_sized(out, [&] {
+    for (const auto& [key, value] : metadata) {
+      put_text(out, key);
+      put_text(out, value);
+    }
+  });
+}
+
+void put_schema(Buffer& out, const McapSchema& schema) {
+  put_record(out, kSchema, [&] {
+    put(out, schema.id);
+    put_text(out, schema.name);
+    put_text(out, schema.encoding);
+    put_text(out, schema.text);
+  });
+}
+
+void put_channel(Buffer& out, const McapChannel& channel) {
+  put_record(out, kChannel, [&] {
+    put(out, channel.id);
+    put(out, channel.schema);
+    put_text(out, channel.topic);
+    put_text(out, channel.encoding);
+    put_metadata(out, channel.metadata);
+  });
+}
+
+void put_chunk_index(Buffer& out, const McapChunkIndex& index) {
+  put_record(out, kChunkIndex, [&] {
+    put(out, index.first_ns);
+    put(out, index.last_ns);
+    put(out, index.offset);
+    put(out, index.length);
+    put_sized(out, [&] {
+      for (const auto& [channel, offset] : index.index_offsets) {
+        put(out, channel);
+        put(out, offset);
+      }
+    });
+    put(out, index.index_length);
+    put_text(out, kZstd);
+    put(out, index.compressed);
+    put(out, index.uncompressed);
+  });
+}
+
+/// Writes all or says no; errno holds the reason.
+bool write_all(int file, const Buffer& bytes, uint64_t offset) {
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t n =
+        ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n == 0) errno = ENOSPC;
+    if (n <= 0) return false;
+    done += static_cast<size_t>(n);
+  }
+  return true;
+}
+
+/// An empty file, in the place of what was there. What is no file is left alone: it cannot be cut
+/// back to its last whole chunk, and a pipe would wait for a reader.
+FileDescriptor create(const std::string& path) {
+  FileDescriptor file(
+      ::open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0644));
+  const int error = errno;
+  struct stat status {};
+  const bool known =
+      file.is_open() ? ::fstat(file.get(), &status) == 0 : ::stat(path.c_str(), &status) == 0;
+  const std::string kind = known ? kind_problem(status.st_mode) : "";
+  if (!kind.empty()) {
+    throw McapError(path + ": " + kind + ", and a recording needs a file; name one (.mcap)");
+  }
+  if (!file.is_open() || ::ftruncate(file.get(), 0) != 0) {
+    throw McapError(path + ": cannot be written (" + std::strerror(file.is_open() ? errno : error) +
+                    "); check the folder and its rights");
+  }
+  return file;
+}
+
+}  // namespace
+
+McapWriter::McapWriter(const std::string& path) : path_(path), file_(create(path)) {
+  chunk_.reserve(kChunkBytes + (64 << 10));
+  Buffer start(kMagic.begin(), kMagic.end());
+  put_record(start, kHeader, [&] {
+    put_text(start, "ros2");
+    put_text(start, "hapticd");
+  });
+  if (!append(start)) throw McapError(error_);
+}
+
+McapWriter::~McapWriter() {
+  close();
+}
+
+uint16_t McapWriter::add_schema(std::string_view name, std::string_view encoding,
+                                std::string_view text) {
+  const uint16_t id = static_cast<uint16_t>(schemas_.size() + 1);
+  schemas_.push_back({id, std::string(name), std::string(encoding), std::string(text)});
+  Buffer record;
+  put_schema(record, schemas_.back());
+  named_bytes_ += record.size();
+  append(record);
+  return id;
+}
+
+uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
+                                 const McapMetadata& metadata) {
+  const uint16_t id = static_cast<uint16_t>(channels_.size() + 1);
+  channels_.push_back({id, schema, std::string(topic), std::string(encoding), metadata});
+  Buffer record;
+  put_channel(record, channels_.back());
+  named_bytes_ += record.size();
+  append(record);
+  return id;
+}
+
+void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadata) {
+  flush();
+  Buffer record;
+  put_record(record, kMetadata, [&] {
+    put_text(record, name);
+    put_metadata(record, metadata);
+  });
+  named_bytes_ += name.size();
+  const uint64_t offset = offset_;
+  if (append(record)) metadata_.push_back({offset, record.size(), std::string(name)});
+}
+
+bool McapWriter::write(const McapMessage& message) {
+  if (!file_.is_open()) return false;
+  if (chunk_.empty()) chunk_first_ns_ = chunk_last_ns_ = message.log_time_ns;
+  chunk_first_ns_ = std::min(chunk_first_ns_, message.log_time_ns);
+  chunk_last_ns_ = std::max(chunk_last_ns_, message.log_time_ns);
+  chunk_index_[message.channel].push_back({message.log_time_ns, chunk_.size()});
+  put_record(chunk_, kMessage, [&] {
+    put(chunk_, message.channel);
+    put(chunk_, message.sequence);
+    put(chunk_, message.log_time_ns);
+    put(chunk_, message.publish_time_ns);
+    put_bytes(chunk_, message.data.data(), message.data.size());
+  });
+  return chunk_.size() < kChunkBytes || flush();
+}
+
+bool McapWriter::flush() {
+  if (!file_.is_open()) return false;
+  if (chunk_.empty()) return true;
+  McapChunkIndex index;
+  const Buffer bytes = make_chunk(index);
+  if (append(bytes)) {
+    chunks_.push_back(std::move(index));
+    for (const auto& [channel, messages] : chunk_index_) counts_[channel] += messages.size();
+  }
+  chunk_.clear();
+  chunk_index_.clear();
+  return file_.is_open();
+}
+
+bool McapWriter::close() {
+  if (!file_.is_open()) return error_.empty();
+  if (!flush()) return false;
+  if (!finish()) tell(errno, false);
+  return error_.empty();
+}
+
+uint64_t McapWriter::written(uint16_t channel) const {
+  const auto count = counts_.find(channel);
+  return count == counts_.end() ? 0 : count->second;
+}
+
+/// The open chunk as records, and where it will lie.
+McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
+  Buffer packed(ZSTD_compressBound(chunk_.size()));
+  const size_t packed_size =
+      ZSTD_compress(packed.data(), packed.size(), chunk_.data(), chunk_.size(), kZstdLevel);
+  // with a buffer of that size only memory can fail
+  if (ZSTD_isError(packed_size)) throw std::bad_alloc();
+  packed.resize(packed_size);
+  Buffer out;
+  out.reserve(packed.size() + (64 << 10));
+  put_record(out, kChunk, [&] {
+    put(out, chunk_first_ns_);
+    put(out, chunk_last_ns_);
+    put(out, uint64_t{chunk_.size()});
+    put(out, crc32(chunk_.data(), chunk_.size()));
+    put_text(out, kZstd);
+    put(out, uint64_t{packed.size()});
+    put_bytes(out, packed.data(), packed.size());
+  });
+  index.first_ns = chunk_first_ns_;
+  index.last_ns = chunk_last_ns_;
+  index.offset = offset_;
+  index.length = out.size();
+  index.compressed = packed.size();
+  index.uncompressed = chunk_.size();
+  for (const auto& [channel, messages] : chunk_index_) {
+    index.index_offsets[channel] = offset_ + out.size();
+    put_record(out, kMessageIndex, [&, id = channel, &list = messages] {
+      put(out, id);
+      put_sized(out, [&] {
+        for (const Indexed& m : list) {
+          put(out, m.log_time_ns);
+          put(out, m.offset);
+        }
+      });
+    });
+  }
+  index.index_length = out.size() - index.length;
+  return out;
+}
+
+/// How much of what the file holds.
+void McapWriter::put_statistics(Buffer& out) const {
+  uint64_t messages = 0, first = chunks_.empty() ? 0 : chunks_.front().first_ns, last = 0;
+  for (const auto& [channel, n] : counts_) messages += n;
+  for (const McapChunkIndex& c : chunks_) {
+    first = std::min(first, c.first_ns);
+    last = std::max(last, c.last_ns);
+  }
+  put_record(out, kStatistics, [&] {
+    put(out, messages);
+    put(out, static_cast<uint16_t>(schemas_.size()));
+    put(out, static_cast<uint32_t>(channels_.size()));
+    put(out, uint32_t{0});
+    put(out, static_cast<uint32_t>(metadata_.size()));
+    put(out, static_cast<uint32_t>(chunks_.size()));
+    put(out, first);
+    put(out, last);
+    put_sized(out, [&] {
+      for (const auto& [channel, n] : counts_) {
+        put(out, channel);
+        put(out, n);
+      }
+    });
+  });
+}
+
+/// Everything behind the last chunk: end of data, summary, footer.
+McapWriter::Buffer McapWriter::make_end() const {
+  Buffer out;
+  put_record(out, kDataEnd, [&] { put(out, uint32_t{0}); });
+  const size_t summary = out.size();
+  Buffer groups;
+  const auto put_group = [&](Op op, const auto& put_records) {
+    const size_t begin = out.size();
+    put_records();
+    if (out.size() == begin) return;
+    put_record(groups, kSummaryOffset, [&] {
+      put(groups, static_cast<uint8_t>(op));
+      put(groups, uint64_t{offset_ + begin});
+      put(groups, uint64_t{out.size() - begin});
+    });
+  };
+  put_group(kSchema, [&] {
+    for (const auto& s : schemas_) put_schema(out, s);
+  });
+  put_group(kChannel, [&] {
+    for (const auto& c : channels_) put_channel(out, c);
+  });
+  put_group(kChunkIndex, [&] {
+    for (const auto& c : chunks_) put_chunk_index(out, c);
+  });
+  put_group(kMetadataIndex, [&] {
+    for (const McapMetadataIndex& m : metadata_) {
+      put_record(out, kMetadataIndex, [&] {
+        put(out, m.offset);
+        put(out, m.length);
+        put_text(out, m.name);
+      });
+    }
+  });
+  put_group(kStatistics, [&] { put_statistics(out); });
+  const uint64_t offsets = offset_ + out.size();
+  out.insert(out.end(), groups.begin(), groups.end());
+  // the CRC covers the summary and the footer up to the CRC itself
+  put(out, static_cast<uint8_t>(kFooter));
+  put(out, uint64_t{kFooterBytes - kRecordHeader});
+  put(out, uint64_t{offset_ + summary});
+  put(out, offsets);
+  put(out, crc32(&out[summary], out.size() - summary));
+  put_bytes(out, kMagic.data(), kMagic.size());
+  return out;
+}
+
+/// At least what make_end() will need once one more chunk is in the file.
+uint64_t McapWriter::end_bound() const {
+  constexpr uint64_t kFixed = 1024;
+  constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerChannel = 10;
+  return kFixed + named_bytes_ + kPerMetadata * metadata_.size() + kPerChannel * channels_.size() +
+         (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + 1);
+}
+
+/// Whether the file may grow by so much; reserves the space where the file system can.
+bool McapWriter::has_room(uint64_t bytes) const {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
+      offset_ + bytes > limit.rlim_cur) {
+    errno = EFBIG;
+    return false;
+  }
+  // beyond the end of the file, so that its size, and with it a scan, is that of what was written
+  const int result = ::fallocate(file_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset_),
+                                 static_cast<off_t>(bytes));
+  return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
+}
+
+bool McapWriter::append(const Buffer& bytes) {
+  if (!file_.is_open()) return false;
+  if (has_room(bytes.size() + end_bound()) && write_all(file_.get(), bytes, offset_)) {
+    offset_ += bytes.size();
+    return true;
+  }
+  stop(errno);
+  return false;
+}
+
+/// Ends the file where it is whole and says why.
+void McapWriter::stop(int error) {
+  tell(error, finish());
+}
+
+void McapWriter::tell(int error, bool whole) {
+  error_ = path_ + ": " + std::strerror(error) + " after " + std::to_string(offset_ >> 10) +
+           " KiB; what was recorded is kept (" +
+           (whole ? "the file is complete" : "the file has no end, its whole chunks are readable") +
+           "), free some space and record again";
+}
+
+/// Writes the end and closes the file; false, with errno, where it has none then.
+bool McapWriter::finish() {
+  const Buffer end = make_end();
+  // over the half chunk of a write that fell short, or into the space reserved for it
+  const bool whole = write_all(file_.get(), end, offset_);
+  int error = errno;
+  const uint64_t size = offset_ + (whole ? end.size() : 0);
+  const bool cut = ::ftruncate(file_.get(), static_cast<off_t>(size)) == 0;
+  if (whole && !cut) error = errno;
+  file_.reset();
+  errno = error;
+  return whole && cut;
+}
+
+}  // namespace haptic

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/log/mcap.h"
+#include "proto/wire/schema.h"
+#include "proto/wire/wire.h"
+
+/// Recordings: the wire structs in an MCAP file. The payload of a message is the CDR encoding of
+/// the struct, four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
+/// CLOCK_MONOTONIC.
+namespace haptic {
+
+/// A topic of a recording and the struct it carries.
+template <typename T>
+struct Topic {
+  std::string_view name;
+};
+
+inline constexpr Topic<ServoFrame> kServo0Topic{"/servo0/frame"};
+inline constexpr Topic<ContactSet> kContact0Topic{"/contact0/set"};
+inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
+inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
+inline constexpr Topic<Event> kEventTopic{"/events"};
+
+/// The same without the type, for what handles every topic alike.
+struct TopicInfo {
+  std::string_view name, schema, text;
+  size_t size;  // of the struct [bytes]
+  std::string_view what;
+};
+
+/// Every topic a recording of this version has.
+extern const std::array<TopicInfo, 5> kTopics;
+
+/// nullptr when there is no such topic.
+const TopicInfo* find_topic(std::string_view name);
+
+struct Stamp {
+  int64_t t_ns = 0;         // CLOCK_MONOTONIC
+  int64_t realtime_ns = 0;  // the same instant on CLOCK_REALTIME
+  uint64_t sequence = 0;    // of the item in its ring; kept modulo 2³²
+};
+
+/// What a recording says about its origin: program version, machine, kernel, the name of the
+/// session and its configuration as TOML ("" where unknown).
+McapMetadata recording_metadata(const std::string& session, const std::string& config_toml);
+
+class TraceWriter {
+ public:
+  /// Creates the file with all topics. Throws McapError.
+  TraceWriter(const std::string& path, const McapMetadata& metadata);
+
+  /// Appends a record to one of kTopics; false when the file was ended by an error, see error().
+  template <typename T>
+  bool write(const Topic<T>& topic, const T& value, const Stamp& stamp) {
+    static_assert(kIsWire<T>);
+    return write_bytes(topic.name, &value, sizeof value, stamp);
+  }
+
+  /// Names a fact that is known only now, such as how much was lost.
+  void add_metadata(std::string_view name, const McapMetadata& metadata) {
+    mcap_.add_metadata(name, metadata);
+  }
+  /// Writes what is still in memory.
+  bool flush() { return mcap_.flush(); }
+  bool close() { return mcap_.close(); }
+  const std::string& error() const { return mcap_.error(); }
+  uint64_t size() const { return mcap_.size(); }
+  /// Records of a topic that are in the file, those of the open chunk left out.
+  uint64_t written(std::string_view topic) const;
+
+ private:
+  bool write_bytes(std::string_view topic, const void* value, size_t size, const Stamp& stamp);
+
+  McapWriter mcap_;
+  std::array<uint16_t, 5> channels_{};
+  std::vector<std::byte> message_;
+};
+
+class TraceReader {
+ public:
+  /// Throws McapError.
+  explicit TraceReader(const std::string& path);
+
+  /// Hands over every record of the topic in the order of the file; none when the file has none.
+  /// Throws McapError when the topic was recorded with another layout.
+  template <typename T>
+  void for_each(const Topic<T>& topic,
+                const std::function<void(const T&, const Stamp&)>& use) const {
+    const TopicInfo info{topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), ""};
+    for_each_bytes(info, [&](const std::byte* bytes, const Stamp& stamp) {
+      std::array<std::byte, sizeof(T)> record;
+      std::memcpy(record.data(), bytes, sizeof(T));
+      use(std::bit_cast<T>(record), stamp);
+    });
+  }
+
+  template <typename T>
+  std::vector<T> read(const Topic<T>& topic) const {
+    std::vector<T> out;
+    for_each<T>(topic, [&](const T& value, const Stamp&) { out.push_back(value); });
+    return out;
+  }
+
+  /// The same without the type: `topic.size` bytes a record, not aligned.
+  void for_each_bytes(const TopicInfo& topic,
+                      const std::function<void(const std::byte*, const Stamp&)>& use) const;
+
+  /// Topics of this file that are known here.
+  std::vector<const TopicInfo*> topics() const;
+  const McapReader& mcap() const { return mcap_; }
+
+ private:
+  std::string path_;
+  McapReader mcap_;
+};
+
+}  // namespace haptic

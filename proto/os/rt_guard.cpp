@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/os/rt_guard.h"
+
+#include <cxxabi.h>
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <seccomp.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "proto/os/rt_guard_filter.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::array<const char*, kViolations> kNames{"allocation",  "free",       "mutex",
+                                                      "condition",   "rwlock",     "system call",
+                                                      "minor fault", "major fault"};
+
+// constinit: a thread's first look at them runs no code
+constinit thread_local bool is_armed = false;
+constinit thread_local bool aborts = false;
+constinit thread_local bool is_ending = false;
+constinit thread_local GuardReport* current = nullptr;
+constinit bool hooks_linked = false;
+
+struct PageFaults {
+  long minor = 0, major = 0;
+};
+constinit thread_local PageFaults own_faults{};  // of the guard itself, since it was armed
+
+PageFaults page_faults() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return {usage.ru_minflt, usage.ru_majflt};
+}
+
+/// Who called. The unwinder's tables may be touched for the first time: those faults are not the
+/// loop's.
+int read_stack(std::array<void*, Caught::kMaxDepth>& stack) noexcept {
+  const PageFaults before = page_faults();
+  const int depth = backtrace(stack.data(), Caught::kMaxDepth);
+  const PageFaults after = page_faults();
+  own_faults.minor += after.minor - before.minor;
+  own_faults.major += after.major - before.major;
+  return depth;
+}
+
+void say(std::string_view text) noexcept {
+  detail::call_past_filter(SYS_write, STDERR_FILENO, reinterpret_cast<intptr_t>(text.data()),
+                           static_cast<long>(text.size()));
+}
+
+[[noreturn]] void abort_loudly(std::string_view what) noexcept {
+  is_armed = false;
+  is_ending = true;
+  say("rt_guard: the guarded loop did: ");
+  say(what);
+  say("\n");
+  std::array<void*, Caught::kMaxDepth> stack;
+  backtrace_symbols_fd(stack.data(), backtrace(stack.data(), Caught::kMaxDepth), STDERR_FILENO);
+  std::abort();
+}
+
+void count(Violation kind) noexcept {
+  Caught& caught = current->of(kind);
+  if (caught.count == 0) caught.depth = read_stack(caught.stack);
+  ++caught.count;
+  if (aborts) abort_loudly(name_of(kind));
+}
+
+/// Armed or not, what is refused counts: the thread then goes on otherwise than it would unguarded.
+void note_refused(const detail::RefusedCall& call, bool was_armed) noexcept {
+  if (current == nullptr || (call.is_lock() && !was_armed)) return;
+  if (current->first_system_call < 0) current->first_system_call = static_cast<int>(call.number());
+  count(Violation::kSystemCall);
+}
+
+/// The call was not made, and its caller is told so; but a lock that fails would end the program
+/// without a word, so a wait for one is counted and then made.
+void on_refused_call(int, siginfo_t*, void* context) {
+  detail::RefusedCall call(context);
+  if (is_ending) return call.set_result(call.make());
+  const bool was_armed = std::exchange(is_armed, false);
+  if (call.is_abort()) abort_loudly("abort");
+  note_refused(call, was_armed);
+  call.set_result(call.is_lock() ? call.make() : -ENOSYS);
+  is_armed = was_armed;
+}
+
+void handle_refused_calls() {
+  struct sigaction action {};
+  action.sa_sigaction = on_refused_call;
+  // again while it runs: what prints a stack asks for calls that are refused
+  action.sa_flags = SA_SIGINFO | SA_NODEFER;
+  sigaction(SIGSYS, &action, nullptr);
+}
+
+/// Name of the function an address lies in, or of its file.
+std::string function_at(void* address) {
+  Dl_info info{};
+  if (dladdr(address, &info) == 0) return "?";
+  if (info.dli_sname == nullptr) return info.dli_fname != nullptr ? info.dli_fname : "?";
+  int status = 0;
+  const std::unique_ptr<char, void (*)(void*)> plain(
+      abi::__cxa_demangle(info.dli_sname, nullptr, nullptr, &status), std::free);
+  return status == 0 ? plain.get() : info.dli_sname;
+}
+
+}  // namespace
+
+namespace detail {
+
+void note_violation(Violation kind) noexcept {
+  if (!is_armed) return;
+  // what counting itself does is not the loop's
+  is_armed = false;
+  count(kind);
+  is_armed = true;
+}
+
+void note_hooks_linked() noexcept {
+  hooks_linked = true;
+}
+
+}  // namespace detail
+
+const char* name_of(Violation kind) noexcept {
+  return kNames[static_cast<size_t>(kind)];
+}
+
+bool guard_hooks_linked() noexcept {
+  return hooks_linked;
+}
+
+uint64_t GuardReport::violations() const noexcept {
+  uint64_t sum = 0;
+  for (const Caught& c : caught) sum += c.count;
+  return sum;
+}
+
+std::string GuardReport::explain() const {
+  std::string text;
+  for (size_t kind = 0; kind < kViolations; ++kind) {
+    if (caught[kind].count == 0) continue;
+    text += std::string(kNames[kind]) + " × " + std::to_string(caught[kind].count);
+    if (static_cast<Violation>(kind) == Violation::kSystemCall) {
+      const std::unique_ptr<char, void (*)(void*)> call(
+          seccomp_syscall_resolve_num_arch(SCMP_ARCH_NATIVE, first_system_call), std::free);
+      text += std::string(" (") + (call != nullptr ? call.get() : "unknown") + ")";
+    }
+    for (int i = 0; i < caught[kind].depth; ++i) {
+      text += (i == 0 ? ": " : " < ") + function_at(caught[kind].stack[static_cast<size_t>(i)]);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+RtGuard::RtGuard(const GuardOptions& options) {
+  // the first backtrace loads a library, the first getrusage touches pages
+  std::array<void*, 4> warm_up{};
+  backtrace(warm_up.data(), static_cast<int>(warm_up.size()));
+  read_usage();
+  current = &report_;
+  aborts = options.abort_at_once;
+  if (!options.filter_system_calls) return;
+  handle_refused_calls();
+  filter_ = std::make_unique<detail::SystemCallFilter>(options.device_node);
+}
+
+RtGuard::~RtGuard() {
+  is_armed = false;
+  current = nullptr;
+}
+
+RtGuard::Usage RtGuard::read_usage() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return {usage.ru_minflt, usage.ru_majflt, usage.ru_nivcsw, usage.ru_nvcsw};
+}
+
+void RtGuard::arm() {
+  // not before: in a warm-up the thread must find everything as it is unguarded
+  if (filter_ && !std::exchange(is_filtered_, true)) filter_->load();
+  own_faults = {};
+  armed_at_ = read_usage();
+  is_armed = true;
+}
+
+void RtGuard::disarm() noexcept {
+  is_armed = false;
+  const Usage now = read_usage();
+  const auto minor =
+      static_cast<uint64_t>(now.minor_faults - armed_at_.minor_faults - own_faults.minor);
+  const auto major =
+      static_cast<uint64_t>(now.major_faults - armed_at_.major_faults - own_faults.major);
+  report_.of(Violation::kMinorFault).count += minor;
+  report_.of(Violation::kMajorFault).count += major;
+  report_.involuntary_switches +=
+      static_cast<uint64_t>(now.involuntary_switches - armed_at_.involuntary_switches);
+  report_.voluntary_switches +=
+      static_cast<uint64_t>(now.voluntary_switches - armed_at_.voluntary_switches);
+  if (!aborts || minor + major == 0) return;
+  abort_loudly(name_of(major > 0 ? Violation::kMajorFault : Violation::kMinorFault));
+}
+
+}  // namespace haptic

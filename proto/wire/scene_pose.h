@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+inline constexpr double kMaxExtrapolation = 0.020;  // scene poses are carried this far by twist [s]
+
+/// X_WO of one object at time t: the scene's pose carried by its twist, for at most 20 ms either
+/// way (a dead sim freezes the scene). Servo and contact must use this one function, so that both
+/// see the object in the same place.
+inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
+  const Pose& X_WO = scene.X_WO[object];
+  const Twist& V_WO = scene.V_WO[object];
+  // a static object keeps its bits
+  if (V_WO == Twist{}) return X_WO;
+  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
+                               kMaxExtrapolation);
+  return extrapolate(X_WO, V_WO, dt);
+}
+
+/// Velocity of the object's origin and its angular velocity, in W; zero where object_pose_at
+/// stands still.
+inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
+  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
+}
+
+/// Velocity in W of the point p_W fixed to the object.
+inline Vec3 surface_velocity(const SceneFrame& scene, uint32_t object, const Pose& X_WO,
+                             const Vec3& p_W, int64_t t_ns) {
+  return velocity_at(object_twist_at(scene, object, t_ns), p_W - X_WO.p);
+}
+
+}  // namespace haptic

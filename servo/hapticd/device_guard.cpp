@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd/device_guard.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "proto/os/realtime.h"
+#include "proto/os/serial_port.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kFifoPriority = 90;
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kLookNs = 2 * kMs;        // of the thread, at 1 kHz and below
+constexpr int64_t kHeldUpNs = 3 * kMs;      // later than this the guard itself was held up
+constexpr int64_t kTryAgainNs = 200 * kMs;  // to open the node of a device that is gone
+
+FileDescriptor duplicate(const FileDescriptor& fd) {
+  return FileDescriptor(fd.is_open() ? fcntl(fd.get(), F_DUPFD_CLOEXEC, 0) : -1);
+}
+
+}  // namespace
+
+bool ReleaseSchedule::is_due(bool helpless, int64_t t_ns) {
+  if (!helpless) sent_ = 0;
+  if (!helpless || sent_ == kTimes || (sent_ > 0 && t_ns < next_ns_)) return false;
+  ++sent_;
+  next_ns_ = t_ns + kApartNs;
+  return true;
+}
+
+DeviceGuard::DeviceGuard(const SessionConfig& config, Attachments& attachments)
+    : path_(view(config.device.serial.path)),
+      period_ns_(period_ns(config.servo_rate)),
+      realtime_(config.realtime != 0),
+      node_(open_serial_port(path_)),
+      offered_(attachments.ring<&ServoChannels::releases>(Start::kOldest)) {}
+
+DeviceGuard::~DeviceGuard() {
+  ending_ = true;
+  if (thread_.joinable()) thread_.join();
+  delete next_.exchange(nullptr);
+}
+
+void DeviceGuard::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void DeviceGuard::watch(int pidfd, uint64_t generation) {
+  pidfd_ = FileDescriptor(fcntl(pidfd, F_DUPFD_CLOEXEC, 0));
+  generation_ = generation;
+  hand_over();
+}
+
+/// No lock: the thread takes the newest, what it has not taken is dropped here.
+void DeviceGuard::hand_over() {
+  auto watched = std::make_unique<Watched>();
+  watched->node = duplicate(node_);
+  watched->pidfd = duplicate(pidfd_);
+  watched->generation = generation_;
+  delete next_.exchange(watched.release());
+}
+
+DeviceGuard::Change DeviceGuard::look(int64_t t_ns) {
+  if (node_.is_open()) {
+    pollfd hung_up{node_.get(), 0, 0};
+    if (poll(&hung_up, 1, 0) <= 0) return Change::kNone;
+    node_ = {};
+    hand_over();
+    return Change::kGone;
+  }
+  if (t_ns < try_again_ns_) return Change::kNone;
+  try_again_ns_ = t_ns + kTryAgainNs;
+  try {
+    node_ = open_serial_port(path_);
+  } catch (const std::runtime_error&) {
+    return Change::kNone;  // not back yet
+  }
+  hand_over();
+  return Change::kBack;
+}
+
+/// Takes what was handed over last; false: nothing new.
+bool DeviceGuard::adopt(std::unique_ptr<Watched>& watched) {
+  Watched* next = next_.exchange(nullptr);
+  if (next == nullptr) return false;
+  watched.reset(next);
+  return true;
+}
+
+bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
+  pollfd ended{watched.pidfd.get(), POLLIN, 0};
+  if (watched.pidfd.is_open() && poll(&ended, 1, 0) > 0) return true;
+  const SegmentHeader* header = offered_.header();
+  // before its loop runs a servo holds zero by itself
+  if (header == nullptr || header->generation.load() != watched.generation ||
+      header->state.load() != static_cast<uint32_t>(SegmentState::kRun)) {
+    return false;
+  }
+  return t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
+}
+
+/// Whether the bytes are on their way. A full queue or a node that is gone: the next time, or the
+/// firmware's own watchdog.
+bool DeviceGuard::release(const Watched& watched) noexcept {
+  const size_t size = std::min<size_t>(release_.size, release_.bytes.size());
+  if (size == 0 || !watched.node.is_open()) return false;
+  return write(watched.node.get(), release_.bytes.data(), size) > 0;
+}
+
+void DeviceGuard::run() {
+  // no memory locked: what is used every 2 ms stays, and a process with tens of megabytes locked
+  // takes as many milliseconds to die before its children hear of it
+  enter_realtime({.fifo_priority = realtime_ ? kFifoPriority : 0, .lock_memory = false});
+  const int64_t look_ns = std::min(kLookNs, 2 * period_ns_);
+  auto watched = std::make_unique<Watched>();
+  ReleaseSchedule schedule;
+  bool helpless = false;
+  for (int64_t looked_ns = now_ns(); !ending_;) {
+    // the end of a servo wakes at once, but only once
+    pollfd ended{helpless ? -1 : watched->pidfd.get(), POLLIN, 0};
+    const timespec wait{0, look_ns};
+    ppoll(&ended, 1, &wait, nullptr);
+    if (adopt(watched)) {
+      // its predecessor is dead, perhaps since the last look
+      release(*watched);
+      schedule = {};
+    }
+    offered_.latest(release_);
+    const int64_t t_ns = now_ns();
+    const bool held_up = t_ns - looked_ns > look_ns + kHeldUpNs;
+    looked_ns = t_ns;
+    if (held_up) continue;
+    helpless = is_helpless(*watched, t_ns);
+    if (schedule.is_due(helpless, t_ns) && release(*watched)) releases_.fetch_add(1);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapticd: starts, watches and restarts the three processes of a session, hands out their rings.
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "proto/config/command_line.h"
+#include "proto/config/config.h"
+#include "proto/config/config_warnings.h"
+#include "proto/ipc/process.h"
+#include "proto/os/message.h"
+#include "servo/hapticd/supervisor.h"
+
+namespace {
+
+struct Options {
+  std::string config_path;
+  std::string session;
+  std::string replay;
+  bool check_only = false;
+  bool json = false;
+};
+
+int run(const Options& options) {
+  std::string text = haptic::read_config_text(options.config_path);
+  haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
+  if (!options.replay.empty()) {
+    haptic::use_trace(config, options.replay);
+    text += "\n# its device was replaced: --replay " + options.replay + "\n";
+  }
+  const std::vector<std::string> warnings = haptic::config_warnings(config);
+  if (options.check_only) {
+    const std::string file = haptic::shown(options.config_path);
+    for (const std::string& line : warnings) {
+      std::printf("%s: warning: %s\n", file.c_str(), line.c_str());
+    }
+    std::printf("%s: ok, session '%s', %u objects\n", file.c_str(), config.name.data(),
+                config.n_objects);
+    return haptic::kExitClean;
+  }
+  const std::string session =
+      options.session.empty() ? std::string(haptic::view(config.name)) : options.session;
+  haptic::HapticdLog log(options.json);
+  for (const std::string& line : warnings) {
+    log.write(haptic::LogLevel::kWarning, "hapticd", options.config_path + ": " + line);
+  }
+  return haptic::Supervisor(config, text, session, log).run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  Options options;
+  haptic::CommandLine line(
+      "Haptics server: runs the session that a file describes until it is told to stop.");
+  line.option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
+      .required();
+  line.option("--session", options.session, "name of the session; default: that in the file");
+  line.option("--replay", options.replay, "a recorded hand instead of the configured device");
+  line.flag("--check-config", options.check_only, "read and check the file, start nothing");
+  line.flag("--log-json", options.json, "one JSON object a line on stderr");
+  if (const auto code = line.read(argc, argv, "hapticd", haptic::kExitBadInput)) return *code;
+  return run(options);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "hapticd: %s\n", haptic::one_line(error.what()).c_str());
+  return haptic::kExitBadInput;
+}

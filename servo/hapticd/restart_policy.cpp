@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd/restart_policy.h"
+
+#include <algorithm>
+#include <array>
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kLatePulseNs = 20 * kMs;  // worth a line in the log
+constexpr int64_t kHungNs = 250 * kMs;
+
+}  // namespace
+
+int64_t restart_delay_ns(int deaths_in_a_row) {
+  constexpr std::array kDelays{0 * kMs, 50 * kMs, 200 * kMs, 1000 * kMs};
+  const size_t last = kDelays.size() - 1;
+  return kDelays[std::min(static_cast<size_t>(std::max(deaths_in_a_row - 1, 0)), last)];
+}
+
+Pulse judge_pulse(int64_t silent_ns, int64_t period_ns) {
+  if (silent_ns > kHungNs + period_ns) return Pulse::kHung;
+  return silent_ns > kLatePulseNs + period_ns ? Pulse::kLate : Pulse::kFine;
+}
+
+int64_t Silence::look(uint64_t beat, int64_t beat_ns, int64_t t_ns, int64_t held_up_ns) {
+  if (beat != beat_) held_up_ns_ = 0;
+  beat_ = beat;
+  held_up_ns_ += held_up_ns;
+  return t_ns - beat_ns - held_up_ns_;
+}
+
+}  // namespace haptic

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/safety/contact_age.h"
+
+#include <algorithm>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kMinHold = 20 * kMs;
+constexpr int64_t kMaxHold = 100 * kMs;
+constexpr int64_t kFade = 50 * kMs;
+constexpr double kReopenTime = 0.050;  // [s]
+constexpr int kFreshSetsToReopen = 5;
+
+void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
+  const bool news = !age.any || !arrival.same_writer || arrival.seq != age.last_seq;
+  if (!news) return;
+  const int64_t interval = arrival.answers_t_ns - age.answered_ns;
+  // a pause is not a rate: only intervals below the longest hold say how fast contact is
+  if (age.any && interval > 0 && interval <= kMaxHold) {
+    age.intervals_ns[age.n_intervals++ % ContactAge::kIntervals] = interval;
+  }
+  age.any = true;
+  age.last_seq = arrival.seq;
+  age.answered_ns = arrival.answers_t_ns;
+  if (age.closed && t_ns - age.answered_ns <= hold_ns(age)) ++age.fresh_sets;
+}
+
+}  // namespace
+
+int64_t hold_ns(const ContactAge& age) {
+  const size_t n = std::min(age.n_intervals, ContactAge::kIntervals);
+  if (n == 0) return kMinHold;
+  auto sorted = age.intervals_ns;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
+  return std::clamp(3 * *middle, kMinHold, kMaxHold);
+}
+
+ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,
+                             double dt) {
+  if (arrival.present) take_in(age, arrival, t_ns);
+  if (!age.any) return {0, kServoNoContactSet};
+
+  const int64_t hold = hold_ns(age);
+  const int64_t old = t_ns - age.answered_ns;
+  if (old >= hold + kFade) {
+    age.closed = true;
+    age.fresh_sets = 0;
+  }
+  if (age.closed && age.fresh_sets < kFreshSetsToReopen) {
+    age.weight = 0;
+    return {0, kServoStale};
+  }
+  age.closed = false;
+
+  ContactWeight out{1, 0};
+  if (old > hold) {
+    out.flags |= kServoFading;
+    out.weight = static_cast<double>(hold + kFade - old) / static_cast<double>(kFade);
+  } else if (old > hold / 3) {
+    out.flags |= kServoHolding;
+  }
+  // up through the ramp, down at once
+  const double reachable = age.weight + dt / kReopenTime;
+  if (reachable < out.weight) {
+    out.flags |= kServoReopening;
+    out.weight = reachable;
+  }
+  age.weight = out.weight;
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/safety/safety.h"
+
+#include <algorithm>
+
+#include "servo/safety/force_growth.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kHuge = 1000;          // times the limit: no wall pushes like this
+constexpr double kJumpSpeed = 2;        // times the velocity limit
+constexpr double kJumpMargin = 2e-3;    // encoder steps, jitter of the time stamps [m]
+constexpr double kCalm = 0.1;           // slow enough to begin again [m/s]
+constexpr double kThermalTime = 10;     // [s]
+constexpr double kThermalBand = 0.2;    // of the budget, over which the limit comes down
+constexpr double kEdgeShare = 0.3;      // of max_force, at most, at the edge of the workspace
+constexpr double kEdgeWidth = 5e-3;     // over which the edge's spring reaches that [m]
+constexpr double kBelow = 1 - 0x1p-50;  // a bit short of a limit that rounding must not exceed
+
+/// Shortens a vector to the limit, direction kept. A limit of zero leaves nothing.
+bool saturate(Vec3& a, double limit) {
+  const double length = norm(a);
+  if (length <= limit) return false;
+  // scaled down first: a huge but finite vector has an infinite norm
+  const double largest = std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
+  a = limit * kBelow * normalized(a / largest);
+  return true;
+}
+
+/// Way and turn of the handle between the last two fresh samples, if this tick's is one.
+struct HandleMotion {
+  double way = 0;   // [m]
+  double turn = 0;  // [rad]
+};
+
+/// Also notes whether the handle went further than it can have in that time.
+HandleMotion follow_handle(const SafetyLimits& limits, SafetyState& state,
+                           const SafetyInput& input) {
+  const DeviceState& device = input.device;
+  state.jumped = false;
+  if (!input.device_finite) return {};
+  // homing, and a device that comes back, move the pose rightly
+  const bool known = (device.flags & kDeviceHomed) != 0 && (device.flags & kDeviceLost) == 0;
+  if (!known) state.any_sample = false;
+  if (!known || (device.flags & kDeviceFresh) == 0) return {};
+  HandleMotion motion;
+  if (state.any_sample) {
+    motion.way = norm(device.X_BH.p - state.X_BH.p);
+    motion.turn = norm(to_rotation_vector(device.X_BH.q * conjugate(state.X_BH.q)));
+    // of which a sample that came late may be any
+    const double since = static_cast<double>(input.now_ns - state.measured_ns) * 1e-9;
+    state.jumped =
+        motion.way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
+  }
+  state.X_BH = device.X_BH;
+  state.measured_ns = device.t_ns;
+  state.any_sample = true;
+  return motion;
+}
+
+Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const SafetyInput& input) {
+  if (!input.device_finite) return Fault::kDeviceNotFinite;
+  if (!input.contacts_finite) return Fault::kContactsNotFinite;
+  if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
+  if (state.jumped) return Fault::kPoseJump;
+  if ((input.device.flags & kDeviceStale) != 0) return Fault::kDeviceStale;
+  if ((input.device.flags & kDeviceNoisy) != 0) return Fault::kDeviceNoisy;
+  // not by its norm: that of a huge but finite vector is infinite
+  const auto largest = [](const Vec3& a) {
+    return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
+  };
+  // a device without motors for torque drops it
+  const bool is_huge = largest(input.F_B.f) > kHuge * limits.max_force ||
+                       (limits.max_torque > 0 && largest(input.F_B.t) > kHuge * limits.max_torque);
+  return is_huge ? Fault::kForceHuge : Fault::kNone;
+}
+
+/// A fault stays until somebody clears it, and until the handle is calm.
+void clear_fault(SafetyState& state, const SafetyInput& input, double speed) {
+  if (input.fault_clears <= state.fault_clears) return;
+  if (state.fault != Fault::kNone && !(speed < kCalm)) return;
+  state.fault_clears = input.fault_clears;
+  state.fault = Fault::kNone;
+  // what was measured during the fault is not compared with what comes now
+  state.any_sample = false;
+}
+
+/// Towards the centre, growing over kEdgeWidth beyond the edge.
+Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
+  if (limits.workspace_radius <= 0) return {};
+  const Vec3 out_B = p_B - limits.workspace_centre_B;
+  const double beyond = norm(out_B) - limits.workspace_radius;
+  if (beyond <= 0) return {};
+  return -kEdgeShare * limits.max_force * std::min(beyond / kEdgeWidth, 1.0) * normalized(out_B);
+}
+
+/// Time that has passed since the tick before, dt at most: after a late tick the next one is near.
+double since_last(SafetyState& state, const SafetyInput& input, double dt) {
+  const double since = static_cast<double>(input.now_ns - state.woke_ns) / 1e9;
+  state.woke_ns = input.now_ns;
+  return since > 0 ? std::min(since, dt) : dt;
+}
+
+/// By how much the wrench may grow in this tick. A torque that comes by itself takes as long to its
+/// limit as a force.
+WrenchGrowth most_growth(const SafetyLimits& limits, const HandleStiffness& stiffness,
+                         const HandleMotion& motion, double since) {
+  WrenchGrowth most;
+  most.force =
+      limits.slew * since + stiffness.translational * motion.way + stiffness.turning * motion.turn;
+  most.torque = stiffness.lever * most.force + stiffness.rotational * motion.turn;
+  if (limits.max_force > 0)
+    most.torque += limits.slew * since * limits.max_torque / limits.max_force;
+  return most;
+}
+
+/// The force the motors bear at present.
+double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
+  if (limits.continuous_force <= 0 || limits.continuous_force >= limits.max_force) {
+    return limits.max_force;
+  }
+  const double budget = limits.continuous_force * limits.continuous_force;
+  const double left = std::clamp((budget - state.heat) / (kThermalBand * budget), 0.0, 1.0);
+  return limits.continuous_force + left * (limits.max_force - limits.continuous_force);
+}
+
+/// The hand feels nothing at present: what comes begins there.
+void forget_held(SafetyState& state) {
+  state.held_B = {};
+  state.passivity = {};
+}
+
+/// Closed: nothing is held, and what comes after begins softly.
+SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
+  forget_held(state);
+  state.gain = 0;
+  state.heat -= dt / kThermalTime * state.heat;
+  return {{}, flags};
+}
+
+/// What keeps the force closed this tick, as flags; zero when nothing does.
+uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
+                   double speed) {
+  if (speed > limits.velocity_limit) state.too_fast = true;
+  if (speed < kCalm) state.too_fast = false;
+  uint32_t flags = 0;
+  if (!input.armed) flags |= kServoDisarmed;
+  if (state.too_fast) flags |= kServoTooFast;
+  if (flags != 0 || input.force_closed) flags |= kServoSoftStart;
+  return flags;
+}
+
+}  // namespace
+
+SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
+                       double dt) {
+  const double speed = norm(input.device.V_BH.v);
+  const double since = since_last(state, input, dt);
+  clear_fault(state, input, speed);
+  const HandleMotion motion = follow_handle(limits, state, input);
+  const Fault fault = find_fault(limits, state, input);
+  if (state.fault == Fault::kNone) state.fault = fault;
+  if (state.fault != Fault::kNone) return hold_nothing(state, kServoFault, dt);
+  const uint32_t closed = closed_by(limits, state, input, speed);
+  if (closed != 0) return hold_nothing(state, closed, dt);
+
+  SafetyOutput out{input.F_B, 0};
+  if (input.released) forget_held(state);
+  if (input.restart) state.gain = 0;
+  if (limits.soft_start <= 0) state.gain = 1;
+  const Vec3 edge_B = edge_force(limits, input.device.X_BH.p);
+  if (edge_B != Vec3{}) out.flags |= kServoWorkspaceEdge;
+  out.F_B.f += edge_B;
+  if (state.gain < 1) {
+    out.flags |= kServoSoftStart;
+    out.F_B = state.gain * out.F_B;
+    state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
+  }
+
+  // a dropped torque is said once per tick it would have been felt
+  if (limits.max_torque <= 0) {
+    if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
+    out.F_B.t = {};
+  }
+  const double bearable = thermal_limit(limits, state);
+  if (bearable < limits.max_force) out.flags |= kServoThermal;
+  const bool force_cut = saturate(out.F_B.f, bearable);
+  const bool torque_cut = saturate(out.F_B.t, limits.max_torque);
+  if (force_cut || torque_cut) out.flags |= kServoSaturated;
+
+  const WrenchGrowth growth = most_growth(limits, input.stiffness, motion, since);
+  if (limit_growth(state.held_B, growth, out.F_B)) out.flags |= kServoSlewing;
+  if ((input.device.flags & kDeviceOpenLoop) == 0) {
+    const PassivityOutput passive =
+        keep_passive(state.passivity,
+                     {input.device.X_BH.p, input.device.t_ns, input.surface_velocity_B, out.F_B.f,
+                      input.fading ? 0 : limits.max_damping},
+                     dt);
+    if (passive.damped) out.flags |= kServoPassivity;
+    out.F_B.f = passive.force_B;
+    saturate(out.F_B.f, bearable);
+    if (passive.damped) limit_growth(state.held_B, growth, out.F_B);
+    note_held(state.passivity, out.F_B.f, dt);
+  }
+  state.held_B = out.F_B;
+  state.heat += dt / kThermalTime * (norm_squared(out.F_B.f) - state.heat);
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/constrained6.h"
+
+#include <algorithm>
+
+#include "proto/math/qp.h"
+
+namespace haptic {
+namespace {
+
+Mat6 mass_of(const RigidBody& tool, const Quat& q_WC) {
+  const Mat3 R = to_matrix(q_WC);
+  const Vec3& i = tool.inertia_C;
+  const Mat3 scaled = from_columns(i.x * R.column(0), i.y * R.column(1), i.z * R.column(2));
+  return mass_matrix(tool.mass, scaled * transpose(R));
+}
+
+/// What this tick is solved from, about C at X_WG.
+struct Problem {
+  RigidContacts contacts;
+  Pose X_WGC;                                     // centre of mass at X_WG
+  Vec3 arm_W;                                     // of it, from the tool's origin there
+  std::array<MotionRow, kMaxRigidContacts> rows;  // relaxed towards the hand; objects a tick ago
+  Twist hand;
+  Twist V_carrier_W;
+  MotionMetric metric;  // the body's mass and inertia
+
+  std::span<const MotionRow> view() const { return {rows.data(), contacts.size}; }
+};
+
+Vec3 object_velocity(const RigidContact& c) {
+  return velocity_at(c.V_W, c.r_W);
+}
+
+void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Problem& problem) {
+  const Pose& X_WG = problem.contacts.X_WG;
+  problem.X_WGC = motion_of_centre(model.tool, {X_WG, {}}).X_WC;
+  problem.arm_W = problem.X_WGC.p - X_WG.p;
+  const Pose X_WC_hand = motion_of_centre(model.tool, tick.hand).X_WC;
+  problem.hand = way_between(problem.X_WGC, X_WC_hand);
+  for (size_t i = 0; i < problem.contacts.size; ++i) {
+    const RigidContact& c = problem.contacts.contacts[i];
+    problem.rows[i] = eased(row_of(c, problem.arm_W), problem.hand, c.weight);
+    // the body has not seen yet what the objects did in this tick
+    problem.rows[i].b -= tick.dt * dot(c.normal_W, object_velocity(c));
+  }
+  problem.V_carrier_W = object_twist(tick, problem.contacts.carrier, problem.X_WGC.p);
+  problem.metric = factor_metric(mass_of(model.tool, X_WG.q));
+}
+
+/// Where the hand was a tick ago, as far as the contacts let it.
+BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
+                      const Problem& problem) {
+  ToolMotion hand = tick.hand;
+  hand.X_WT = extrapolate(hand.X_WT, hand.V_WT, -tick.dt);
+  BodyMotion body = motion_of_centre(model.tool, hand);
+  const Twist way = way_between(problem.X_WGC, body.X_WC);
+  const ConstrainedMotion motion = least_constraint(problem.metric, way, problem.view());
+  if (motion.n_active > 0) body.X_WC = moved(problem.X_WGC, motion.a);
+  return body;
+}
+
+/// Moves the body out of what it is behind; its place as a motion from X_WG.
+Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
+                   BodyMotion& body) {
+  const Twist at = way_between(problem.X_WGC, body.X_WC);
+  const double share = model.blend_time > tick.dt ? tick.dt / model.blend_time : 1;
+  std::array<MotionRow, kMaxRigidContacts> rows;
+  for (size_t i = 0; i < problem.contacts.size; ++i) {
+    rows[i] = eased(problem.rows[i], at, share);
+  }
+  const ConstrainedMotion motion =
+      least_constraint(problem.metric, at, {rows.data(), problem.contacts.size});
+  if (motion.n_active == 0) return at;
+  const Quat before = body.X_WC.q;
+  body.X_WC = moved(problem.X_WGC, motion.a);
+  // the same spin seen from the body, so the same energy
+  body.V_WC.w = rotate(body.X_WC.q * conjugate(before), body.V_WC.w);
+  return motion.a;
+}
+
+/// The metric M + h B + h² K, and where the coupling alone would take the body.
+struct FreeStep {
+  MotionMetric metric;
+  Twist v;
+};
+FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, const Mat6& M,
+                   const BodyMotion& body) {
+  const BodyWrench spring = symmetric_coupling_wrench(model.coupling, model.tool, tick.hand, body);
+  const double h = tick.dt;
+  Mat6 A = M;
+  A += -h * spring.by_twist;
+  A += -(h * h) * spring.by_motion;
+  const MotionMetric metric = factor_metric(A);
+  const Wrench F = spring.F_W + h * (spring.by_motion * body.V_WC);
+  return {metric, body.V_WC + response(metric, h * F)};
+}
+
+/// Contacts of the velocity step, the body at `at`, as seen from the object that carries. A gap was
+/// there before its object moved.
+void pose_contacts(const Problem& problem, const Twist& at, double h,
+                   std::array<FrictionContact, kMaxRigidContacts>& out) {
+  for (size_t i = 0; i < problem.contacts.size; ++i) {
+    const RigidContact& c = problem.contacts.contacts[i];
+    const double gap = std::max(dot(problem.rows[i].J, at) - problem.rows[i].b, 0.0);
+    const Vec3 lever_W = c.r_W - problem.arm_W;
+    const bool carries = c.object == problem.contacts.carrier;
+    const Vec3 velocity_W =
+        carries ? Vec3{} : object_velocity(c) - velocity_at(problem.V_carrier_W, lever_W);
+    out[i] = {lever_W, c.normal_W, -gap / h, c.friction, velocity_W};
+  }
+}
+
+/// Who pushes, and what slides.
+void note_pushes(const Problem& problem, const FrictionStep& step, double h, const Pose& X_WC,
+                 Slides& slides, BodySolution& out) {
+  slides = {};
+  const Vec3 arm_W = X_WC.p - out.proxy.X_WT.p;
+  for (size_t i = 0; i < step.impulses.size(); ++i) {
+    const Vec3 push_W = step.impulses[i] / h;
+    if (push_W == Vec3{}) continue;
+    const RigidContact& c = problem.contacts.contacts[i];
+    const Vec3 lever_W = c.r_W - problem.arm_W;
+    ++out.n_pushing;
+    Wrench& sum = out.push_W[c.object];
+    sum = sum + shift({push_W, cross(lever_W, push_W)}, arm_W);
+    const Vec3 slip_W = velocity_at(step.v + problem.V_carrier_W, lever_W) - object_velocity(c);
+    slides[c.material % kMaxObjects] |= is_sliding(c, slip_W);
+  }
+}
+
+}  // namespace
+
+BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
+                                CoulombSolver& solver, const RigidProxyTick& tick) {
+  BodySolution out;
+  out.proxy = tick.hand;
+  Problem problem;
+  problem.contacts = carry_rigid_contacts(model, tick, state.slides);
+  out.finite = problem.contacts.finite;
+  if (!out.finite) {
+    state = {};
+    return out;
+  }
+  pose_problem(model, tick, problem);
+  BodyMotion& body = state.body;
+  if (!state.started) body = first_body(model, tick, problem);
+  state.started = true;
+
+  const Twist at = project_back(model, tick, problem, body);
+  const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
+  std::array<FrictionContact, kMaxRigidContacts> contacts;
+  pose_contacts(problem, at, tick.dt, contacts);
+  const FrictionStep step =
+      solver.step(free.metric, free.v - problem.V_carrier_W,
+                  {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
+  body.V_WC = step.v + problem.V_carrier_W;
+  body.X_WC = moved(body.X_WC, tick.dt * body.V_WC);
+
+  out.converged = step.converged && !step.contradictory;
+  out.proxy = motion_of_tool(model.tool, body);
+  out.F_hand_W = wrench_on_hand(model.coupling, tick.hand, out.proxy);
+  note_pushes(problem, step, tick.dt, body.X_WC, state.slides, out);
+  return out;
+}
+
+}  // namespace haptic

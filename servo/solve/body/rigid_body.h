@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "proto/math/motion_metric.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// The tool as a rigid body. Frame C: origin at its centre of mass, axes of the tool frame T.
+struct RigidBody {
+  double mass = 0.1;                 // [kg]
+  Vec3 inertia_C{1e-4, 1e-4, 1e-4};  // principal moments along the axes of T [kg·m²]
+  Vec3 centre_T;                     // of mass
+  double radius = 0.05;              // of the ball around C that holds the tool [m]
+};
+
+/// Where the body is and how it moves.
+struct BodyMotion {
+  Pose X_WC;
+  Twist V_WC;  // of the centre of mass
+};
+
+/// The tool as the hand holds it, or its proxy: the origin of T.
+struct ToolMotion {
+  Pose X_WT;
+  Twist V_WT;
+};
+
+/// A wrench on the body about C, in W, and how it changes. A small motion is a translation of C and
+/// a rotation vector, both in W, the rotation applied from the left: R' = exp([δθ]×) R.
+struct BodyWrench {
+  Wrench F_W;
+  Mat6 by_motion;     // ∂F/∂(x, θ)
+  Mat6 by_twist;      // ∂F/∂(v, ω)
+  double energy = 0;  // stored in springs [J]
+};
+
+inline BodyMotion motion_of_centre(const RigidBody& body, const ToolMotion& tool) {
+  const Vec3 arm_W = rotate(tool.X_WT.q, body.centre_T);
+  return {{tool.X_WT.p + arm_W, tool.X_WT.q}, {velocity_at(tool.V_WT, arm_W), tool.V_WT.w}};
+}
+
+inline Pose tool_of_centre(const RigidBody& body, const Pose& X_WC) {
+  return {X_WC.p - rotate(X_WC.q, body.centre_T), X_WC.q};
+}
+
+inline ToolMotion motion_of_tool(const RigidBody& body, const BodyMotion& centre) {
+  const Vec3 arm_W = -rotate(centre.X_WC.q, body.centre_T);  // from C to the origin of T
+  return {{centre.X_WC.p + arm_W, centre.X_WC.q}, {velocity_at(centre.V_WC, arm_W), centre.V_WC.w}};
+}
+
+/// The tool that contact has baked.
+inline RigidBody rigid_body_of(const ToolBody& tool) {
+  return {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
+}
+
+/// What a proxy of the tool comes to in a tick.
+struct BodySolution {
+  ToolMotion proxy;
+  Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
+  int n_pushing = 0;                         // contacts that push the proxy
+  std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
+  Vec3 held_back_W;                          // how far friction holds its origin back
+  bool finite = true;                        // false: the contacts were not; nothing is rendered
+  bool converged = true;
+};
+
+/// The same motion, scaled so that no point of the body moves further than `travel` [m]; `was_cut`
+/// says whether it had to be.
+struct LimitedMotion {
+  Twist motion;
+  bool was_cut = false;
+};
+inline LimitedMotion limit_travel(const Twist& motion, double radius, double travel) {
+  const double most = largest_travel(motion, radius);
+  if (!(most > travel)) return {motion, false};
+  const double share = travel / most;
+  return {{share * motion.v, share * motion.w}, true};
+}
+
+}  // namespace haptic

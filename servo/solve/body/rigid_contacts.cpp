@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/rigid_contacts.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr double kStill = 1e-6;  // slower than this is rest [m/s]
+
+/// The pose of the query, moved with the object since.
+Pose carried_pose(const ContactSet& set, const RigidProxyTick& tick, uint32_t object) {
+  const Pose &then = set.X_WO[object], &now = tick.X_WO[object];
+  if (now == then) return set.X_WG;
+  const Pose X_WG = now * (inverse(then) * set.X_WG);
+  return {X_WG.p, normalized(X_WG.q)};
+}
+
+RigidContact carried(const Contact& c, const RigidProxyTick& tick, const Pose& X_WG) {
+  const Pose& X_WO = tick.X_WO[c.object];
+  RigidContact contact;
+  contact.tool_point_T = c.tool_point_T;
+  contact.r_W = rotate(X_WG.q, c.tool_point_T);
+  contact.normal_W = rotate(X_WO.q, c.normal_O);
+  const bool shaded = norm_squared(c.shading_normal_O) > 0 && c.shading_normal_O != c.normal_O;
+  contact.shading_W = shaded ? rotate(X_WO.q, c.shading_normal_O) : contact.normal_W;
+  contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - X_WO * c.object_point_O);
+  contact.weight = tick.weight;
+  contact.V_W = object_twist(tick, c.object, X_WG.p);
+  contact.object = c.object;
+  contact.material = c.material;
+  return contact;
+}
+
+bool is_sound(const RigidContact& c) {
+  return is_finite(c.r_W) && is_finite(c.normal_W) && is_finite(c.shading_W) &&
+         std::isfinite(c.gap) && is_finite(c.V_W);
+}
+
+}  // namespace
+
+Twist object_twist(const RigidProxyTick& tick, uint32_t object, const Vec3& place_W) {
+  if (object >= kMaxObjects) return {};
+  const Twist& V_WO = tick.V_WO[object];
+  return {velocity_at(V_WO, place_W - tick.X_WO[object].p), V_WO.w};
+}
+
+const MaterialConfig* material_of(const RigidProxyModel& model, uint32_t material) {
+  return material < model.materials.size() ? &model.materials[material] : nullptr;
+}
+
+double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t material) {
+  const MaterialConfig* m = material_of(model, material);
+  if (m == nullptr) return 0;
+  return slides[material % kMaxObjects] ? m->friction_dynamic : m->friction_static;
+}
+
+RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
+                                   const Slides& slides) {
+  const ContactSet& set = *tick.contacts;
+  RigidContacts out;
+  out.X_WG = set.X_WG;
+  const size_t n = std::min<size_t>(set.n_contacts, kMaxContacts);
+  if (n > 0 && set.contacts[0].object < kMaxObjects) {
+    out.carrier = set.contacts[0].object;
+    out.X_WG = carried_pose(set, tick, out.carrier);
+  }
+  out.finite = is_finite(out.X_WG) && is_finite(tick.hand.X_WT) && is_finite(tick.hand.V_WT);
+  for (size_t i = 0; i < n && out.finite; ++i) {
+    const Contact& c = set.contacts[i];
+    out.finite = c.object < kMaxObjects;
+    if (!out.finite) break;
+    out.contacts[i] = carried(c, tick, out.X_WG);
+    out.contacts[i].friction = friction_of(model, slides, c.material);
+    out.finite = is_sound(out.contacts[i]);
+  }
+  // contacts too old to be felt are checked all the same
+  out.size = out.finite && tick.weight > 0 ? n : 0;
+  return out;
+}
+
+MotionRow row_of(const RigidContact& contact, const Vec3& about_W) {
+  return {{contact.normal_W, cross(contact.r_W - about_W, contact.normal_W)}, -contact.gap};
+}
+
+MotionRow eased(MotionRow row, const Twist& motion, double share) {
+  const double violation = row.b - dot(row.J, motion);
+  if (violation > 0 && share < 1) row.b -= (1 - share) * violation;
+  return row;
+}
+
+bool is_sliding(const RigidContact& contact, const Vec3& velocity_W) {
+  const Vec3& n = contact.normal_W;
+  return norm(velocity_W - dot(n, velocity_W) * n) > kStill;
+}
+
+}  // namespace haptic

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+
+#include "proto/config/config.h"
+#include "proto/math/motion_metric.h"
+#include "servo/solve/body/virtual_coupling.h"
+
+namespace haptic {
+
+inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see least_constraint
+// of a set, and those that fade after it
+inline constexpr size_t kMaxRigidContacts = kMaxContacts + kMaxCarrying;
+// programs after which no round of friction begins: a jam is given up; the last one may take more
+inline constexpr int kMaxFrictionSolves = 40;
+inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
+
+/// A contact of a tool that never enters an object, carried to this tick, the tool at X_WG.
+struct RigidContact {
+  Vec3 tool_point_T;
+  Vec3 r_W;           // that point, from the tool's origin
+  Vec3 normal_W;      // unit, from object to tool
+  Vec3 shading_W;     // the same where nothing is shaded
+  double gap = 0;     // along the normal; negative: they overlap [m]
+  double weight = 1;  // share that is left of what the hand violates it by
+  double friction = 0;
+  Twist V_W;  // of the object, at the tool's origin
+  uint32_t object = 0, material = 0;
+};
+
+struct RigidContacts {
+  std::array<RigidContact, kMaxRigidContacts> contacts;
+  size_t size = 0;
+  Pose X_WG;                     // carried along with `carrier`
+  uint32_t carrier = kNoObject;  // the object of the first contact
+  bool finite = true;            // false: the set or the hand was not, and there are none
+};
+
+/// Which of a material's two ratios of friction is in force: that of sliding where it slid in the
+/// last tick.
+using Slides = std::array<bool, kMaxObjects>;
+
+/// All that is constant of a proxy that never enters an object.
+struct RigidProxyModel {
+  VirtualCoupling coupling;
+  RigidBody tool;
+  double blend_time = 3e-3;  // over which what appears or goes at once is let in or out [s]
+  std::span<const MaterialConfig> materials;  // none: all are frictionless and smooth
+  std::span<const HeightImage> images;        // of their textures
+};
+
+struct RigidProxyTick {
+  ToolMotion hand;
+  const ContactSet* contacts = nullptr;
+  std::array<Pose, kMaxObjects> X_WO;   // this tick
+  std::array<Twist, kMaxObjects> V_WO;  // this tick
+  double weight = 1;                    // of the contacts, by their age
+  double dt = 1e-3;                     // [s]
+};
+
+/// Twist of an object at a place; none of the world.
+Twist object_twist(const RigidProxyTick& tick, uint32_t object, const Vec3& place_W);
+
+/// The material of a contact; null where nobody has said.
+const MaterialConfig* material_of(const RigidProxyModel& model, uint32_t material);
+
+/// μ of a material, static or dynamic.
+double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t material);
+
+/// Carries a set to this tick: X_WG along with the object of the first contact, each contact with
+/// its own. Where they moved apart the gap says so.
+RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
+                                   const Slides& slides);
+
+/// J·a ≥ −gap for motions from X_WG about a point displaced by `about_W` from the tool's origin.
+MotionRow row_of(const RigidContact& contact, const Vec3& about_W);
+
+/// The row let out until only `share` is left of what a motion violates it by. With the hand as
+/// the motion the force fades with the share; with the last proxy what is new comes in gradually.
+MotionRow eased(MotionRow row, const Twist& motion, double share);
+
+/// Whether a contact slips: how fast its point moves beside the normal [m/s], relative to the
+/// object.
+bool is_sliding(const RigidContact& contact, const Vec3& velocity_W);
+
+}  // namespace haptic

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/soft_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "servo/solve/point/rim_weight.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kMostOfSprings = 0.5;
+
+double push_of(const SoftContact& contact, const Pose& X_WC) {
+  return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
+}
+
+/// The same map about a point displaced by −arm: wrench and motion are both taken there.
+Mat6 about_centre(const Mat6& K, const Vec3& arm) {
+  // motion of the old point by motion of the new one, and the wrench back
+  Mat6 to_old, to_new;
+  for (size_t i = 0; i < 6; ++i) to_old(i, i) = to_new(i, i) = 1;
+  add_block(to_old, 0, 3, -1.0 * skew(arm));
+  add_block(to_new, 3, 0, skew(arm));
+  const auto product = [](const Mat6& a, const Mat6& b) {
+    Mat6 c;
+    for (size_t i = 0; i < 6; ++i) {
+      for (size_t j = 0; j < 6; ++j) {
+        for (size_t k = 0; k < 6; ++k) c(i, j) += a(i, k) * b(k, j);
+      }
+    }
+    return c;
+  };
+  return product(to_new, product(K, to_old));
+}
+
+SoftContact carried(const Contact& c, const RigidBody& tool, const SoftCarry& carry) {
+  const Pose& X_WO = carry.X_WO[c.object];
+  const Twist& V_WO = carry.V_WO[c.object];
+  SoftContact contact;
+  contact.tool_point_C = c.tool_point_T - tool.centre_T;
+  contact.object_point_W = X_WO * c.object_point_O;
+  contact.normal_W = rotate(X_WO.q, c.normal_O);
+  contact.velocity_W = velocity_at(V_WO, contact.object_point_W - X_WO.p);
+  contact.stiffness = carry.weight * (c.stiffness > 0 ? c.stiffness : carry.stiffness);
+  contact.damping = carry.weight * carry.damping;
+  return contact;
+}
+
+bool is_sound(const SoftContact& c) {
+  return is_finite(c.tool_point_C) && is_finite(c.object_point_W) && is_finite(c.normal_W) &&
+         is_finite(c.velocity_W) && std::isfinite(c.stiffness);
+}
+
+bool all_finite(const Mat6& m) {
+  return std::all_of(m.a.begin(), m.a.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// The linearised wrench about C, where its object is now, less the springs.
+void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+                SoftContacts& out) {
+  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
+  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+  out.rest_object = object;
+  out.X_WC0 = moved_by * motion_of_centre(tool, {set.X_WT, {}}).X_WC;
+  out.trust_radius = set.trust_radius;
+  const Mat3 R = to_matrix(moved_by.q);
+  const Vec3 arm_W = -rotate(out.X_WC0.q, tool.centre_T);
+  Mat6 K;
+  K.a = set.K;
+  out.K_rest = carry.weight * about_centre(rotated(R, K), arm_W);
+  const Wrench F{R * set.F0_W.f, R * set.F0_W.t};
+  out.F_rest_W = carry.weight * shift(F, arm_W);
+  for (size_t i = 0; i < out.size; ++i) {
+    const SoftContact& c = out.contacts[i];
+    const double push = push_of(c, out.X_WC0);
+    if (set.contacts[i].object != object || !(push > 0)) continue;
+    const Vec3 turn = cross(rotate(out.X_WC0.q, c.tool_point_C), c.normal_W);
+    const Wrench unit{c.normal_W, turn};
+    out.F_rest_W = out.F_rest_W + -push * unit;
+    add_outer(out.K_rest, unit, {c.stiffness * c.normal_W, c.stiffness * turn});
+    out.push0 += push;
+  }
+  out.has_rest =
+      out.push0 > 0 && is_finite(out.F_rest_W) && is_finite(out.X_WC0) && all_finite(out.K_rest);
+}
+
+void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
+                 SoftContacts& out) {
+  const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);
+  const Pose moved_by = carry.X_WO[object] * inverse(set.X_WO[object]);
+  Mat6 B;
+  B.a = set.B;
+  if (B == Mat6{}) return;
+  const Vec3 arm_W = -rotate((moved_by * set.X_WT).q, tool.centre_T);
+  out.B = carry.weight * about_centre(rotated(to_matrix(moved_by.q), B), arm_W);
+  out.X_WO_brake = carry.X_WO[object];
+  out.V_WO_brake = carry.V_WO[object];
+  out.has_brake = all_finite(out.B);
+}
+
+/// F_rest + K_rest δ.
+BodyWrench rest_at(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC) {
+  const Twist way = way_between(contacts.X_WC0, X_WC);
+  const LimitedMotion limited = limit_travel(way, tool.radius, contacts.trust_radius);
+  const Wrench change = contacts.K_rest * limited.motion;
+  BodyWrench rest;
+  rest.F_W = contacts.F_rest_W + change;
+  if (!limited.was_cut) rest.by_motion = contacts.K_rest;
+  return rest;
+}
+
+}  // namespace
+
+SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
+                                 const SoftCarry& carry) {
+  SoftContacts out;
+  if (!(carry.weight > 0)) return out;
+  out.size = std::min<size_t>(set.n_contacts, kMaxContacts);
+  for (size_t i = 0; i < out.size; ++i) {
+    const Contact& c = set.contacts[i];
+    if (c.object >= kMaxObjects) out.finite = false;
+    if (!out.finite) break;
+    out.contacts[i] = carried(c, tool, carry);
+    out.objects[i] = c.object;
+    const Vec3 away_O = norm_squared(c.shading_normal_O) > 0 ? c.shading_normal_O : c.normal_O;
+    out.away_W[i] = rotate(carry.X_WO[c.object].q, away_O);
+    out.finite =
+        is_sound(out.contacts[i]) && is_finite(out.away_W[i]) && std::isfinite(c.stiffness);
+    if (c.object == set.wrench_object) out.n_springs = i + 1;
+  }
+  if (!out.finite) {
+    out.size = 0;
+    return out;
+  }
+  if (set.trust_radius > 0) {
+    carry_rest(set, tool, carry, out);
+    carry_brake(set, tool, carry, out);
+  }
+  return out;
+}
+
+void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts) {
+  for (size_t i = 0; i < contacts.size; ++i) {
+    const double extent = set.contacts[i].extent;
+    if (!(extent > 0)) continue;
+    SoftContact& c = contacts.contacts[i];
+    const Vec3 way_W = X_WC * c.tool_point_C - c.object_point_W;
+    const double along = norm(way_W - dot(way_W, c.normal_W) * c.normal_W);
+    const double weight = rim_weight(along, extent);
+    c.stiffness *= weight;
+    c.damping *= weight;
+  }
+}
+
+BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, const Pose& X_WC,
+                       const BodyMotion& end) {
+  BodyWrench rest;
+  if (!contacts.has_rest) return rest;
+  double push = 0;
+  Vec3 springs_W;
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], end);
+    if (!row) continue;
+    push += row->push;
+    springs_W += row->push * contacts.contacts[i].normal_W;
+  }
+  const double share = std::min(push / contacts.push0, 1.0);
+  if (!(share > 0)) return rest;
+  const Vec3 force_end_W = rest_at(contacts, tool, end.X_WC).F_W.f;
+  double force_share = share;
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    const double pull = -dot(force_end_W, contacts.away_W[i]);
+    const double most = kMostOfSprings * dot(springs_W, contacts.away_W[i]);
+    if (most > 0 && force_share * pull > most) force_share = most / pull;
+  }
+  rest = rest_at(contacts, tool, X_WC);
+  rest.F_W = {force_share * rest.F_W.f, share * rest.F_W.t};
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) rest.by_motion(i, j) *= i < 3 ? force_share : share;
+  }
+  return rest;
+}
+
+BodyWrench brake_wrench(const SoftContacts& contacts, const BodyMotion& body) {
+  BodyWrench brake;
+  if (!contacts.has_brake) return brake;
+  const Twist& V_WO = contacts.V_WO_brake;
+  const Vec3 v_O_W = velocity_at(V_WO, body.X_WC.p - contacts.X_WO_brake.p);
+  const Wrench F = contacts.B * Twist{body.V_WC.v - v_O_W, body.V_WC.w - V_WO.w};
+  for (size_t i = 0; i < contacts.n_springs; ++i) {
+    if (dot(F.f, contacts.away_W[i]) < 0) return brake;
+  }
+  brake.F_W = F;
+  brake.by_twist = contacts.B;
+  return brake;
+}
+
+}  // namespace haptic

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/virtual_coupling.h"
+
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr double kSmallAngle = 1e-4;  // below, the series is exact to rounding [rad]
+
+/// Jr⁻¹(θ): how the rotation vector of E changes when E is turned from the right, log(E exp(δ)).
+Mat3 inverse_right_jacobian(const Vec3& theta) {
+  const double angle = norm(theta);
+  const double half = 0.5 * angle;
+  const double share =
+      angle < kSmallAngle ? 1.0 / 12 : (1 - half / std::tan(half)) / (angle * angle);
+  const Mat3 turn = skew(theta);
+  return Mat3{} + 0.5 * turn + share * (turn * turn);
+}
+
+/// A spring whose force is bounded, and its derivative by the stretch.
+struct Spring {
+  Vec3 force;
+  Mat3 by_stretch;
+  double energy = 0;
+};
+
+Spring stretched(double stiffness, double most, const Vec3& stretch) {
+  const double length = norm(stretch);
+  if (!(most > 0) || stiffness * length <= most) {
+    return {stiffness * stretch, stiffness * Mat3{}, 0.5 * stiffness * length * length};
+  }
+  const Vec3 u = stretch / length;
+  const Mat3 along = from_columns(u.x * u, u.y * u, u.z * u);
+  // beyond the bound the force only turns; the energy goes on as a straight line
+  return {most * u, (most / length) * (Mat3{} + -1.0 * along),
+          most * length - 0.5 * most * most / stiffness};
+}
+
+struct CouplingTerms {
+  Spring linear, angular;
+  Vec3 theta_W;
+  Vec3 force_W, torque_W;  // with the dampers, on the proxy
+};
+
+CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
+                       const ToolMotion& proxy) {
+  CouplingTerms t;
+  // a quaternion times its own conjugate leaves a rounding
+  const bool as_one = hand.X_WT.q == proxy.X_WT.q;
+  t.theta_W = as_one ? Vec3{} : to_rotation_vector(hand.X_WT.q * conjugate(proxy.X_WT.q));
+  t.linear =
+      stretched(coupling.translational_stiffness, coupling.max_force, hand.X_WT.p - proxy.X_WT.p);
+  t.angular = stretched(coupling.rotational_stiffness, coupling.max_torque, t.theta_W);
+  t.force_W = t.linear.force + coupling.translational_damping * (hand.V_WT.v - proxy.V_WT.v);
+  t.torque_W = t.angular.force + coupling.rotational_damping * (hand.V_WT.w - proxy.V_WT.w);
+  return t;
+}
+
+}  // namespace
+
+BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+                           const ToolMotion& hand, const BodyMotion& proxy) {
+  const Vec3 arm_W = -rotate(proxy.X_WC.q, body.centre_T);  // from C to the origin of T
+  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
+  const Mat3 r = skew(arm_W);
+  const Mat3 k = t.linear.by_stretch;
+  const double b = coupling.translational_damping;
+  BodyWrench sum;
+  sum.F_W = {t.force_W, cross(arm_W, t.force_W) + t.torque_W};
+  sum.energy = t.linear.energy + t.angular.energy;
+  // the origin moves by δx − [r]× δθ, its velocity turns with it
+  const Mat3 force_by_angle = k * r + b * (skew(proxy.V_WC.w) * r);
+  add_block(sum.by_motion, 0, 0, -1.0 * k);
+  add_block(sum.by_motion, 0, 3, force_by_angle);
+  add_block(sum.by_motion, 3, 0, -1.0 * (r * k));
+  add_block(sum.by_motion, 3, 3, r * force_by_angle + skew(t.force_W) * r);
+  add_block(sum.by_motion, 3, 3, -1.0 * (t.angular.by_stretch * inverse_right_jacobian(t.theta_W)));
+  add_block(sum.by_twist, 0, 0, -b * Mat3{});
+  add_block(sum.by_twist, 0, 3, b * r);
+  add_block(sum.by_twist, 3, 0, -b * r);
+  add_block(sum.by_twist, 3, 3, b * (r * r));
+  add_block(sum.by_twist, 3, 3, -coupling.rotational_damping * Mat3{});
+  return sum;
+}
+
+BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
+                                     const ToolMotion& hand, const BodyMotion& proxy) {
+  BodyWrench sum = coupling_wrench(coupling, body, hand, proxy);
+  const CouplingTerms t = terms_of(coupling, hand, motion_of_tool(body, proxy));
+  const Mat3 r = skew(-rotate(proxy.X_WC.q, body.centre_T));
+  const Mat3 k = t.linear.by_stretch;
+  sum.by_motion = {};
+  add_block(sum.by_motion, 0, 0, -1.0 * k);
+  add_block(sum.by_motion, 0, 3, k * r);
+  add_block(sum.by_motion, 3, 0, -1.0 * (r * k));
+  add_block(sum.by_motion, 3, 3, r * k * r);
+  add_block(sum.by_motion, 3, 3, -1.0 * t.angular.by_stretch);
+  return sum;
+}
+
+double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
+                       const ToolMotion& proxy) {
+  const CouplingTerms t = terms_of(coupling, hand, proxy);
+  return t.linear.energy + t.angular.energy;
+}
+
+Wrench wrench_on_hand(const VirtualCoupling& coupling, const ToolMotion& hand,
+                      const ToolMotion& proxy) {
+  const CouplingTerms t = terms_of(coupling, hand, proxy);
+  return {-t.force_W, -t.torque_W};
+}
+
+}  // namespace haptic

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The renderer god-object3, servo and contact together in lockstep, against closed forms.
+#include <random>
+
+#include "clients/lab/lockstep.h"
+#include "contact/bake/inside.h"
+#include "proto/wire/scene_pose.h"
+#include "tests/support/near.h"
+#include "tests/support/scenes.h"
+#include "tests/support/workload.h"
+
+using haptic::ContactSet;
+using haptic::Lockstep;
+using haptic::LockstepOptions;
+using haptic::MeshShape;
+using haptic::MeshShapeData;
+using haptic::ServoFrame;
+using haptic::SessionConfig;
+using haptic::Vec3;
+using haptic::test::IsNear;
+using haptic::test::kPi;
+using haptic::test::plain_session;
+using haptic::test::ScriptedHand;
+using haptic::test::tol;
+
+namespace {
+
+constexpr double kForceRelative = 1e-9;  // the bound on force = k·depth
+constexpr double kStiffness = 800;
+
+/// The answer to the first tick is there when so many have passed.
+bool is_answered(const ServoFrame& f, const LockstepOptions& options) {
+  return f.tick >= options.contact_latency;
+}
+
+/// The force is k times depth along n, and a plane carries it.
+void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1}) {
+  const double exact = kStiffness * depth;
+  CAPTURE(f.tick, depth, exact, f.n_contacts, f.F_device_B.f);
+  REQUIRE(f.n_contacts > 0);
+  REQUIRE(norm(f.F_device_B.f - exact * n) <= tol(kForceRelative) * exact);
+}
+
+/// Runs a scripted hand against one object and shows each frame, with the contacts it used, to
+/// `see`.
+void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> path, double seconds,
+         const LockstepOptions& options,
+         const std::function<void(const ServoFrame&, const ContactSet*)>& see) {
+  const MeshShapeData owned = haptic::build_shape(std::move(soup));
+  const std::array<MeshShape, 1> shapes{owned.view()};
+  ScriptedHand hand(std::move(path));
+  Lockstep lockstep(config, shapes, hand, options);
+  const auto ticks = static_cast<int>(seconds * config.servo_rate);
+  for (int k = 0; k < ticks; ++k) {
+    REQUIRE(lockstep.step());
+    see(lockstep.frame(), lockstep.contacts());
+  }
+}
+
+/// Whether the tool is behind the plane of a contact in the set (of an object that lies at the
+/// origin).
+bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set) {
+  return std::any_of(
+      set.contacts.begin(), set.contacts.begin() + set.n_contacts,
+      [&](const auto& c) { return dot(c.normal_O, c.object_point_O - f.X_WT.p) > 0; });
+}
+
+Vec3 centroid(const haptic::TriangleMesh& mesh, size_t t) {
+  const haptic::Triangle& v = mesh.triangles[t];
+  return (mesh.vertices[v[0]] + mesh.vertices[v[1]] + mesh.vertices[v[2]]) / 3.0;
+}
+
+}  // namespace
+
+TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab]") {
+  const LockstepOptions options{1, GENERATE(0u, 1u, 2u)};
+  int touched = 0;
+  double peak = 0;
+  // the top of a block is the plane z = 0
+  SessionConfig config = plain_session(kStiffness);
+  config.objects[0].X_WO.p.z = -0.1;
+  run(config, haptic::make_box({0.4, 0.4, 0.2}), haptic::test::flat_slide, 2, options,
+      [&](const ServoFrame& f, const ContactSet*) {
+        const double depth = -f.X_WT.p.z;
+        if (depth <= 0) {
+          REQUIRE(f.F_device_B.f == Vec3{});
+          return;
+        }
+        ++touched;
+        require_force(f, depth);
+        REQUIRE(f.F_device_B.f.x == 0);
+        REQUIRE(f.F_device_B.f.y == 0);
+        peak = std::max(peak, f.F_device_B.f.z);
+      });
+  CHECK(touched > 1500);
+  CHECK(peak > kStiffness * 1.399e-3);
+}
+
+TEST_CASE("god-object: sphere force is k times depth along the facet's normal", "[lab]") {
+  // pressed in through the middle of each facet: the exact answer is the facet's plane
+  const double radius = 0.05;
+  const MeshShapeData owned = haptic::build_shape(haptic::make_icosphere(radius, 2));
+  const auto mesh = owned.view().mesh;
+  const std::array<MeshShape, 1> shapes{owned.view()};
+  const double sagitta = radius - norm(centroid(mesh, 0));
+  for (size_t t = 0; t < mesh.triangles.size(); t += 7) {
+    const Vec3 middle = centroid(mesh, t);
+    const Vec3 n = mesh.face_normals[t];
+    ScriptedHand hand([&](double time) { return middle + (0.004 - 0.05 * time) * n; });
+    Lockstep lockstep(plain_session(kStiffness), shapes, hand);
+    int touched = 0;
+    for (int k = 0; k < 200; ++k) {
+      REQUIRE(lockstep.step());
+      const ServoFrame& f = lockstep.frame();
+      const double depth = dot(middle - f.X_WT.p, n);
+      if (depth <= 0) continue;
+      ++touched;
+      require_force(f, depth, n);
+      // and the smooth sphere's force within the facet error
+      const double smooth = kStiffness * (radius - norm(f.X_WT.p));
+      REQUIRE(std::fabs(norm(f.F_device_B.f) - smooth) <= kStiffness * 2 * sagitta);
+    }
+    CHECK(touched >= 119);  // from 80 ms on, to 6 mm
+    CHECK(lockstep.frame().n_contacts == 1);
+  }
+}
+
+TEST_CASE("god-object: no ripple on the frictionless flat slide", "[lab][trap]") {
+  // 5,000 coplanar triangles: |ΔF − ΔF_exact| per tick ≤ 1e-5 N
+  const uint32_t latency = GENERATE(0u, 1u);
+  SessionConfig config = plain_session(1000);
+  double last = 0, last_exact = 0, worst = 0;
+  int compared = 0;
+  run(config, haptic::make_grid(0.1, 50), haptic::test::flat_slide, 20, {1, latency},
+      [&](const ServoFrame& f, const ContactSet*) {
+        const double exact = 1000 * std::max(0.0, -f.X_WT.p.z);
+        const double force = f.F_device_B.f.z;
+        // from the first tick of full contact on
+        if (f.tick > 500) {
+          worst = std::max(worst, std::fabs((force - last) - (exact - last_exact)));
+          worst = std::max(worst, norm(f.F_device_B.f - Vec3{0, 0, force}));
+          ++compared;
+        }
+        last = force, last_exact = exact;
+      });
+  CHECK(compared == 19499);
+  CHECK(worst <= tol(1e-5));
+}
+
+TEST_CASE("god-object: sliding over a convex edge never drops through and never pulls", "[lab]") {
+  SessionConfig config = plain_session(kStiffness);
+  const auto over_the_edge = [](double t) {
+    const double x = 0.03 + 0.04 * t;  // off the top face at x = 0.05, 2 mm deep
+    return Vec3{x, 0.001, 0.05 - 0.002 * std::min(1.0, t / 0.2)};
+  };
+  const MeshShapeData block = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
+  const haptic::InsideOracle oracle(block.view().mesh);
+  int carried = 0, free = 0;
+  run(config, haptic::make_box({0.1, 0.1, 0.1}), over_the_edge, 1, {},
+      [&](const ServoFrame& f, const ContactSet*) {
+        if (f.tick > 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
+        const Vec3 p = f.X_WT.p;
+        const double depth = 0.05 - p.z;
+        // up to the edge the whole top face carries, deep as the hand is and near as the side is
+        if (p.x < 0.05 && depth > 0) {
+          ++carried;
+          require_force(f, depth);
+        }
+        REQUIRE(f.F_device_B.f.z >= 0);
+        REQUIRE(norm(f.F_device_B.f) <= kStiffness * depth * (1 + tol(kForceRelative)));
+        if (p.x > 0.0512) {
+          ++free;
+          REQUIRE(f.F_device_B.f == Vec3{});
+        }
+      });
+  CHECK(carried >= 499);
+  CHECK(free > 450);
+}
+
+TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there is no ghost wall",
+          "[lab][trap]") {
+  SessionConfig config = plain_session(kStiffness);
+  // 1 mm above the face, off the edge at x = 50 mm, then down past where the face's plane would be
+  const auto fly_past = [](double t) {
+    const double x = -0.04 + 0.5 * t;
+    const double beyond = std::max(0.0, x - 0.052);
+    return Vec3{x, 0.003, 0.051 - 1.0 * beyond};
+  };
+  const uint32_t offset = GENERATE(take(5, random(0u, 19u)));
+  double lowest = 1;
+  int tempted = 0;
+  run(
+      config, haptic::make_box({0.1, 0.1, 0.1}),
+      [&](double t) { return fly_past(t - 1e-3 * offset); }, 0.25, {20, 20},
+      [&](const ServoFrame& f, const ContactSet* set) {
+        lowest = std::min(lowest, f.X_WT.p.z);
+        tempted += f.X_WT.p.x > 0.052 && set != nullptr && is_behind_a_plane(f, *set);
+        REQUIRE(norm(f.F_device_B.f) == 0);
+      });
+  CHECK(lowest < 0.045);
+  CHECK(tempted > 0);  // beyond the edge a plane was there that could have pushed
+}
+
+TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "[lab][property]") {
+  // quasi-static, frictionless: ∮F·dx = 0 ± 1e-6 J
+  SessionConfig config = plain_session(kStiffness);
+  config.objects[0].X_WO.p.z = -0.05;
+  const auto circle = [](double t) {
+    const double a = 2 * kPi * t / 2.0;
+    return Vec3{0.01 * std::cos(a), 0.01 * std::sin(a), -0.002 - 0.001 * std::sin(3 * a)};
+  };
+  const LockstepOptions options;
+  double work = 0, done = 0, peak = 0;
+  Vec3 last_p, last_f;
+  run(config, haptic::make_box({0.2, 0.2, 0.1}), circle, 4.001, options,
+      [&](const ServoFrame& f, const ContactSet*) {
+        if (is_answered(f, options)) require_force(f, -f.X_WT.p.z);
+        // trapezoid over the second turn
+        if (f.tick > 2000) {
+          const double step = dot(0.5 * (f.F_device_B.f + last_f), f.X_WT.p - last_p);
+          work += step;
+          done += std::fabs(step);
+        }
+        last_p = f.X_WT.p, last_f = f.F_device_B.f;
+        peak = std::max(peak, norm(f.F_device_B.f));
+      });
+  CHECK(peak > kStiffness * 2.999e-3);
+  // there and back: three times up and down by 2 mm under 1.6 N on average
+  CHECK(done == Approx(6 * 0.002 * 1.6).epsilon(1e-3));
+  CHECK(std::fabs(work) <= tol(1e-6));
+}
+
+TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", "[lab][property]") {
+  const uint32_t latency = GENERATE(0u, 1u, 10u);
+  const MeshShapeData sphere = haptic::build_shape(haptic::make_icosphere(0.03, 4));
+  const haptic::InsideOracle oracle(sphere.view().mesh);
+  int pressed = 0;
+  uint32_t inside_for = 0;  // ticks
+  double peak = 0;
+  run(
+      plain_session(kStiffness), haptic::make_icosphere(0.03, 4),
+      [](double t) {
+        return (0.028 + 0.008 * std::sin(9 * t)) *
+               haptic::normalized(
+                   Vec3{std::sin(3.1 * t), std::cos(2.3 * t), std::sin(1.7 * t + 1)});
+      },
+      5, {1, latency},
+      [&](const ServoFrame& f, const ContactSet*) {
+        pressed += f.n_contacts > 0;
+        // once contact has seen the tool inside, the force is at least that of the nearest way out
+        const haptic::ClosestPoint c = closest_point(sphere.view(), f.X_WT.p, 1);
+        inside_for = c.inside ? inside_for + 1 : 0;
+        if (inside_for > latency) {
+          const double least = kStiffness * norm(c.point_O - f.X_WT.p);
+          REQUIRE(norm(f.F_device_B.f) >= least * (1 - tol(kForceRelative)));
+        }
+        peak = std::max(peak, norm(f.F_device_B.f));
+        if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
+        REQUIRE(is_finite(f.F_device_B));
+      });
+  CHECK(pressed > 2000);
+  CHECK(peak > kStiffness * 0.0099);  // the hand goes 10 mm deep
+}
+
+TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through", "[lab][trap]") {
+  SessionConfig config = plain_session(kStiffness);
+  config.objects[0].motion.kind = haptic::MotionKind::kOscillate;
+  config.objects[0].motion.axis_O = {0, 0, 1};
+  config.objects[0].motion.amplitude = 0.05;
+  config.objects[0].motion.frequency = 1 / (2 * kPi * 0.05);  // peak speed 1 m/s
+  config.objects[0].X_WO.p.z = -0.03;
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.01}));
+  const std::array<MeshShape, 1> shapes{plate.view()};
+  ScriptedHand hand([](double) { return Vec3{}; });
+  const LockstepOptions options;
+  Lockstep lockstep(config, shapes, hand, options);
+  double last_top = -1, highest = -1, fastest = 0;
+  int passed = 0;
+  for (int k = 0; k < 3000; ++k) {
+    REQUIRE(lockstep.step());
+    const ServoFrame& f = lockstep.frame();
+    // where the servo has the plate this tick: the resting hand is that deep below its top
+    const double top = haptic::object_pose_at(lockstep.scene(), 0, f.t_ns).p.z + 0.005;
+    if (top > 0) {
+      require_force(f, top);
+    } else {
+      REQUIRE(f.F_device_B.f == Vec3{});
+    }
+    if (k > 0 && last_top <= 0 && top > 0) {
+      ++passed;
+      fastest = std::max(fastest, (top - last_top) / 1e-3);
+    }
+    highest = std::max(highest, top);
+    last_top = top;
+    if (!is_answered(f, options)) continue;
+    REQUIRE(lockstep.contacts() != nullptr);
+    REQUIRE(f.X_WG.p.z >= lockstep.contacts()->X_WO[0].p.z + 0.005);
+  }
+  // right through the hand and far beyond the plate's own thickness, each time
+  CHECK(passed >= 9);
+  CHECK(fastest > 0.8);
+  CHECK(highest > 0.0249);
+}
+
+TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
+  SessionConfig config = plain_session(kStiffness);
+  config.safety.soft_start = 0.5;
+  double before = 0;
+  run(
+      config, haptic::make_box({0.1, 0.1, 0.1}),
+      [](double) {
+        return Vec3{0, 0, 0.045};
+      },
+      1, {},
+      [&](const ServoFrame& f, const ContactSet*) {
+        REQUIRE(norm(f.F_device_B.f) - before <= kStiffness * 0.005 / 500 + 1e-9);
+        before = norm(f.F_device_B.f);
+      });
+  CHECK(before == Approx(kStiffness * 0.005).epsilon(1e-6));
+}
+
+TEST_CASE("god-object: a restarted contact takes the proxy up where the servo last saw it",
+          "[lab]") {
+  // a thin plate: seeding at the tool would put the proxy on the wrong side
+  const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.001}));
+  const std::array<MeshShape, 1> shapes{plate.view()};
+  SessionConfig config = plain_session(kStiffness);
+  const haptic::ContactModel model = build_contact_model(config, shapes);
+  auto first = std::make_unique<haptic::ContactState>();
+  ServoFrame servo{};
+  servo.flags = haptic::kServoNoContactSet;
+  servo.X_WT.p = {0, 0, 0.01};
+  servo.t_ns = 1;
+  contact_step(model, *first, servo, nullptr);
+  servo.X_WT.p = {0, 0, -0.01};
+  const auto pressed = contact_step(model, *first, servo, nullptr);
+  REQUIRE(pressed.X_WG.p.z > 0.0005);
+
+  servo.X_WG = pressed.X_WG;
+  servo.flags = 0;
+  auto second = std::make_unique<haptic::ContactState>();
+  const auto resumed = contact_step(model, *second, servo, nullptr);
+  CHECK_THAT(resumed.X_WG.p, IsNear(pressed.X_WG.p, 1e-9));
+  CHECK(resumed.n_active == 1);
+}

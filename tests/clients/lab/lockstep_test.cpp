@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whole sessions in lockstep: the shipped scenes, the recorded hand, and bit-for-bit repetition.
+#include "clients/lab/lockstep.h"
+
+#include "clients/report/summary.h"
+#include "contact/bake/inside.h"
+#include "contact/bake/session.h"
+#include "proto/log/hand_trace.h"
+#include "tests/support/data.h"
+#include "tests/support/near.h"
+
+using haptic::Device;
+using haptic::Lockstep;
+using haptic::LockstepOptions;
+using haptic::ServoFrame;
+using haptic::SessionConfig;
+using haptic::SessionData;
+using haptic::test::tol;
+
+namespace {
+
+const std::string kConfigs = haptic::test::from_source("configs/");
+
+struct Stage {
+  SessionConfig config;
+  haptic::BakedSession baked;
+  haptic::ContactShapes shapes;
+  std::unique_ptr<Device> device;
+
+  explicit Stage(SessionConfig session)
+      : config(session),
+        baked(haptic::bake_session(config)),
+        shapes(baked.shapes()),
+        device(open_device(config.device)) {}
+};
+
+uint64_t hash_of(const SessionConfig& config, const LockstepOptions& options, int ticks) {
+  Stage stage(config);
+  Lockstep lockstep(stage.config, stage.shapes, *stage.device, options);
+  for (int k = 0; k < ticks && lockstep.step(); ++k) {
+  }
+  return lockstep.hash();
+}
+
+}  // namespace
+
+TEST_CASE("lockstep: a simulated hand on a block is bit-identical on two runs", "[lab]") {
+  const SessionConfig config = haptic::load_config(kConfigs + "plane.toml");
+  const LockstepOptions options{GENERATE(1u, 5u), GENERATE(0u, 1u, 7u)};
+  CHECK(hash_of(config, options, 3000) == hash_of(config, options, 3000));
+}
+
+TEST_CASE("lockstep: another seed is another session", "[lab]") {
+  SessionConfig config = haptic::load_config(kConfigs + "plane.toml");
+  const uint64_t first = hash_of(config, {}, 1000);
+  config.device.hand.seed += 1;
+  CHECK(hash_of(config, {}, 1000) != first);
+}
+
+TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never inside", "[lab]") {
+  if (!haptic::test::find_mesh("bunny00.off")) return;
+  Stage stage(haptic::load_config(kConfigs + "bunny.toml"));
+  REQUIRE(stage.shapes.objects[0].mesh.triangles.size() == 75408);
+  const haptic::InsideOracle oracle(stage.shapes.objects[0].mesh);
+  const double limit = stage.config.safety.max_force;
+  Lockstep lockstep(stage.config, stage.shapes, *stage.device);
+  SessionData data;
+  int touching = 0;
+  for (int k = 0; k < 6000; ++k) {
+    REQUIRE(lockstep.step());
+    const ServoFrame& f = lockstep.frame();
+    CAPTURE(k, f.X_WG.p.x, f.X_WG.p.y, f.X_WG.p.z);
+    if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
+    REQUIRE(norm(f.F_device_B.f) <= limit * (1 + 1e-12));
+    touching += (f.flags & haptic::kServoContact) != 0;
+    data.frames.push_back(f);
+  }
+  CHECK(touching > 500);
+  // a passive wall gives back no more than it took
+  const haptic::PortEnergy energy = port_energy(data.frames);
+  CHECK(energy.into_device > 1e-3);
+  CHECK(energy.net() >= 0);
+}
+
+TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-identical", "[lab]") {
+  const std::string name = GENERATE("m2_question1c_rigid.csv", "question1a_rigid.csv");
+  const auto path = haptic::test::find_data("tue-1dof-bilateral/" + name);
+  if (!path) return;
+  SessionConfig config = haptic::load_config(kConfigs + "lever.toml");
+  haptic::use_trace(config, *path);
+  config.safety.soft_start = 0;
+  const auto trace = haptic::load_hand_trace(config.device.replay);
+  Stage stage(config);
+  const LockstepOptions options;
+  Lockstep lockstep(config, stage.shapes, *stage.device, options);
+  size_t frames = 0, pressed = 0, slewed = 0;
+  double peak = 0, held = 0;
+  const double wall = -0.002;
+  while (lockstep.step()) {
+    const ServoFrame& f = lockstep.frame();
+    REQUIRE(frames < trace.samples.size());
+    // the sample itself, not an interpolation of it
+    REQUIRE(f.device.X_BH.p == trace.samples[frames].X_BH.p);
+    const double depth = wall - f.X_WT.p.x;
+    CAPTURE(frames, depth, f.n_contacts, f.F_device_B.f.x);
+    // one recording begins inside the wall: no contact has answered its first sample yet, and the
+    // force it then meets grows by the slew limit and the hand's own motion
+    if (depth > 0 && frames >= options.contact_latency) {
+      ++pressed;
+      REQUIRE(f.n_contacts > 0);
+      const double wall_force =
+          std::min(config.coupling.translational_stiffness * depth, config.safety.max_force);
+      const bool slewing = (f.flags & haptic::kServoSlewing) != 0;
+      slewed += slewing;
+      const double moved =
+          frames > 0 ? norm(f.device.X_BH.p - trace.samples[frames - 1].X_BH.p) : 0;
+      const double grown =
+          config.safety.slew / config.servo_rate + config.coupling.translational_stiffness * moved;
+      const double exact = slewing ? held + grown : wall_force;
+      REQUIRE(exact <= wall_force);
+      REQUIRE(std::fabs(f.F_device_B.f.x - exact) <= tol(1e-9) * exact);
+      peak = std::max(peak, f.F_device_B.f.x);
+    } else {
+      REQUIRE(norm(f.F_device_B.f) == 0);
+    }
+    held = f.F_device_B.f.x;
+    ++frames;
+  }
+  CHECK(frames == trace.samples.size());
+  const bool begins_inside = wall - trace.samples[0].X_BH.p.x > 0;
+  CHECK(slewed <= (begins_inside ? 8 : 0));
+  CHECK(pressed > 500);
+  CHECK(peak > 2.5);
+  CHECK(lockstep.hash() == hash_of(config, {}, 1 << 30));
+}

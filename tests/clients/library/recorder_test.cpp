@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/library/recorder.h"
+
+#include <poll.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "proto/os/realtime.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::TemporaryRuntimeFolder;
+
+constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
+constexpr uint64_t kServoSlots = decltype(ServoChannels::frames)::kCapacity;
+
+/// A session in this process: the socket of hapticd, and a recorder that is its client.
+struct Session {
+  TemporaryRuntimeFolder folder;
+  HandoutServer server{"recorded"};
+  std::string path;
+  std::unique_ptr<Attachments> attachments;
+  std::unique_ptr<Recorder> recorder;
+  std::unique_ptr<TraceWriter> trace;
+
+  explicit Session(const std::string& where = "") {
+    path = (where.empty() ? folder.path() : where) + "/run.mcap";
+    attachments = std::make_unique<Attachments>(connect_session("recorded"));
+    recorder = std::make_unique<Recorder>(*attachments);
+    attachments->start();
+    trace = std::make_unique<TraceWriter>(path, McapMetadata{});
+  }
+
+  template <typename Channels>
+  void announce(SegmentWriter<Channels>& writer) {
+    server.announce(Channels::kId, writer.header().generation, Channels::kName, writer.fd());
+  }
+
+  /// Serves and drains until the condition holds.
+  template <typename Condition>
+  bool drain_until(Condition holds) {
+    const int64_t give_up = now_ns() + kPatienceNs;
+    while (!holds()) {
+      if (now_ns() > give_up) return false;
+      pollfd waiting{server.poll_fd(), POLLIN, 0};
+      ::poll(&waiting, 1, 1);
+      server.serve({});
+      recorder->drain(*trace, now_ns());
+    }
+    // a segment may have come since: from here on its rings are read
+    recorder->drain(*trace, now_ns());
+    return true;
+  }
+
+  uint64_t recorded(size_t topic) const { return recorder->counts()[topic].recorded; }
+  uint64_t lost(size_t topic) const { return recorder->counts()[topic].lost; }
+};
+
+enum TopicIndex : size_t { kServo = 0, kContact = 1, kScene = 2, kControl = 3, kEvents = 4 };
+
+ServoFrame frame_of(uint64_t tick) {
+  ServoFrame frame{};
+  frame.tick = tick;
+  frame.t_ns = static_cast<int64_t>(tick) * 1'000'000;
+  frame.realtime_ns = frame.t_ns + 5;
+  frame.depth = 1.0 / static_cast<double>(tick + 1);
+  return frame;
+}
+
+void publish(SegmentWriter<ServoChannels>& servo, uint64_t first, uint64_t count) {
+  for (uint64_t i = 0; i < count; ++i) servo.channels().frames.publish(frame_of(first + i));
+}
+
+std::vector<Event> losses_in(const TraceReader& trace) {
+  std::vector<Event> out;
+  for (const Event& e : trace.read(kEventTopic)) {
+    if (e.code == static_cast<uint32_t>(EventCode::kRecordsLost)) out.push_back(e);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit and in order") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  SegmentWriter<ContactChannels> contact(1);
+  SegmentWriter<SimChannels> sim(1);
+  SegmentWriter<ControlChannels> control(1);
+  // control and events are wanted even when they are older than the recording
+  ControlFrame wanted{};
+  wanted.revision = 9;
+  control.channels().frames.publish(wanted);
+  servo.channels().events.publish({.t_ns = 4, .code = 1, .source = 2, .numbers = {5, 6, 7, 8, 9}});
+  session.announce(servo);
+  session.announce(contact);
+  session.announce(sim);
+  session.announce(control);
+  REQUIRE(session.drain_until([&] {
+    return session.recorder->servo_header() != nullptr && session.recorded(kControl) == 1 &&
+           session.recorded(kEvents) == 1;
+  }));
+
+  // the other rings are attached once a first item has come through
+  ContactSet set{};
+  set.answers_t_ns = 77;
+  SceneFrame scene{};
+  scene.n_objects = 2;
+  uint64_t sets = 0, scenes = 0;
+  REQUIRE(session.drain_until([&] {
+    set.seq = ++sets;
+    contact.channels().sets.publish(set);
+    scene.seq = ++scenes;
+    sim.channels().frames.publish(scene);
+    return session.recorded(kContact) > 0 && session.recorded(kScene) > 0;
+  }));
+  publish(servo, 1, 1000);
+  REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 1000; }));
+  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
+
+  const TraceReader trace(session.path);
+  const std::vector<ServoFrame> frames = trace.read(kServo0Topic);
+  REQUIRE(frames.size() == 1000);
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const ServoFrame expected = frame_of(i + 1);
+    CHECK(std::memcmp(&frames[i], &expected, sizeof expected) == 0);
+  }
+  const std::vector<ContactSet> got = trace.read(kContact0Topic);
+  REQUIRE_FALSE(got.empty());
+  CHECK(got.back().seq == sets);
+  for (size_t i = 1; i < got.size(); ++i) CHECK(got[i].seq == got[i - 1].seq + 1);
+  CHECK(trace.read(kSimTopic).back().seq == scenes);
+  CHECK(trace.read(kControlTopic).at(0).revision == 9);
+  CHECK(trace.read(kEventTopic).at(0).numbers == std::array<double, 5>{5, 6, 7, 8, 9});
+  CHECK(losses_in(trace).empty());
+  trace.for_each<ServoFrame>(kServo0Topic, [](const ServoFrame& f, const Stamp& s) {
+    CHECK(s.t_ns == f.t_ns);
+    CHECK(s.realtime_ns == f.realtime_ns);
+    CHECK(s.sequence == f.tick - 1);
+  });
+  const McapMetadata& counts = trace.mcap().metadata().at("counts");
+  CHECK(counts.at("/servo0/frame recorded") == "1000");
+  CHECK(counts.at("/servo0/frame lost") == "0");
+}
+
+TEST_CASE("recorder: what it was too slow for is counted exactly and is a record of its own") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  session.announce(servo);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  publish(servo, 0, 100);
+  REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 100; }));
+  constexpr uint64_t kBurst = 3 * kServoSlots + 17;
+  publish(servo, 100, kBurst);
+  REQUIRE(session.drain_until(
+      [&] { return session.recorded(kServo) + session.lost(kServo) == 100 + kBurst; }));
+  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
+
+  const TraceReader trace(session.path);
+  uint64_t missing = 0, next = 0;
+  trace.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp& stamp) {
+    missing += frame.tick - next;
+    next = frame.tick + 1;
+    CHECK(stamp.sequence == frame.tick);
+  });
+  CHECK(missing == session.lost(kServo));
+  CHECK(missing >= kBurst - kServoSlots);
+  const std::vector<Event> losses = losses_in(trace);
+  REQUIRE(losses.size() == 1);
+  CHECK(losses[0].source == static_cast<uint32_t>(SegmentId::kServo0));
+  CHECK(losses[0].numbers == std::array<double, 5>{double(missing), double(missing), 1, 0, 0});
+}
+
+TEST_CASE("recorder: it follows a servo that is restarted, without a hole") {
+  Session session;
+  SegmentWriter<ServoChannels> first(1), second(2);
+  session.announce(first);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  publish(first, 0, 500);
+  // not drained yet: the first one's last frames and the second's come together
+  publish(second, 500, 300);
+  session.announce(second);
+  REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 800; }));
+  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
+  uint64_t next = 0;
+  for (const ServoFrame& frame : TraceReader(session.path).read(kServo0Topic)) {
+    CHECK(frame.tick == next++);
+  }
+  CHECK(next == 800);
+  CHECK(session.lost(kServo) == 0);
+}
+
+TEST_CASE("recorder: a chunk is closed after a quarter of a second, however little is in it") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  session.announce(servo);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  publish(servo, 0, 1);
+  // on virtual time: drain() is told what time it is
+  int64_t t_ns = now_ns() + kPatienceNs;
+  REQUIRE(session.recorder->drain(*session.trace, t_ns));
+  const uint64_t with_first = session.trace->size();
+  publish(servo, 1, 1);
+  REQUIRE(session.recorder->drain(*session.trace, t_ns += kNsPerSecond / 4 - 1));
+  CHECK(session.trace->size() == with_first);
+  REQUIRE(session.recorder->drain(*session.trace, t_ns += 1));
+  CHECK(session.trace->size() > with_first);
+  // and a reader sees it though the file has no end yet
+  CHECK(TraceReader(session.path).read(kServo0Topic).size() == 2);
+}
+
+namespace {
+
+/// A frame that cannot be compressed.
+ServoFrame noisy_frame(uint64_t tick) {
+  ServoFrame frame = frame_of(tick);
+  std::mt19937_64 random(tick);
+  for (Wrench& impulse : frame.object_impulse_W) {
+    for (double* part : {&impulse.f.x, &impulse.f.y, &impulse.f.z, &impulse.t.x}) {
+      *part = std::bit_cast<double>(random() >> 2);
+    }
+  }
+  return frame;
+}
+
+/// Publishes until the file is ended by an error, and then some; finishes it and checks the counts.
+void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>& servo) {
+  uint64_t published = 0;
+  bool good = true;
+  while (good && published < 20'000) {
+    for (int i = 0; i < 50; ++i) servo.channels().frames.publish(noisy_frame(published++));
+    good = session.recorder->drain(*session.trace, now_ns());
+  }
+  REQUIRE_FALSE(good);
+  // what still comes before the recorder ends is lost as well
+  for (int i = 0; i < 7; ++i) servo.channels().frames.publish(noisy_frame(published++));
+  CHECK_FALSE(session.recorder->finish(*session.trace, now_ns()));
+
+  const TraceReader trace(session.path);
+  CHECK(trace.mcap().finished());
+  const uint64_t there = trace.read(kServo0Topic).size();
+  CHECK(there > 0);
+  CHECK(session.recorded(kServo) == there);
+  CHECK(session.lost(kServo) == published - there);
+  CHECK_THAT(
+      session.recorder->failure(),
+      Catch::StartsWith(session.path + ": ") &&
+          Catch::EndsWith("; lost: " + std::to_string(published - there) + " of /servo0/frame"));
+}
+
+}  // namespace
+
+TEST_CASE("recorder: at a limit of the file size what is not in the file is counted as lost") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  session.announce(servo);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  // as `ulimit -f` sets it; the writer looks at it before the kernel sends a signal
+  const rlimit small{1'000'000, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  check_counts_of_what_is_full(session, servo);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+}
+
+TEST_CASE("recorder: on a full disk what is not in the file is counted as lost") {
+  const test::TemporaryFolder folder;
+  const std::string disk = folder.path() + "/disk";
+  std::filesystem::create_directory(disk);
+  if (mount("none", disk.c_str(), "tmpfs", 0, "size=1m") != 0) {
+    WARN("SKIPPED: mounting a small disk needs root");
+    return;
+  }
+  {
+    Session session(disk);
+    SegmentWriter<ServoChannels> servo(1);
+    session.announce(servo);
+    REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+    check_counts_of_what_is_full(session, servo);
+  }
+  CHECK(umount(disk.c_str()) == 0);
+}
+
+}  // namespace haptic

@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The judge of forces is shown one lawful account and one breach of each kind.
+#include "clients/torture/force_judge.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "device-io/emulator/log.h"
+#include "device-io/emulator/log_reader.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using Records = std::vector<EmulatorRecord>;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kStart = 5'000 * kMs;
+constexpr double kDepth = 5e-3;         // where the hand presses [m]
+constexpr double kWall = 500 * kDepth;  // [N]
+const ForceRules kRules;
+const WoodenHapticsGeometry kArm;
+
+/// Counts of the encoders at a depth below the wall, so far to the side.
+MotorCounts counts_at(double depth, double aside = 0) {
+  Vec3 angles;
+  REQUIRE(solve_joint_angles(kArm, {aside, 0, -depth}, angles));
+  return motor_counts(kArm, angles);
+}
+
+/// The spring that the rules ask for, from what the encoders say.
+double spring_at(double depth) {
+  const Vec3 tip_B = tip_position(kArm, joint_angles(kArm, counts_at(depth)));
+  return kRules.stiffness * -tip_B.z;
+}
+
+/// [mA]
+Milliamperes currents_for(const MotorCounts& counts, const Vec3& force_B) {
+  const Vec3 amperes = motor_currents(kArm, joint_angles(kArm, counts), force_B);
+  Milliamperes out;
+  for (int i = 0; i < 3; ++i) {
+    out[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1e3 * amperes[i]));
+  }
+  return out;
+}
+
+/// A second of commands, one each millisecond, force as a share of the spring at time t [ms].
+Records account(const std::function<double(double)>& share, double depth = kDepth) {
+  Records out;
+  const MotorCounts counts = counts_at(depth);
+  for (int i = 0; i < 1000; ++i) {
+    EmulatorRecord r{};
+    r.t_ns = kStart + i * kMs;
+    r.commands = static_cast<uint64_t>(i) + 1;
+    r.counts = r.answered = r.said_first = counts;
+    r.force_B = {0, 0, share(i) * spring_at(depth)};
+    r.currents = currents_for(counts, r.force_B);
+    r.motors_on = 1;
+    out.push_back(r);
+  }
+  return out;
+}
+
+JudgedFault fault(Effect effect, double begin_ms, double over_ms) {
+  const auto at = [](double ms) { return kStart + static_cast<int64_t>(ms * kMs); };
+  return {effect, at(begin_ms), over_ms > 0 ? at(over_ms) : 0, 0, {}};
+}
+
+bool breaks(const ForceVerdict& verdict, ForceBreach breach) {
+  return std::any_of(verdict.violations.begin(), verdict.violations.end(),
+                     [&](const ForceViolation& v) { return v.breach == breach; });
+}
+
+double full(double) {
+  return 1;
+}
+
+/// Full for 20 ms after 100 ms, faded over 50 ms, back at 500 ms by a ramp of 50 ms.
+double faded(double t) {
+  if (t < 300) return std::clamp(1 - (t - 120) / 50, 0.0, 1.0);
+  return std::clamp((t - 500) / 50, 0.0, 1.0);
+}
+
+/// Zero from 105 ms to 500 ms, then a soft start of 100 ms.
+double closed(double t) {
+  if (t < 105) return 1;
+  return std::clamp((t - 500) / 100, 0.0, 1.0);
+}
+
+}  // namespace
+
+TEST_CASE("judge: a wall that goes on breaks nothing") {
+  const ForceVerdict verdict =
+      judge_force(kRules, account(full), fault(Effect::kNothing, 100, 600));
+  CHECK(verdict.violations.empty());
+  CHECK_FALSE(verdict.zero_after_ns);
+}
+
+TEST_CASE("judge: hold, fade and ramp break nothing, and the zero is timed") {
+  const ForceVerdict verdict = judge_force(kRules, account(faded), fault(Effect::kFade, 100, 500));
+  CHECK(verdict.violations.empty());
+  CHECK(verdict.zero_after_ns == 70 * kMs);
+}
+
+TEST_CASE("judge: zero and soft start break nothing, and the zero is timed") {
+  const ForceVerdict verdict = judge_force(kRules, account(closed), fault(Effect::kZero, 100, 500));
+  CHECK(verdict.violations.empty());
+  CHECK(verdict.zero_after_ns == 5 * kMs);
+  // nor where nobody knows when the next servo begins
+  CHECK(judge_force(kRules, account(closed), fault(Effect::kZero, 100, 0)).violations.empty());
+}
+
+TEST_CASE("judge: a zero that came before the time of the fault was noted is in time") {
+  // the last command at 99 ms; what does the fault is held up until 130 ms
+  Records records = account([](double t) { return t < 99 ? 1.0 : 0.0; });
+  records.resize(100);
+  EmulatorRecord watchdog = records.back();
+  watchdog.event = EmulatorEvent::kWatchdog;
+  watchdog.t_ns += 100 * kMs;
+  records.push_back(watchdog);
+  JudgedFault late = fault(Effect::kZero, 130, 0);
+  CHECK(judge_force(kRules, records, late).violations.empty());
+  CHECK(judge_force(kRules, records, late).zero_after_ns == 0);
+  // the firmware alone is too late
+  records[99].force_B = records[98].force_B;
+  CHECK(breaks(judge_force(kRules, records, late), ForceBreach::kLateZero));
+}
+
+TEST_CASE("judge: a fault that has to be found may last so much longer, and no longer") {
+  const auto found = [](double t) { return t < 190 ? 1.0 : 0.0; };
+  JudgedFault lie = fault(Effect::kZero, 100, 0);
+  lie.is_misled = true;
+  ForceRules rules = kRules;
+  CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
+  rules.zero_ns = 100 * kMs;
+  CHECK(judge_force(rules, account(found), lie).violations.empty());
+  rules.zero_ns = 80 * kMs;
+  CHECK(breaks(judge_force(rules, account(found), lie), ForceBreach::kLateZero));
+}
+
+TEST_CASE("judge: the currents of a pose that a lying device has said are judged there") {
+  // it says that the hand is 4 mm deep; it is 30 mm nearer, where the same currents push more
+  Records records = account(full);
+  const MotorCounts truth = counts_at(kDepth, -30e-3);
+  double most = 0;
+  for (EmulatorRecord& r : records) {
+    const Vec3 amperes{1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+    r.counts = truth;
+    r.force_B = tip_force(kArm, joint_angles(kArm, truth), amperes);
+    most = std::max(most, norm(r.force_B));
+  }
+  REQUIRE(most > 1.01 * spring_at(kDepth));
+  JudgedFault lie = fault(Effect::kLimits, 1, 0);
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
+  lie.is_misled = true;
+  CHECK(judge_force(kRules, records, lie).violations.empty());
+  // a tenth more than the wall at the pose that was said
+  for (EmulatorRecord& r : records) {
+    r.currents = currents_for(r.answered, {0, 0, 1.1 * spring_at(kDepth)});
+  }
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
+}
+
+TEST_CASE("judge: of old answers in front of new ones a command may follow either") {
+  Records records = account(full);
+  const MotorCounts old = counts_at(kDepth + 2e-3);
+  for (size_t i = 300; i < records.size(); i += 2) {
+    EmulatorRecord& r = records[i];
+    r.said_first = old;
+    r.currents = currents_for(old, {0, 0, spring_at(kDepth + 2e-3)});
+    r.force_B = {0, 0, spring_at(kDepth + 2e-3)};
+  }
+  JudgedFault lie = fault(Effect::kLimits, 300, 0);
+  lie.is_misled = true;
+  CHECK(judge_force(kRules, records, lie).violations.empty());
+  for (EmulatorRecord& r : records) r.said_first = r.answered;
+  CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
+}
+
+TEST_CASE("judge: a zero before the stated time may be another's, and force may follow it") {
+  // a pose that asks for nothing, or a servo that was let go
+  const auto chance = [](double t) { return t < 150 && t != 110 ? 0.1 : 0.0; };
+  const JudgedFault lie = fault(Effect::kZero, 100, 500);
+  ForceRules rules = kRules;
+  CHECK(breaks(judge_force(rules, account(chance), lie), ForceBreach::kLateZero));
+  rules.zero_ns = 100 * kMs;
+  CHECK(judge_force(rules, account(chance), lie).violations.empty());
+  // once the stated time is over it stays
+  const auto again = [](double t) { return t < 150 || t == 300 ? 0.1 : 0.0; };
+  CHECK(breaks(judge_force(rules, account(again), lie), ForceBreach::kEarlyReturn));
+}
+
+TEST_CASE("judge: a force above the largest is caught") {
+  const double deep = 7.5e-3;  // 3.75 N
+  const auto verdict = judge_force(kRules, account(full, deep), fault(Effect::kNothing, 100, 600));
+  REQUIRE(breaks(verdict, ForceBreach::kTooStrong));
+  CHECK(verdict.violations.front().force == Approx(3.75).margin(0.05));
+  CHECK(verdict.violations.front().allowed == Approx(3.605));
+}
+
+TEST_CASE("judge: more than the wall and its damper is caught") {
+  const auto verdict = judge_force(kRules, account([](double t) { return t == 400 ? 1.02 : 1; }),
+                                   fault(Effect::kFade, 100, 110));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kBeyondWall);
+  CHECK(verdict.violations.front().t_ns == kStart + 400 * kMs);
+}
+
+TEST_CASE("judge: planes that are not there may push beyond the wall, but not in a step") {
+  // to 1.2 times the wall: in 5 ms, and in one
+  const auto lied = [](double time) {
+    return account([time](double t) { return 1 + 0.2 * std::clamp((t - 200) / time, 0.0, 1.0); });
+  };
+  CHECK(judge_force(kRules, lied(5), fault(Effect::kLies, 100, 300)).violations.empty());
+  const auto verdict = judge_force(kRules, lied(1), fault(Effect::kLies, 100, 300));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kRise);
+}
+
+TEST_CASE("judge: what broke before a fault is not the fault's, and hides nothing of it") {
+  const auto records = account([](double t) { return t == 60 || t == 400 ? 1.02 : 1; });
+  JudgedFault f = fault(Effect::kLimits, 100, 110);
+  f.from_ns = kStart + 90 * kMs;
+  const auto verdict = judge_force(kRules, records, f);
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().t_ns == kStart + 400 * kMs);
+}
+
+TEST_CASE("judge: a force that returns in a step is caught") {
+  const auto verdict = judge_force(kRules, account([](double t) {
+                                     return t < 300 ? faded(t) : t < 500 ? 0 : 1;
+                                   }),
+                                   fault(Effect::kFade, 100, 500));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kRise);
+  // 200 N/s over two ticks and twice the step of the currents
+  CHECK(verdict.violations.front().allowed == Approx(0.41));
+}
+
+TEST_CASE("judge: commands that a sleeping device read late may follow each other closely") {
+  // the zero at 400 ms, then the slew limit; the device slept until 409.7 ms and read two at once
+  Records records =
+      account([](double t) { return t < 400 ? 1 : std::min(1.0, (t - 400) * 0.2 / kWall); });
+  const auto asleep = [](const EmulatorRecord& r) {
+    return r.t_ns > kStart + 400 * kMs && r.t_ns < kStart + 410 * kMs;
+  };
+  const auto first = std::find_if(records.begin(), records.end(), asleep);
+  for (auto r = first; r != records.end() && asleep(*r); ++r) {
+    r->t_ns = kStart + 409 * kMs + 700'000 + 10'000 * (r - first);
+  }
+  JudgedFault f = fault(Effect::kLimits, 300, 310);
+  CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kRise));
+  f.stalls = {{kStart + 400 * kMs, kStart + 410 * kMs}};
+  CHECK(judge_force(kRules, records, f).violations.empty());
+}
+
+TEST_CASE("judge: a force that follows the hand inwards is no rise") {
+  Records records = account(full);
+  for (size_t i = 500; i < records.size(); ++i) {
+    records[i].answered = counts_at(kDepth + 1.5e-3);
+    records[i].force_B.z = spring_at(kDepth + 1.5e-3);
+  }
+  CHECK(judge_force(kRules, records, fault(Effect::kNothing, 100, 400)).violations.empty());
+}
+
+TEST_CASE("judge: a change where nothing may change is caught, unless the machine stood still") {
+  const auto records = account([](double t) { return t == 300 ? 0.9 : 1; });
+  JudgedFault f = fault(Effect::kNothing, 100, 600);
+  REQUIRE(judge_force(kRules, records, f).violations.size() == 1);
+  CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
+  f.stalls = {{kStart + 200 * kMs, kStart + 220 * kMs}};
+  const ForceVerdict excused = judge_force(kRules, records, f);
+  CHECK(excused.violations.empty());
+  CHECK(excused.excused == 1);
+  // one that was long before, or comes after, excuses nothing
+  f.stalls = {{kStart - 200 * kMs, kStart}, {kStart + 301 * kMs, kStart + 400 * kMs}};
+  CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
+}
+
+TEST_CASE("judge: a stale wall is caught, and what the machine was late by is allowed") {
+  const auto late = [](double by) {
+    return account([by](double t) {
+      return t < 400 ? std::clamp(1 - (t - 200 - by) / 50, 0.0, 1.0)
+                     : std::clamp((t - 500) / 50, 0.0, 1.0);
+    });
+  };
+  JudgedFault f = fault(Effect::kFade, 100, 500);
+  CHECK(judge_force(kRules, late(0), f).violations.empty());
+  CHECK(breaks(judge_force(kRules, late(20), f), ForceBreach::kLateFade));
+  f.stalls = {{kStart + 130 * kMs, kStart + 150 * kMs}};
+  CHECK(judge_force(kRules, late(20), f).violations.empty());
+  // a wall that stays for good is none of the machine's doing
+  CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateFade));
+}
+
+TEST_CASE("judge: a zero that comes after 20 ms, or never, is caught") {
+  const auto late = account([](double t) { return t < 125 ? 1 : closed(t); });
+  JudgedFault f = fault(Effect::kZero, 100, 500);
+  CHECK(breaks(judge_force(kRules, late, f), ForceBreach::kLateZero));
+  CHECK(judge_force(kRules, late, f).zero_after_ns == 25 * kMs);
+  f.stalls = {{kStart + 110 * kMs, kStart + 120 * kMs}};
+  CHECK(judge_force(kRules, late, f).violations.empty());
+  CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateZero));
+}
+
+TEST_CASE("judge: force before the fault was over is caught") {
+  const auto verdict =
+      judge_force(kRules, account([](double t) { return t > 200 && t < 220 ? 0.01 : closed(t); }),
+                  fault(Effect::kZero, 100, 500));
+  CHECK(breaks(verdict, ForceBreach::kEarlyReturn));
+}
+
+TEST_CASE("judge: a return without a soft start is caught") {
+  // within the slew limit, but in 25 ms instead of 100
+  const auto records =
+      account([](double t) { return t < 500 ? closed(t) : std::clamp((t - 500) / 25, 0.0, 1.0); });
+  const auto verdict = judge_force(kRules, records, fault(Effect::kZero, 100, 500));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kHardStart);
+  CHECK(
+      breaks(judge_force(kRules, records, fault(Effect::kZero, 100, 0)), ForceBreach::kHardStart));
+}
+
+TEST_CASE("judge: a device that was away must be greeted with zero") {
+  // nothing is received from 100 to 300 ms
+  const auto away = [](double force_on_return) {
+    Records records = account([&](double t) {
+      return t == 300 ? force_on_return : t < 100 ? 1 : std::clamp((t - 302) / 100, 0.0, 1.0);
+    });
+    records.erase(records.begin() + 100, records.begin() + 300);
+    for (size_t i = 0; i < records.size(); ++i) records[i].commands = i + 1;
+    return records;
+  };
+  const JudgedFault f = fault(Effect::kSilence, 100, 299.5);
+  CHECK(judge_force(kRules, away(0), f).violations.empty());
+  CHECK(breaks(judge_force(kRules, away(1), f), ForceBreach::kLateZero));
+}
+
+TEST_CASE("judge: a gap in the emulator's own log is caught") {
+  Records records = account(full);
+  records.erase(records.begin() + 400);
+  const auto verdict = judge_force(kRules, records, fault(Effect::kNothing, 100, 600));
+  REQUIRE(verdict.violations.size() == 1);
+  CHECK(verdict.violations.front().breach == ForceBreach::kLostRecord);
+}
+
+TEST_CASE("judge: the hand is whole again with the first of ten commands that are the spring") {
+  const Records records = account(closed);
+  CHECK(whole_again(kRules, records, kStart) == kStart);
+  CHECK(whole_again(kRules, records, kStart + 150 * kMs) == kStart + 600 * kMs);
+  CHECK_FALSE(whole_again(kRules, records, kStart + 995 * kMs));
+}
+
+TEST_CASE("judge: a standstill of the emulator is what is longer than its own period") {
+  Records records = account(full);
+  records.erase(records.begin() + 301, records.begin() + 350);  // 50 ms from 300 to 350
+  const std::vector<Stall> stalls = emulator_stalls(records);
+  REQUIRE(stalls.size() == 1);
+  CHECK(held_up(stalls, kStart, kStart + 999 * kMs) == 39 * kMs);
+  CHECK(held_up(stalls, kStart + 330 * kMs, kStart + 999 * kMs) == 20 * kMs);
+  CHECK(held_up(stalls, kStart, kStart + 300 * kMs) == 0);
+  // two witnesses of one stall are one stall
+  const std::vector<Stall> other{{kStart, kStart + 2 * kMs},
+                                 {kStart + 340 * kMs, kStart + 360 * kMs}};
+  CHECK(held_up(merge_stalls(stalls, other), kStart, kStart + 999 * kMs) == 51 * kMs);
+}
+
+TEST_CASE("judge: a servo that was let go while the machine stood still climbs by its soft start") {
+  const auto released = [](double t) {
+    return std::clamp((t - 323) / 100, t < 300 ? 1.0 : 0.0, 1.0);
+  };
+  Records records = account(released);
+  records.erase(records.begin() + 300, records.begin() + 323);
+  for (size_t i = 300; i < records.size(); ++i) records[i].commands -= 23;
+  JudgedFault quiet = fault(Effect::kNothing, 100, 900);
+  CHECK(breaks(judge_force(kRules, records, quiet), ForceBreach::kChanged));
+  quiet.stalls = emulator_stalls(records);
+  REQUIRE(quiet.stalls.size() == 1);
+  const ForceVerdict verdict = judge_force(kRules, records, quiet);
+  CHECK(verdict.violations.empty());
+  CHECK(verdict.excused > 90);
+}
+
+TEST_CASE("judge: the emulator's log is read row by row as it was written") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/received.csv";
+  const Records wrote = account(faded);
+  Records got;
+  EmulatorLogReader reader(path);
+  reader.read(got);
+  CHECK(got.empty());
+  EmulatorLog log(path);
+  for (const EmulatorRecord& r : wrote) log.add(r);
+  CHECK(log.finish().rows == wrote.size());
+  reader.read(got);
+  reader.read(got);
+  REQUIRE(got.size() == wrote.size());
+  for (size_t i = 0; i < got.size(); ++i) {
+    REQUIRE(got[i].t_ns == wrote[i].t_ns);
+    REQUIRE(got[i].commands == wrote[i].commands);
+    REQUIRE(got[i].answered == wrote[i].answered);
+    REQUIRE(got[i].force_B.z == Approx(wrote[i].force_B.z).epsilon(1e-8));
+  }
+  CHECK_THROWS_WITH(parse_emulator_row("1,2,3"), Catch::Contains("not a row"));
+}
+
+}  // namespace haptic

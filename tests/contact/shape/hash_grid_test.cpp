@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/tree/hash_grid.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <set>
+
+#include "contact/bake/grid.h"
+#include "contact/query/point/segment_hit.h"
+#include "contact/shape/mesh/mesh_topology.h"
+#include "contact/shape/tree/grid_cost.h"
+#include "tests/support/meshes.h"
+#include "tests/support/near.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+MeshShapeData with_cells(MeshShapeData shape, double cell) {
+  shape.grid = build_hash_grid(shape.mesh.view(), shape.tree.view(), cell);
+  return shape;
+}
+
+/// The triangles that a cell holds, by its batches or below its roots.
+std::set<uint32_t> held(const MeshShape& shape, const GridCell& cell) {
+  std::set<uint32_t> triangles;
+  for (const TriangleBatch& batch : cell.batches) {
+    for (size_t i = 0; i < kBatch; ++i) {
+      if (batch.is_used(i)) triangles.insert(batch.triangle[i]);
+    }
+  }
+  std::vector<uint32_t> open(cell.roots.begin(), cell.roots.end());
+  while (!open.empty()) {
+    const ObbNode& node = shape.tree.nodes[open.back()];
+    open.pop_back();
+    if (node.count == 0) open.insert(open.end(), {node.first, node.first + 1u});
+    for (uint32_t k = 0; k < node.count; ++k) triangles.insert(shape.tree.order[node.first + k]);
+  }
+  return triangles;
+}
+
+uint64_t key_at(const HashGrid& grid, const Vec3& p_O) {
+  const Vec3 c = grid.cells_per_metre * (p_O - grid.lower_O);
+  return cell_key(
+      {static_cast<int32_t>(c.x), static_cast<int32_t>(c.y), static_cast<int32_t>(c.z)});
+}
+
+/// Every point of every triangle lies in a cell that holds the triangle.
+void check_cover(const MeshShapeData& shape, uint64_t seed, size_t n) {
+  Random random(seed);
+  const MeshShape view = shape.view();
+  REQUIRE_FALSE(view.grid.slots.empty());
+  for (size_t i = 0; i < n; ++i) {
+    const auto t = static_cast<uint32_t>(random.index(view.mesh.triangles.size()));
+    double u = random.uniform(0, 1), v = random.uniform(0, 1);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const auto& [a, b, c] = view.mesh.triangles[t];
+    const Vec3 p = view.mesh.vertices[a] + u * (view.mesh.vertices[b] - view.mesh.vertices[a]) +
+                   v * (view.mesh.vertices[c] - view.mesh.vertices[a]);
+    CAPTURE(t, p);
+    REQUIRE(held(view, view.grid.find(key_at(view.grid, p))).count(t) == 1);
+  }
+}
+
+void same_by_all_searches(const MeshShape& shape, const Vec3& from, const Vec3& to) {
+  const SegmentHit tree = first_hit_by(SegmentSearch::kTree, shape, from, to);
+  for (const SegmentSearch search :
+       {SegmentSearch::kHybrid, SegmentSearch::kGrid, SegmentSearch::kNaive}) {
+    const SegmentHit other = first_hit_by(search, shape, from, to);
+    CAPTURE(static_cast<int>(search), from, to, tree.t, tree.triangle, other.t, other.triangle);
+    REQUIRE(other.hit == tree.hit);
+    if (!tree.hit) continue;
+    REQUIRE(other.t == tree.t);
+    REQUIRE(other.triangle == tree.triangle);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("hash grid: a small mesh does not wait until queries are measured") {
+  const auto first_line = [](const Soup& soup) {
+    const MeshData mesh = build_mesh(soup.vertices, soup.triangles);
+    const ObbTreeData tree = build_obb_tree(mesh.view());
+    return bake_grid(mesh.view(), tree.view()).lines.at(0);
+  };
+  CHECK(first_line(make_box({0.1, 0.1, 0.1})).starts_with("not measured"));
+  CHECK(first_line(make_icosphere(0.05, 5)).starts_with("measured here"));
+}
+
+TEST_CASE("hash grid: each cell that a triangle reaches into holds it") {
+  for (const double edges : {0.4, 1.0, 3.0, 30.0}) {
+    CAPTURE(edges);
+    for (const Soup& soup : {make_icosphere(0.05, 3), make_grid(0.05, 12),
+                             make_box({0.1, 0.2, 0.3}), make_degenerate_soup(1, 300)}) {
+      const MeshShapeData shape = build_shape(soup);
+      check_cover(with_cells(shape, edges * mean_edge_length(shape.mesh.view())), 2, trials(2000));
+    }
+  }
+}
+
+TEST_CASE("hash grid: crowded cells hold subtrees, and nothing is lost") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
+  const MeshShapeData coarse = with_cells(shape, 0.05);
+  CHECK_FALSE(coarse.grid.roots.empty());
+  CHECK(coarse.grid.roots.size() < shape.mesh.triangles.size() / 4);
+  check_cover(coarse, 3, trials(2000));
+}
+
+TEST_CASE("hash grid: two cells with the same slot are told apart") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
+  const HashGrid grid = shape.grid.view();
+  size_t displaced = 0;
+  for (size_t i = 0; i < grid.slots.size(); ++i) {
+    const GridSlot& slot = grid.slots[i];
+    if (slot.count == 0) continue;
+    displaced += first_slot(slot.key, grid.slots.size()) != i;
+    REQUIRE(grid.find(slot.key).batches.data() == &grid.batches[slot.first]);
+    // another cell that begins its search on the same slot
+    uint64_t other = slot.key + 1;
+    while (first_slot(other, grid.slots.size()) != first_slot(slot.key, grid.slots.size())) ++other;
+    const GridCell found = grid.find(other);
+    REQUIRE(found.batches.data() != &grid.batches[slot.first]);
+  }
+  CHECK(displaced > 0);
+}
+
+TEST_CASE("hash grid: the size of the cells changes no hit") {
+  Random random(4);
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 4));
+  const double edge = mean_edge_length(shape.mesh.view());
+  std::vector<MeshShapeData> shapes;
+  for (const double edges : {0.3, 0.7, 1.0, 1.5, 2.0, 5.0, 20.0}) {
+    shapes.push_back(with_cells(shape, edges * edge));
+  }
+  for (size_t i = 0; i < trials(600); ++i) {
+    const Vec3 from = random.on_surface(shape.mesh.view()) + 0.003 * random.direction();
+    const Vec3 to = from + random.uniform(0, 0.02) * random.direction();
+    for (const MeshShapeData& other : shapes) same_by_all_searches(other.view(), from, to);
+  }
+}
+
+TEST_CASE("hash grid: a walk along axes, along faces of cells and through their corners") {
+  // cells of 1/4 aligned with the lattice of the mesh, also on the negative side
+  MeshShapeData shape = build_shape(make_grid(2, 16));
+  for (Vec3& v : shape.mesh.vertices) v.z = 0.125 * std::round(8 * std::sin(3 * v.x + 2 * v.y));
+  shape = build_shape({shape.mesh.vertices, shape.mesh.triangles});
+  shape = with_cells(shape, 0.25);
+  const MeshShape view = shape.view();
+  const Vec3 corner = view.grid.lower_O;
+  Random random(5);
+  for (size_t i = 0; i < trials(3000); ++i) {
+    const auto lattice = [&] { return 0.25 * std::floor(random.uniform(-12, 12)); };
+    const Vec3 from{lattice(), lattice(), corner.z + 0.25 * std::floor(random.uniform(14, 30))};
+    Vec3 to = from;
+    const int axis = static_cast<int>(i % 3);
+    to[axis] += lattice();
+    // along one axis, in a face of the cells, or through corner after corner
+    if (i % 4 == 1) to[(axis + 1) % 3] += lattice();
+    if (i % 4 >= 2) to += lattice() * Vec3{1, i % 8 >= 4 ? 1.0 : -1.0, i % 16 >= 8 ? 1.0 : -1.0};
+    same_by_all_searches(view, from, to);
+    same_by_all_searches(view, to, from);
+  }
+}
+
+TEST_CASE("hash grid: segments outside the grid, into it from far, of no length") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 3));
+  const MeshShape view = shape.view();
+  CHECK_FALSE(first_hit(view, {1, 1, 1}, {1.001, 1, 1}).hit);
+  CHECK_FALSE(first_hit(view, {-1, -1, -1}, {-1.001, -1, -1}).hit);
+  CHECK_FALSE(first_hit(view, {1e300, 0, 0}, {1e300, 1, 0}).hit);
+  CHECK_FALSE(first_hit(view, {0.05, 0, 0}, {0.05, 0, 0}).hit);
+  CHECK(first_hit(view, {1e3, 1e-4, 1e-4}, {0, 1e-4, 1e-4}).hit);
+  CHECK(first_hit(view, {-1e6, 1e-4, 1e-4}, {1e6, 1e-4, 1e-4}).hit);
+  same_by_all_searches(view, {-1e6, 1e-4, 1e-4}, {1e6, 1e-4, 1e-4});
+}
+
+TEST_CASE("hash grid: where cells cannot be counted there is no grid, and queries take the tree") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 2));
+  for (const double cell : {0.0, -1.0, 1e-9, std::nan("")}) {
+    CHECK(with_cells(shape, cell).grid.slots.empty());
+  }
+  CHECK(first_hit(with_cells(shape, 0).view(), {1, 1e-3, 0}, {0, 1e-3, 0}).hit);
+  // a huge triangle among small ones would fill the memory with cells
+  Soup mixed = make_icosphere(1e-4, 4);
+  const auto first = static_cast<uint32_t>(mixed.vertices.size());
+  mixed.vertices.insert(mixed.vertices.end(), {{-1, -1, -1}, {1, 1, -1}, {0, 1, 1}});
+  mixed.triangles.push_back({first, first + 1, first + 2});
+  const MeshData mesh = build_mesh(mixed.vertices, mixed.triangles);
+  CHECK(build_hash_grid(mesh.view(), build_obb_tree(mesh.view()).view(), 1e-5).slots.empty());
+  CHECK(build_hash_grid({}, {}, 1).slots.empty());
+}
+
+TEST_CASE("hash grid: it is the same on one thread and in pieces run in the other order") {
+  const MeshData mesh =
+      build_mesh(make_icosphere(0.05, 6).vertices, make_icosphere(0.05, 6).triangles);
+  const auto reversed = [](const auto& first, const auto& second) { second(), first(); };
+  const ObbTreeData tree = build_obb_tree(mesh.view()),
+                    other_tree = build_obb_tree(mesh.view(), reversed);
+  REQUIRE(tree.order == other_tree.order);
+  REQUIRE(std::memcmp(tree.nodes.data(), other_tree.nodes.data(),
+                      tree.nodes.size() * sizeof(ObbNode)) == 0);
+  const HashGridData grid = build_hash_grid(mesh.view(), tree.view(), 1e-3),
+                     other = build_hash_grid(mesh.view(), tree.view(), 1e-3, reversed);
+  REQUIRE(grid.batches.size() == other.batches.size());
+  REQUIRE(std::memcmp(grid.batches.data(), other.batches.data(),
+                      grid.batches.size() * sizeof(TriangleBatch)) == 0);
+}
+
+TEST_CASE("grid cost: the valid interval of the paper") {
+  // ratios and limits as derived from the two inequalities
+  const auto interval = [](double obb_per_tri, double l_per_obb) {
+    return valid_interval({l_per_obb * obb_per_tri, kBatch * obb_per_tri, 1}, 1000);
+  };
+  CHECK(interval(0.764, 0.9).lower == Approx(5.5).epsilon(0.02));
+  CHECK(interval(1, 0.9).lower == Approx(8).epsilon(0.02));
+  CHECK(interval(2, 0.9).lower == Approx(20.4).epsilon(0.02));
+  CHECK(interval(4, 0.9).lower == Approx(50.2).epsilon(0.02));
+  CHECK(1000 / interval(1, 0.9).upper == Approx(1.37).epsilon(0.01));
+  CHECK(1000 / interval(1, 5.5).upper == Approx(6.7).epsilon(0.01));
+}
+
+TEST_CASE("grid cost: a sweep of the size of the cells shows the minimum of C_h") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
+  const QueryCosts costs{20e-9, 16e-9, 20e-9};
+  const std::vector<GridChoice> choices = weigh_cells(shape.mesh.view(), costs);
+  REQUIRE(choices.size() > 8);
+  const auto cheaper = [](const GridChoice& a, const GridChoice& b) { return a.cost < b.cost; };
+  const auto least = std::min_element(choices.begin(), choices.end(), cheaper);
+  // finer cells are more of them on the way, coarser ones are fuller
+  CHECK(least != choices.begin());
+  CHECK(least != choices.end() - 1);
+  CHECK(std::is_sorted(least, choices.end(), cheaper));
+  CHECK(
+      std::is_sorted(choices.begin(), least + 1, [&](auto& a, auto& b) { return cheaper(b, a); }));
+  const auto n = static_cast<double>(shape.mesh.triangles.size());
+  const ValidInterval valid = valid_interval(costs, n);
+  CHECK(least->triangles > valid.lower);
+  CHECK(least->triangles < valid.upper);
+  // where memory allows it that is the choice
+  const GridChoice chosen = choose_cell(choices);
+  for (const GridChoice& choice : choices) {
+    if (choice.bytes_per_triangle <= chosen.bytes_per_triangle) CHECK(choice.cost >= chosen.cost);
+  }
+  // waiting for memory at each lookup favours coarser cells
+  const auto slow = weigh_cells(shape.mesh.view(), {200e-9, 16e-9, 20e-9});
+  CHECK(std::min_element(slow.begin(), slow.end(), cheaper)->cell > least->cell);
+}
+
+TEST_CASE("grid cost: what is expected of a size of cells is what they hold") {
+  const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
+  const auto n = static_cast<double>(shape.mesh.triangles.size());
+  for (const GridChoice& choice : weigh_cells(shape.mesh.view(), {})) {
+    if (choice.cell > 0.01) break;  // crowded cells are another matter
+    const MeshShapeData other = with_cells(shape, choice.cell);
+    const auto bytes = static_cast<double>(other.grid.slots.size() * sizeof(GridSlot) +
+                                           other.grid.batches.size() * sizeof(TriangleBatch));
+    CAPTURE(choice.cell, choice.triangles, bytes / n);
+    CHECK(choice.bytes_per_triangle == Approx(bytes / n).epsilon(0.35));
+  }
+  CHECK(choose_cell(weigh_cells({}, {})).cell == 0);
+}

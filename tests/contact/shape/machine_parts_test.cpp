@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/mesh/machine_parts.h"
+
+#include <catch2/catch.hpp>
+
+#include <numbers>
+
+#include "contact/query/point/closest_point.h"
+#include "contact/query/proximity/triangle_pairs.h"
+#include "tests/support/meshes.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+/// Signed volume by the divergence theorem.
+double volume(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sum += dot(mesh.vertices[a], cross(mesh.vertices[b], mesh.vertices[c])) / 6;
+  }
+  return sum;
+}
+
+double least_gap(const MeshShapeData& part, const MeshShapeData& other) {
+  double least = 1;
+  for (const Vec3& v : part.mesh.vertices) {
+    const ClosestPoint c = closest_point(other.view(), v, 1);
+    least = std::min(least, c.inside ? -c.distance : c.distance);
+  }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("machine parts: closed, facing outwards, of the right volume", "[contact]") {
+  constexpr double kPi = std::numbers::pi;
+  const PegAndHole pair;
+  const MeshShapeData peg = build_shape(make_peg(pair, {})),
+                      hole = build_shape(make_hole(pair, {}));
+  for (const MeshShapeData* part : {&peg, &hole}) CHECK(part->mesh.closed);
+  CHECK(volume(peg.mesh.view()) == Approx(kPi * 1e-4 * 0.04).epsilon(2e-3));
+  CHECK(volume(hole.mesh.view()) ==
+        Approx((3.6e-3 - kPi * 10.2e-3 * 10.2e-3) * 0.04).epsilon(5e-3));
+  const MeshShapeData gear = build_shape(make_gear({}, {480, 4}));
+  CHECK(gear.mesh.closed);
+  CHECK(volume(gear.mesh.view()) > 0);
+  const MeshShapeData bolt = build_shape(make_bolt({}, {96, 140})),
+                      nut = build_shape(make_nut({}, {96, 56}));
+  CHECK(bolt.mesh.closed);
+  CHECK(nut.mesh.closed);
+  CHECK(volume(bolt.mesh.view()) > 0);
+  CHECK(volume(nut.mesh.view()) > 0);
+}
+
+TEST_CASE("machine parts: the peg fits the hole, the bolt the nut, all along", "[contact]") {
+  const PegAndHole pair;
+  const MeshShapeData peg = build_shape(make_peg(pair, {})),
+                      hole = build_shape(make_hole(pair, {}));
+  CHECK(least_gap(peg, hole) > 0.15e-3);
+  CHECK(least_gap(peg, hole) <= 0.2e-3 + 1e-9);
+  if (kSlowdown > 1) return;
+  const BoltAndNut screw;
+  const MeshShapeData bolt = build_shape(make_bolt(screw, {96, 140})),
+                      nut = build_shape(make_nut(screw, {96, 56}));
+  CHECK(least_gap(bolt, nut) > 0.005e-3);
+  CHECK(least_gap(bolt, nut) < 0.05e-3);
+}
+
+TEST_CASE("machine parts: the bolt is free in the nut, triangle by triangle", "[contact][trap]") {
+  if (kSlowdown > 1) return;
+  // 27,072 and 38,784 triangles, rings of both at the same heights
+  BoltAndNut screw;
+  screw.nut_height = screw.bolt_length * 100 / 140;
+  const MeshShapeData bolt = build_shape(make_bolt(screw, {96, 140})),
+                      nut = build_shape(make_nut(screw, {96, 100}));
+  REQUIRE(bolt.mesh.triangles.size() == 27072);
+  REQUIRE(nut.mesh.triangles.size() == 38784);
+  CHECK(triangle_pairs(nut.view(), bolt.view(), {}, {}) == 0);
+  // from the flanks' 20 to the crests' 50 µm
+  const double gap = least_gap(bolt, nut);
+  CHECK(gap > 0.01e-3);
+  CHECK(gap < 0.06e-3);
+}
+
+TEST_CASE("machine parts: two gears mesh", "[contact]") {
+  if (kSlowdown > 1) return;
+  const Gear gear{12, 3e-3, 10e-3, 8e-3, 0.2e-3};
+  const MeshShapeData one = build_shape(make_gear(gear, {720, 2}));
+  // the other is a pitch diameter away and half a tooth on: its tooth is in a gap
+  Soup soup = make_gear(gear, {720, 2});
+  const Quat turn = from_rotation_vector({0, 0, std::numbers::pi * (1 + 1.0 / gear.teeth)});
+  for (Vec3& v : soup.vertices) v = rotate(turn, v) + Vec3{gear.teeth * gear.module, 0, 0};
+  const double gap = least_gap(build_shape(soup), one);
+  CHECK(gap > 0);
+  CHECK(gap < 0.25e-3);
+}

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/hand/plant.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <deque>
+
+#include "tests/support/near.h"
+
+using namespace haptic;
+using haptic::test::IsNear;
+using haptic::test::tol;
+
+namespace {
+
+constexpr double kAlgebra = 1e-12;
+constexpr int64_t kMs = 1'000'000;
+
+/// Mass and damper alone: nobody holds it, no friction, no encoder.
+SimulatedHandConfig bare_device(double mass, double damping) {
+  SimulatedHandConfig config;
+  config.mass = mass;
+  config.damping = damping;
+  config.coulomb_friction = 0;
+  config.encoder_step = 0;
+  config.hand_mass = config.hand_damping = config.hand_stiffness = 0;
+  return config;
+}
+
+struct SampledWall {
+  double stiffness, damping;
+  int64_t period_ns;
+  int delay = 0;       // whole samples from measurement to force
+  double encoder = 0;  // position quantum [m]
+};
+
+/// A bilateral wall at x = 0, as a servo would render it: sampled, held, backward difference.
+class WallLoop {
+ public:
+  WallLoop(const SimulatedHandConfig& device, const SampledWall& wall, double x, double v)
+      : device_(device), wall_(wall), queue_(static_cast<size_t>(wall.delay), 0.0) {
+    plant.p_B.x = x;
+    plant.v_B.x = v;
+    last_ = measure();
+  }
+  /// One period; returns the force held over it.
+  double step() {
+    const double x = measure();
+    const double rate = (x - last_) / (1e-9 * static_cast<double>(wall_.period_ns));
+    last_ = x;
+    queue_.push_back(-(wall_.stiffness * x + wall_.damping * rate));
+    const double held = queue_.front();
+    queue_.pop_front();
+    advance(device_, plant, {held, 0, 0}, wall_.period_ns);
+    return held;
+  }
+  HandPlant plant;
+
+ private:
+  double measure() const {
+    const double x = plant.p_B.x;
+    return wall_.encoder > 0 ? std::floor(x / wall_.encoder) * wall_.encoder : x;
+  }
+  SimulatedHandConfig device_;
+  SampledWall wall_;
+  std::deque<double> queue_;
+  double last_ = 0;
+};
+
+/// Largest |x| of the last quarter of the run against that of the second quarter: above one, it
+/// grows.
+double growth(const SimulatedHandConfig& device, const SampledWall& wall, double seconds) {
+  WallLoop loop(device, wall, -0.0005, 0);
+  const auto periods = static_cast<int>(seconds * 1e9 / static_cast<double>(wall.period_ns));
+  double second = 0, last = 0;
+  for (int k = 0; k < periods; ++k) {
+    loop.step();
+    const double x = std::fabs(loop.plant.p_B.x);
+    // far gone: no need to see more
+    if (x > 1) return 1e9;
+    if (k >= periods / 4 && k < periods / 2) second = std::max(second, x);
+    if (k >= periods * 3 / 4) last = std::max(last, x);
+  }
+  return second > 0 ? last / second : 0;
+}
+
+}  // namespace
+
+TEST_CASE("hand plant: a constant force gives the closed-form motion", "[device-io]") {
+  const double m = 0.1, b = 0.8, F = 2, v0 = -0.3;
+  const SimulatedHandConfig config = bare_device(m, b);
+  HandPlant plant = start_plant(config);
+  plant.v_B = {v0, 0, 0};
+  const double t = 0.25;
+  advance(config, plant, {F, 0, 0}, 250 * kMs);
+  const double decay = std::exp(-b * t / m), rest = F / b;
+  // second order: (h b/m)²·t·b/m/12 of the exponential is 4e-9
+  constexpr double kIntegrator = 2e-8;
+  CHECK_THAT(plant.v_B, IsNear({rest + (v0 - rest) * decay, 0, 0}, kIntegrator));
+  CHECK_THAT(plant.p_B, IsNear({rest * t + (v0 - rest) * (1 - decay) * m / b, 0, 0}, kIntegrator));
+}
+
+TEST_CASE("hand plant: the error of the integrator falls with the square of the step",
+          "[device-io]") {
+  // a firm hand rings: its spring is what the integrator has to get right
+  SimulatedHandConfig config = bare_device(0.1, 0.5);
+  config.hand_stiffness = 600;
+  config.intent.hover_radius = config.intent.press_radius = 0.05;
+  config.intent.stroke_time = 1e6;  // stands still
+  config.intent.tremor_amplitude = 0;
+  const auto error = [&](int64_t chunk_ns) {
+    HandPlant plant = start_plant(config);
+    const Vec3 rest_B = plant.p_B;
+    plant.p_B.x += 0.01;
+    for (int64_t t = 0; t < 200 * kMs; t += chunk_ns) advance(config, plant, {}, chunk_ns);
+    const double decay = 0.5 / (2 * 0.1), w = std::sqrt(600 / 0.1 - decay * decay), t = 0.2;
+    const double exact =
+        0.01 * std::exp(-decay * t) * (std::cos(w * t) + decay / w * std::sin(w * t));
+    return std::fabs(plant.p_B.x - rest_B.x - exact);
+  };
+  // chunks below kPlantStepNs are one step each
+  const double coarse = error(20'000), fine = error(10'000);
+  CAPTURE(coarse, fine);
+  CHECK(coarse < 1e-7);
+  CHECK(coarse / fine == Approx(4).epsilon(0.05));
+}
+
+TEST_CASE("hand plant: the energy ledger closes to rounding with friction, hand and wall",
+          "[device-io]") {
+  SimulatedHandConfig config;
+  config.coulomb_friction = GENERATE(0.0, 0.05, 0.5);
+  config.hand_stiffness = GENERATE(100.0, 600.0);
+  config.hand_damping = GENERATE(0.0, 12.0);
+  CAPTURE(config.coulomb_friction, config.hand_stiffness, config.hand_damping);
+  HandPlant plant = start_plant(config);
+  plant.v_B = {0.1, -0.2, 0.05};
+  const double before = mechanical_energy(config, plant);
+  double lost = 0;
+  for (int k = 0; k < 3000; ++k) {
+    // a wall the hand presses into, held over each period
+    const double depth = std::max(0.0, 0.05 - norm(plant.p_B));
+    advance(config, plant, 800 * depth * normalized(plant.p_B), kMs);
+    const double now_lost = plant.energy.device_loss + plant.energy.hand_loss;
+    REQUIRE(now_lost >= lost);
+    lost = now_lost;
+  }
+  const double change = mechanical_energy(config, plant) - before;
+  const HandEnergy& energy = plant.energy;
+  CAPTURE(energy.device_work, energy.intention_work, energy.device_loss, energy.hand_loss, change);
+  REQUIRE(energy.intention_work > 1e-3);
+  // 150 000 steps of roundings of 1e-17 J
+  constexpr double kLedgerJ = 1e-11;
+  CHECK(std::fabs(energy.device_work + energy.intention_work - energy.device_loss -
+                  energy.hand_loss - change) <= tol(kLedgerJ));
+}
+
+TEST_CASE("hand plant: friction stops a slide after m v squared over 2 f and then holds it",
+          "[device-io]") {
+  SimulatedHandConfig config = bare_device(0.2, 0);
+  config.coulomb_friction = 0.5;
+  HandPlant plant = start_plant(config);
+  plant.v_B = {0.3, 0, 0};
+  advance(config, plant, {}, 300 * kMs);
+  // stops within a step, in which it moves at most h·f/m·h
+  CHECK_THAT(plant.p_B, IsNear({0.2 * 0.09 / (2 * 0.5), 0, 0}, 1e-8));
+  CHECK(plant.v_B == Vec3{});
+  CHECK(plant.energy.device_loss == Approx(0.2 * 0.09 / 2).epsilon(tol(kAlgebra)));
+  const Vec3 stopped_B = plant.p_B;
+  advance(config, plant, {0.499, -0.499, 0}, 1000 * kMs);
+  CHECK(plant.p_B == stopped_B);
+  advance(config, plant, {0.501, 0, 0}, 1000 * kMs);
+  CHECK(plant.p_B.x > stopped_B.x);
+}
+
+TEST_CASE("hand plant: a hand settles on its intention displaced by force over stiffness",
+          "[device-io]") {
+  SimulatedHandConfig config;
+  config.coulomb_friction = 0;
+  config.intent.stroke_time = 1e6;  // stands still
+  config.intent.tremor_amplitude = 0;
+  HandPlant plant = start_plant(config);
+  const Vec3 force_B{1, -2, 3};
+  for (int k = 0; k < 40; ++k) advance(config, plant, force_B, 100 * kMs);
+  CHECK_THAT(plant.p_B - plant.intent_B, IsNear(force_B / config.hand_stiffness, 1e-9));
+}
+
+// algorithms.md 8.1 of the reference: exact limits by Schur–Cohn of the sampled, held wall
+TEST_CASE("hand plant: the stability limit of a sampled wall is that of the table in 8.1",
+          "[device-io]") {
+  struct Row {
+    double m, b, B;
+    int64_t period_ns;
+    int delay;
+    double limit;
+  };
+  const Row row = GENERATE(Row{0.1, 0.8, 0, kMs, 0, 1602}, Row{0.1, 0.8, 0, kMs, 1, 534},
+                           Row{0.1, 0.8, 0, kMs, 2, 321}, Row{0.1, 0.8, 2, kMs, 0, 5497},
+                           Row{0.1, 0.8, 2, kMs, 1, 1830}, Row{1.0, 5, 0, kMs, 0, 10008},
+                           Row{1.0, 5, 0, kMs, 1, 3338}, Row{0.1, 0.8, 0, 10 * kMs, 0, 162},
+                           Row{0.1, 0.1, 5, kMs, 0, 9704}, Row{0.1, 0.1, 60, kMs, 0, 64757});
+  CAPTURE(row.m, row.b, row.B, row.period_ns, row.delay, row.limit);
+  // three per cent of K change the envelope by a tenth of its damping: two seconds show it
+  constexpr double kBand = 0.03, kSeconds = 2;
+  const auto growth_at = [&](double stiffness) {
+    return growth(bare_device(row.m, row.b), {stiffness, row.B, row.period_ns, row.delay},
+                  kSeconds);
+  };
+  CHECK(growth_at((1 - kBand) * row.limit) < 1);
+  CHECK(growth_at((1 + kBand) * row.limit) > 1);
+}
+
+TEST_CASE("hand plant: inside the limit of Abbott and Okamura a quantised wall is passive",
+          "[device-io]") {
+  // K ≤ min(2b/T, 2f/Δ): what the wall gave out in all, damping and friction have already taken
+  const double b = 2, step = 40e-6;
+  const double friction = GENERATE(0.02, 0.05, 0.2, 0.5);
+  const double share = GENERATE(0.3, 0.95);
+  const double v0 = GENERATE(0.02, 0.1, 0.4);
+  SimulatedHandConfig device = bare_device(0.1, b);
+  device.coulomb_friction = friction;
+  const double stiffness = share * std::min(2 * b / 1e-3, 2 * friction / step);
+  CAPTURE(friction, share, v0, stiffness);
+  WallLoop loop(device, {stiffness, 0, kMs, 0, step}, 0, v0);
+  for (int k = 0; k < 3000; ++k) {
+    loop.step();
+    REQUIRE(loop.plant.energy.device_work <= loop.plant.energy.device_loss + tol(kAlgebra));
+  }
+  // no limit cycle is left
+  const Vec3 rest_B = loop.plant.p_B;
+  for (int k = 0; k < 500; ++k) loop.step();
+  CHECK_THAT(loop.plant.p_B, IsNear(rest_B, 1e-12));
+}
+
+TEST_CASE("hand plant: far outside the limit of Abbott and Okamura a quantised wall never rests",
+          "[device-io]") {
+  const double b = 2, step = 40e-6;
+  SimulatedHandConfig device = bare_device(0.1, b);
+  device.coulomb_friction = GENERATE(0.02, 0.05);
+  const double stiffness = 4 * std::max(2 * b / 1e-3, 2 * device.coulomb_friction / step);
+  WallLoop loop(device, {stiffness, 0, kMs, 0, step}, 0, 0.1);
+  double largest = 0;
+  for (int k = 0; k < 3000 && largest < 1; ++k) {
+    loop.step();
+    if (k > 100) largest = std::max(largest, std::fabs(loop.plant.p_B.x));
+  }
+  CHECK(largest > 10 * step);
+}
+
+// algorithms.md 8.3: with displacements y of the held steps the spring leaks, Σ K y_k(y_{k+1} −
+// y_k)
+TEST_CASE("hand plant: a held spring leaks half K times the sum of squared displacements",
+          "[device-io]") {
+  SimulatedHandConfig device = bare_device(0.1, 0.8);
+  device.coulomb_friction = GENERATE(0.0, 0.03);
+  const double K = GENERATE(300.0, 1500.0, 2500.0);
+  WallLoop loop(device, {K, 0, kMs}, -0.001, 0.2);
+  const double start = loop.plant.p_B.x;
+  double previous = start, squares = 0, paired = 0, wrongly_paired = 0;
+  for (int k = 0; k < 400; ++k) {
+    loop.step();
+    const double y = loop.plant.p_B.x, dy = y - previous;
+    squares += dy * dy;
+    paired += K * previous * dy;   // the force held with the displacement it was held over
+    wrongly_paired += K * y * dy;  // the backward difference
+    previous = y;
+  }
+  const double potential = K / 2 * (previous * previous - start * start);
+  const double size = K * (squares + start * start);
+  // work of the device = − work done on the spring: what the hand gets out
+  CHECK(std::fabs(-loop.plant.energy.device_work - paired) <= tol(1e-12) * size);
+  CHECK(std::fabs(paired - (potential - K / 2 * squares)) <= tol(1e-12) * size);
+  CHECK(std::fabs(wrongly_paired - (potential + K / 2 * squares)) <= tol(1e-12) * size);
+}

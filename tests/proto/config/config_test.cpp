@@ -1,0 +1,482 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/config/config.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include "proto/config/quantity.h"
+#include "tests/support/config_text.h"
+#include "tests/support/data.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/tolerance.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Bad;
+using test::error_of;
+using test::kScene;
+using test::scene_with;
+
+constexpr double kRounding = 1e-15;  // relative: one multiplication by a decimal factor
+
+/// Sets a variable of the environment for the life of the object.
+class Environment {
+ public:
+  Environment(const char* name, const std::string& value) : name_(name) {
+    const char* old = std::getenv(name);
+    if (old != nullptr) old_ = old;
+    was_set_ = old != nullptr;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~Environment() {
+    if (was_set_) {
+      ::setenv(name_, old_.c_str(), 1);
+    } else {
+      ::unsetenv(name_);
+    }
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+  std::string old_;
+  bool was_set_;
+};
+
+void touch(const fs::path& file) {
+  std::ofstream(file) << "OFF\n";
+}
+
+}  // namespace
+
+TEST_CASE("quantity: units of one kind agree with their definition in SI") {
+  const auto [text, dimension, value] = GENERATE(table<std::string, Dimension, double>({
+      {"2 mm", Dimension::kLength, 0.002},
+      {"2mm", Dimension::kLength, 0.002},
+      {"1 in", Dimension::kLength, 0.0254},
+      {"20 µm", Dimension::kLength, 20e-6},
+      {"-3.5 cm", Dimension::kLength, -0.035},
+      {"100 g", Dimension::kMass, 0.1},
+      {"1 kHz", Dimension::kFrequency, 1000},
+      {"90 deg", Dimension::kAngle, std::numbers::pi / 2},
+      {"180°", Dimension::kAngle, std::numbers::pi},
+      {"800 N/m", Dimension::kStiffness, 800},
+      {"0.8 N/mm", Dimension::kStiffness, 800},
+      {"3 N·s/m", Dimension::kDamping, 3},
+      {"3 N*s/m", Dimension::kDamping, 3},
+      {"3 N s/m", Dimension::kDamping, 3},
+      {"3 Ns/m", Dimension::kDamping, 3},
+      {"2 N·m", Dimension::kTorque, 2},
+      {"2 N·m/rad", Dimension::kRotationalStiffness, 2},
+      {"1 Nm/deg", Dimension::kRotationalStiffness, 180 / std::numbers::pi},
+      {"2 mN·m·s/rad", Dimension::kRotationalDamping, 0.002},
+      {"250 mA", Dimension::kCurrent, 0.25},
+      {"4 GiB", Dimension::kMemory, 4.0 * 1024 * 1024 * 1024},
+      {"1e-1 s", Dimension::kTime, 0.1},
+  }));
+  CAPTURE(text);
+  CHECK(std::abs(parse_quantity(text, dimension) - value) <=
+        test::tol(kRounding) * std::abs(value));
+}
+
+TEST_CASE("quantity: the example of each kind is itself a value of that kind") {
+  for (int i = 0; i <= static_cast<int>(Dimension::kMemory); ++i) {
+    const Dimension dimension = static_cast<Dimension>(i);
+    CAPTURE(example_of(dimension));
+    CHECK_NOTHROW(parse_quantity(example_of(dimension), dimension));
+  }
+}
+
+TEST_CASE("config: a scene is read with its units and defaults") {
+  const SessionConfig config = parse_config(kScene, "x.toml");
+  const SessionConfig defaults;
+  CHECK(view(config.name) == "test");
+  CHECK(config.servo_rate == defaults.servo_rate);
+  CHECK(config.coupling.translational_stiffness == 800);
+  REQUIRE(config.n_objects == 1);
+  const ObjectConfig& object = config.objects[0];
+  CHECK(view(object.name) == "block");
+  CHECK(view(object.mesh) == "primitive:box");
+  CHECK(object.extent == Vec3{0.08, 0.08, 0.08});
+  CHECK(object.size == 0.08);
+  CHECK(object.X_WO == Pose{});
+  CHECK(config.map.clutch_button == -1);
+  CHECK(fs::path(view(config.file)).is_absolute());
+}
+
+TEST_CASE("config: every section reaches its field") {
+  const SessionConfig config =
+      parse_config(scene_with("[coupling]\n",
+                              "max_force = \"9 N\"\n"
+                              "max_torque = \"100 mN·m\"\n"
+                              "[device.hand]\n"
+                              "seed = 7\n"
+                              "mass = \"200 g\"\n"
+                              "[device.hand.intent]\n"
+                              "centre = [\"1 m\", \"2 m\", \"3 m\"]\n"
+                              "stroke_time = \"2 s\"\n"
+                              "[servo]\nrate = \"2 kHz\"\n"
+                              "[contact]\npoll_rate = \"500 Hz\"\nmesh_memory_limit = \"1 GiB\"\n"
+                              "spare = false\n"
+                              "[sim]\nrate = \"60 Hz\"\n"
+                              "[map]\n"
+                              "position = [\"4 m\", \"5 m\", \"6 m\"]\n"
+                              "motion_scale = 2\n"
+                              "force_scale = 0.5\n"
+                              "clutch_button = 3\n"
+                              "tool_on_grip = {position = [\"7 m\", \"8 m\", \"9 m\"]}\n"
+                              "[safety]\nmax_force = \"3 N\"\nsoft_start = \"1 s\"\n"
+                              "[coupling]\n"
+                              "damping = \"2 Ns/m\"\n"),
+                   "x.toml");
+  CHECK(config.device.max_force == 9);
+  CHECK(config.device.max_torque == 0.1);
+  CHECK(config.device.hand.seed == 7);
+  CHECK(config.device.hand.mass == 0.2);
+  CHECK(config.device.hand.intent.centre_B == Vec3{1, 2, 3});
+  CHECK(config.device.hand.intent.stroke_time == 2);
+  CHECK(config.servo_rate == 2000);
+  CHECK(config.contact_poll_rate == 500);
+  CHECK(config.mesh_memory_limit == uint64_t{1} << 30);
+  CHECK(config.contact_spare == 0);
+  CHECK(config.sim_rate == 60);
+  CHECK(config.map.X_WB.p == Vec3{4, 5, 6});
+  CHECK(config.map.motion_scale == 2);
+  CHECK(config.map.force_scale == 0.5);
+  CHECK(config.map.clutch_button == 3);
+  CHECK(config.map.X_HT.p == Vec3{7, 8, 9});
+  CHECK(config.safety.max_force == 3);
+  CHECK(config.safety.soft_start == 1);
+  CHECK(config.coupling.translational_damping == 2);
+  CHECK(config.coupling.translational_stiffness == 800);
+}
+
+TEST_CASE("config: each kind of mistake is told with file, line and column") {
+  const Bad bad = GENERATE(values<Bad>({
+      {"no unit", scene_with("\"800 N/m\"", "800"),
+       "x.toml:6:13: ", "'stiffness' needs a unit; write for example \"800 N/m\""},
+      {"number in quotes", scene_with("\"800 N/m\"", "\"800\""),
+       "x.toml:6:13: ", "needs a unit; write for example \"800 N/m\""},
+      {"wrong dimension", scene_with("800 N/m", "800 mm"),
+       "x.toml:6:13: ", "is a length, not a stiffness"},
+      {"torque for rotational stiffness",
+       scene_with("stiffness = \"800 N/m\"", "rotational_stiffness = \"1 N·m\""),
+       "x.toml:6:24: ", "is a torque, not a rotational stiffness"},
+      {"unknown unit", scene_with("800 N/m", "800 lbf/in"), "x.toml:6:13: ", "has an unknown unit"},
+      {"no number", scene_with("800 N/m", "stiff"),
+       "x.toml:6:13: ", "does not begin with a number"},
+      {"NaN", scene_with("800 N/m", "nan N/m"), "x.toml:6:13: ", "is not a finite number"},
+      {"infinite", scene_with("800 N/m", "inf N/m"), "x.toml:6:13: ", "is not a finite number"},
+      {"overflow", scene_with("800 N/m", "1e999 N/m"), "x.toml:6:13: ", "too large"},
+      {"negative stiffness", scene_with("800 N/m", "-1 N/m"),
+       "x.toml:6:13: ", "'stiffness' must not be less than 0"},
+      {"zero mass", scene_with("[coupling]", "[device.hand]\nmass = \"0 g\"\n[coupling]"),
+       "x.toml:6:8: ", "'mass' must be greater than 0"},
+      {"negative rate", scene_with("[coupling]", "[servo]\nrate = \"-1 kHz\"\n[coupling]"),
+       "x.toml:6:8: ", "'rate' is out of range"},
+      {"bare NaN", scene_with("[coupling]", "[map]\nmotion_scale = nan\n[coupling]"),
+       "x.toml:6:16: ", "is not a finite number"},
+      {"quoted number", scene_with("[coupling]", "[map]\nforce_scale = \"2\"\n[coupling]"),
+       "x.toml:6:15: ", "'force_scale' is text, not a number"},
+      {"table for a quantity", scene_with("\"800 N/m\"", "{a = 1}"),
+       "x.toml:6:13: ", "is a table, not text with a unit"},
+      {"table wanted", scene_with("[coupling]\nstiffness = \"800 N/m\"\n", "hand = 3\n"),
+       "x.toml:5:8: ", "'hand' is a number, not a table"},
+      {"unknown key", scene_with("stiffness", "stifness"),
+       "x.toml:6:1: ", "unknown key 'stifness' in [coupling]; did you mean 'stiffness'?"},
+      {"unknown key, nothing like it", scene_with("stiffness", "colour"),
+       "x.toml:6:1: ", "unknown key 'colour' in [coupling]; known here: stiffness, damping"},
+      {"unknown section", scene_with("[coupling]", "[copling]"),
+       "x.toml:5:2: ", "did you mean 'coupling'?"},
+      {"unknown key of an object", scene_with("", "extend = 1\n"),
+       "x.toml:11:1: ", "in [[object]]; did you mean 'extent'?"},
+      {"unknown word", scene_with("simulated-hand", "simulatedhand"),
+       "x.toml:4:8: ", "'kind' is 'simulatedhand'; did you mean 'simulated-hand'?"},
+      {"missing name", scene_with("name = \"test\"\n", ""),
+       "x.toml:1:1: ", "[session] has no 'name'; add for example name = \"bunny\""},
+      {"missing section", scene_with("[device]\nkind = \"simulated-hand\"\n", ""),
+       "x.toml:1:1: ", "has no 'device'"},
+      {"nothing at all", "", "x.toml:1:1: ", "has no 'session'"},
+      {"missing extent", scene_with("extent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n", ""),
+       "x.toml:7:1: ", "[[object]] has no 'extent'"},
+      {"two lengths of three", scene_with(", \"0.08 m\"", ""),
+       "x.toml:10:10: ", "'extent' must be 3 values"},
+      {"a bad length of three", scene_with("8 cm", "8 kg"),
+       "x.toml:10:20: ", "is a mass, not a length"},
+      {"flat box", scene_with("8 cm", "0 cm"), "x.toml:10:20: ", "must be greater than 0"},
+      {"duplicate object", scene_with("", kScene.substr(kScene.find("[[object"))),
+       "x.toml:12:8: ", "'name' is used twice ('block')"},
+      {"single brackets", scene_with("[[object]]", "[object]"),
+       "x.toml:7:1: ", "write [[object]] in double brackets"},
+      {"neither mesh nor primitive", scene_with("primitive = \"box\"\n", ""),
+       "x.toml:7:1: ", "[[object]] has no 'mesh'"},
+      {"no axis", scene_with("", "rotation = {angle = \"1 deg\"}\n"),
+       "x.toml:11:12: ", "[object.rotation] has no 'axis'"},
+      {"axis without direction",
+       scene_with("", "rotation = {axis = [0, 0, 0], angle = \"1 rad\"}\n"),
+       "x.toml:11:20: ", "has no direction"},
+      {"long quaternion", scene_with("", "rotation = {quaternion = [0, 0, 0, 2]}\n"),
+       "x.toml:11:26: ", "has not length 1"},
+      {"session name that no socket can have", scene_with("name = \"test\"", "name = \"a test\""),
+       "x.toml:2:8: ", "'name' cannot be the name of a session; use 1 to 32 letters"},
+      {"scene slower than poses are carried",
+       scene_with("[coupling]", "[sim]\nrate = \"10 Hz\"\n[coupling]"),
+       "x.toml:6:8: ", "'rate' is out of range"},
+      {"motion that does not move",
+       scene_with("", "motion = {kind = \"static\", frequency = \"1 Hz\"}\n"),
+       "x.toml:11:28: ", "unknown key 'frequency' in [object.motion]"},
+      {"motion without frequency",
+       scene_with("", "motion = {kind = \"oscillate\", amplitude = \"5 mm\"}\n"),
+       "x.toml:11:10: ", "[object.motion] has no 'frequency'"},
+      {"button out of range", scene_with("[coupling]", "[map]\nclutch_button = 32\n[coupling]"),
+       "x.toml:6:17: ", "whole number from 0 to 31"},
+      {"unknown way to wake", scene_with("[coupling]", "[servo]\nwake = \"spin\"\n[coupling]"),
+       "x.toml:6:8: ", "'wake' is 'spin'; known here: sleep, hybrid"},
+      {"flag as text", scene_with("name = \"test\"", "name = \"test\"\nrealtime = \"no\""),
+       "x.toml:3:12: ", "'realtime' is text; write true or false"},
+      {"long name", scene_with("\"test\"", "\"" + std::string(64, 'a') + "\""),
+       "x.toml:2:8: ", "'name' is longer than 63 characters"},
+      {"empty name", scene_with("\"test\"", "\"\""), "x.toml:2:8: ", "'name' is empty"},
+      {"replay without a table", scene_with("simulated-hand", "replay"),
+       "x.toml:3:1: ", "[device] has no 'replay'"},
+      {"serial device without a table", scene_with("simulated-hand", "woodenhaptics"),
+       "x.toml:3:1: ", "[device] has no 'serial'; add for example [device.serial] with path"},
+      {"serial device without a node",
+       scene_with("[coupling]", "[device.serial]\nmax_current = \"1 A\"\n[coupling]"),
+       "x.toml:5:1: ", "[device.serial] has no 'path'"},
+      {"more current than the firmware takes",
+       scene_with("[coupling]",
+                  "[device.serial]\npath = \"/dev/x\"\nmax_current = \"6.1 A\"\n[coupling]"),
+       "x.toml:7:15: ", "'max_current' is out of range"},
+      {"not TOML", scene_with("= \"test\"", "= test"), "x.toml:2:", "not TOML: "},
+      {"a key twice", scene_with("", "name = \"b\"\n"), "x.toml:11:", "not TOML: "},
+  }));
+  CAPTURE(bad.what);
+  const std::string error = error_of(bad.text);
+  CHECK_THAT(error, Catch::StartsWith(bad.place));
+  CHECK_THAT(error, Catch::Contains(bad.says));
+  CHECK(error.find('\n') == std::string::npos);
+}
+
+TEST_CASE("config: a serial device is read with its units, the examples in configs are sound") {
+  const SessionConfig config = parse_config(
+      scene_with("kind = \"simulated-hand\"\n",
+                 "kind = \"woodenhaptics\"\n[device.serial]\npath = \"/dev/ttyACM7\"\n"
+                 "max_current = \"2500 mA\"\n[device.hand.intent]\ndirection = [0, 3, 4]\n"),
+      "x.toml");
+  CHECK(config.device.kind == DeviceKind::kWoodenHaptics);
+  CHECK(view(config.device.serial.path) == "/dev/ttyACM7");
+  CHECK(config.device.serial.max_current == 2.5);
+  CHECK(config.device.serial.velocity_cutoff == SerialConfig{}.velocity_cutoff);
+  CHECK(config.device.hand.intent.direction_B == Vec3{0, 0.6, 0.8});
+  const SessionConfig example = load_config(test::from_source("configs/woodenhaptics.toml"));
+  CHECK(example.device.kind == DeviceKind::kWoodenHaptics);
+}
+
+TEST_CASE("config: one object too many is refused at its place") {
+  std::string text = kScene.substr(0, kScene.find("[[object]]"));
+  for (uint32_t i = 0; i <= kMaxObjects; ++i) {
+    text += "[[object]]\nname = \"o" + std::to_string(i) +
+            "\"\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  }
+  const size_t line = 6 + 4 * kMaxObjects + 2;
+  CHECK_THAT(error_of(text), Catch::StartsWith("x.toml:" + std::to_string(line) + ":8: ") &&
+                                 Catch::Contains("16 is the most"));
+}
+
+TEST_CASE("config: a rotation by axis and angle is the quaternion of the half angle") {
+  const SessionConfig config =
+      parse_config(scene_with("", "rotation = {axis = [0, 0, 2], angle = \"90 deg\"}\n"), "x.toml");
+  const Quat q = config.objects[0].X_WO.q;
+  const double half = std::sqrt(0.5);
+  CHECK(std::abs(q.z - half) <= test::tol(1e-15));
+  CHECK(std::abs(q.w - half) <= test::tol(1e-15));
+}
+
+TEST_CASE("config: a mesh is looked for beside the file first, then in the mesh folders") {
+  const test::TemporaryFolder scene_folder, mesh_folder;
+  const fs::path scenes = scene_folder.path(), meshes = mesh_folder.path();
+  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const std::string object =
+      scene_with("primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n",
+                 "mesh = \"shape_of_test.off\"\nunit = \"mm\"\nsize = \"100 mm\"\n");
+  const auto mesh_of = [&](const std::string& text) {
+    return std::string(view(parse_config(text, (scenes / "x.toml").string()).objects[0].mesh));
+  };
+  CHECK_THROWS_WITH(mesh_of(object), Catch::Contains("x.toml:9:8: 'mesh' was not found") &&
+                                         Catch::Contains(meshes.string()) &&
+                                         Catch::Contains("/usr/share/hapticd/meshes") &&
+                                         Catch::Contains("./run meshes"));
+  touch(meshes / "shape_of_test.off");
+  CHECK(mesh_of(object) == (meshes / "shape_of_test.off").string());
+  touch(scenes / "shape_of_test.off");
+  CHECK(mesh_of(object) == (scenes / "shape_of_test.off").string());
+  std::string packaged = object;
+  packaged.replace(packaged.find("shape_of"), 0, "package:");
+  CHECK(mesh_of(packaged) == (meshes / "shape_of_test.off").string());
+}
+
+TEST_CASE("config: a mesh must state its unit and size") {
+  const test::TemporaryFolder temporary;
+  const fs::path meshes = temporary.path();
+  touch(meshes / "shape_of_test.off");
+  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const std::string mesh = "mesh = \"shape_of_test.off\"\n";
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  CHECK_THAT(error_of(scene_with(box, mesh + "size = \"1 cm\"\n")),
+             Catch::StartsWith("x.toml:7:1: [[object]] has no 'unit'"));
+  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"mm\"\n")),
+             Catch::StartsWith("x.toml:7:1: [[object]] has no 'size'"));
+  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"yard\"\nsize = \"1 cm\"\n")),
+             Catch::StartsWith("x.toml:10:8: 'unit' is 'yard'; known here: m, mm, cm, in, any"));
+  const SessionConfig config =
+      parse_config(scene_with(box, mesh + "unit = \"any\"\nsize = \"1 cm\"\nopen = true\n"), "x");
+  CHECK(config.objects[0].unit == 0);
+  CHECK(config.objects[0].size == 0.01);
+  CHECK(config.objects[0].allow_open == 1);
+}
+
+TEST_CASE(
+    "config: a replay takes its file from the folder of the config, and a lever needs a column") {
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
+  const std::string origin = (folder / "x.toml").string();
+  const auto scene = [&](const std::string& replay) {
+    return scene_with("kind = \"simulated-hand\"\n",
+                      "kind = \"replay\"\n[device.replay]\n" + replay);
+  };
+  const SessionConfig config = parse_config(
+      scene("path = \"hand.csv\"\ncolumn = \"lever_rad\"\nlever_arm = \"75 mm\"\naxis = [0, 2, 0]\n"
+            "resampling = \"hold\"\nmax_gap = \"5 ms\"\n"),
+      origin);
+  CHECK(view(config.device.replay.path) == (folder / "hand.csv").string());
+  CHECK(config.device.replay.lever_arm == 0.075);
+  CHECK(config.device.replay.axis_B == Vec3{0, 1, 0});
+  CHECK(config.device.replay.resampling == Resampling::kHold);
+  CHECK(config.device.replay.max_gap == 0.005);
+  CHECK_THROWS_WITH(parse_config(scene("path = \"hand.csv\"\nlever_arm = \"1 m\"\n"), origin),
+                    Catch::Contains("has no 'column'"));
+}
+
+TEST_CASE("config: a material with a grating and one with an image") {
+  const test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
+  std::ofstream(folder / "grain.pgm") << "P2\n# two by two\n2 2\n15\n0 15\n3 0\n";
+  const std::string origin = (folder / "x.toml").string();
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto with = [&](const std::string& material) {
+    return parse_config(scene_with(box, box + "[object.material]\n" + material), origin);
+  };
+  SessionConfig config = with(
+      "friction_static = 0.5\nfriction_dynamic = 0.4\nfriction_viscous = \"2 N·s/m\"\n"
+      "stiffness_share = 0.7\ncrease_angle = \"0.5 rad\"\ntexture = {kind = \"grating\", "
+      "amplitude = \"0.1 mm\", wavelength = \"2 mm\", direction = [0, 3, 0]}\n");
+  const MaterialConfig& m = config.objects[0].material;
+  CHECK(m.friction_static == 0.5);
+  CHECK(m.friction_dynamic == 0.4);
+  CHECK(m.friction_viscous == 2);
+  CHECK(m.stiffness_share == 0.7);
+  CHECK(m.crease_angle == 0.5);
+  CHECK(m.texture.kind == TextureKind::kGrating);
+  CHECK(m.texture.amplitude == Approx(1e-4));
+  CHECK(m.texture.period == Approx(2e-3));
+  CHECK(m.texture.direction_O == Vec3{0, 1, 0});
+
+  const std::string image =
+      "texture = {kind = \"image\", path = \"grain.pgm\", amplitude = \"1 mm\", tile = \"1 cm\"}\n";
+  config = with(image);
+  CHECK(config.n_images == 1);
+  CHECK(config.images[0].width == 2);
+  CHECK(config.images[0].grey[1] == 255);
+  CHECK(config.images[0].grey[2] == 51);
+
+  // binary pixels, and files that will not do
+  std::ofstream(folder / "grain.pgm", std::ios::binary) << "P5 2 1 255\n" << '\x0a' << '\xff';
+  config = with(image);
+  CHECK(config.images[0].grey[0] == 10);
+  CHECK(config.images[0].grey[1] == 255);
+  for (const char* bad : {"P3 1 1 255 0", "P2 65 1 255", "P2 2 2 255 1 2 3", "P2 1 1 65535 7",
+                          "P2 1 1 7 9", "P2 0 1 255", ""}) {
+    std::ofstream(folder / "grain.pgm") << bad;
+    CAPTURE(bad);
+    CHECK_THROWS_WITH(with(image), Catch::Contains("'path'") && Catch::Contains("grain.pgm") &&
+                                       Catch::Contains("grey PGM"));
+  }
+  CHECK_THROWS_WITH(with("friction_dynamic = 0.5\n"),
+                    Catch::Contains("larger than friction_static"));
+  CHECK_THROWS_WITH(with("stiffness_share = 1.5\n"), Catch::Contains("'stiffness_share'"));
+  CHECK_THROWS_WITH(with("texture = {kind = \"grating\", amplitude = \"1 mm\"}\n"),
+                    Catch::Contains("has no 'wavelength'"));
+  CHECK_THROWS_WITH(with("sticky = 1\n"), Catch::Contains("'sticky'"));
+}
+
+TEST_CASE("config: the renderer and its radius") {
+  CHECK(parse_config(kScene, "x.toml").renderer == Renderer::kGodObject3);
+  const SessionConfig config = parse_config(
+      scene_with("[coupling]", "[contact]\nproxy_radius = \"2 mm\"\n[coupling]"), "x.toml");
+  CHECK(config.proxy_radius == Approx(2e-3));
+}
+
+TEST_CASE("config: the servo sleeps unless the file asks it to spin") {
+  CHECK(parse_config(kScene, "x.toml").servo_wake == Wake::kSleep);
+  const std::string hybrid = scene_with("[coupling]", "[servo]\nwake = \"hybrid\"\n[coupling]");
+  CHECK(parse_config(hybrid, "x.toml").servo_wake == Wake::kHybrid);
+}
+
+TEST_CASE("config: a file that is not there is one line") {
+  CHECK_THROWS_WITH(load_config("/nowhere/x.toml"),
+                    Catch::StartsWith("/nowhere/x.toml: cannot be read"));
+}
+
+TEST_CASE("config: the scenes that are shipped load") {
+  const test::TemporaryFolder temporary;
+  const fs::path meshes = temporary.path();
+  for (const char* mesh : {"bunny00.off", "teeth-top.obj", "teeth-bottom.obj"}) {
+    touch(meshes / mesh);
+  }
+  const Environment environment("HAPTICD_MESHES", meshes.string());
+  size_t n = 0;
+  for (const auto& entry : fs::directory_iterator(test::from_source("configs"))) {
+    if (entry.path().extension() != ".toml") continue;
+    CAPTURE(entry.path());
+    const SessionConfig config = load_config(entry.path().string());
+    CHECK(view(config.name) == entry.path().stem().string());
+    CHECK(config.n_objects > 0);
+    ++n;
+  }
+  CHECK(n >= 2);
+}
+
+TEST_CASE("config: what the bunny scene calls a default is the default") {
+  const test::TemporaryFolder temporary;
+  const fs::path meshes = temporary.path();
+  touch(meshes / "bunny00.off");
+  const Environment environment("HAPTICD_MESHES", meshes.string());
+  const SessionConfig bunny = load_config(test::from_source("configs/bunny.toml"));
+  const SessionConfig defaults;
+  CHECK(bunny.servo_rate == defaults.servo_rate);
+  CHECK(bunny.servo_wake == defaults.servo_wake);
+  CHECK(bunny.contact_poll_rate == defaults.contact_poll_rate);
+  CHECK(bunny.sim_rate == defaults.sim_rate);
+  CHECK(bunny.mesh_memory_limit == defaults.mesh_memory_limit);
+  CHECK(bunny.contact_spare == defaults.contact_spare);
+  CHECK(bunny.map.X_WB == defaults.map.X_WB);
+  CHECK(bunny.device.max_force == defaults.device.max_force);
+  CHECK(bunny.device.hand.mass == defaults.device.hand.mass);
+  CHECK(bunny.device.hand.encoder_step == Approx(defaults.device.hand.encoder_step));
+  CHECK(bunny.device.hand.hand_stiffness == defaults.device.hand.hand_stiffness);
+  CHECK(bunny.device.hand.velocity_cutoff == defaults.device.hand.velocity_cutoff);
+  CHECK(bunny.coupling.translational_stiffness == defaults.coupling.translational_stiffness);
+  CHECK(bunny.safety.max_force == defaults.safety.max_force);
+  CHECK(bunny.safety.soft_start == defaults.safety.soft_start);
+}
+
+}  // namespace haptic

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/config/config.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "proto/config/config_warnings.h"
+#include "tests/support/config_text.h"
+#include "tests/support/tolerance.h"
+
+namespace haptic {
+namespace {
+
+using test::Bad;
+using test::error_of;
+using test::kScene;
+using test::scene_with;
+
+}  // namespace
+
+TEST_CASE("config: a tool and the voxels reach their fields, and follow the size") {
+  const SessionConfig config = parse_config(
+      scene_with("[coupling]\n",
+                 "[contact.voxel]\nsize = \"0.5 mm\"\noffset_layers = 1\nfield = false\n"
+                 "open_as_sheet = true\nstiffness = \"2 kN/m\"\nbraking = \"0.5 N·s/m\"\n"
+                 "budget = 5000\n"
+                 "[tool]\nprimitive = \"bolt\"\ndiameter = \"20 mm\"\npitch = \"2.5 mm\"\n"
+                 "depth = \"1.4 mm\"\nlength = \"40 mm\"\naround = 48\nmass = \"80 g\"\n"
+                 "inertia = [\"1e-5 kg·m²\", \"100 g·cm²\", \"5e-6 kgm2\"]\n[coupling]\n"),
+      "x.toml");
+  const VoxelConfig& voxel = config.voxel;
+  CHECK(voxel.size == 0.5e-3);
+  CHECK(voxel.offset_layers == 1);
+  CHECK(voxel.field == 0);
+  CHECK(voxel.open_as_sheet == 1);
+  // one layer, and what is beyond it
+  CHECK(voxel.band == (1 + kBandVoxels) * voxel.size);
+  CHECK(voxel.point_spacing == voxel.size);
+  CHECK(voxel.stiffness == 2000);
+  CHECK(voxel.braking == 0.5);
+  CHECK(voxel.budget == 5000);
+  const ToolConfig& tool = config.tool;
+  CHECK(view(tool.mesh) == "primitive:bolt");
+  CHECK(tool.part.pitch == 2.5e-3);
+  CHECK(tool.part.around == 48);
+  CHECK(tool.part.along > 0);
+  CHECK(tool.size == 0.04);
+  CHECK(tool.mass == 0.08);
+  CHECK(tool.density == 0);
+  CHECK(std::abs(tool.inertia.y - 1e-5) <= test::tol(1e-20));
+  CHECK(tool.inertia.z == 5e-6);
+  const SessionConfig dense = parse_config(
+      scene_with("", "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\ndensity = \"2 g/cm³\"\n"),
+      "x.toml");
+  CHECK(dense.tool.density == 2000);
+  CHECK(view(parse_config(kScene, "x.toml").tool.mesh).empty());
+  CHECK(parse_config(kScene, "x.toml").voxel.band == (2 + kBandVoxels) * VoxelConfig{}.size);
+}
+
+TEST_CASE("config: how a tool is moved reaches its fields") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto turning = [](std::string scene) {
+    const std::string stiffness = "stiffness = \"800 N/m\"\n";
+    return scene.insert(scene.find(stiffness), "rotational_stiffness = \"1 N·m/rad\"\n");
+  };
+  const SessionConfig config = parse_config(
+      turning(scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"voxel\"\n")) + tool +
+          "[proxy]\nsolver = \"penalty-dynamics\"\nintegrator = \"semi-implicit\"\n"
+          "contact_stiffness = \"3 kN/m\"\ncontact_damping = \"0.5 N·s/m\"\n"
+          "[contact.voxel]\nbraking_along = \"normal\"\n",
+      "x.toml");
+  CHECK(config.renderer == Renderer::kVoxel);
+  CHECK(config.proxy.solver == SoftSolver::kPenaltyDynamics);
+  CHECK(config.proxy.integrator == Integrator::kSemiImplicit);
+  CHECK(config.proxy.contact_stiffness == 3000);
+  CHECK(config.proxy.contact_damping == 0.5);
+  CHECK(config.voxel.braking_along == Braking::kAlongNormal);
+  CHECK(config.voxel.is_wanted == 1);
+  const SessionConfig bounded = parse_config(
+      scene_with("[coupling]\n", "[coupling]\nmax_force = \"4 N\"\nmax_torque = \"0.1 N·m\"\n"),
+      "x.toml");
+  CHECK(bounded.coupling.max_force == 4);
+  CHECK(bounded.coupling.max_torque == 0.1);
+  CHECK_FALSE(bounded.proxy.solver);
+  CHECK(bounded.voxel.is_wanted == 0);
+}
+
+TEST_CASE("config: a renderer of bodies without a tool is refused at its place") {
+  const std::string renderer =
+      GENERATE(as<std::string>(), "voxel", "direct6", "god-object6", "constrained6");
+  const std::string error = error_of(
+      scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n"));
+  CAPTURE(error);
+  CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+  CHECK(error.find("add [tool]") != std::string::npos);
+}
+
+TEST_CASE("config: a proxy without a spring for its turning is refused") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto scene = [&](const std::string& renderer) {
+    return scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n") +
+           tool;
+  };
+  const std::string error = error_of(scene("voxel"));
+  CAPTURE(error);
+  CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+  CHECK(error.find("rotational_stiffness") != std::string::npos);
+  CHECK(error_of(scene("direct6")).empty());
+  CHECK(error_of(scene("voxel") + "[proxy]\nsolver = \"direct\"\n").empty());
+}
+
+TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has springs") {
+  const std::string tool = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n";
+  const auto scene = [&](const std::string& renderer, bool turns) {
+    std::string text =
+        scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n");
+    const std::string stiffness = "stiffness = \"800 N/m\"\n";
+    if (turns) text.insert(text.find(stiffness), "rotational_stiffness = \"1 N·m/rad\"\n");
+    return text + tool;
+  };
+  const std::string rigid =
+      "[contact.rigid]\nk_s = 0.5\nmargin = \"2 µm\"\nmoves = 3\n"
+      "[proxy]\nsolver = \"direct\"\n";
+  for (const auto& [name, renderer] : {std::pair{"god-object6", Renderer::kGodObject6},
+                                       std::pair{"constrained6", Renderer::kConstrained6}}) {
+    const SessionConfig config = parse_config(scene(name, true) + rigid, "x.toml");
+    CHECK(config.renderer == renderer);
+    CHECK(config.rigid.k_s == 0.5);
+    CHECK(config.rigid.margin == 2e-6);
+    CHECK(config.rigid.moves == 3);
+    // what the soft renderers are told does not let the hand meet the contacts itself
+    CHECK(has_springs(config.proxy, config.renderer));
+    CHECK_FALSE(has_springs(config.proxy, Renderer::kVoxel));
+    const std::string error = error_of(scene(name, false) + rigid);
+    CAPTURE(name, error);
+    CHECK(error.rfind("x.toml:3:12: 'renderer' ", 0) == 0);
+    CHECK(error.find("rotational_stiffness") != std::string::npos);
+  }
+  const RigidConfig unsaid = parse_config(scene("god-object6", true), "x.toml").rigid;
+  CHECK(unsaid.k_s == RigidConfig{}.k_s);
+  CHECK(unsaid.margin == RigidConfig{}.margin);
+  CHECK(unsaid.moves == RigidConfig{}.moves);
+}
+
+TEST_CASE("config: a coupling too stiff for its device is warned of with the numbers") {
+  const auto warned = [](const std::string& device, const std::string& coupling) {
+    return config_warnings(parse_config(
+        scene_with("[coupling]\nstiffness = \"800 N/m\"\n", device + "[coupling]\n" + coupling),
+        "x.toml"));
+  };
+  const std::string hand = "[device.hand]\ndamping = \"1 N·s/m\"\n";
+  // 2 (b − b_c)/T = 2000 N/m without a damper of the coupling, 1200 with 0.4
+  CHECK(warned(hand, "stiffness = \"1990 N/m\"\n").empty());
+  const auto stiff = warned(hand, "stiffness = \"2 kN/m\"\n");
+  REQUIRE(stiff.size() == 1);
+  CHECK(stiff[0].find("2000 N/m") != std::string::npos);
+  CHECK(stiff[0].find("two-port margin") != std::string::npos);
+  CHECK(warned(hand, "stiffness = \"1100 N/m\"\ndamping = \"0.4 N·s/m\"\n").empty());
+  CHECK(warned(hand, "stiffness = \"1200 N/m\"\ndamping = \"0.4 N·s/m\"\n").size() == 1);
+  // a device feels its own metres and newtons: s φ = 4
+  CHECK(
+      warned(hand, "stiffness = \"600 N/m\"\n[map]\nmotion_scale = 2\nforce_scale = 2\n").size() ==
+      1);
+  // without a proxy it is the contacts that the hand feels
+  const std::string direct = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n[proxy]\n";
+  const auto felt = [&](const std::string& stiffness) {
+    return config_warnings(
+        parse_config(scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"direct6\"\n") +
+                         direct + "contact_stiffness = \"" + stiffness + "\"\n",
+                     "x.toml"));
+  };
+  CHECK(felt("1900 N/m").empty());
+  REQUIRE(felt("2 kN/m").size() == 1);
+  CHECK(felt("2 kN/m")[0].find("contact_stiffness in [proxy]") != std::string::npos);
+  // turning has margins of its own where the device has torque and says what it is made of
+  const std::string torque =
+      "max_torque = \"0.1 N·m\"\ninertia = \"1e-4 kg·m²\"\n"
+      "rotational_damping = \"1e-3 N·m·s/rad\"\n";
+  CHECK(warned(torque, "rotational_stiffness = \"1 N·m/rad\"\n").empty());
+  const auto turning = warned(torque, "rotational_stiffness = \"3 N·m/rad\"\n");
+  REQUIRE(turning.size() == 1);
+  CHECK(turning[0].find("rotational_stiffness in [coupling] is 3 N·m/rad") != std::string::npos);
+}
+
+TEST_CASE("config: parts of machines are read with their dimensions") {
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto part = [&](const std::string& keys) {
+    return parse_config(scene_with(box, keys), "x.toml").objects[0];
+  };
+  const ObjectConfig hole = part(
+      "primitive = \"hole\"\ndiameter = \"20 mm\"\nlength = \"40 mm\"\nclearance = \"0.2 mm\"\n"
+      "block = \"60 mm\"\n");
+  CHECK(view(hole.mesh) == "primitive:hole");
+  CHECK(hole.part.clearance == 0.2e-3);
+  CHECK(hole.extent == Vec3{0.06, 0.06, 0.04});
+  const ObjectConfig gear = part(
+      "primitive = \"gear\"\nteeth = 20\nmodule = \"3 mm\"\nwidth = \"10 mm\"\nbore = \"10 mm\"\n"
+      "along = 2\n");
+  CHECK(gear.part.teeth == 20);
+  CHECK(gear.part.along == 2);
+  CHECK(gear.part.backlash == 0.1e-3);
+  CHECK(std::abs(gear.size - 0.066) <= test::tol(1e-15));
+  const ObjectConfig nut = part(
+      "primitive = \"nut\"\ndiameter = \"20 mm\"\npitch = \"2.5 mm\"\ndepth = \"1.4 mm\"\n"
+      "clearance = \"0.05 mm\"\nheight = \"16 mm\"\nwidth = \"32 mm\"\n");
+  CHECK(nut.part.height == 0.016);
+  const ObjectConfig peg = part("primitive = \"peg\"\ndiameter = \"2 cm\"\nlength = \"4 cm\"\n");
+  CHECK(peg.extent == Vec3{0.02, 0.02, 0.04});
+}
+
+TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line and column") {
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto part = [&](const std::string& keys) { return scene_with(box, keys); };
+  const auto voxel = [](const std::string& keys) {
+    return scene_with("[coupling]\n", "[contact.voxel]\n" + keys + "[coupling]\n");
+  };
+  const auto rigid = [](const std::string& keys) {
+    return scene_with("[coupling]\n", "[contact.rigid]\n" + keys + "[coupling]\n");
+  };
+  const auto tool = [](const std::string& keys) {
+    return scene_with("[coupling]\n",
+                      "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n" + keys + "[coupling]\n");
+  };
+  const std::string thread = "diameter = \"20 mm\"\npitch = \"2 mm\"\n";
+  for (const auto& [what, text, place, says] : std::vector<Bad>{
+           {"unknown part", part("primitive = \"flywheel\"\n"), "x.toml:9:13: ",
+            "'primitive' is 'flywheel'; known here: box, sphere, peg, hole, gear, bolt, nut"},
+           {"peg without length", part("primitive = \"peg\"\ndiameter = \"2 cm\"\n"),
+            "x.toml:7:1: ", "[[object]] has no 'length'"},
+           {"key of another part",
+            part("primitive = \"peg\"\ndiameter = \"2 cm\"\nlength = \"4 cm\"\nblock = \"1 m\"\n"),
+            "x.toml:12:1: ", "unknown key 'block' in [[object]]"},
+           {"hole wider than its block",
+            part("primitive = \"hole\"\ndiameter = \"20 mm\"\nlength = \"4 cm\"\n"
+                 "clearance = \"1 mm\"\nblock = \"22 mm\"\n"),
+            "x.toml:13:9: ", "'block' is no wider than the hole"},
+           {"bore that leaves no gear",
+            part("primitive = \"gear\"\nteeth = 10\nmodule = \"2 mm\"\nwidth = \"1 cm\"\n"
+                 "bore = \"15 mm\"\n"),
+            "x.toml:13:8: ", "'bore' reaches the foot of the teeth"},
+           {"backlash that leaves no teeth",
+            part("primitive = \"gear\"\nteeth = 10\nmodule = \"2 mm\"\nwidth = \"1 cm\"\n"
+                 "bore = \"5 mm\"\nbacklash = \"2 mm\"\n"),
+            "x.toml:14:12: ", "'backlash' is as large as the module"},
+           {"too few teeth", part("primitive = \"gear\"\nteeth = 5\n"),
+            "x.toml:10:9: ", "whole number from 6 to 200"},
+           {"thread to the axis",
+            part("primitive = \"bolt\"\n" + thread + "depth = \"10 mm\"\nlength = \"4 cm\"\n"),
+            "x.toml:12:9: ", "'depth' reaches the axis"},
+           {"nut without flats",
+            part("primitive = \"nut\"\n" + thread +
+                 "depth = \"1 mm\"\nclearance = \"1 mm\"\nheight = \"1 cm\"\nwidth = \"22 mm\"\n"),
+            "x.toml:15:9: ", "'width' is no wider than the thread"},
+           {"voxels of no size", voxel("size = \"0 mm\"\n"),
+            "x.toml:6:8: ", "'size' is out of range"},
+           {"narrow band", voxel("size = \"1 mm\"\nband = \"0.5 mm\"\n"),
+            "x.toml:7:8: ", "'band' is out of range"},
+           {"many layers", voxel("offset_layers = 9\n"),
+            "x.toml:6:17: ", "whole number from 0 to 8"},
+           {"field by name", voxel("field = \"16 bit\"\n"),
+            "x.toml:6:9: ", "'field' is text; write true or false"},
+           {"budget in time", voxel("budget = \"1 ms\"\n"), "x.toml:6:10: ", "whole number"},
+           {"braking as a force", voxel("braking = \"1 N\"\n"),
+            "x.toml:6:11: ", "is a force, not a damping"},
+           {"rigid tool beyond its range", rigid("k_s = 2.1\n"),
+            "x.toml:6:7: ", "'k_s' is out of range"},
+           {"rigid tool that never goes", rigid("k_s = 0\n"),
+            "x.toml:6:7: ", "'k_s' is out of range"},
+           {"margin as wide as a tool", rigid("margin = \"2 mm\"\n"),
+            "x.toml:6:10: ", "'margin' is out of range"},
+           {"margin without a unit", rigid("margin = 1e-6\n"), "x.toml:6:10: ", "'margin'"},
+           {"no moves", rigid("moves = 0\n"), "x.toml:6:9: ", "whole number from 1 to 64"},
+           {"unknown key of rigid tools", rigid("ks = 2\n"),
+            "x.toml:6:1: ", "unknown key 'ks' in [contact.rigid]"},
+           {"unknown key of the voxels", voxel("layers = 2\n"),
+            "x.toml:6:1: ", "unknown key 'layers' in [contact.voxel]"},
+           {"tool without a body", scene_with("", "[tool]\nmass = \"1 kg\"\n"),
+            "x.toml:11:1: ", "[tool] has no 'mesh'"},
+           {"mass twice", tool("mass = \"1 kg\"\ndensity = \"1 g/cm³\"\n"),
+            "x.toml:9:11: ", "'density' says what 'mass' and 'inertia' say"},
+           {"inertia of no body", tool("inertia = [\"1 kg·m²\", \"1 kg·m²\", \"2.1 kg·m²\"]\n"),
+            "x.toml:8:11: ", "'inertia' belongs to no body"},
+           {"inertia as a mass", tool("inertia = [\"1 kg\", \"1 kg\", \"1 kg\"]\n"),
+            "x.toml:8:12: ", "is a mass, not a moment of inertia"},
+           {"tool that moves by itself", tool("motion = {kind = \"static\"}\n"),
+            "x.toml:8:1: ", "unknown key 'motion' in [tool]"}}) {
+    CAPTURE(what);
+    const std::string error = error_of(text);
+    CHECK_THAT(error, Catch::StartsWith(place));
+    CHECK_THAT(error, Catch::Contains(says));
+    CHECK(error.find('\n') == std::string::npos);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,512 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/ipc/handout.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::TemporaryRuntimeFolder;
+using SimRing = RingSource<&SimChannels::frames>;
+
+constexpr uint64_t kSimSlots = decltype(SimChannels::frames)::kCapacity;
+constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
+
+/// Serves until the condition holds.
+template <typename Condition>
+bool serve_until(HandoutServer& server, Condition holds) {
+  const int64_t give_up = now_ns() + kPatienceNs;
+  while (!holds()) {
+    if (now_ns() > give_up) return false;
+    pollfd waiting{server.poll_fd(), POLLIN, 0};
+    poll(&waiting, 1, 1);
+    server.serve({});
+  }
+  return true;
+}
+
+void publish(SegmentWriter<SimChannels>& writer, uint64_t first, uint64_t count) {
+  SceneFrame frame{};
+  for (uint64_t seq = first; seq < first + count; ++seq) {
+    frame.seq = seq;
+    writer.channels().frames.publish(frame);
+  }
+}
+
+void announce(HandoutServer& server, SegmentWriter<SimChannels>& writer) {
+  server.announce(SegmentId::kSim, writer.header().generation, "sim", writer.fd());
+}
+
+/// A client of its own connection that reads the scene frames.
+struct Client {
+  Attachments attachments;
+  SimRing frames;
+  explicit Client(const std::string& session, Start start = Start::kOldest)
+      : attachments(connect_session(session)),
+        frames(attachments.ring<&SimChannels::frames>(start)) {
+    attachments.start();
+  }
+};
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const HandoutError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Forks a writer of frames numbered from 0 that publishes without end; kill() it.
+class ForkedWriter {
+ public:
+  ForkedWriter(FileDescriptor socket, uint64_t generation) {
+    pid_ = fork();
+    REQUIRE(pid_ >= 0);
+    if (pid_ != 0) return;
+    SegmentWriter<SimChannels> writer(generation);
+    offer_segment(socket.get(), SegmentId::kSim, generation, "sim", writer.fd());
+    for (uint64_t seq = 0;; ++seq) publish(writer, seq, 1);
+  }
+  ~ForkedWriter() { kill(); }
+  ForkedWriter(const ForkedWriter&) = delete;
+  void kill() {
+    if (pid_ > 0) {
+      ::kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    pid_ = -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+}  // namespace
+
+TEST_CASE("handout: a client gets what was announced before and after it came") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("early");
+  SegmentWriter<SimChannels> sim(1);
+  SegmentWriter<ControlChannels> control(1);
+  announce(server, sim);
+  Attachments attachments(connect_session("early"));
+  auto frames = attachments.source<SimChannels>();
+  auto controls = attachments.source<ControlChannels>();
+  attachments.start();
+  CHECK(serve_until(server, [&] { return frames.channels() != nullptr; }));
+  CHECK(controls.channels() == nullptr);
+  server.announce(SegmentId::kControl, 1, "control", control.fd());
+  CHECK(serve_until(server, [&] { return controls.channels() != nullptr; }));
+  CHECK(frames.generation() == 1);
+  CHECK(frames.header()->pid == uint64_t(getpid()));
+}
+
+TEST_CASE("handout: a late joiner starts at the newest item, or at the oldest that is still safe") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("late");
+  SegmentWriter<SimChannels> writer(1);
+  const uint64_t before = GENERATE(3u, kSimSlots, 5 * kSimSlots);
+  publish(writer, 0, before);
+  announce(server, writer);
+  Client newest("late", Start::kNewest), oldest("late", Start::kOldest);
+  SceneFrame out{};
+  REQUIRE(serve_until(server, [&] { return oldest.frames.next(out); }));
+  const uint64_t reach = kSimSlots - kSimSlots / 8;
+  CHECK(out.seq == (before > reach ? before - reach : 0));
+  REQUIRE(serve_until(server,
+                      [&] { return newest.frames.next(out) || newest.frames.generation() == 1; }));
+  CHECK_FALSE(newest.frames.next(out));
+  publish(writer, before, 1);
+  REQUIRE(newest.frames.next(out));
+  CHECK(out.seq == before);
+  // what happened before it came is not lost: it was not there to lose it
+  CHECK(newest.frames.lost() == 0);
+  CHECK(oldest.frames.lost() == 0);
+}
+
+TEST_CASE("handout: the old writer's items are read to the end before its successor's") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("restart");
+  SegmentWriter<SimChannels> first(1), second(2), third(3);
+  announce(server, first);
+  Client client("restart");
+  SceneFrame out{};
+  publish(first, 100, 1);
+  REQUIRE(serve_until(server, [&] { return client.frames.next(out); }));
+  CHECK(out.seq == 100);
+
+  publish(first, 101, 2);
+  publish(second, 200, 1);
+  publish(third, 300, 1);
+  announce(server, second);
+  announce(server, second);  // again: means the same
+  announce(server, third);
+  std::vector<uint64_t> seen;
+  REQUIRE(serve_until(server, [&] {
+    while (client.frames.next(out)) seen.push_back(out.seq);
+    return seen.size() >= 4;
+  }));
+  CHECK(seen == std::vector<uint64_t>{101, 102, 200, 300});
+  CHECK(client.frames.lost() == 0);
+  CHECK(client.frames.generation() == 3);
+
+  // an old generation never takes the place of a newer one
+  announce(server, first);
+  Client late("restart");
+  REQUIRE(serve_until(server, [&] { return late.frames.next(out); }));
+  CHECK(out.seq == 300);
+}
+
+TEST_CASE(
+    "handout: an announcement that comes twice, or under a wrong generation, changes nothing") {
+  int ends[2];
+  REQUIRE(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
+  const FileDescriptor sender(ends[0]);
+  std::atomic<int> errors{0};
+  Attachments attachments(FileDescriptor(ends[1]),
+                          {.on_error = [&](const std::string&) { ++errors; }});
+  SimRing frames = attachments.ring<&SimChannels::frames>(Start::kOldest);
+  auto controls = attachments.source<ControlChannels>();
+  attachments.start();
+  SegmentWriter<SimChannels> first(1), second(2);
+  SegmentWriter<ControlChannels> last(1);
+  publish(first, 10, 1);
+  publish(second, 20, 1);
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 5, "sim", first.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 2, "sim", second.fd());
+  offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
+  // announcements are taken in order: once this one is there, so are the others
+  offer_segment(sender.get(), SegmentId::kControl, 1, "control", last.fd());
+  const int64_t give_up = now_ns() + kPatienceNs;
+  while (controls.channels() == nullptr && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
+  std::vector<uint64_t> seen;
+  for (SceneFrame out; frames.next(out);) seen.push_back(out.seq);
+  CHECK(seen == std::vector<uint64_t>{10, 20});
+  CHECK(errors == 1);
+}
+
+TEST_CASE("handout: losses are exact across generations") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("losses");
+  SegmentWriter<SimChannels> first(1), second(2);
+  announce(server, first);
+  Client client("losses");
+  SceneFrame out{};
+  publish(first, 0, 1);
+  REQUIRE(serve_until(server, [&] { return client.frames.next(out); }));
+  publish(first, 1, 3 * kSimSlots);
+  publish(second, 0, 2 * kSimSlots);
+  announce(server, second);
+  uint64_t got = 1;
+  REQUIRE(serve_until(server, [&] {
+    while (client.frames.next(out)) ++got;
+    return client.frames.generation() == 2 && out.seq == 2 * kSimSlots - 1;
+  }));
+  CHECK(got + client.frames.lost() == 1 + 3 * kSimSlots + 2 * kSimSlots);
+}
+
+TEST_CASE("handout: the latest item survives its writer until there is a newer one") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("latest");
+  SegmentWriter<SimChannels> first(1), second(2);
+  publish(first, 0, 5);
+  announce(server, first);
+  Client client("latest");
+  SceneFrame out{};
+  REQUIRE(serve_until(server, [&] { return client.frames.latest(out); }));
+  CHECK(out.seq == 4);
+  CHECK_FALSE(client.frames.latest(out));
+  publish(first, 5, 1);
+  announce(server, second);
+  REQUIRE(serve_until(server, [&] {
+    client.frames.latest(out);
+    return client.frames.generation() == 2;
+  }));
+  CHECK(out.seq == 5);
+  // the source has gone on, the item in hand is still the old writer's
+  CHECK(client.frames.item_generation() == 1);
+  publish(second, 50, 2);
+  REQUIRE(client.frames.latest(out));
+  CHECK(out.seq == 51);
+  CHECK(client.frames.item_generation() == 2);
+}
+
+TEST_CASE("handout: kill -9 of a writer at any moment loses nothing uncounted") {
+  const TemporaryRuntimeFolder folder;
+  std::mt19937_64 random(5);
+  for (int round = 0; round < 12; ++round) {
+    HandoutServer server("killed");
+    // a view of hapticd's own on each generation says how much there was
+    std::vector<std::unique_ptr<SegmentView<SimChannels>>> views;
+    const auto take = [&](const Announcement&, int fd) {
+      views.push_back(std::make_unique<SegmentView<SimChannels>>(reopen_read_only(fd)));
+    };
+    ForkedWriter first(server.connect_child(SegmentId::kSim, 1), 1);
+    while (views.size() < 1) server.serve(take);
+    while (views[0]->channels().frames.published() == 0) sleep_until(now_ns() + 1000);
+
+    sleep_until(now_ns() + int64_t(random() % 2'000'000));
+    first.kill();
+    Attachments attachments(connect_session("killed"));
+    SimRing frames = attachments.ring<&SimChannels::frames>(Start::kOldest);
+    const uint64_t first_end = views[0]->channels().frames.published();
+    const uint64_t reach = kSimSlots - kSimSlots / 8;
+    const uint64_t begin = first_end > reach ? first_end - reach : 0;
+
+    ForkedWriter second(server.connect_child(SegmentId::kSim, 2), 2);
+    attachments.start();
+    while (views.size() < 2) server.serve(take);
+    SceneFrame out{};
+    uint64_t got = 0;
+    uint64_t got_of_first = 0;
+    const int64_t stop = now_ns() + int64_t(random() % 2'000'000);
+    const auto drain = [&] {
+      while (frames.next(out)) {
+        ++got;
+        got_of_first += frames.generation() == 1;
+      }
+    };
+    while (now_ns() < stop || frames.generation() != 2) {
+      server.serve(take);
+      drain();
+    }
+    second.kill();
+    drain();
+    CAPTURE(round, first_end, begin, got, frames.lost());
+    // a killed writer may have spoilt one slot, which begin is well clear of
+    CHECK((got_of_first == 0 || got_of_first == first_end - begin));
+    const uint64_t from = got_of_first == 0 ? 0 : first_end - begin;
+    CHECK(got + frames.lost() == from + views[1]->channels().frames.published());
+  }
+}
+
+TEST_CASE("handout: a generation is unmapped once its reader has gone on, not before") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("retire");
+  SegmentWriter<SimChannels> first(1), second(2);
+  publish(first, 1, 1);
+  announce(server, first);
+  Client client("retire");
+  SceneFrame out{};
+  REQUIRE(serve_until(
+      server, [&] { return client.frames.header() != nullptr || client.frames.next(out); }));
+  const auto n_mapped = [] {
+    std::ifstream maps("/proc/self/maps");
+    int count = 0;
+    for (std::string line; std::getline(maps, line);) {
+      count += contains(line, "haptic-sim") && contains(line, "r--s");
+    }
+    return count;
+  };
+  CHECK(n_mapped() == 1);
+  announce(server, second);
+  REQUIRE(serve_until(server, [&] { return n_mapped() == 2; }));
+  // it is mapped a moment before it is linked in: look until the reader has gone on
+  CHECK(serve_until(server, [&] {
+    client.frames.next(out);
+    return n_mapped() == 1;
+  }));
+  publish(second, 7, 1);
+  REQUIRE(client.frames.next(out));
+  CHECK(out.seq == 7);
+}
+
+TEST_CASE("handout: a stuck client is dropped and the others are served") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("stuck");
+  SegmentWriter<ContactChannels> contact(1);
+  const FileDescriptor stuck = connect_session("stuck");
+  Attachments attachments(connect_session("stuck"));
+  auto controls = attachments.source<ControlChannels>();
+  attachments.start();
+  REQUIRE(serve_until(server, [&] { return server.n_clients() == 2; }));
+  uint64_t generation = 0;
+  const auto good_has = [&](uint64_t wanted) {
+    while (controls.advance()) {
+    }
+    return controls.generation() == wanted;
+  };
+  // in batches that fit a socket many times over: the good client keeps up, the other's fills
+  for (uint64_t batch = 1; batch < 500 && server.n_clients() == 2; ++batch) {
+    for (int i = 0; i < 20; ++i) {
+      server.announce(SegmentId::kContact0, ++generation, "contact0", contact.fd());
+    }
+    const SegmentWriter<ControlChannels> control(batch);
+    server.announce(SegmentId::kControl, batch, "control", control.fd());
+    REQUIRE(serve_until(server, [&] { return good_has(batch); }));
+  }
+  CHECK(server.n_clients() == 1);
+  CHECK(attachments.is_connected());
+}
+
+TEST_CASE("handout: only a child may offer a segment, and only its own") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("offers");
+  SegmentWriter<SimChannels> writer(4);
+  int offers = 0;
+  const auto count = [&](const Announcement&, int) { ++offers; };
+
+  const FileDescriptor client = connect_session("offers");
+  REQUIRE(serve_until(server, [&] { return server.n_clients() == 1; }));
+  offer_segment(client.get(), SegmentId::kSim, 4, "sim", writer.fd());
+  server.serve(count);
+  CHECK(offers == 0);
+  CHECK(server.n_clients() == 0);
+
+  const FileDescriptor other = server.connect_child(SegmentId::kContact0, 4);
+  offer_segment(other.get(), SegmentId::kSim, 4, "sim", writer.fd());
+  const FileDescriptor stale = server.connect_child(SegmentId::kServo0, 5);
+  offer_segment(stale.get(), SegmentId::kServo0, 4, "servo0", writer.fd());
+  server.serve(count);
+  CHECK(offers == 0);
+
+  const FileDescriptor child = server.connect_child(SegmentId::kSim, 4);
+  offer_segment(child.get(), SegmentId::kSim, 4, "sim", writer.fd());
+  server.serve(count);
+  CHECK(offers == 1);
+}
+
+TEST_CASE(
+    "handout: a second writer of a segment is connected beside the first until that is dead") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("spare");
+  SegmentWriter<SimChannels> first(1), second(2);
+  uint64_t newest = 0;
+  const auto note = [&](const Announcement& offer, int) { newest = offer.generation; };
+  const FileDescriptor one = server.connect_child(SegmentId::kSim, 1);
+  offer_segment(one.get(), SegmentId::kSim, 1, "sim", first.fd());
+  server.serve(note);
+  CHECK(newest == 1);
+  const FileDescriptor two = server.connect_child(SegmentId::kSim, 2);
+  server.forget_children(SegmentId::kSim, 1);
+  const auto is_connected = [](const FileDescriptor& end) {
+    pollfd peer{end.get(), 0, 0};
+    return poll(&peer, 1, 0) == 0;
+  };
+  CHECK(is_connected(one));
+  server.forget_children(SegmentId::kSim, 2);
+  CHECK_FALSE(is_connected(one));
+  CHECK(is_connected(two));
+  offer_segment(two.get(), SegmentId::kSim, 2, "sim", second.fd());
+  server.serve(note);
+  CHECK(newest == 2);
+}
+
+TEST_CASE("handout: junk from a client costs that client its connection") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("junk");
+  const FileDescriptor client = connect_session("junk");
+  REQUIRE(serve_until(server, [&] { return server.n_clients() == 1; }));
+  REQUIRE(send(client.get(), "hello", 5, MSG_NOSIGNAL) == 5);
+  CHECK(serve_until(server, [&] { return server.n_clients() == 0; }));
+}
+
+TEST_CASE("handout: a client that leaves is forgotten, one that is told so knows it") {
+  const TemporaryRuntimeFolder folder;
+  auto server = std::make_unique<HandoutServer>("leave");
+  {
+    const FileDescriptor client = connect_session("leave");
+    REQUIRE(serve_until(*server, [&] { return server->n_clients() == 1; }));
+  }
+  CHECK(serve_until(*server, [&] { return server->n_clients() == 0; }));
+  std::atomic<bool> closed{false};
+  Attachments attachments(connect_session("leave"), {.on_closed = [&] { closed = true; }});
+  attachments.start();
+  REQUIRE(serve_until(*server, [&] { return server->n_clients() == 1; }));
+  server.reset();
+  const int64_t give_up = now_ns() + kPatienceNs;
+  while (!closed && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
+  CHECK(closed);
+  CHECK_FALSE(attachments.is_connected());
+}
+
+TEST_CASE("handout: a second server of the same name is told which process is in the way") {
+  const TemporaryRuntimeFolder folder;
+  auto first = std::make_unique<HandoutServer>("twin");
+  const std::string what = message_of([] { const HandoutServer second("twin"); });
+  CHECK(contains(what, "'twin' runs already"));
+  CHECK(contains(what, "pid " + std::to_string(getpid())));
+  CHECK(contains(what, "--session"));
+  const HandoutServer other("other");
+  first.reset();
+  CHECK_NOTHROW(HandoutServer("twin"));
+}
+
+TEST_CASE("handout: the socket a killed server left behind is replaced") {
+  const TemporaryRuntimeFolder folder;
+  const pid_t pid = fork();
+  if (pid == 0) {
+    const HandoutServer server("phoenix");
+    for (;;) pause();
+  }
+  const std::string socket = folder.path() + "/phoenix.sock";
+  while (access(socket.c_str(), F_OK) != 0 || running_sessions().empty()) {
+    sleep_until(now_ns() + 1'000'000);
+  }
+  kill(pid, SIGKILL);
+  waitpid(pid, nullptr, 0);
+  CHECK(access(socket.c_str(), F_OK) == 0);
+  CHECK(running_sessions().empty());
+  HandoutServer server("phoenix");
+  CHECK(running_sessions() == std::vector<std::string>{"phoenix"});
+}
+
+TEST_CASE("handout: a client that finds no session is told what runs and how to start one") {
+  const TemporaryRuntimeFolder folder;
+  CHECK(contains(message_of([] { connect_session("absent"); }), "none is running here"));
+  CHECK(contains(message_of([] { connect_session(""); }), "hapticd CONFIG.toml"));
+  const HandoutServer one("one");
+  CHECK_NOTHROW(connect_session(""));
+  const HandoutServer two("two");
+  const std::string what = message_of([] { connect_session("absent"); });
+  CHECK(contains(what, "no session 'absent'"));
+  CHECK(contains(what, "running: one, two"));
+  CHECK(contains(what, "hapticd CONFIG.toml --session absent"));
+  CHECK(contains(message_of([] { connect_session(""); }), "which session?"));
+}
+
+TEST_CASE("handout: names that are no file names are refused") {
+  const TemporaryRuntimeFolder folder;
+  const std::string name =
+      GENERATE("", "../up", "a b", "a/b", "0123456789012345678901234567890123");
+  CHECK(contains(message_of([&] { const HandoutServer server(name); }), "cannot be the name"));
+}
+
+TEST_CASE("handout: a runtime folder of somebody else is refused") {
+  const TemporaryRuntimeFolder folder;
+  chmod(folder.path().c_str(), 0777);
+  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "written by others"));
+  chmod(folder.path().c_str(), 0700);
+  if (geteuid() != 0) {
+    WARN("SKIPPED: only root can give a folder away");
+    return;
+  }
+  REQUIRE(chown(folder.path().c_str(), 65534, 65534) == 0);
+  CHECK(contains(message_of([] { const HandoutServer server("x"); }), "belongs to user 65534"));
+  REQUIRE(chown(folder.path().c_str(), 0, 0) == 0);
+}
+
+}  // namespace haptic

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/ipc/ring.h"
+
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "clients/lab/forked_process.h"
+#include "proto/ipc/handout.h"
+#include "tests/support/self_describing.h"
+
+namespace haptic {
+namespace {
+
+using test::SelfDescribing;
+using Record = SelfDescribing<32>;  // 256 bytes
+
+/// A ring in memory that a forked writer shares with this process.
+template <typename RingType>
+class SharedRing {
+ public:
+  SharedRing()
+      : ring_(new (mmap(nullptr, sizeof(RingType), PROT_READ | PROT_WRITE,
+                        MAP_SHARED | MAP_ANONYMOUS, -1, 0)) RingType) {}
+  ~SharedRing() { munmap(ring_, sizeof(RingType)); }
+  SharedRing(const SharedRing&) = delete;
+  RingType& operator*() const { return *ring_; }
+
+ private:
+  RingType* ring_;
+};
+
+/// Lets a forked writer publish without end and kills it with -9 after that time.
+template <typename RingType>
+void write_until_killed(RingType& ring, std::chrono::microseconds lifetime) {
+  const pid_t pid = fork();
+  REQUIRE(pid >= 0);
+  if (pid == 0) {
+    for (uint64_t n = 0;; ++n) ring.publish(RingType::Item::make(n));
+  }
+  while (ring.published() == 0) std::this_thread::yield();
+  std::this_thread::sleep_for(lifetime);
+  kill(pid, SIGKILL);
+  waitpid(pid, nullptr, 0);
+}
+
+#ifdef __SANITIZE_THREAD__
+std::atomic<int> thread_sanitizer_reports{0};
+
+/// What Ring must not be made of.
+template <typename T>
+class Plain {
+ public:
+  static constexpr bool is_always_lock_free = true;
+  Plain(T value = 0) : value_(value) {}
+  void store(T value, std::memory_order) { value_ = value; }
+  T load(std::memory_order) const { return value_; }
+
+ private:
+  T value_;
+};
+#endif
+
+}  // namespace
+
+TEST_CASE("ring: an empty ring has nothing to read") {
+  const Ring<Record, 8> ring;
+  Record out;
+  Cursor cursor;
+  CHECK(ring.published() == 0);
+  CHECK_FALSE(ring.latest(out));
+  CHECK_FALSE(ring.read(0, out));
+  CHECK_FALSE(read_next(ring, cursor, out));
+  CHECK(cursor.lost == 0);
+}
+
+TEST_CASE("ring: zeroed memory is an empty ring") {
+  const Ring<Record, 8> ring;
+  const std::vector<std::byte> zeros(sizeof ring);
+  CHECK(std::memcmp(zeros.data(), static_cast<const void*>(&ring), sizeof ring) == 0);
+}
+
+TEST_CASE("ring: a reader that keeps up gets each item once and in order") {
+  Ring<Record, 8> ring;
+  Cursor cursor;
+  Record out;
+  for (uint64_t n = 0; n < 100; ++n) {
+    ring.publish(Record::make(n));
+    REQUIRE(read_next(ring, cursor, out));
+    CHECK(out.n == n);
+    CHECK(out.is_whole());
+    CHECK_FALSE(read_next(ring, cursor, out));
+    REQUIRE(ring.latest(out));
+    CHECK(out.n == n);
+  }
+  CHECK(cursor.lost == 0);
+}
+
+TEST_CASE("ring: exactly the newest capacity items can be read") {
+  Ring<Record, 8> ring;
+  const uint64_t published = GENERATE(1u, 7u, 8u, 9u, 16u, 1003u);
+  for (uint64_t n = 0; n < published; ++n) ring.publish(Record::make(n));
+  Record out;
+  for (uint64_t n = 0; n < published + 8; ++n) {
+    CAPTURE(published, n);
+    CHECK(ring.read(n, out) == (n < published && n + 8 >= published));
+  }
+}
+
+TEST_CASE("ring: a lapped reader counts exactly what it lost") {
+  std::mt19937_64 random(7);
+  Ring<Record, 16> ring;
+  Cursor cursor;
+  uint64_t published = 0, got = 0, expected_next = 0;
+  for (int round = 0; round < 2000; ++round) {
+    for (uint64_t burst = random() % 40; burst > 0; --burst)
+      ring.publish(Record::make(published++));
+    Record out;
+    for (uint64_t reads = random() % 20; reads > 0 && read_next(ring, cursor, out); --reads) {
+      REQUIRE(out.is_whole());
+      REQUIRE(out.n >= expected_next);
+      expected_next = out.n + 1;
+      ++got;
+      // what came before this item was delivered or counted
+      REQUIRE(got + cursor.lost == expected_next);
+    }
+  }
+  Record out;
+  while (read_next(ring, cursor, out)) ++got;
+  CHECK(got + cursor.lost == published);
+  CHECK(cursor.lost > 0);
+}
+
+TEST_CASE("ring: readers beside a hammering writer see no torn item and lose none uncounted") {
+  // short, so that the writer is always on the reader's heels
+  Ring<Record, 4> ring;
+  constexpr uint64_t kItems = 200'000;
+  std::atomic<bool> done{false};
+  struct Result {
+    uint64_t got = 0, torn = 0, disorder = 0, lost = 0;
+  };
+  std::vector<Result> results(3);
+  std::vector<std::thread> readers;
+  readers.reserve(results.size());
+  for (Result& result : results) {
+    readers.emplace_back([&ring, &done, &result] {
+      Cursor cursor;
+      Record out;
+      uint64_t next = 0;
+      for (;;) {
+        const bool last_look = done.load(std::memory_order_acquire);
+        while (read_next(ring, cursor, out)) {
+          ++result.got;
+          result.torn += !out.is_whole();
+          result.disorder += out.n < next;
+          next = out.n + 1;
+        }
+        // the oldest item: its slot is the one that is overwritten next
+        const uint64_t end = ring.published();
+        if (end >= 4 && ring.read(end - 4, out)) result.torn += !out.is_whole() || out.n != end - 4;
+        if (last_look) break;
+      }
+      result.lost = cursor.lost;
+    });
+  }
+  for (uint64_t n = 0; n < kItems; ++n) ring.publish(Record::make(n));
+  done.store(true, std::memory_order_release);
+  for (std::thread& reader : readers) reader.join();
+  for (const Result& result : results) {
+    CHECK(result.torn == 0);
+    CHECK(result.disorder == 0);
+    CHECK(result.got + result.lost == kItems);
+  }
+}
+
+TEST_CASE("ring: without its tickets the same hammering does tear items") {
+  // negative control: shows that the payload and the load above can reveal a torn read
+  std::array<std::atomic<uint64_t>, 32> slot{};
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    for (uint64_t n = 0; !done.load(std::memory_order_relaxed); ++n) {
+      const auto words = std::bit_cast<std::array<uint64_t, 32>>(Record::make(n));
+      for (size_t i = 0; i < 32; ++i) slot[i].store(words[i], std::memory_order_release);
+    }
+  });
+  bool torn = false;
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!torn && std::chrono::steady_clock::now() < give_up) {
+    std::array<uint64_t, 32> words;
+    for (size_t i = 0; i < 32; ++i) words[i] = slot[i].load(std::memory_order_acquire);
+    const auto record = std::bit_cast<Record>(words);
+    torn = words[31] != 0 && !record.is_whole();
+  }
+  done.store(true, std::memory_order_relaxed);
+  writer.join();
+  CHECK(torn);
+}
+
+#ifdef __SANITIZE_THREAD__
+}  // namespace haptic
+
+// called by the sanitizer's runtime
+extern "C" void __tsan_on_report(void*) {
+  ++haptic::thread_sanitizer_reports;
+}
+
+namespace haptic {
+
+TEST_CASE("ring: one of plain words is reported by the thread sanitizer") {
+  // negative control, in a process of its own: a report would fail this one
+  ForkedProcess racing([] {
+    Ring<Record, 8, Plain> ring;
+    std::thread writer([&] {
+      for (uint64_t n = 0; n < 10'000; ++n) ring.publish(Record::make(n));
+    });
+    Record out;
+    for (int i = 0; i < 10'000; ++i) ring.latest(out);
+    writer.join();
+    _exit(thread_sanitizer_reports > 0 ? 3 : 0);
+  });
+  const int status = racing.wait();
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 3);
+}
+#endif
+
+TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the oldest is whole",
+                   "", (Ring<SelfDescribing<8>, 16>), (Ring<SelfDescribing<128>, 16>)) {
+  std::mt19937_64 random(11);
+  for (int round = 0; round < 60; ++round) {
+    SharedRing<TestType> shared;
+    write_until_killed(*shared, std::chrono::microseconds(random() % 300));
+    const TestType& ring = *shared;
+    const uint64_t end = ring.published();
+    typename TestType::Item out;
+    CAPTURE(round, end);
+    REQUIRE(end > 0);
+    // the slot of the oldest may have been half overwritten by an item that was never counted
+    for (uint64_t n = end >= 16 ? end - 15 : 0; n < end; ++n) {
+      REQUIRE(ring.read(n, out));
+      REQUIRE(out.is_whole());
+      REQUIRE(out.n == n);
+    }
+    // killed between the ticket and the count: complete, but not announced
+    if (ring.read(end, out)) CHECK(out.is_whole());
+    REQUIRE(ring.latest(out));
+    CHECK(out.n == end - 1);
+  }
+}
+
+TEST_CASE("ring: what a killed writer left behind is drained with an exact count") {
+  std::mt19937_64 random(13);
+  uint64_t most_lost_of_the_last_ring = 0;
+  for (int round = 0; round < 60; ++round) {
+    SharedRing<Ring<Record, 16>> shared;
+    write_until_killed(*shared, std::chrono::microseconds(random() % 300));
+    const uint64_t end = (*shared).published();
+    Cursor cursor{random() % (end + 1), 0};
+    const uint64_t from = cursor.next;
+    uint64_t got = 0, last = 0;
+    for (Record out; read_final(*shared, cursor, out); ++got) {
+      REQUIRE(out.is_whole());
+      last = out.n;
+    }
+    CAPTURE(round, from, end);
+    CHECK(from + got + cursor.lost == end);
+    if (got > 0) CHECK(last == end - 1);
+    const uint64_t out_of_reach = end - from > 16 ? end - from - 16 : 0;
+    most_lost_of_the_last_ring = std::max(most_lost_of_the_last_ring, cursor.lost - out_of_reach);
+  }
+  CHECK(most_lost_of_the_last_ring <= 1);
+}
+
+}  // namespace haptic

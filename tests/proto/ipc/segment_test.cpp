@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/ipc/segment.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/proto/ipc/segment_image.h"
+
+namespace haptic {
+namespace {
+
+using test::Bytes;
+using test::fault_of;
+using test::file_with;
+using test::valid_image;
+
+template <typename Value>
+Bytes patched(Bytes image, size_t offset, Value value) {
+  std::memcpy(image.data() + offset, &value, sizeof value);
+  return image;
+}
+
+constexpr size_t kFirstEntry = offsetof(SegmentHeader, channels);
+
+}  // namespace
+
+TEST_CASE("segment: the hash is FNV-1a, as its authors' test vectors say") {
+  static_assert(fnv1a("") == 0xcbf29ce484222325);
+  static_assert(fnv1a("a") == 0xaf63dc4c8601ec8c);
+  static_assert(fnv1a("foobar") == 0x85944171f73967e8);
+  CHECK(fnv1a(uint64_t{0x7261'626f'6f66}, fnv1a("")) == fnv1a(std::string_view("foobar\0\0", 8)));
+}
+
+TEST_CASE("segment: no two kinds share a layout hash") {
+  CHECK(kSegmentSpec<ServoChannels>.layout_hash != kSegmentSpec<ContactChannels>.layout_hash);
+  CHECK(kSegmentSpec<SimChannels>.layout_hash != kSegmentSpec<ControlChannels>.layout_hash);
+  CHECK(record_hash<ServoFrame>() != record_hash<SceneFrame>());
+}
+
+TEST_CASE("segment: a reader sees what the writer published, then and later") {
+  SegmentWriter<SimChannels> writer(5);
+  SceneFrame frame{};
+  frame.seq = 1;
+  writer.channels().frames.publish(frame);
+  const SegmentView<SimChannels> view(reopen_read_only(writer.fd()));
+  SceneFrame out;
+  REQUIRE(view.channels().frames.latest(out));
+  CHECK(out.seq == 1);
+  frame.seq = 2;
+  writer.channels().frames.publish(frame);
+  REQUIRE(view.channels().frames.latest(out));
+  CHECK(out.seq == 2);
+  CHECK(view.generation() == 5);
+}
+
+TEST_CASE("segment: the header tells who writes and whether it is alive") {
+  SegmentWriter<ControlChannels> writer(1);
+  const SegmentView<ControlChannels> view(reopen_read_only(writer.fd()));
+  CHECK(view.header().pid == uint64_t(getpid()));
+  CHECK(view.header().process_start == process_start_time(uint64_t(getpid())));
+  CHECK(view.header().process_start > 0);
+  CHECK(view.header().state == uint32_t(SegmentState::kInit));
+  writer.set_state(SegmentState::kRun);
+  writer.beat(41, 123456);
+  RealtimeReport report;
+  report.bits = kRealtimeWanted;
+  report.fifo_errno = EPERM;
+  writer.set_realtime(report);
+  CHECK(view.header().state == uint32_t(SegmentState::kRun));
+  CHECK(view.header().heartbeat == 41);
+  CHECK(view.header().heartbeat_ns == 123456);
+  CHECK(view.header().realtime_bits == kRealtimeWanted);
+  CHECK(view.header().fifo_errno == EPERM);
+}
+
+TEST_CASE("segment: the start of a process tells it from one that reuses its number") {
+  CHECK(process_start_time(1) <= process_start_time(uint64_t(getpid())));
+  CHECK(process_start_time(uint64_t{1} << 40) == 0);
+}
+
+TEST_CASE("segment: an unharmed copy of a segment is accepted") {
+  CHECK_FALSE(fault_of(file_with(valid_image())).has_value());
+}
+
+TEST_CASE("segment: each kind of damage is refused by its name") {
+  const Bytes good = valid_image();
+  using H = SegmentHeader;
+  const auto refused = [&](size_t offset, auto value) {
+    return fault_of(file_with(patched(good, offset, value)));
+  };
+  CHECK(fault_of(file_with({})) == SegmentFault::kTooShort);
+  CHECK(fault_of(file_with(Bytes(good.begin(), good.begin() + 100))) == SegmentFault::kTooShort);
+  CHECK(fault_of(file_with(Bytes(good.begin(), good.end() - 1))) == SegmentFault::kTooShort);
+  CHECK(fault_of(file_with(good, 0)) == SegmentFault::kNotSealed);
+  CHECK(fault_of(FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC))) ==
+        SegmentFault::kNotSealed);
+  CHECK(refused(offsetof(H, magic), kSegmentMagic + 1) == SegmentFault::kWrongMagic);
+  CHECK(refused(offsetof(H, magic), uint64_t{0}) == SegmentFault::kNotReady);
+  CHECK(refused(offsetof(H, abi_major), kAbiMajor + 1) == SegmentFault::kWrongAbi);
+  CHECK(refused(offsetof(H, layout_hash), uint64_t{1}) == SegmentFault::kWrongLayout);
+  CHECK(refused(offsetof(H, segment_id), uint32_t{2}) == SegmentFault::kWrongKind);
+  CHECK(refused(offsetof(H, total_bytes), uint64_t{1} << 40) == SegmentFault::kTooShort);
+  CHECK(refused(offsetof(H, n_channels), uint32_t{1000}) == SegmentFault::kWrongTable);
+  const size_t offset = kFirstEntry + offsetof(ChannelEntry, offset);
+  for (const uint64_t huge : {~uint64_t{0}, ~uint64_t{0} - 63, uint64_t{1} << 40, uint64_t{0}}) {
+    CAPTURE(huge);
+    CHECK(refused(offset, huge) == SegmentFault::kWrongTable);
+  }
+  CHECK(refused(kFirstEntry + offsetof(ChannelEntry, bytes), ~uint64_t{0}) ==
+        SegmentFault::kWrongTable);
+}
+
+TEST_CASE("segment: another process's segment is refused even when it is large enough") {
+  SegmentWriter<ServoChannels> writer(1);
+  CHECK(fault_of<SimChannels>(reopen_read_only(writer.fd())) == SegmentFault::kWrongKind);
+}
+
+TEST_CASE("segment: a reader waits for a writer that is not ready yet, but not for ever") {
+  WritableSegment writer(kSegmentSpec<SimChannels>, 1);
+  CHECK(fault_of(reopen_read_only(writer.fd()), {.ready_timeout_ns = 1'000'000}) ==
+        SegmentFault::kNotReady);
+  std::thread publisher([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    writer.publish();
+  });
+  CHECK_FALSE(
+      fault_of(reopen_read_only(writer.fd()), {.ready_timeout_ns = 60 * kNsPerSecond}).has_value());
+  publisher.join();
+}
+
+TEST_CASE("segment: a sealed file keeps its bytes") {
+  const Bytes bytes(1000, std::byte{42});
+  const FileDescriptor fd = make_sealed_file("config", bytes);
+  CHECK(pwrite(fd.get(), "x", 1, 0) == -1);
+  CHECK(ftruncate(fd.get(), 10) == -1);
+  Bytes out(2000);
+  REQUIRE(pread(fd.get(), out.data(), out.size(), 0) == 1000);
+  out.resize(1000);
+  CHECK(out == bytes);
+}
+
+}  // namespace haptic

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for servo/hapticd/command.cpp.
+#include "servo/hapticd/command.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+
+using haptic::apply_command;
+using haptic::Command;
+using haptic::CommandKind;
+using haptic::ControlFrame;
+
+namespace {
+
+/// With a point for a tool.
+const haptic::SessionConfig kSession{};
+
+}  // namespace
+
+TEST_CASE("command: each word changes what it says, and the revision", "[servo]") {
+  ControlFrame wanted{};
+  wanted.revision = 7;
+  CHECK(apply_command("arm", kSession, wanted).kind == CommandKind::kChange);
+  CHECK(wanted.armed == 1);
+  CHECK(wanted.revision == 8);
+  apply_command("pause", kSession, wanted);
+  CHECK(wanted.paused == 1);
+  apply_command("resume", kSession, wanted);
+  CHECK(wanted.paused == 0);
+  apply_command("disarm", kSession, wanted);
+  CHECK(wanted.armed == 0);
+  CHECK(apply_command("clear-fault", kSession, wanted).clears_fault);
+  CHECK(wanted.fault_clears == 1);
+  apply_command("set stiffness 500 N/m", kSession, wanted);
+  CHECK(wanted.translational_stiffness == 500);
+  apply_command("set damping 2 N·s/m", kSession, wanted);
+  CHECK(wanted.translational_damping == 2);
+  apply_command("set rotational-stiffness 2 N·m/rad", kSession, wanted);
+  CHECK(wanted.rotational_stiffness == 2);
+  apply_command("set rotational-damping 0.001 N·m·s/rad", kSession, wanted);
+  CHECK(wanted.rotational_damping == 1e-3);
+  apply_command("set time-scale 0.5", kSession, wanted);
+  CHECK(wanted.scene_time_scale == 0.5);
+  apply_command("set renderer virtual-proxy3", kSession, wanted);
+  CHECK(wanted.renderer == static_cast<uint32_t>(haptic::Renderer::kVirtualProxy3));
+  CHECK(wanted.revision == 18);
+}
+
+TEST_CASE("command: asking and stopping change nothing", "[servo]") {
+  ControlFrame wanted{};
+  CHECK(apply_command("status", kSession, wanted).kind == CommandKind::kStatus);
+  CHECK(apply_command(" stop ", kSession, wanted).kind == CommandKind::kStop);
+  CHECK(wanted.revision == 0);
+}
+
+TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
+  const std::string line = GENERATE(
+      as<std::string>(), "", "bogus", "arm now", "set", "set stiffness", "set stiffness 500",
+      "set stiffness 500 N", "set stiffness -1 N/m", "set stiffness 1e9 N/m",
+      "set stiffness nan N/m", "set colour red", "set renderer", "set renderer penalty4",
+      "set renderer direct6", "set renderer voxel", "set rotational-stiffness 5 N/m",
+      "set time-scale fast", "set time-scale -1", "set time-scale 1e400");
+  ControlFrame wanted{}, before{};
+  const Command command = apply_command(line, kSession, wanted);
+  CAPTURE(line, command.problem);
+  CHECK(command.kind == CommandKind::kRefused);
+  CHECK_FALSE(command.problem.empty());
+  CHECK(command.problem.find('\n') == std::string::npos);
+  // wire structs have no padding: NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+  CHECK(std::memcmp(&wanted, &before, sizeof wanted) == 0);
+}
+
+TEST_CASE("command: a renderer is had where the session has a tool and maps for it", "[servo]") {
+  haptic::SessionConfig config;
+  ControlFrame wanted{};
+  haptic::assign(config.tool.mesh, "primitive:sphere");
+  CHECK(apply_command("set renderer direct6", config, wanted).kind == CommandKind::kChange);
+  const Command refused = apply_command("set renderer voxel", config, wanted);
+  CHECK(refused.kind == CommandKind::kRefused);
+  CHECK(refused.problem.find("[contact.voxel]") != std::string::npos);
+  config.voxel.is_wanted = 1;
+  // its proxy turns: there must be a spring for that
+  CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kRefused);
+  apply_command("set stiffness 800 N/m", config, wanted);
+  apply_command("set rotational-stiffness 1 N·m/rad", config, wanted);
+  CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kChange);
+  CHECK(wanted.renderer == static_cast<uint32_t>(haptic::Renderer::kVoxel));
+  CHECK(apply_command("set rotational-stiffness 0 N·m/rad", config, wanted).kind ==
+        CommandKind::kRefused);
+  CHECK(wanted.rotational_stiffness == 1);
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for servo/hapticd/restart_policy.cpp.
+#include "servo/hapticd/restart_policy.h"
+
+#include <catch2/catch.hpp>
+
+using haptic::judge_pulse;
+using haptic::Pulse;
+using haptic::restart_delay_ns;
+using haptic::Silence;
+
+constexpr int64_t kMs = 1'000'000;
+
+TEST_CASE("restart policy: at once, then ever more slowly, a second at most", "[servo]") {
+  CHECK(restart_delay_ns(1) == 0);
+  CHECK(restart_delay_ns(2) == 50 * kMs);
+  CHECK(restart_delay_ns(3) == 200 * kMs);
+  for (const int deaths : {4, 5, 1000}) CHECK(restart_delay_ns(deaths) == 1000 * kMs);
+}
+
+TEST_CASE("restart policy: a heart is late after 20 ms and has stopped after 250 ms", "[servo]") {
+  const int64_t period = GENERATE(1 * kMs, kMs / 8, 8 * kMs);
+  CHECK(judge_pulse(20 * kMs + period, period) == Pulse::kFine);
+  CHECK(judge_pulse(20 * kMs + period + 1, period) == Pulse::kLate);
+  // a host that holds the machine up for 90 ms kills nobody
+  CHECK(judge_pulse(90 * kMs, period) == Pulse::kLate);
+  CHECK(judge_pulse(250 * kMs + period, period) == Pulse::kLate);
+  CHECK(judge_pulse(250 * kMs + period + 1, period) == Pulse::kHung);
+}
+
+TEST_CASE("restart policy: a machine that was asleep has not hung", "[servo]") {
+  const int64_t nap = 3000 * kMs;
+  Silence silence;
+  CHECK(silence.look(7, 100 * kMs, 110 * kMs, 0) == 10 * kMs);
+  // asleep between two looks, and the process has not run again at the second and the third
+  CHECK(silence.look(7, 100 * kMs, 130 * kMs + nap, nap) == 30 * kMs);
+  CHECK(silence.look(7, 100 * kMs, 150 * kMs + nap, 0) == 50 * kMs);
+  // what was forgiven one beat is not forgiven the next
+  CHECK(silence.look(8, 160 * kMs + nap, 470 * kMs + nap, 0) == 310 * kMs);
+  // it beat once more just before the nap
+  CHECK(silence.look(9, 471 * kMs + nap, 490 * kMs + 2 * nap, nap) == 19 * kMs);
+}

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/constrained6.h"
+
+#include <limits>
+
+#include "proto/math/lcp.h"
+#include "tests/support/near.h"
+#include "tests/support/rigid_tick.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kDegree = 0.017453292519943295, kH = 1e-3;
+
+/// A box of 0.1 kg, its corners 2 cm from the middle.
+RigidLoop constrained() {
+  RigidLoop loop(Renderer::kConstrained6);
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  return loop;
+}
+
+std::vector<MaterialConfig> rough(double friction) {
+  std::vector<MaterialConfig> materials(1);
+  materials[0].friction_static = materials[0].friction_dynamic = friction;
+  return materials;
+}
+
+double energy(const RigidLoop& loop) {
+  const BodyMotion& body = loop.constrained.body;
+  const Vec3 w = rotate(conjugate(body.X_WC.q), body.V_WC.w);
+  const Vec3& i = loop.model.tool.inertia_C;
+  return 0.5 * (loop.model.tool.mass * norm_squared(body.V_WC.v) + i.x * w.x * w.x +
+                i.y * w.y * w.y + i.z * w.z * w.z);
+}
+
+/// Sets the body loose, as it is.
+void let_go(RigidLoop& loop, const BodyMotion& body) {
+  loop.model.coupling = {};
+  loop.constrained.started = true;
+  loop.constrained.body = body;
+}
+
+}  // namespace
+
+TEST_CASE("constrained6: a pulled box rests on four corners", "[servo]") {
+  RigidLoop loop = constrained();
+  const auto materials = rough(GENERATE(0.0, 0.5));
+  loop.model.materials = materials;
+  loop.model.tool.centre_T = {0.003, -0.002, 0.001};
+  const auto floor = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
+  BodySolution out;
+  for (int i = 0; i < 2000; ++i) out = loop.hold({{0, 0, 0.015}, {}}, *floor);
+  const Pose rest = out.proxy.X_WT;
+  CHECK_THAT(rest.p, IsNear({0, 0, 0.02}, 1e-9));
+  CHECK_THAT(out.F_hand_W.f, IsNear({0, 0, 800 * 5e-3}, 1e-6));
+  // Σ λ = h F, and what pushes it is what the hand feels
+  CHECK_THAT(out.push_W[0].f, IsNear(out.F_hand_W.f, 1e-6));
+  CHECK_THAT(out.push_W[0].t, IsNear(out.F_hand_W.t, 1e-7));
+  for (size_t i = 0; i < trials(10000); ++i) out = loop.hold({{0, 0, 0.015}, {}}, *floor);
+  CHECK_THAT(out.proxy.X_WT.p, IsNear(rest.p, 1e-10));
+  CHECK_THAT(to_rotation_vector(out.proxy.X_WT.q), IsNear({}, 1e-9));
+}
+
+TEST_CASE("constrained6: sticks within the cone of friction and slides at its edge", "[servo]") {
+  const double mu = GENERATE(0.1, 0.4, 0.8);
+  const double degrees = GENERATE(-0.5, 0.5);
+  const double angle = std::atan(mu) + degrees * kDegree;
+  CAPTURE(mu, degrees);
+  const auto materials = rough(mu);
+  RigidLoop loop = constrained();
+  loop.model.materials = materials;
+  const Vec3 start{0, 0, 0.002};
+  const auto floor = rigid_set({start, {}}, corners_on_floor(0.02, -0.002));
+  const double pull = 3e-3;
+  BodySolution out;
+  loop.hold({start, {}}, *floor);
+  // an incline seen from the box: the pull grows slowly, its direction stays
+  const auto hand_at = [&](int i) {
+    const double way = pull * std::min(i, 500) / 500;
+    return Pose{start + way * Vec3{std::sin(angle), 0, -std::cos(angle)}, {}};
+  };
+  double slipped = 0;
+  for (int i = 1; i <= 3000; ++i) {
+    out = loop.hold(hand_at(i), *floor);
+    REQUIRE(out.converged);
+    const double tangential = std::hypot(out.push_W[0].f.x, out.push_W[0].f.y);
+    REQUIRE(tangential <= mu * out.push_W[0].f.z * (1 + 1e-6) + 1e-9);
+    REQUIRE_THAT(out.proxy.X_WT.p, IsNear({out.proxy.X_WT.p.x, 0, start.z}, 1e-8));
+    slipped = out.proxy.X_WT.p.x;
+  }
+  // it slips until the spring is back at the edge of the cone, a little further by its mass
+  const double edge = pull * std::max(0.0, std::sin(angle) - mu * std::cos(angle));
+  if (degrees < 0) CHECK(std::fabs(slipped) < 1e-9);
+  if (degrees > 0) CHECK(slipped == Approx(edge).epsilon(0.05));
+  const double at_rest = slipped;
+  for (size_t i = 0; i < trials(10000); ++i) out = loop.hold(hand_at(500), *floor);
+  CHECK(std::fabs(out.proxy.X_WT.p.x - at_rest) < 1e-8);
+}
+
+TEST_CASE("constrained6: the step without friction is that of the complementarity problem",
+          "[servo]") {
+  Random random(3);
+  LcpSolver lcp(kMaxContacts);
+  size_t compared = 0, constraining = 0;
+  for (size_t i = 0; i < trials(1000); ++i) {
+    RigidLoop loop = constrained();
+    loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+    const Pose X_WG = random.pose(0.1);
+    const auto touches = random_touches(random, 0.05, 1e-3);
+    let_go(loop, {X_WG, {random.uniform(0, 0.5) * random.direction(), 5 * random.direction()}});
+    const Twist before = loop.constrained.body.V_WC;
+    const BodySolution out = loop.hold(X_WG, *rigid_set(X_WG, touches));
+    REQUIRE(out.converged);
+    std::vector<MotionRow> rows;
+    for (const Touch& t : touches) {
+      MotionRow row = contact_row(rotate(X_WG.q, t.tool_point_T), t.normal, t.gap, 1);
+      row.b /= kH;
+      rows.push_back(row);
+    }
+    const Mat3 R = to_matrix(X_WG.q);
+    const Vec3& inertia = loop.model.tool.inertia_C;
+    const Mat3 scaled =
+        from_columns(inertia.x * R.column(0), inertia.y * R.column(1), inertia.z * R.column(2));
+    const MotionMetric metric = factor_metric(mass_matrix(0.1, scaled * transpose(R)));
+    for (const LcpMethod method : {LcpMethod::kPivoting, LcpMethod::kGaussSeidel}) {
+      const ImpulseStep step = lcp.step(method, metric, before, rows, 100000);
+      if (!step.converged) continue;
+      const Twist v = loop.constrained.body.V_WC;
+      REQUIRE_THAT(v.v, IsNear(step.v.v, 1e-8));
+      REQUIRE_THAT(v.w, IsNear(step.v.w, 1e-7));
+      ++compared;
+      constraining += step.v == before ? 0 : 1;
+    }
+  }
+  CHECK(compared > trials(1000));
+  CHECK(constraining > compared / 2);
+}
+
+TEST_CASE("constrained6: a body that nobody leads never gains energy", "[servo][trap]") {
+  Random random(4);
+  for (const double mu : {0.0, 0.3, 1.0}) {
+    const auto materials = rough(mu);
+    RigidLoop loop = constrained();
+    loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+    loop.model.materials = materials;
+    double before = 0;
+    size_t lost = 0;
+    for (size_t i = 0; i < trials(10000); ++i) {
+      if (i % 20 == 0) {
+        let_go(loop, {random.pose(0.1), {random.direction(), 20 * random.direction()}});
+        before = energy(loop);
+      }
+      // contacts wherever it is, some of them a little behind
+      const Pose X_WG = loop.constrained.body.X_WC;
+      const auto set = rigid_set(X_WG, random_touches(random, 0.05, 5e-3));
+      if (i % 3 == 0) set->contacts[0].object_point_O += 1e-4 * set->contacts[0].normal_O;
+      loop.hold({}, *set);
+      const double now = energy(loop);
+      REQUIRE(now <= before * (1 + 1e-9) + 1e-18);
+      lost += now < before * (1 - 1e-6) ? 1 : 0;
+      before = now;
+    }
+    CHECK(lost > trials(10000) / 20);
+  }
+}
+
+TEST_CASE("constrained6: free of contacts it turns on, and follows the hand", "[servo]") {
+  RigidLoop loop = constrained();
+  loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+  const auto none = rigid_set({}, {});
+  let_go(loop, {{}, {{0.1, 0, 0}, {1, 2, 3}}});
+  const double before = energy(loop);
+  for (int i = 0; i < 1000; ++i) loop.hold({}, *none);
+  CHECK(energy(loop) == Approx(before).epsilon(1e-12));
+  CHECK_THAT(loop.constrained.body.X_WC.p, IsNear({0.1, 0, 0}, 1e-12));
+
+  RigidLoop led = constrained();
+  led.model.tool.centre_T = {0.01, 0, 0.02};
+  const Pose hand{{0.01, 0.02, 0.03}, from_rotation_vector({0.3, 0, 0.4})};
+  led.hold(Pose{}, *none);
+  BodySolution out;
+  for (int i = 0; i < 3000; ++i) out = led.hold(hand, *none);
+  CHECK_THAT(out.proxy.X_WT.p, IsNear(hand.p, 1e-6));
+  CHECK_THAT(way_between(out.proxy.X_WT, hand).w, IsNear({}, 1e-6));
+  CHECK_THAT(out.F_hand_W.f, IsNear({}, 1e-3));
+}
+
+TEST_CASE("constrained6: begins at the hand as far as the contacts let it", "[servo]") {
+  const auto floor = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
+  RigidLoop loop = constrained();
+  const ToolMotion above{{{0.01, 0, 0.03}, from_rotation_vector({0.2, 0, 0})}, {{0.1, 0, 0}, {}}};
+  const BodySolution free = loop.step(above, *floor);
+  CHECK_THAT(free.proxy.X_WT.p, IsNear(above.X_WT.p, 1e-12));
+  CHECK_THAT(free.F_hand_W.f, IsNear({}, 1e-9));
+  RigidLoop below = constrained();
+  const BodySolution held = below.hold({{0.01, 0, 0.01}, {}}, *floor);
+  CHECK_THAT(held.proxy.X_WT.p, IsNear({0.01, 0, 0.02}, 1e-9));
+  CHECK(held.n_pushing > 0);
+}
+
+TEST_CASE("constrained6: comes out of what it is behind, a part each tick", "[servo]") {
+  RigidLoop loop = constrained();
+  const double behind = 1e-3;
+  let_go(loop, {{{0, 0, 0.02 - behind}, {}}, {}});
+  const auto floor = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
+  double left = behind;
+  for (int i = 0; i < 40; ++i) {
+    loop.hold({}, *floor);
+    const double now = 0.02 - loop.constrained.body.X_WC.p.z;
+    REQUIRE(now == Approx(left * 2 / 3).margin(1e-12));
+    // nothing of it is left as speed
+    REQUIRE(norm(loop.constrained.body.V_WC.v) < 1e-12);
+    left = now;
+  }
+}
+
+TEST_CASE("constrained6: a moving object takes the body along", "[servo]") {
+  const double mu = GENERATE(0.0, 0.8);
+  const auto materials = rough(mu);
+  RigidLoop loop = constrained();
+  loop.model.materials = materials;
+  const auto set = rigid_set({{0, 0, 0.02}, {}}, corners_on_floor(0.02, -0.02));
+  const Twist V{{mu > 0 ? 0.1 : 0, 0, 0.05}, {}};
+  BodySolution out;
+  for (int i = 0; i < 2000; ++i) {
+    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
+    loop.tick.X_WO[0] = X_WO;
+    loop.tick.V_WO[0] = V;
+    out = loop.step(ToolMotion{X_WO * Pose{{0, 0, 0.018}, {}}, V}, *set);
+    if (i < 500) continue;
+    REQUIRE_THAT(inverse(X_WO) * out.proxy.X_WT.p, IsNear({0, 0, 0.02}, 1e-8));
+    REQUIRE_THAT(out.F_hand_W.f, IsNear({0, 0, 1.6}, 1e-5));
+    REQUIRE_THAT(out.proxy.V_WT.v, IsNear(V.v, 1e-7));
+  }
+}
+
+TEST_CASE("constrained6: contacts fade with their age, without a step", "[servo][trap]") {
+  RigidLoop loop = constrained();
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const double depth = 5e-3;
+  BodySolution out;
+  for (int i = 0; i < 500; ++i) out = loop.hold({{0, 0, -depth}, {}}, *floor);
+  double before = out.F_hand_W.f.z;
+  CHECK(before == Approx(4));
+  for (int i = 1; i <= 100; ++i) {
+    loop.tick.weight = std::max(0.0, 1 - 0.02 * i);
+    const double now = loop.hold({{0, 0, -depth}, {}}, *floor).F_hand_W.f.z;
+    // 100 µm a tick, by spring and damper
+    REQUIRE(std::fabs(now - before) <= 0.2);
+    before = now;
+  }
+  for (int i = 0; i < 3000; ++i) before = loop.hold({{0, 0, -depth}, {}}, *floor).F_hand_W.f.z;
+  CHECK(std::fabs(before) < 1e-6);
+}
+
+TEST_CASE("constrained6: stays in a tight hole, and finite whatever leads it", "[servo][trap]") {
+  Random random(5);
+  std::vector<Touch> wall;
+  for (const double z : {-0.02, 0.02}) {
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 out{std::cos(30 * i * kDegree), std::sin(30 * i * kDegree), 0};
+      wall.push_back({0.005 * out + Vec3{0, 0, z}, -out, 1e-5});
+    }
+  }
+  const auto materials = rough(GENERATE(0.0, 0.3));
+  RigidLoop loop = constrained();
+  loop.model.materials = materials;
+  const auto set = rigid_set({}, wall);
+  loop.hold(Pose{}, *set);
+  for (size_t i = 0; i < trials(5000); ++i) {
+    const ToolMotion hand{random.pose(0.02), {random.direction(), random.direction()}};
+    const BodySolution out = loop.step(hand, *set);
+    REQUIRE(is_finite(out.proxy.X_WT));
+    REQUIRE(is_finite(out.F_hand_W));
+    const Vec3& p = out.proxy.X_WT.p;
+    REQUIRE(std::hypot(p.x, p.y) < 2e-5);
+    // along the axis nothing holds it
+    loop.constrained.body.X_WC.p.z = 0;
+  }
+}
+
+TEST_CASE("constrained6: what is not finite renders nothing, and the next tick begins anew",
+          "[servo][trap]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RigidLoop loop = constrained();
+  const auto good = rigid_set({}, corners_on_floor(0.02, 0));
+  for (const int what : {0, 1, 2, 3}) {
+    loop.tick.V_WO[0] = {};
+    loop.hold({{0, 0, -1e-3}, {}}, *good);
+    ContactSet set = *good;
+    if (what == 0) set.X_WG.q.x = nan;
+    if (what == 1) set.contacts[2].object_point_O.y = nan;
+    if (what == 2) set.contacts[3].object = 99;
+    if (what == 3) loop.tick.V_WO[0].v.x = nan;
+    const BodySolution out = loop.hold({{0, 0, -1e-3}, {}}, set);
+    CAPTURE(what);
+    CHECK_FALSE(out.finite);
+    CHECK(out.F_hand_W == Wrench{});
+    CHECK(is_finite(out.proxy.X_WT));
+    CHECK_FALSE(loop.constrained.started);
+  }
+  // a tool without mass is no body: it rests, and that is said
+  loop.tick.V_WO[0] = {};
+  loop.model.tool.mass = 0;
+  loop.model.coupling = {};
+  const BodySolution out = loop.hold(Pose{}, *good);
+  CHECK_FALSE(out.converged);
+  CHECK(is_finite(out.proxy.X_WT));
+}
+
+TEST_CASE("coupling: its symmetric Jacobian is the true one where nothing is stretched",
+          "[servo]") {
+  Random random(9);
+  const VirtualCoupling coupling{800, 2, 2, 5e-3, 8, 0.5};
+  const RigidBody tool{0.1, {1e-4, 1e-4, 1e-4}, {0.01, -0.02, 0.03}, 0.05};
+  for (size_t i = 0; i < trials(200); ++i) {
+    const ToolMotion at{random.pose(0.1), {}};
+    const BodyMotion proxy = motion_of_centre(tool, at);
+    const Pose away = moved(at.X_WT, {0.02 * random.direction(), 0.3 * random.direction()});
+    for (const ToolMotion& hand : {at, ToolMotion{away, {random.direction(), {}}}}) {
+      const BodyWrench plain = coupling_wrench(coupling, tool, hand, proxy);
+      const BodyWrench symmetric = symmetric_coupling_wrench(coupling, tool, hand, proxy);
+      REQUIRE(symmetric.F_W == plain.F_W);
+      for (size_t r = 0; r < 6; ++r) {
+        for (size_t c = 0; c < 6; ++c) {
+          REQUIRE(symmetric.by_motion(r, c) == Approx(symmetric.by_motion(c, r)).margin(1e-9));
+          if (hand.X_WT == at.X_WT) {
+            REQUIRE(symmetric.by_motion(r, c) == Approx(plain.by_motion(r, c)).margin(1e-9));
+          }
+        }
+      }
+      const Twist way{random.direction(), 20 * random.direction()};
+      REQUIRE(dot(symmetric.by_motion * way, way) <= 1e-9);
+    }
+  }
+}

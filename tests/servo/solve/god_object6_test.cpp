@@ -1,0 +1,598 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/body/god_object6.h"
+
+#include <limits>
+
+#include "proto/math/qp.h"
+#include "tests/support/near.h"
+#include "tests/support/rigid_tick.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+
+std::vector<MaterialConfig> rough(double friction) {
+  std::vector<MaterialConfig> materials(1);
+  materials[0].friction_static = materials[0].friction_dynamic = friction;
+  return materials;
+}
+
+RigidLoop god_object() {
+  return RigidLoop(Renderer::kGodObject6);
+}
+
+/// Some way, and a turn as large at the tool's rim.
+Twist random_way(Random& random, double most) {
+  return {random.uniform(0, most) * random.direction(),
+          random.uniform(0, most / 0.05) * random.direction()};
+}
+
+Pose at(const Vec3& p_W) {
+  return {p_W, {}};
+}
+
+}  // namespace
+
+TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
+  // algorithms.md 6.3: side 1, M = diag(1, 1/6); the inertia stands for k_R
+  RigidLoop loop = god_object();
+  loop.model.coupling = {1, 0, 1.0 / 6, 0, 0, 0};
+  const auto one = rigid_set({}, {{{0.5, -0.5, 0}, {0, 1, 0}, 0}});
+  const BodySolution out = loop.hold(at({0, -1, 0}), *one);
+  CHECK_THAT(out.proxy.X_WT.p, IsNear({0, -0.6, 0}, 1e-12));
+  CHECK_THAT(to_rotation_vector(out.proxy.X_WT.q), IsNear({0, 0, 1.2}, 1e-12));
+  CHECK_THAT(out.F_hand_W.f, IsNear({0, 0.4, 0}, 1e-12));
+  CHECK_THAT(out.F_hand_W.t, IsNear({0, 0, 0.2}, 1e-12));
+  CHECK(out.n_pushing == 1);
+
+  std::vector<Touch> bottom;
+  for (const double x : {-0.5, 0.5}) {
+    for (const double z : {-0.5, 0.5}) bottom.push_back({{x, -0.5, z}, {0, 1, 0}, 0});
+  }
+  RigidLoop four = god_object();
+  four.model.coupling = loop.model.coupling;
+  const BodySolution flat = four.hold(at({0, -1, 0}), *rigid_set({}, bottom));
+  CHECK_THAT(flat.proxy.X_WT.p, IsNear({}, 1e-12));
+  CHECK_THAT(flat.F_hand_W.f, IsNear({0, 1, 0}, 1e-12));
+  CHECK_THAT(flat.F_hand_W.t, IsNear({}, 1e-12));
+  CHECK_THAT(flat.push_W[0].f, IsNear({0, 1, 0}, 1e-12));
+}
+
+TEST_CASE("god-object6: free space is exactly free, however fast", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 8, 0.5};
+  const auto materials = rough(0.5);
+  loop.model.materials = materials;
+  // towards a floor 1 mm ahead, where a damper would act before the spring
+  const auto set = rigid_set(at({0, 0, 0.021}), corners_on_floor(0.02, -0.02, 0.001));
+  for (int i = 0; i < 100; ++i) {
+    const double z = 0.021 - 0.5e-3 * (i % 2), turn = 1e-4 * i;
+    ToolMotion hand{{{0, 1e-3 * i, z}, from_rotation_vector({0, 0, turn})}, {{0, 0, -0.5}, {}}};
+    const BodySolution out = loop.step(hand, *set);
+    REQUIRE(out.F_hand_W == Wrench{});
+    REQUIRE(out.proxy.X_WT == hand.X_WT);
+    REQUIRE(out.n_pushing == 0);
+  }
+}
+
+TEST_CASE("god-object6: without friction a plane pushes along its normal alone", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  loop.model.coupling.translational_damping = GENERATE(0, 2);
+  const auto set = rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02));
+  for (int i = 0; i < 200; ++i) {
+    const double way = 1e-4 * i;
+    const ToolMotion hand{at({way, 0, 0.02 - way}), {{0.1, 0, -0.1}, {}}};
+    const BodySolution out = loop.step(hand, *set);
+    const double tangential = std::hypot(out.F_hand_W.f.x, out.F_hand_W.f.y);
+    REQUIRE(tangential <= 1e-9 * norm(out.F_hand_W.f));
+    REQUIRE(out.F_hand_W.f.z ==
+            Approx(800 * way + loop.model.coupling.translational_damping * 0.1 * (i > 0 ? 1 : 0)));
+  }
+}
+
+TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") {
+  // Karush–Kuhn–Tucker against the contacts as they are: feasible, and the force in their cone
+  Random random(1);
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 0, 2, 0, 0, 0};
+  size_t pushed = 0;
+  for (size_t i = 0; i < trials(4000); ++i) {
+    const Pose X_WG = random.pose(0.1);
+    const auto touches = random_touches(random, 0.05, 2e-3);
+    const auto set = rigid_set(X_WG, touches);
+    const Twist a_u{random.uniform(0, 5e-3) * random.direction(),
+                    random.uniform(0, 0.1) * random.direction()};
+    loop.god_object = {};
+    loop.model.coupling.translational_damping = i % 2 == 0 ? 0 : 2;
+    const Twist V{random.uniform(0, 0.3) * random.direction(), random.direction()};
+    const BodySolution out = loop.step(ToolMotion{moved(X_WG, a_u), V}, *set);
+    REQUIRE(out.converged);
+    std::vector<MotionRow> rows;
+    const Twist a = way_between(X_WG, out.proxy.X_WT);
+    for (const Touch& t : touches) {
+      const Vec3 r = rotate(X_WG.q, t.tool_point_T);
+      rows.push_back(contact_row(r, t.normal, t.gap, 1));
+      REQUIRE(dot(rows.back().J, a) - rows.back().b >= -1e-12);
+    }
+    // no motion that all contacts allow has the force against it: project it onto the cone
+    Mat6 weight;
+    add_block(weight, 0, 0, Mat3{});
+    add_block(weight, 3, 3, 400 * Mat3{});
+    std::vector<MotionRow> cone = rows;
+    for (MotionRow& row : cone) row.b = 0;
+    // the polar decomposition: −F = what the cone makes + the rest, the rest is zero
+    const MotionMetric metric = factor_metric(weight);
+    const Twist push = response(metric, -out.F_hand_W);
+    const ConstrainedMotion rest = least_constraint(metric, push, cone);
+    const double size = norm(out.F_hand_W.f) + 20 * norm(out.F_hand_W.t);
+    REQUIRE(norm(rest.a.v) + 20 * norm(rest.a.w) <= 1e-9 * size);
+    if (size > 0) ++pushed;
+  }
+  CHECK(pushed > trials(4000) / 2);
+}
+
+TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]") {
+  // contacts all round at no gap, opposite ones among them
+  std::vector<Touch> wall;
+  for (const double z : {-0.02, 0.02}) {
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 out{std::cos(30 * i * kDegree), std::sin(30 * i * kDegree), 0};
+      wall.push_back({0.005 * out + Vec3{0, 0, z}, -out, 0});
+    }
+  }
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  const auto set = rigid_set({}, wall);
+  for (int i = 0; i < 300; ++i) {
+    // pulled along, turned about the axis, pushed and tilted against the walls
+    const double way = 1e-4 * i;
+    const ToolMotion hand{{{2e-3, 1e-3, way}, from_rotation_vector({0.02, 0, 0.05})},
+                          {{0, 0, 0.1}, {}}};
+    const BodySolution out = loop.step(hand, *set);
+    REQUIRE(out.converged);
+    REQUIRE_THAT(out.proxy.X_WT.p, IsNear({0, 0, way}, 1e-9));
+    REQUIRE(std::fabs(out.F_hand_W.f.z) <= 1e-9 * norm(out.F_hand_W.f));
+    REQUIRE(std::fabs(out.F_hand_W.t.z) <= 1e-9 * norm(out.F_hand_W.f));
+    REQUIRE_THAT(out.F_hand_W.f, IsNear({-1.6, -0.8, 0}, 1e-6));
+  }
+  // along the axis nothing is felt
+  const BodySolution free = god_object().hold(at({0, 0, 0.01}), *set);
+  CHECK(free.F_hand_W == Wrench{});
+}
+
+TEST_CASE("god-object6: what is new is let in over some ticks, what is gone let out",
+          "[servo][trap]") {
+  const double depth = 5e-3, k = 800;
+  RigidLoop loop = god_object();
+  loop.model.coupling = {k, 0, 2, 0, 0, 0};
+  const auto none = rigid_set({}, {});
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const double largest = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
+  double before = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
+  CHECK(before == 0);
+  for (int i = 0; i < 60; ++i) {
+    const double now = loop.hold(at({0, 0, -depth}), *floor).F_hand_W.f.z;
+    REQUIRE(now >= before);
+    REQUIRE(now - before <= largest);
+    before = now;
+  }
+  CHECK(before == Approx(k * depth).epsilon(1e-6));
+  for (int i = 0; i < 3; ++i) {
+    const double now = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
+    REQUIRE(now < before);
+    REQUIRE(before - now <= largest);
+    before = now;
+  }
+  CHECK(loop.hold(at({0, 0, -depth}), *none).F_hand_W == Wrench{});
+}
+
+TEST_CASE("god-object6: another feature of the same surface changes nothing", "[servo][trap]") {
+  // slides over facets: each tick another contact and another verified pose
+  RigidLoop loop = god_object();
+  double before = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double x = 2e-4 * i;
+    auto set = rigid_set(at({x, 0, 0}), {{{0.001 * (i % 5), 0, 0}, {0, 0, 1}, 0},
+                                         {{-0.02, 0.02, 0}, {0, 0, 1}, 0},
+                                         {{-0.02, -0.02, 0}, {0, 0, 1}, 0},
+                                         {{0.02, 0, 0}, {0, 0, 1}, 0}});
+    const BodySolution out = loop.hold(at({x, 0, -5e-3}), *set);
+    REQUIRE(out.F_hand_W.f.z == Approx(4).epsilon(1e-9));
+    if (i > 0) REQUIRE(std::fabs(out.F_hand_W.f.z - before) < 1e-9);
+    before = out.F_hand_W.f.z;
+  }
+}
+
+TEST_CASE("god-object6: a verified pose that jumps does not step the force", "[servo][trap]") {
+  const double depth = 5e-3, jump = 3e-3, k = 800;
+  RigidLoop loop = god_object();
+  const double step = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
+  const Pose hand = at({0, 0, -depth});
+  double before = loop.hold(hand, *rigid_set({}, corners_on_floor(0.02, 0))).F_hand_W.f.z;
+  CHECK(before == Approx(k * depth));
+  // the surface is elsewhere from one tick to the next, up and down
+  for (const double height : {jump, -jump, 0.0}) {
+    const auto set = rigid_set(at({0, 0, height}), corners_on_floor(0.02, 0));
+    for (int i = 0; i < 60; ++i) {
+      const double now = loop.hold(hand, *set).F_hand_W.f.z;
+      REQUIRE(std::fabs(now - before) <= step * (depth + 2 * jump) / depth);
+      before = now;
+    }
+    CHECK(before == Approx(k * (depth + height)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("god-object6: let out of one plane the proxy does not slide along another at once",
+          "[servo][trap]") {
+  const double depth = 5e-3, k = 800;
+  const double angle = GENERATE(0.5, 0.7, 1.0, 1.3);
+  RigidLoop loop = god_object();
+  loop.model.coupling = {k, 0, 2, 0, 0, 0};
+  const Vec3 slope{std::sin(angle), 0, std::cos(angle)};
+  const auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
+  const Pose hand = at({0, 0, -depth});
+  Vec3 before = loop.hold(hand, *floor).F_hand_W.f;
+  CHECK_THAT(before, IsNear({0, 0, k * depth}, 1e-9));
+  // the proxy lies on both, so nothing is let in
+  const double most = k * depth * loop.tick.dt / loop.model.blend_time;
+  for (int i = 0; i < 12; ++i) {
+    const BodySolution out = loop.hold(hand, *ramp);
+    const Vec3 now = out.F_hand_W.f;
+    CAPTURE(angle, i, now);
+    REQUIRE(norm(now - before) <= (1 + 1e-8) * most);
+    // what is put off is a force as any other: of the spring, and an object makes it
+    REQUIRE_THAT(now, IsNear(k * (out.proxy.X_WT.p - hand.p), 1e-9));
+    REQUIRE_THAT(out.push_W[0].f, IsNear(now, 1e-9));
+    before = now;
+  }
+  CHECK_THAT(before, IsNear(k * depth * slope.z * slope, 1e-6));
+}
+
+TEST_CASE("god-object6: what is put off goes along with the object that carried it", "[servo]") {
+  // the same in a frame at rest and in one that moves and turns: off the centre, with torques
+  const Twist V{{0.2, -0.1, 0.3}, {2, -3, 1}};
+  const Vec3 slope{std::sin(0.6), 0, std::cos(0.6)};
+  const auto floor = rigid_set({}, {{{0.02, 0.01, 0}, {0, 0, 1}, 0}});
+  const auto ramp = rigid_set({}, {{{0.02, 0.01, 0}, slope, 0}, {{-0.02, 0, 0.01}, slope, 1e-3}});
+  const auto none = rigid_set({}, {});
+  const Pose hand{{0, 0, -5e-3}, from_rotation_vector({0.05, -0.02, 0.01})};
+  RigidLoop still = god_object(), moving = god_object();
+  size_t pushed_by_none = 0;
+  for (int i = 0; i < 20; ++i) {
+    const ContactSet& set = i < 2 ? *floor : i < 4 ? *ramp : *none;
+    const BodySolution here = still.hold(hand, set);
+    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
+    ContactSet carried = set;
+    carried.X_WO[0] = X_WO;
+    carried.X_WG = X_WO * set.X_WG;
+    moving.tick.X_WO[0] = X_WO;
+    moving.tick.V_WO[0] = V;
+    const Pose X_WT = X_WO * hand;
+    const BodySolution there =
+        moving.step(ToolMotion{X_WT, {velocity_at(V, X_WT.p - X_WO.p), V.w}}, carried);
+    CAPTURE(i, here.F_hand_W.f, here.F_hand_W.t);
+    // without a contact nothing carries the tool: it is left where it is in the world
+    if (&set == none.get()) {
+      pushed_by_none += here.F_hand_W != Wrench{} ? 1 : 0;
+      continue;
+    }
+    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.f), IsNear(here.F_hand_W.f, 1e-8));
+    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.t), IsNear(here.F_hand_W.t, 1e-9));
+    REQUIRE_THAT(there.push_W[0].f, IsNear(there.F_hand_W.f, 1e-9));
+  }
+  // the last contacts are let out in some ticks, and then there is nothing
+  CHECK(pushed_by_none >= 2);
+  CHECK(pushed_by_none <= 6);
+  CHECK(still.hold(hand, *none).F_hand_W == Wrench{});
+}
+
+TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  const double k = 800, depth = 5e-3, speed = 0.05;
+  loop.model.coupling = {k, 2, 2, 0, 0, 0};
+  const auto materials = rough(GENERATE(0.0, 0.5));
+  loop.model.materials = materials;
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const double full = k * depth + 2 * speed;
+  const ToolMotion hand{at({0, 0, -depth}), {{0, 0, -speed}, {}}};
+  double before = loop.step(hand, *floor).F_hand_W.f.z;
+  CHECK(before == Approx(full));
+  for (int i = 1; i <= 100; ++i) {
+    loop.tick.weight = i <= 50 ? 1 - 0.02 * i : 0.02 * (i - 50);
+    const double now = loop.step(hand, *floor).F_hand_W.f.z;
+    REQUIRE(std::fabs(now - before) <= 0.03 * full);
+    // back in, it follows by a few ticks
+    if (i <= 50) REQUIRE(now == Approx(loop.tick.weight * full).margin(1e-9));
+    before = now;
+  }
+  for (int i = 0; i < 60; ++i) before = loop.step(hand, *floor).F_hand_W.f.z;
+  CHECK(before == Approx(full));
+}
+
+TEST_CASE("god-object6: sticks within the cone of friction and slides at its edge", "[servo]") {
+  const double mu = GENERATE(0.1, 0.4, 0.8, 1.5);
+  const double degrees = GENERATE(-0.5, 0.5);
+  const double angle = std::atan(mu) + degrees * kDegree;
+  const auto materials = rough(mu);
+  RigidLoop loop = god_object();
+  loop.model.materials = materials;
+  // so low that it does not tip over
+  const auto floor = rigid_set(at({0, 0, 0.002}), corners_on_floor(0.02, -0.002));
+  const double depth = 3e-3;
+  CAPTURE(mu, degrees);
+  loop.hold(at({0, 0, 0.002}), *floor);
+  BodySolution out;
+  for (int i = 1; i <= 50; ++i) {
+    const double d = depth * i / 50;
+    out = loop.hold(at({d * std::tan(angle), 0, 0.002 - d}), *floor);
+    REQUIRE(out.converged);
+    const double tangential = std::hypot(out.F_hand_W.f.x, out.F_hand_W.f.y);
+    REQUIRE(tangential <= mu * out.F_hand_W.f.z * (1 + 1e-6));
+  }
+  const double expected = degrees < 0 ? 0 : depth * (std::tan(angle) - mu);
+  CHECK_THAT(out.proxy.X_WT.p, IsNear({expected, 0, 0.002}, 1e-8));
+  CHECK(out.held_back_W.x == Approx(expected - depth * std::tan(angle)));
+}
+
+TEST_CASE("god-object6: what sticks does not creep", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  const auto materials = rough(0.5);
+  loop.model.materials = materials;
+  loop.hold(at({0, 0, 0.02}), *rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02)));
+  const Pose hand{{1e-3, 0, 0.017}, from_rotation_vector({0, 0, 0.01})};
+  for (size_t i = 0; i < trials(10000); ++i) {
+    // contact follows the hand without friction
+    const auto set = rigid_set(at({1e-3 * (i % 2 == 0), 0, 0.02}), corners_on_floor(0.02, -0.02));
+    const BodySolution out = loop.hold(hand, *set);
+    REQUIRE_THAT(out.proxy.X_WT.p, IsNear({0, 0, 0.02}, 1e-8));
+    REQUIRE_THAT(to_rotation_vector(out.proxy.X_WT.q), IsNear({}, 1e-6));
+  }
+}
+
+TEST_CASE("god-object6: sliding takes the dynamic ratio, rest the static one", "[servo]") {
+  RigidLoop loop = god_object();
+  auto materials = rough(0);
+  materials[0].friction_static = 0.8, materials[0].friction_dynamic = 0.3;
+  loop.model.materials = materials;
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  loop.hold(at({}), *floor);
+  const double depth = 3e-3;
+  double most = 0;
+  BodySolution out;
+  for (int i = 0; i <= 60; ++i) {
+    out = loop.hold(at({1e-4 * i, 0, -depth}), *floor);
+    most = std::max(most, -out.F_hand_W.f.x / out.F_hand_W.f.z);
+  }
+  CHECK(most == Approx(0.8).epsilon(0.03));
+  CHECK(-out.F_hand_W.f.x / out.F_hand_W.f.z == Approx(0.3).epsilon(1e-6));
+}
+
+TEST_CASE("god-object6: shading turns the force, its own normals change nothing", "[servo]") {
+  Random random(2);
+  for (size_t i = 0; i < trials(500); ++i) {
+    const Pose X_WG = random.pose(0.1);
+    const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+    const Pose hand = moved(X_WG, {5e-3 * random.direction(), 0.05 * random.direction()});
+    RigidLoop plain = god_object(), shaded = god_object();
+    const BodySolution expected = plain.hold(hand, *set);
+    // the normals through another rounding
+    for (Contact& c : set->contacts) c.shading_normal_O = (1 + 1e-15) * c.normal_O;
+    const BodySolution out = shaded.hold(hand, *set);
+    REQUIRE_THAT(out.F_hand_W.f, IsNear(expected.F_hand_W.f, 1e-10));
+    REQUIRE_THAT(out.F_hand_W.t, IsNear(expected.F_hand_W.t, 1e-11));
+    REQUIRE_THAT(out.proxy.X_WT.p, IsNear(expected.proxy.X_WT.p, 1e-13));
+  }
+  const Vec3 m = normalized(Vec3{0.2, 0.1, 1});
+  auto set = rigid_set({}, {{{}, {0, 0, 1}, 0}});
+  set->contacts[0].shading_normal_O = m;
+  const BodySolution out = god_object().hold(at({0, 0, -5e-3}), *set);
+  CHECK_THAT(normalized(out.F_hand_W.f), IsNear(m, 1e-12));
+  CHECK(out.F_hand_W.f.z == Approx(4));
+  CHECK_THAT(out.push_W[0].f, IsNear(out.F_hand_W.f, 1e-12));
+}
+
+TEST_CASE("god-object6: a grating tilts the force by its slope", "[servo]") {
+  auto materials = rough(GENERATE(0.0, 0.2));
+  TextureConfig& texture = materials[0].texture;
+  texture.kind = TextureKind::kGrating;
+  texture.amplitude = 1e-5;
+  texture.period = 1e-3;
+  RigidLoop loop = god_object();
+  loop.model.materials = materials;
+  const auto set = rigid_set({}, {{{}, {0, 0, 1}, 0}});
+  const double slope = texture.amplitude * 2 * 3.14159265358979 / texture.period;
+  // at the crest's flank, where the height rises along x
+  const BodySolution out = loop.hold(at({0, 0, -5e-3}), *set);
+  CHECK(out.F_hand_W.f.x / out.F_hand_W.f.z == Approx(-slope).epsilon(1e-3));
+}
+
+TEST_CASE("god-object6: a moving object takes the proxy along", "[servo]") {
+  const auto materials = rough(GENERATE(0.0, 0.5));
+  RigidLoop loop = god_object();
+  loop.model.materials = materials;
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  const auto set = rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02));
+  const Twist V{{0.1, 0, 0.05}, {0, 0.3, 0}};
+  for (int i = 0; i < 1000; ++i) {
+    // the hand moves as the object does, deep in it
+    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
+    const Pose X_WT = X_WO * at({0, 0, 0.018});
+    loop.tick.X_WO[0] = X_WO;
+    loop.tick.V_WO[0] = V;
+    const Twist V_WT{velocity_at(V, X_WT.p - X_WO.p), V.w};
+    const BodySolution out = loop.step(ToolMotion{X_WT, V_WT}, *set);
+    REQUIRE_THAT(out.F_hand_W.f, IsNear(rotate(X_WO.q, {0, 0, 1.6}), 1e-9));
+    REQUIRE_THAT(out.F_hand_W.t, IsNear({}, 1e-9));
+    const Vec3 proxy_O = inverse(X_WO) * out.proxy.X_WT.p;
+    REQUIRE_THAT(proxy_O, IsNear({0, 0, 0.02}, 1e-9));
+  }
+  // out of it both move alike and nothing is felt
+  loop.tick.X_WO[0] = {};
+  const BodySolution out = loop.step(ToolMotion{at({0, 0, 0.021}), V}, *set);
+  CHECK(out.F_hand_W == Wrench{});
+}
+
+TEST_CASE("god-object6: the spring ends at its bounds, the direction stays", "[servo]") {
+  RigidLoop loop = god_object(), bound = god_object();
+  bound.model.coupling.max_force = 2;
+  bound.model.coupling.max_torque = 0.01;
+  const auto set = rigid_set({}, {{{0.02, 0, 0}, {0, 0, 1}, 0}, {{0, 0.01, 0}, {0, 0.6, 0.8}, 0}});
+  const Pose hand{{0, -2e-3, -8e-3}, from_rotation_vector({0.1, 0.2, 0})};
+  const Wrench full = loop.hold(hand, *set).F_hand_W, least = bound.hold(hand, *set).F_hand_W;
+  CHECK(norm(full.f) > 2);
+  const double share = norm(least.f) / norm(full.f);
+  CHECK(std::max(norm(least.f) / 2, norm(least.t) / 0.01) == Approx(1));
+  CHECK_THAT(least.f, IsNear(share * full.f, 1e-12));
+  CHECK_THAT(least.t, IsNear(share * full.t, 1e-12));
+}
+
+TEST_CASE("god-object6: what is not finite renders nothing, and the next tick begins anew",
+          "[servo][trap]") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RigidLoop loop = god_object();
+  const auto good = rigid_set({}, corners_on_floor(0.02, 0));
+  loop.hold(at({0, 0, -1e-3}), *good);
+  for (const int what : {0, 1, 2, 3, 4, 5}) {
+    ContactSet set = *good;
+    loop.tick.X_WO[0] = {};
+    loop.tick.V_WO[0] = {};
+    if (what == 0) set.X_WG.p.x = nan;
+    if (what == 1) set.contacts[2].normal_O.y = nan;
+    if (what == 2) set.contacts[1].tool_point_T.y = nan;
+    if (what == 3) set.contacts[3].object = kMaxObjects;
+    if (what == 4) loop.tick.X_WO[0].q.w = nan;
+    if (what == 5) loop.tick.V_WO[0].w.x = nan;
+    const BodySolution out = loop.hold(at({0, 0, -1e-3}), set);
+    CAPTURE(what);
+    CHECK_FALSE(out.finite);
+    CHECK(out.F_hand_W == Wrench{});
+    CHECK(is_finite(out.proxy.X_WT));
+    CHECK_FALSE(loop.god_object.started);
+  }
+  loop.tick.X_WO[0] = {};
+  loop.tick.V_WO[0] = {};
+  CHECK(loop.hold(at({0, 0, -1e-3}), *good).F_hand_W.f.z == Approx(0.8));
+}
+
+TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by the hand",
+          "[servo][trap]") {
+  // objects that move, verified poses that jump, contacts that come and go
+  Random random(6);
+  for (const double mu : {0.0, 0.4}) {
+    const auto materials = rough(mu);
+    RigidLoop loop = god_object();
+    loop.model.materials = materials;
+    loop.model.coupling = {800, 0, 2, 0, 0, 0};
+    size_t pushed = 0, failed = 0;
+    Pose X_WG;
+    for (size_t i = 0; i < trials(5000); ++i) {
+      if (random.index(3) == 0) X_WG = moved(X_WG, random_way(random, 2e-3));
+      if (random.index(10) == 0) X_WG = {};
+      const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+      set->n_objects = 2;
+      for (Contact& c : set->contacts) c.object = static_cast<uint32_t>(random.index(2));
+      set->contacts[0].object = 0;
+      const Twist V = random_way(random, 0.1);
+      loop.tick.V_WO[1] = V;
+      loop.tick.weight = random.index(4) == 0 ? random.uniform(0, 1) : 1;
+      const Pose hand = moved(X_WG, random_way(random, 5e-3));
+      const BodySolution out = loop.hold(hand, *set);
+      REQUIRE(out.finite);
+      failed += out.converged ? 0 : 1;
+      REQUIRE(is_finite(out.proxy.X_WT));
+      REQUIRE(std::fabs(dot(out.proxy.X_WT.q, out.proxy.X_WT.q) - 1) < 1e-12);
+      // what the last contacts pushed may be felt a few ticks longer
+      if (out.n_pushing == 0 && out.F_hand_W == Wrench{}) {
+        REQUIRE(out.proxy.X_WT == hand);
+        continue;
+      }
+      ++pushed;
+      // it is the spring to the proxy, to second order in the turn
+      const Twist way = way_between(hand, out.proxy.X_WT);
+      REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-9));
+      REQUIRE_THAT(out.F_hand_W.t, IsNear(2 * way.w, 0.1));
+      // and what the objects push
+      const Wrench sum = out.push_W[0] + out.push_W[1];
+      REQUIRE_THAT(sum.f, IsNear(out.F_hand_W.f, 1e-9));
+      REQUIRE_THAT(sum.t, IsNear(out.F_hand_W.t, 1e-10));
+    }
+    CHECK(pushed > trials(5000) / 2);
+    // friction may jam; without it there is always an answer
+    if (mu == 0) CHECK(failed == 0);
+  }
+}
+
+TEST_CASE("god-object6: held between two objects it gives way to neither, and one carries it",
+          "[servo]") {
+  // a floor at rest, a plate above that goes sideways
+  const auto materials = rough(GENERATE(0.0, 0.5));
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  loop.model.materials = materials;
+  auto touches = corners_on_floor(0.02, 0);
+  for (const double x : {-0.02, 0.02}) touches.push_back({{x, 0, 0.04}, {0, 0, -1}, 0});
+  const auto set = rigid_set({}, touches);
+  set->n_objects = 2;
+  set->contacts[4].object = set->contacts[5].object = 1;
+  loop.hold({}, *set);
+  for (int i = 1; i < 300; ++i) {
+    loop.tick.X_WO[1].p.x = 1e-4 * i;
+    loop.tick.V_WO[1].v.x = 0.1;
+    const BodySolution out = loop.hold(at({0, 0, i % 20 < 10 ? 1e-3 : -1e-3}), *set);
+    REQUIRE(out.converged);
+    REQUIRE(std::fabs(out.proxy.X_WT.p.z) < 1e-9);
+    // pressed to the plate it is taken along, pressed to the floor it is not
+    const double up = out.F_hand_W.f.z;
+    REQUIRE((i % 20 < 10 ? -up : up) == Approx(0.8).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("god-object6: a wall ahead does not brake before it is touched", "[servo][trap]") {
+  RigidLoop loop = god_object();
+  loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+  const double ahead = 3e-4;
+  auto touches = corners_on_floor(0.02, 0);
+  touches.push_back({{0.02, 0, 0.01}, {-1, 0, 0}, ahead});
+  const auto set = rigid_set({}, touches);
+  loop.hold({}, *set);
+  // slides over the floor at 0.2 m/s: the damper reaches 0.5 mm ahead
+  for (int i = 1; i <= 3; ++i) {
+    const double x = 2e-4 * i;
+    const BodySolution out = loop.step(ToolMotion{at({x, 0, -1e-3}), {{0.2, 0, 0}, {}}}, *set);
+    if (x < ahead) REQUIRE(std::fabs(out.F_hand_W.f.x) < 1e-12);
+    if (x > ahead) REQUIRE(out.F_hand_W.f.x < -0.2 * 2 * 0.9);
+  }
+}
+
+TEST_CASE("god-object6: what goes while it fades is let out from where it is", "[servo]") {
+  const double depth = 5e-3, k = 800;
+  RigidLoop loop = god_object();
+  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
+  const Pose hand = at({0, 0, -depth});
+  loop.tick.weight = 0.5;
+  double before = loop.hold(hand, *floor).F_hand_W.f.z;
+  CHECK(before == Approx(0.5 * k * depth));
+  const auto none = rigid_set({}, {});
+  for (int i = 0; i < 3; ++i) {
+    const double now = loop.hold(hand, *none).F_hand_W.f.z;
+    CHECK(before - now == Approx(0.5 * k * depth / 3));
+    before = now;
+  }
+}
+
+TEST_CASE("god-object6: damped contacts never contradict one another", "[servo][trap]") {
+  Random random(8);
+  for (size_t i = 0; i < trials(300); ++i) {
+    RigidLoop loop = god_object();
+    loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
+    const Pose X_WG = random.pose(0.1);
+    const auto set = rigid_set(X_WG, random_touches(random, 0.05, 2e-3));
+    const Twist V = random_way(random, 0.1);
+    for (int k = 0; k < 50; ++k) {
+      REQUIRE(loop.step(ToolMotion{moved(X_WG, 1e-3 * k * V), V}, *set).converged);
+    }
+  }
+}
