@@ -16,20 +16,6 @@
 
 namespace haptic {
 
-/// What a session touches, ready for queries; views, their owner must outlive the model.
-struct ContactShapes {
-  ContactShapes() = default;
-  /// Of a session whose tool is a point.
-  template <std::convertible_to<std::span<const MeshShape>> Meshes>
-  ContactShapes(const Meshes& meshes) {
-    const std::span<const MeshShape> all = meshes;
-    objects.assign(all.begin(), all.end());
-  }
-
-  std::vector<MeshShape> objects;  // in the order of the config
-  BodyShapes bodies;
-};
-
 /// All that is constant after start.
 struct ContactModel {
   std::array<MeshShape, kMaxObjects> shapes;

@@ -9,7 +9,6 @@
 #include "clients/eval/oracle/sphere_oracle.h"
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
-#include "contact/query/point/segment_hit.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -23,7 +22,6 @@ ProxyOracle make_oracle(const FacetBins& facets, double radius) {
 }
 
 constexpr double kTick = 1e-3;           // [s]
-constexpr double kWayPerTick = 0.13e-3;  // of the fastest slide [m]
 constexpr double kLockstepError = 1e-6;  // with contact in every tick, answered within it [N]
 constexpr double kLateError = 0.02;      // rms, one tick late [N]
 constexpr double kFlatRipple = 1e-5;     // on the plane [N]
@@ -117,47 +115,6 @@ void plot_judged(const std::string& path, const std::string& title, const EvalJu
 }
 
 }  // namespace
-
-BakedShape bake_scan(const std::string& file, double size) {
-  ObjectConfig object;
-  assign(object.mesh, file);
-  object.size = size;
-  object.allow_open = 1;
-  return bake_object(object, SessionConfig{}.mesh_memory_limit);
-}
-
-ToolPath path_through(std::vector<Vec3> positions) {
-  const auto way = std::make_shared<const std::vector<Vec3>>(std::move(positions));
-  return [way](double t) {
-    const size_t last = way->size() - 1;
-    const double at = std::clamp(t / kTick, 0.0, static_cast<double>(last));
-    const auto k = std::min(static_cast<size_t>(at), last);
-    const double part = at - static_cast<double>(k);
-    return (*way)[k] + part * ((*way)[std::min(k + 1, last)] - (*way)[k]);
-  };
-}
-
-ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks) {
-  const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
-  const double far = norm(shape.mesh.upper - shape.mesh.lower);
-  std::vector<Vec3> way;
-  double radius = 0.5 * far;
-  double t = 0;
-  for (uint64_t k = 0; k < ticks + 2; ++k) {
-    const Vec3 u = sphere_direction(t);
-    const SegmentHit hit = first_hit(shape, middle + far * u, middle);
-    if (hit.hit) radius = (1 - hit.t) * far;
-    const Vec3 wanted =
-        middle + (radius + tool_radius - workload_depth(kTick * static_cast<double>(k))) * u;
-    const Vec3 step = way.empty() ? Vec3{} : wanted - way.back();
-    const double length = norm(step);
-    const double share = length > kWayPerTick ? kWayPerTick / length : 1;
-    way.push_back(way.empty() ? wanted : way.back() + share * step);
-    // where the surface leaps, the way waits until the tool has followed
-    if (length < 10 * kWayPerTick) t += kTick;
-  }
-  return path_through(std::move(way));
-}
 
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
                     const LockstepOptions& options, uint64_t ticks,

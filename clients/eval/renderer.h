@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "clients/eval/judge.h"
-#include "clients/eval/scenes/workload.h"
+#include "clients/eval/scenes/scan_work.h"
 #include "clients/lab/lockstep.h"
-#include "contact/bake/bake.h"
 
 namespace haptic {
 
@@ -26,18 +25,6 @@ struct RendererEval {
   uint64_t ticks = kEvalTicks;     // of a path; a recording is played to its end
   LockstepOptions lockstep{1, 0};  // contact in every tick, answered within it
 };
-
-/// A scan from a file, sized so that its longest side is `size` [m]; open ones are one-sided
-/// surfaces. Throws MeshError.
-BakedShape bake_scan(const std::string& file, double size);
-
-/// Positions at 1 kHz as a path, straight in between; holds copies.
-ToolPath path_through(std::vector<Vec3> positions);
-
-/// The way around any mesh: along sphere_direction, at workload_depth under the outermost surface
-/// seen from the middle of its box, never faster than the slides, for a tool of that radius. The
-/// shape must outlive it.
-ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks);
 
 /// Runs hand, contact and servo in lockstep for so many ticks, or to the end of a recording, and
 /// compares each tick with the oracle of the renderer's proxy: the sphere for virtual-proxy3 with a

@@ -13,6 +13,7 @@
 #include "clients/hapt/lab_commands.h"
 #include "clients/hapt/run_hapt.h"
 #include "proto/ipc/process.h"
+#include "proto/os/programs.h"
 
 namespace haptic {
 namespace {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "proto/ipc/process.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

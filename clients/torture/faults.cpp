@@ -11,6 +11,7 @@
 #include "device-io/emulator/fault_order.h"
 #include "device-io/woodenhaptics/protocol.h"
 #include "proto/ipc/process.h"
+#include "proto/os/programs.h"
 #include "proto/os/queued_order.h"
 #include "proto/os/realtime.h"
 

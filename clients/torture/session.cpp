@@ -14,6 +14,7 @@
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/environment.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

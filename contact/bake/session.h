@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact/bake/volume.h"
-#include "contact/step.h"
+#include "contact/shape/baked/contact_shapes.h"
 
 namespace haptic {
 

@@ -29,13 +29,6 @@ struct BodyModel {
   bool has_maps() const { return has_tool() && !volumes.empty(); }
 };
 
-/// What a session's bodies are made of; the spans must outlive the model.
-struct BodyShapes {
-  MeshShape tool;                    // in T; empty: a point
-  std::vector<VoxelObject> volumes;  // of each object of the session; empty: no maps
-  Pointshell shell;                  // of the tool
-};
-
 /// The look-ahead of a tool that rests [m].
 inline constexpr double kLeastBodyReach = 20e-6;
 

@@ -4,15 +4,10 @@
 #include <vector>
 
 #include "contact/detect/shell_pushes.h"
+#include "contact/shape/baked/contact_shapes.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
-
-/// What the detector needs of one object.
-struct VoxelObject {
-  Voxmap map;
-  DistanceField field;
-};
 
 /// Where a point's depth is read.
 enum class VoxelForce : uint32_t {

@@ -27,6 +27,7 @@
 #include "proto/ipc/unix_socket.h"
 #include "proto/os/environment.h"
 #include "proto/os/message.h"
+#include "proto/os/programs.h"
 
 namespace haptic {
 namespace {

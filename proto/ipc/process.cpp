@@ -92,15 +92,6 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   }
 }
 
-std::string own_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path().string();
-}
-
-std::string program_folder() {
-  const std::string folder = environment("HAPTICD_LIBEXEC");
-  return folder.empty() ? own_folder() : folder;
-}
-
 void catch_stop_signals() {
   struct sigaction action {};
   action.sa_handler = on_stop_signal;
@@ -114,35 +105,6 @@ bool stop_requested() noexcept {
 }
 void request_stop() noexcept {
   stop_flag.store(true, std::memory_order_relaxed);
-}
-
-namespace {
-
-/// What the kernel says of a process behind its name, which may hold anything, brackets too: state,
-/// parent and so on. Empty: there is none.
-std::string stat_of(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const size_t bracket = text.rfind(')');
-  return bracket == std::string::npos || text.size() < bracket + 2 ? "" : text.substr(bracket + 2);
-}
-
-}  // namespace
-
-bool is_running(pid_t pid) {
-  const std::string stat = stat_of(pid);
-  return !stat.empty() && stat.front() != 'Z';
-}
-
-uint64_t start_time_of(pid_t pid) {
-  constexpr int kFieldsBefore = 19;  // of state … itrealvalue, proc(5)
-  std::istringstream fields(stat_of(pid));
-  std::string skipped;
-  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
-  uint64_t ticks = 0;
-  fields >> ticks;
-  return ticks;
 }
 
 void die_with_parent(int control_fd) {

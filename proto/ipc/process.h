@@ -85,19 +85,6 @@ bool stop_requested() noexcept;
 /// Raises the flag by hand.
 void request_stop() noexcept;
 
-/// Folder that this program lies in.
-std::string own_folder();
-
-/// Folder of the programs: $HAPTICD_LIBEXEC, else that of this one.
-std::string program_folder();
-
-/// Whether a process of that number exists and has not ended; one that waits to be reaped has.
-bool is_running(pid_t pid);
-
-/// When a process began, in the kernel's ticks since the machine started; 0: there is none. With
-/// the pid it names a process for good: numbers are given again.
-uint64_t start_time_of(pid_t pid);
-
 /// SIGTERM when the parent dies, and at once when it is dead already, which the hung-up socket pair
 /// shows (a pid could not: it may be reused).
 void die_with_parent(int control_fd);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/os/source_tree.h"
 
-#include "proto/ipc/process.h"
 #include "proto/os/environment.h"
+#include "proto/os/programs.h"
 
 namespace haptic {
 

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

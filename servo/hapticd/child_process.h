@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/os/file_descriptor.h"
+#include "proto/os/programs.h"
 #include "servo/hapticd/child_output.h"
 
 namespace haptic {

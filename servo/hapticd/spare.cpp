@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "proto/ipc/process.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 #include "servo/hapticd/restart_policy.h"
 

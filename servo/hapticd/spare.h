@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "proto/os/programs.h"
 #include "servo/hapticd/child_process.h"
 
 namespace haptic {

@@ -18,6 +18,7 @@
 #include "proto/ipc/control.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 #include "servo/hapticd/command.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/log/hand_trace.h"
+#include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the hand feels when contact or sim dies, hangs, slows down or answers nonsense.
+#include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
 
 namespace haptic {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "clients/torture/account.h"
+#include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
 
 namespace haptic {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/temporary_folder.h"

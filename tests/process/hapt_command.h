@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {

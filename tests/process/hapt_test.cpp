@@ -4,6 +4,7 @@
 
 #include "clients/lab/forked_process.h"
 #include "proto/log/trace.h"
+#include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "proto/os/programs.h"
+
 namespace haptic::test {
 
 std::filesystem::path program_folder() {

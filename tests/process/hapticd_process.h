@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proto/ipc/process.h"
+#include "proto/os/programs.h"
 #include "proto/os/realtime.h"
 
 namespace haptic::test {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 
+#include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/os/programs.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/watcher.h"

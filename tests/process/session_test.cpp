@@ -11,6 +11,7 @@
 
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/handout.h"
+#include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 #include "tests/process/programs.h"
 #include "tests/process/watcher.h"

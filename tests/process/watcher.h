@@ -6,6 +6,7 @@
 #include <string>
 
 #include "proto/ipc/handout.h"
+#include "proto/os/programs.h"
 #include "tests/process/hapticd_process.h"
 
 namespace haptic::test {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "clients/eval/renderer.h"
+#include "clients/eval/scenes/scan_work.h"
 
 namespace haptic {
 namespace {

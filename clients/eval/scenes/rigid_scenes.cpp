@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "clients/eval/renderer.h"
+#include "clients/eval/scenes/scan_work.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/os/environment.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <bit>
-
+#include "contact/query/simd/lane_set.h"
 #include "contact/shape/tree/patch_tree.h"
 
 namespace haptic {
@@ -27,19 +26,6 @@ struct PatchProbe {
   Vec3 p_O;
   std::array<float, 3> below, above, at;
   float slack = 0;  // of axis·p
-};
-
-/// A set of lanes; taken out one by one: for (LaneSet s = …; s.any(); s.pop()) use(s.first()).
-class LaneSet {
- public:
-  explicit LaneSet(uint32_t bits) : bits_(bits) {}
-  uint32_t bits() const { return bits_; }
-  bool any() const { return bits_ != 0; }
-  size_t first() const { return static_cast<size_t>(std::countr_zero(bits_)); }
-  void pop() { bits_ &= bits_ - 1; }
-
- private:
-  uint32_t bits_;
 };
 
 /// Patches no further than `limit` that may hold a point asked for. Keeps too many, never too few.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "contact/query/point/patch_lanes.h"
+#include "contact/query/simd/lanes8.h"
 #include "contact/query/triangle/triangle_distance.h"
 
 /// The distance of one pair of triangles, or of four or eight at a time: the same operations in the

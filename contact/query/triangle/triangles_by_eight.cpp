@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "contact/query/point/patch_lanes.h"
+#include "contact/query/simd/lanes8.h"
 
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 // for this kernel alone, and as a whole: g++ 12 takes vectors of eight apart that are inlined into
