@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit; or one
 // renderer on one mesh, tick by tick beside the exact god-object.
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
 
 #include "clients/eval/artefacts.h"
+#include "clients/eval/fingerprint.h"
 #include "clients/eval/free.h"
 #include "clients/eval/moving.h"
 #include "clients/eval/quality.h"
@@ -26,6 +29,7 @@
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config_warnings.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/renderer.h"
@@ -244,8 +248,9 @@ void add_protocol_options(Command& command, EvalOptions& options) {
               "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
               "that move, in --scenes scenes with a free way; free: every renderer without mass "
               "where nothing is, contacts 1 to 20 ticks late; rest: whether points and "
-              "spheres come to rest where no way leads on")
-      .one_of({"quality", "rigid", "moving", "free", "rest"})
+              "spheres come to rest where no way leads on; fingerprint: a hash of all frames of "
+              "each session file with each renderer that can play it")
+      .one_of({"quality", "rigid", "moving", "free", "rest", "fingerprint"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -267,8 +272,22 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .needs("--mesh");
 }
 
+/// All session files beside the default one.
+void run_fingerprint(const EvalOptions& options, const Command& command) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(find_config("bunny.toml")).parent_path())) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  const double seconds = command.was_given("--for") ? options.duration : 4;
+  print_judged(eval_fingerprint(files, seconds, options.lockstep), options.json);
+}
+
 void run_suite(EvalOptions& options, const Command& command) {
   const std::string& suite = options.suite;
+  if (suite == "fingerprint") return run_fingerprint(options, command);
   if (suite == "rigid") return run_rigid_suite(options, command);
   if (suite == "quality") return print_judged(eval_quality(QualityGrain{}), options.json);
   if (suite == "free") return print_judged(eval_free({}), options.json);

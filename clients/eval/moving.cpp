@@ -19,11 +19,6 @@ constexpr double kFelt = 1e-9;       // [N]; the device is told zero, exactly, w
 constexpr double kElsewhere = 1e-4;  // beyond what the sim's 120 Hz leave to extrapolation [m]
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
-std::string name_of(Renderer renderer) {
-  const auto is_it = [&](const auto& pair) { return pair.second == renderer; };
-  return std::string(std::find_if(kRenderers.begin(), kRenderers.end(), is_it)->first);
-}
-
 SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {
   RigidScene named;
   named.name = scene.kind;
@@ -143,7 +138,7 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
     const MovingScene scene = make_moving_scene(eval.first_seed + k);
     for (const Renderer renderer : kJudged) {
       const MovingFound one = run_moving(scene, renderer, eval.lockstep);
-      const std::string name = name_of(renderer) + ", " + scene.kind;
+      const std::string name = std::string(name_of(renderer)) + ", " + scene.kind;
       found[name].add(one);
       const bool is_bad = one.not_finite + one.inside + one.sides_changed + one.across +
                               one.placed_anew + one.closed >

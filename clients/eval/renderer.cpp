@@ -42,9 +42,7 @@ double radius_of(const RendererEval& eval) {
 }
 
 std::string case_name(const RendererEval& eval) {
-  const auto named = [&](const auto& pair) { return pair.second == eval.renderer; };
-  const auto& [name, renderer] = *std::find_if(kRenderers.begin(), kRenderers.end(), named);
-  std::string text = std::string(name) + " on " + eval.mesh;
+  std::string text = std::string(name_of(eval.renderer)) + " on " + eval.mesh;
   if (eval.renderer == Renderer::kVirtualProxy3)
     text += ", radius " + readable(radius_of(eval), "m");
   if (eval.lockstep.contact_latency > 0) {

@@ -27,11 +27,6 @@ constexpr double kSlantGoal = 1e-9;
 constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
-std::string name_of(Renderer renderer) {
-  const auto is_it = [&](const auto& pair) { return pair.second == renderer; };
-  return std::string(std::find_if(kRenderers.begin(), kRenderers.end(), is_it)->first);
-}
-
 bool is_massless(Renderer renderer) {
   return renderer == Renderer::kGodObject6;
 }
@@ -47,7 +42,7 @@ RigidJudge judge_of(const RigidScene& scene, Renderer renderer) {
 }
 
 std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep) {
-  Rows rows(name_of(renderer) + ", box on plate");
+  Rows rows(std::string(name_of(renderer)) + ", box on plate");
   double free = 0;
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
@@ -145,7 +140,7 @@ std::vector<Row> eval_rigid(const RigidEval& eval) {
   for (const Renderer renderer : kJudged) {
     rows.append(judge_plane(renderer, eval.lockstep));
     for (const RigidScene& scene : scenes) {
-      const std::string name = name_of(renderer) + ", " + scene.name + ", shaken";
+      const std::string name = std::string(name_of(renderer)) + ", " + scene.name + ", shaken";
       rows.append(shake_rigid(scene, renderer, eval).rows(name));
     }
   }

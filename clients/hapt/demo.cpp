@@ -20,6 +20,7 @@
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
 #include "proto/log/hand_trace.h"
 #include "proto/os/message.h"
@@ -50,7 +51,7 @@ std::vector<std::string> scene_names() {
 }
 
 struct PlayOptions {
-  std::string config = "bunny.toml", session, trace, log, plot;
+  std::string config = "bunny.toml", renderer, session, trace, log, plot;
   double duration = 20;
   bool json = false, overwrite = false;
 };
@@ -137,6 +138,9 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
 Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
   std::vector<std::string> arguments{options.config, "--session", options.session};
   if (!options.trace.empty()) arguments.insert(arguments.end(), {"--replay", options.trace});
+  if (!options.renderer.empty()) {
+    arguments.insert(arguments.end(), {"--renderer", options.renderer});
+  }
   SessionProcess daemon(arguments);
   Attachments attachments(connect_when_ready(daemon, options.session));
   Recorder recorder(attachments, Start::kOldest);
@@ -228,6 +232,7 @@ void play(PlayOptions options) {
   options.config = find_config(options.config);
   SessionConfig config = load_config(options.config);
   if (!options.trace.empty()) use_trace(config, options.trace);
+  if (!options.renderer.empty()) use_renderer(config, options.renderer);
   if (options.session.empty()) options.session = std::string(view(config.name));
   if (options.log.empty()) options.log = default_log(options.session);
   const bool replay = config.device.kind == DeviceKind::kReplay;
@@ -262,6 +267,7 @@ void play(PlayOptions options) {
 
 void add_common(Command& command, PlayOptions& options) {
   command.option("--config", options.config, "session file").show_default();
+  command.option("--renderer", options.renderer, "another renderer than the file's, where it can");
   command.option("--session", options.session, "name to run under; default: the file's");
   command.option("-o,--output", options.log, "log to write (.mcap)");
   command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");

@@ -17,11 +17,24 @@ int64_t grid_time(double rate, uint64_t tick) {
   return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);
 }
 
-uint64_t add_to_hash(uint64_t hash, const ServoFrame& frame) {
-  unsigned char bytes[sizeof frame];
-  std::memcpy(bytes, &frame, sizeof frame);
+/// FNV-1a over the bytes of a value.
+template <class T>
+void add_to_hash(uint64_t& hash, const T& value) {
+  unsigned char bytes[sizeof value];
+  std::memcpy(bytes, &value, sizeof value);
   for (const unsigned char b : bytes) hash = (hash ^ b) * 1099511628211ull;
-  return hash;
+}
+
+/// What a tick has come to, by its fields: the same whatever else a frame holds, and in which
+/// order.
+void add_frame(uint64_t& hash, const ServoFrame& f) {
+  add_to_hash(hash, f.tick);
+  for (const Pose& X : {f.X_WT, f.X_WG, f.X_WP}) add_to_hash(hash, X);
+  for (const Twist& V : {f.V_WT, f.V_WP}) add_to_hash(hash, V);
+  for (const Wrench& F : {f.F_coupling_W, f.F_device_B}) add_to_hash(hash, F);
+  add_to_hash(hash, f.held_back_W);
+  for (const double value : {f.depth, f.fade}) add_to_hash(hash, value);
+  for (const uint32_t value : {f.n_contacts, f.flags, f.fault}) add_to_hash(hash, value);
 }
 
 }  // namespace
@@ -90,7 +103,7 @@ bool Lockstep::step() {
   device_.write(frame_.F_device_B);
   if (asks && options_.contact_latency > 0) answer(frame_, tick_ + options_.contact_latency);
 
-  hash_ = add_to_hash(hash_, frame_);
+  add_frame(hash_, frame_);
   ++tick_;
   return true;
 }

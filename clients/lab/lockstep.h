@@ -34,7 +34,8 @@ class Lockstep {
   const ContactSet* contacts() const { return visible_ ? visible_.get() : nullptr; }
   const SceneFrame& scene() const { return scene_; }
 
-  /// FNV-1a over every frame so far: equal for equal runs.
+  /// FNV-1a over what every tick so far has come to (poses, velocities, wrenches, flags): equal for
+  /// equal runs, of two builds too.
   uint64_t hash() const { return hash_; }
 
  private:

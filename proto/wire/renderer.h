@@ -34,4 +34,12 @@ constexpr bool is_of_body(Renderer renderer) {
   return renderer == Renderer::kDirect6 || renderer == Renderer::kVoxel || is_rigid(renderer);
 }
 
+/// The name of a renderer, as it stands in a config.
+constexpr std::string_view name_of(Renderer renderer) {
+  for (const auto& [name, one] : kRenderers) {
+    if (one == renderer) return name;
+  }
+  return "?";
+}
+
 }  // namespace haptic

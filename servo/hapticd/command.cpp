@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "proto/config/quantity.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"
 
@@ -29,29 +30,14 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What this session lacks for a renderer; empty: nothing.
-std::string lack_of(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
-  if (!is_of_body(renderer)) return "";
-  if (view(config.tool.mesh).empty()) {
-    return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
-           "its file";
-  }
-  const bool has_maps = config.renderer == Renderer::kVoxel || config.voxel.is_wanted != 0;
-  if (renderer == Renderer::kVoxel && !has_maps) {
-    return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
-  }
-  if (!has_springs(config.proxy, renderer)) return "";
-  if (wanted.translational_stiffness > 0 && wanted.rotational_stiffness > 0) return "";
-  return "has a proxy that moves and turns, and needs stiffness and rotational-stiffness above "
-         "zero";
-}
-
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
   std::string known;
   for (const auto& [word, renderer] : kRenderers) {
     known += (known.empty() ? "" : ", ") + std::string(word);
     if (word != name) continue;
-    const std::string lack = lack_of(config, renderer, wanted);
+    const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
+    const bool has_maps = config.renderer == Renderer::kVoxel || config.voxel.is_wanted != 0;
+    const std::string lack = lack_of(config, renderer, springs, has_maps);
     if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
     wanted.renderer = static_cast<uint32_t>(renderer);
     return {CommandKind::kChange, false, ""};

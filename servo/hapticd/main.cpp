@@ -7,6 +7,7 @@
 #include "proto/config/command_line.h"
 #include "proto/config/config.h"
 #include "proto/config/config_warnings.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "servo/hapticd/supervisor.h"
@@ -17,6 +18,7 @@ struct Options {
   std::string config_path;
   std::string session;
   std::string replay;
+  std::string renderer;
   bool check_only = false;
   bool json = false;
 };
@@ -27,6 +29,10 @@ int run(const Options& options) {
   if (!options.replay.empty()) {
     haptic::use_trace(config, options.replay);
     text += "\n# its device was replaced: --replay " + options.replay + "\n";
+  }
+  if (!options.renderer.empty()) {
+    haptic::use_renderer(config, options.renderer);
+    text += "\n# its renderer was replaced: --renderer " + options.renderer + "\n";
   }
   const std::vector<std::string> warnings = haptic::config_warnings(config);
   if (options.check_only) {
@@ -57,6 +63,7 @@ int main(int argc, char** argv) try {
       .required();
   line.option("--session", options.session, "name of the session; default: that in the file");
   line.option("--replay", options.replay, "a recorded hand instead of the configured device");
+  line.option("--renderer", options.renderer, "another renderer than the file's");
   line.flag("--check-config", options.check_only, "read and check the file, start nothing");
   line.flag("--log-json", options.json, "one JSON object a line on stderr");
   if (const auto code = line.read(argc, argv, "hapticd", haptic::kExitBadInput)) return *code;

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/lab/lockstep.h"
+#include "clients/report/report.h"
+
+namespace haptic {
+
+/// Hashes of what every tick has come to, for each session file and each renderer that can play it:
+/// a change of the code that is to change no behaviour must leave them as they are. A session whose
+/// hand is recorded plays its recording; one on a device or without its meshes is left out, and a
+/// row says why. Throws ConfigError for a file that cannot be read.
+std::vector<Row> eval_fingerprint(const std::vector<std::string>& configs, double seconds,
+                                  const LockstepOptions& lockstep);
+
+}  // namespace haptic

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/renderer_needs.h"
+
+#include "proto/os/message.h"
+#include "proto/wire/renderer.h"
+
+namespace haptic {
+
+std::string lack_of(const SessionConfig& config, Renderer renderer, const Springs& springs,
+                    bool has_maps) {
+  if (!is_of_body(renderer)) return "";
+  if (view(config.tool.mesh).empty()) {
+    return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
+           "its file";
+  }
+  if (renderer == Renderer::kVoxel && !has_maps) {
+    return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
+  }
+  if (!has_springs(config.proxy, renderer)) return "";
+  if (springs.translational > 0 && springs.rotational > 0) return "";
+  return "has a proxy that moves and turns, and needs stiffness and rotational-stiffness above "
+         "zero";
+}
+
+void use_renderer(SessionConfig& config, std::string_view name) {
+  std::string known;
+  for (const auto& [word, renderer] : kRenderers) {
+    known += (known.empty() ? "" : ", ") + std::string(word);
+    if (word != name) continue;
+    const Springs springs{config.coupling.translational_stiffness,
+                          config.coupling.rotational_stiffness};
+    // maps are baked for the renderer that a session begins with
+    const std::string lack = lack_of(config, renderer, springs, true);
+    if (!lack.empty()) {
+      throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
+                        lack);
+    }
+    config.renderer = renderer;
+    return;
+  }
+  throw ConfigError("there is no renderer '" + shown(name) + "'; known: " + known);
+}
+
+}  // namespace haptic

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "proto/config/config.h"
+
+namespace haptic {
+
+/// The springs of a coupling [N/m], [N·m/rad].
+struct Springs {
+  double translational = 0, rotational = 0;
+};
+
+/// What a session lacks to be rendered by another renderer, and what to add to its file; empty:
+/// nothing. `has_maps`: contact has voxels of its objects.
+std::string lack_of(const SessionConfig& config, Renderer renderer, const Springs& springs,
+                    bool has_maps);
+
+/// Gives a session that has not begun another renderer, by its name. Throws ConfigError where there
+/// is none of that name, or the session lacks what it needs.
+void use_renderer(SessionConfig& config, std::string_view name);
+
+}  // namespace haptic
