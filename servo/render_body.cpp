@@ -101,12 +101,8 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
     scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
                      : proxy.max_travel += hand_travel(proxy.tool, state, frame.X_WT);
   }
-  const BodySolution solution = solve_soft_proxy(proxy, state.body, tick);
-
-  const Rendered out = rendered_body(model, state, scene, solution);
-  state.virtual_proxy = {};
-  state.rigid = {};
-  return out;
+  const BodySolution solution = solve_soft_proxy(proxy, keep<SoftProxyState>(state.proxy), tick);
+  return rendered_body(model, state, scene, solution);
 }
 
 }  // namespace haptic

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/wire/renderer.h"
 #include "servo/rendered.h"
 #include "servo/solve/point/direct.h"
 
@@ -6,18 +7,18 @@ namespace haptic {
 namespace {
 
 /// This tick's proxy, by the solver that goes with the detector of the contacts.
-PointProxySolution solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
+PointProxySolution solve_proxy(const ServoModel& model, ServoState& state, Solver solver,
                                const ProxyQuestion& question) {
-  const auto renderer = static_cast<Renderer>(input.contacts->renderer);
-  if (renderer != Renderer::kVirtualProxy3) state.virtual_proxy = {};
-  if (renderer == Renderer::kPenalty3) return solve_direct(question);
-  if (renderer == Renderer::kVirtualProxy3) {
+  if (solver == Solver::kVirtualProxy) {
+    VirtualProxyState& kept = keep<VirtualProxyState>(state.proxy);
     ProxyQuestion sphere = question;
     sphere.radius = model.virtual_proxy.radius;
-    sphere.held_back_W = state.virtual_proxy.held_back_W;
-    return solve_virtual_proxy(model.virtual_proxy, state.virtual_proxy, sphere,
+    sphere.held_back_W = kept.held_back_W;
+    return solve_virtual_proxy(model.virtual_proxy, kept, sphere,
                                {state.coupling.translational_stiffness, model.dt});
   }
+  state.proxy.emplace<std::monostate>();
+  if (solver == Solver::kDirect) return solve_direct(question);
   PlanesInForce planes;
   return solve_point_proxy(question, planes);
 }
@@ -54,11 +55,10 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
   PointProxySolution proxy;
   proxy.proxy_W = frame.X_WT.p;
   if (input.contacts != nullptr) {
-    proxy = solve_proxy(model, state, input,
+    const auto renderer = static_cast<Renderer>(input.contacts->renderer);
+    proxy = solve_proxy(model, state, row_of(renderer).solver,
                         {*input.contacts, scene.X_WO, frame.X_WT.p, scene.weight, 0, {}});
   }
-  state.body = {};
-  state.rigid = {};
 
   // the spring is here: this tick's tool pose, no queue in between
   Rendered out;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/wire/renderer.h"
 #include "servo/rendered.h"
 
 namespace haptic {
@@ -15,15 +16,12 @@ RigidProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   return proxy;
 }
 
-BodySolution solve(const RigidProxyModel& model, ServoState& state, Renderer renderer,
+BodySolution solve(const RigidProxyModel& model, ServoState& state, Solver solver,
                    const RigidProxyTick& tick) {
-  RigidProxyState& rigid = state.rigid;
-  if (renderer == Renderer::kGodObject6) {
-    rigid.constrained6 = {};
-    return solve_god_object6(model, rigid.god_object6, state.friction, tick);
+  if (solver == Solver::kGodObject6) {
+    return solve_god_object6(model, keep<GodObject6State>(state.proxy), state.friction, tick);
   }
-  rigid.god_object6 = {};
-  return solve_constrained6(model, rigid.constrained6, state.friction, tick);
+  return solve_constrained6(model, keep<Constrained6State>(state.proxy), state.friction, tick);
 }
 
 }  // namespace
@@ -38,12 +36,10 @@ Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInp
   tick.V_WO = scene.V_WO;
   tick.weight = scene.weight;
   tick.dt = model.dt;
-  const BodySolution solution = solve(proxy_model(model, state, contacts), state,
-                                      static_cast<Renderer>(contacts.renderer), tick);
-  const Rendered out = rendered_body(model, state, scene, solution);
-  state.virtual_proxy = {};
-  state.body = {};
-  return out;
+  const auto renderer = static_cast<Renderer>(contacts.renderer);
+  const BodySolution solution =
+      solve(proxy_model(model, state, contacts), state, row_of(renderer).solver, tick);
+  return rendered_body(model, state, scene, solution);
 }
 
 }  // namespace haptic

@@ -27,6 +27,13 @@ struct Rendered {
   std::array<Wrench, kMaxObjects> object_impulse_W{};  // since start, if this tick is felt
 };
 
+/// The state of the solver in use; another's is dropped.
+template <class State>
+State& keep(ProxyState& proxy) {
+  if (!std::holds_alternative<State>(proxy)) proxy.emplace<State>();
+  return std::get<State>(proxy);
+}
+
 /// The renderers of a point: planes at this tick, the proxy of the solver that goes with the
 /// detector of the contacts, the coupling's force. `frame` has the tool.
 Rendered render_point(const ServoModel& model, ServoState& state, const ServoInput& input,

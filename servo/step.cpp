@@ -168,9 +168,7 @@ void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput
   frame.held_back_W = rendered.held_back_W;
   // where nothing is felt nothing holds
   if ((frame.flags & kServoClosed) != 0) {
-    state.virtual_proxy = {};
-    state.body = {};
-    state.rigid = {};
+    state.proxy.emplace<std::monostate>();
     frame.held_back_W = {};
   }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <variant>
+
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
 #include "servo/safety/contact_age.h"
@@ -33,20 +35,16 @@ struct ReseedMark {
   bool operator==(const ReseedMark&) const = default;
 };
 
-/// The proxies that never enter an object.
-struct RigidProxyState {
-  GodObject6State god_object6;
-  Constrained6State constrained6;
-};
+/// What a solver keeps between ticks; those of a point without friction keep nothing.
+using ProxyState = std::variant<std::monostate, VirtualProxyState, SoftProxyState, GodObject6State,
+                                Constrained6State>;
 
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;  // in force
   CouplingRamp ramp;
   Renderer renderer = Renderer::kGodObject3;  // wanted
-  VirtualProxyState virtual_proxy;
-  SoftProxyState body;
-  RigidProxyState rigid;
+  ProxyState proxy;                           // of the solver in use
   CoulombSolver friction{kMaxRigidContacts};  // of the rigid ones; nothing to forget
   ContactAge age;
   SafetyState safety;

@@ -12,7 +12,7 @@
 #include "clients/lab/step_budget.h"
 #include "clients/lab/thread_cpu.h"
 #include "contact/bake/volume.h"
-#include "contact/detect/body_detectors.h"
+#include "contact/detect/body/body_detectors.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "proto/math/motion_metric.h"

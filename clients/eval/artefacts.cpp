@@ -129,13 +129,13 @@ std::vector<Row> eval_artefacts(const std::string& plot) {
   rows.note("machine", machine_line());
   Panel edge{"edge of a block: force upwards", "N", {}},
       plate{"thin plate: force upwards", "N", {}};
-  for (const auto& [name, renderer] : kRenderers) {
-    if (is_of_body(renderer)) continue;  // the scenes are for a point
-    Rows own{std::string(name)};
-    const bool is_penalty = renderer == Renderer::kPenalty3;
-    const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, renderer);
-    const ArtefactRun on_plate = run_artefact(ArtefactScene::kPlate, renderer);
-    own.note("renderer", std::string(name));
+  for (const RendererRow& row : kRenderers) {
+    if (row.has_tool) continue;  // the scenes are for a point
+    Rows own{std::string(row.name)};
+    const bool is_penalty = row.id == Renderer::kPenalty3;
+    const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, row.id);
+    const ArtefactRun on_plate = run_artefact(ArtefactScene::kPlate, row.id);
+    own.note("renderer", std::string(row.name));
     judge_edge(on_edge, is_penalty, own);
     judge_plate(on_plate, is_penalty, own);
     edge.series.push_back(force_along(std::string(name), on_edge));

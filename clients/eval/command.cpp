@@ -211,8 +211,10 @@ void add_renderer_options(Command& command, EvalOptions& options) {
               "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the published work; "
               "several make a table of one line each")
       .excludes("--config");
-  std::map<std::string, Renderer> renderers(kRenderers.begin(), kRenderers.end());
-  std::erase_if(renderers, [](const auto& pair) { return is_of_body(pair.second); });
+  std::map<std::string, Renderer> renderers;
+  for (const RendererRow& row : kRenderers) {
+    if (!row.has_tool) renderers.emplace(row.name, row.id);
+  }
   command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
       .needs("--mesh")
       .show_default("god-object3");

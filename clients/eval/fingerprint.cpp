@@ -36,12 +36,12 @@ std::vector<Row> eval_fingerprint(const std::vector<std::string>& configs, doubl
   Rows rows("fingerprint");
   for (const std::string& file : configs) {
     const std::string scene = std::filesystem::path(file).stem();
-    for (const auto& [name, renderer] : kRenderers) {
+    for (const RendererRow& row : kRenderers) {
       SessionConfig config = load_config(file);
       if (config.device.kind == DeviceKind::kWoodenHaptics) continue;  // it has no virtual time
-      const std::string both = scene + ", " + std::string(name);
+      const std::string both = scene + ", " + std::string(row.name);
       try {
-        use_renderer(config, name);
+        use_renderer(config, row.name);
         rows.note(both, hash_of(config, seconds, lockstep));
       } catch (const MessageError& error) {
         rows.note(both, "left out: " + one_line(error.what()));

@@ -138,7 +138,7 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
     const MovingScene scene = make_moving_scene(eval.first_seed + k);
     for (const Renderer renderer : kJudged) {
       const MovingFound one = run_moving(scene, renderer, eval.lockstep);
-      const std::string name = std::string(name_of(renderer)) + ", " + scene.kind;
+      const std::string name = std::string(row_of(renderer).name) + ", " + scene.kind;
       found[name].add(one);
       const bool is_bad = one.not_finite + one.inside + one.sides_changed + one.across +
                               one.placed_anew + one.closed >

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "clients/eval/drag.h"
-#include "contact/detect/body_detectors.h"
-#include "contact/detect/cluster_contact.h"
-#include "contact/detect/exact.h"
+#include "contact/detect/body/body_detectors.h"
+#include "contact/detect/body/cluster_contact.h"
+#include "contact/detect/body/exact.h"
 #include "contact/shape/mesh/tool_body.h"
 
 namespace haptic {

@@ -8,7 +8,7 @@
 
 #include "clients/eval/scenes/quality_scenes.h"
 #include "contact/bake/volume.h"
-#include "contact/detect/voxel.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/query/proximity/triangle_pairs.h"
 #include "servo/solve/body/soft_proxy.h"
 
@@ -16,8 +16,8 @@ namespace haptic {
 
 /// Who finds the contacts.
 enum class QualityDetector {
-  kExact,         // triangles against triangles (contact/detect/exact)
-  kField,         // points in a distance field (contact/detect/voxel)
+  kExact,         // triangles against triangles (contact/detect/body/exact)
+  kField,         // points in a distance field (contact/detect/body/voxel)
   kTangentPlanes  // points in voxels, as in the paper of 1999
 };
 

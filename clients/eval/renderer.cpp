@@ -42,7 +42,7 @@ double radius_of(const RendererEval& eval) {
 }
 
 std::string case_name(const RendererEval& eval) {
-  std::string text = std::string(name_of(eval.renderer)) + " on " + eval.mesh;
+  std::string text = std::string(row_of(eval.renderer).name) + " on " + eval.mesh;
   if (eval.renderer == Renderer::kVirtualProxy3)
     text += ", radius " + readable(radius_of(eval), "m");
   if (eval.lockstep.contact_latency > 0) {

@@ -42,7 +42,7 @@ RigidJudge judge_of(const RigidScene& scene, Renderer renderer) {
 }
 
 std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep) {
-  Rows rows(std::string(name_of(renderer)) + ", box on plate");
+  Rows rows(std::string(row_of(renderer).name) + ", box on plate");
   double free = 0;
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
@@ -140,7 +140,7 @@ std::vector<Row> eval_rigid(const RigidEval& eval) {
   for (const Renderer renderer : kJudged) {
     rows.append(judge_plane(renderer, eval.lockstep));
     for (const RigidScene& scene : scenes) {
-      const std::string name = std::string(name_of(renderer)) + ", " + scene.name + ", shaken";
+      const std::string name = std::string(row_of(renderer).name) + ", " + scene.name + ", shaken";
       rows.append(shake_rigid(scene, renderer, eval).rows(name));
     }
   }

@@ -41,7 +41,7 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
   }
   if (view(config.tool.mesh).empty()) return session;
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
-  if (config.renderer != Renderer::kVoxel && config.voxel.is_wanted == 0) return session;
+  if (!row_of(config.renderer).has_maps && config.voxel.is_wanted == 0) return session;
   for (const BakedShape& object : session.objects) {
     session.volumes.push_back(bake_told(bake_obstacle, object, config.voxel, told));
   }

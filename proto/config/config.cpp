@@ -16,6 +16,12 @@
 namespace haptic {
 namespace {
 
+constexpr auto kRendererWords = [] {
+  Words<Renderer, kRenderers.size()> words;
+  for (size_t i = 0; i < words.size(); ++i) words[i] = {kRenderers[i].name, kRenderers[i].id};
+  return words;
+}();
+
 namespace fs = std::filesystem;
 
 constexpr Words<DeviceKind, 3> kDeviceKinds{{{"simulated-hand", DeviceKind::kSimulatedHand},
@@ -42,7 +48,7 @@ void read_session(Section& root, SessionConfig& config) {
   session.read_text("name", config.name);
   const std::string problem = session_name_problem(view(config.name));
   if (!problem.empty()) session.fail_at("name", problem);
-  session.read_choice("renderer", words(kRenderers), config.renderer);
+  session.read_choice("renderer", words(kRendererWords), config.renderer);
   session.read_flag("realtime", config.realtime);
   session.finish();
 }

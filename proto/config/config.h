@@ -185,8 +185,7 @@ struct ProxyConfig {
 
 /// The solver of a renderer with six degrees of freedom: the session's, or its own.
 inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
-  const bool is_direct = renderer == Renderer::kDirect6;
-  return proxy.solver.value_or(is_direct ? SoftSolver::kDirect : SoftSolver::kQuasiStatic);
+  return proxy.solver.value_or(row_of(renderer).soft.value_or(SoftSolver::kQuasiStatic));
 }
 
 /// Whether springs lead a proxy of the tool, instead of the hand meeting the contacts itself.

@@ -13,7 +13,7 @@ std::string lack_of(const SessionConfig& config, Renderer renderer, const Spring
     return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
            "its file";
   }
-  if (renderer == Renderer::kVoxel && !has_maps) {
+  if (row_of(renderer).has_maps && !has_maps) {
     return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
   }
   if (!has_springs(config.proxy, renderer)) return "";
@@ -24,18 +24,18 @@ std::string lack_of(const SessionConfig& config, Renderer renderer, const Spring
 
 void use_renderer(SessionConfig& config, std::string_view name) {
   std::string known;
-  for (const auto& [word, renderer] : kRenderers) {
-    known += (known.empty() ? "" : ", ") + std::string(word);
-    if (word != name) continue;
+  for (const RendererRow& row : kRenderers) {
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
+    if (row.name != name) continue;
     const Springs springs{config.coupling.translational_stiffness,
                           config.coupling.rotational_stiffness};
     // maps are baked for the renderer that a session begins with
-    const std::string lack = lack_of(config, renderer, springs, true);
+    const std::string lack = lack_of(config, row.id, springs, true);
     if (!lack.empty()) {
       throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
                         lack);
     }
-    config.renderer = renderer;
+    config.renderer = row.id;
     return;
   }
   throw ConfigError("there is no renderer '" + shown(name) + "'; known: " + known);

@@ -2,22 +2,72 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string_view>
-#include <utility>
 
-#include "proto/wire/wire.h"
+#include "proto/wire/proxy_solver.h"
 
 namespace haptic {
 
-/// The names of the (detector, solver) pairs, as they stand in a config.
-inline constexpr std::array<std::pair<std::string_view, Renderer>, 7> kRenderers{
-    {{"god-object3", Renderer::kGodObject3},
-     {"penalty3", Renderer::kPenalty3},
-     {"virtual-proxy3", Renderer::kVirtualProxy3},
-     {"direct6", Renderer::kDirect6},
-     {"voxel", Renderer::kVoxel},
-     {"god-object6", Renderer::kGodObject6},
-     {"constrained6", Renderer::kConstrained6}}};
+/// What contact finds the contacts by (contact/detect), what it keeps for it being one type.
+enum class Detector : uint32_t { kPointProxy, kNearestSurface, kSoftBody, kRigidTool };
+
+/// What the servo finds this tick's proxy by (servo/solve).
+enum class Solver : uint32_t {
+  kPointProxy,
+  kVirtualProxy,
+  kDirect,
+  kSoftProxy,
+  kGodObject6,
+  kConstrained6
+};
+
+/// A renderer: a detector of contact and a solver of the servo. Its number is its place in the
+/// table.
+enum class Renderer : uint32_t {
+  kGodObject3 = 0,
+  kPenalty3 = 1,
+  kVirtualProxy3 = 2,
+  kDirect6 = 3,
+  kVoxel = 4,
+  kGodObject6 = 5,
+  kConstrained6 = 6,
+};
+
+struct RendererRow {
+  std::string_view name;  // in a config
+  Renderer id;
+  Detector detector;
+  Solver solver;
+  bool has_tool = false;  // moves a tool with six degrees of freedom instead of a point
+  bool has_maps = false;  // asks voxels and fields of the objects
+  std::optional<SoftSolver> soft = {};  // of a soft proxy, where the session names none
+};
+
+/// All renderers: whatever knows them reads this (config, control, contact, servo, the lab).
+inline constexpr std::array<RendererRow, 7> kRenderers{{
+    {"god-object3", Renderer::kGodObject3, Detector::kPointProxy, Solver::kPointProxy},
+    {"penalty3", Renderer::kPenalty3, Detector::kNearestSurface, Solver::kDirect},
+    {"virtual-proxy3", Renderer::kVirtualProxy3, Detector::kPointProxy, Solver::kVirtualProxy},
+    {"direct6", Renderer::kDirect6, Detector::kSoftBody, Solver::kSoftProxy, true, false,
+     SoftSolver::kDirect},
+    {"voxel", Renderer::kVoxel, Detector::kSoftBody, Solver::kSoftProxy, true, true,
+     SoftSolver::kQuasiStatic},
+    {"god-object6", Renderer::kGodObject6, Detector::kRigidTool, Solver::kGodObject6, true},
+    {"constrained6", Renderer::kConstrained6, Detector::kRigidTool, Solver::kConstrained6, true},
+}};
+
+constexpr const RendererRow& row_of(Renderer renderer) {
+  return kRenderers[static_cast<size_t>(renderer)];
+}
+
+static_assert([] {
+  for (size_t i = 0; i < kRenderers.size(); ++i) {
+    if (static_cast<size_t>(kRenderers[i].id) != i) return false;
+  }
+  return true;
+}());
 
 /// Whether a number on the wire names a renderer.
 constexpr bool is_renderer(uint32_t number) {
@@ -26,20 +76,12 @@ constexpr bool is_renderer(uint32_t number) {
 
 /// Whether its tool has six degrees of freedom and never enters an object.
 constexpr bool is_rigid(Renderer renderer) {
-  return renderer == Renderer::kGodObject6 || renderer == Renderer::kConstrained6;
+  return row_of(renderer).detector == Detector::kRigidTool;
 }
 
 /// Whether it moves a tool with six degrees of freedom instead of a point.
 constexpr bool is_of_body(Renderer renderer) {
-  return renderer == Renderer::kDirect6 || renderer == Renderer::kVoxel || is_rigid(renderer);
-}
-
-/// The name of a renderer, as it stands in a config.
-constexpr std::string_view name_of(Renderer renderer) {
-  for (const auto& [name, one] : kRenderers) {
-    if (one == renderer) return name;
-  }
-  return "?";
+  return row_of(renderer).has_tool;
 }
 
 }  // namespace haptic

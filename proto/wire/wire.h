@@ -17,17 +17,6 @@ inline constexpr uint32_t kMaxContacts = 64;
 inline constexpr uint32_t kAbiMajor = 7;  // raise when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
-/// The (detector, solver) pairs that exist; the others of design.md §5 join as they are built.
-enum class Renderer : uint32_t {
-  kGodObject3 = 0,
-  kPenalty3 = 1,
-  kVirtualProxy3 = 2,
-  kDirect6 = 3,
-  kVoxel = 4,
-  kGodObject6 = 5,
-  kConstrained6 = 6,
-};
-
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {
   kDeviceFresh = 1u << 0,      // measured for this tick

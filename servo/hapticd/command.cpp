@@ -32,14 +32,14 @@ std::string_view take_word(std::string_view& line) {
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
   std::string known;
-  for (const auto& [word, renderer] : kRenderers) {
-    known += (known.empty() ? "" : ", ") + std::string(word);
-    if (word != name) continue;
+  for (const RendererRow& row : kRenderers) {
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
+    if (row.name != name) continue;
     const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
-    const bool has_maps = config.renderer == Renderer::kVoxel || config.voxel.is_wanted != 0;
-    const std::string lack = lack_of(config, renderer, springs, has_maps);
+    const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
+    const std::string lack = lack_of(config, row.id, springs, has_maps);
     if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
-    wanted.renderer = static_cast<uint32_t>(renderer);
+    wanted.renderer = static_cast<uint32_t>(row.id);
     return {CommandKind::kChange, false, ""};
   }
   return refused("renderer: there is no '" + shown(name) + "'; known: " + known);

@@ -130,14 +130,14 @@ TEST_CASE("servo: while nothing is felt a body's proxy is at the hand", "[servo]
     ServoInput input = input_at(k, {0, 0, -1e-3}, set.get());
     input.control = &control;
     const ServoFrame f = step_armed(model, state, input);
-    CHECK(state.body.started);
+    CHECK(is_started<haptic::SoftProxyState>(state));
     CHECK(f.X_WP.p.z > -1e-3);
   }
   control.paused = 1;
   ServoInput paused = input_at(21, {0, 0, -2e-3}, set.get());
   paused.control = &control;
   CHECK(step_armed(model, state, paused).F_device_B == haptic::Wrench{});
-  CHECK_FALSE(state.body.started);
+  CHECK_FALSE(is_started<haptic::SoftProxyState>(state));
 }
 
 TEST_CASE("servo: what the objects are pushed with is what the hand feels", "[servo]") {

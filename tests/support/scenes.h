@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/detect/point_proxy.h"
+#include "contact/detect/point/point_proxy.h"
 #include "contact/shape/baked/mesh_shape.h"
 
 namespace haptic::test {

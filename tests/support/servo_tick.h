@@ -60,4 +60,11 @@ inline ServoFrame step_armed(const ServoModel& model, ServoState& state, ServoIn
   return servo_step(model, state, input);
 }
 
+/// Whether the solver in use is the one with that state, and has begun.
+template <class State>
+bool is_started(const ServoState& state) {
+  const auto* const kept = std::get_if<State>(&state.proxy);
+  return kept != nullptr && kept->started;
+}
+
 }  // namespace haptic::test

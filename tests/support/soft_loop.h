@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "contact/detect/cluster_contact.h"
-#include "contact/detect/exact.h"
-#include "contact/detect/voxel.h"
+#include "contact/detect/body/cluster_contact.h"
+#include "contact/detect/body/exact.h"
+#include "contact/detect/body/voxel.h"
 #include "contact/query/point/closest_point.h"
 #include "servo/solve/body/soft_proxy.h"
 #include "tests/support/meshes.h"

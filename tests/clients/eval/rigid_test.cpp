@@ -3,7 +3,7 @@
 // short sessions.
 #include "clients/eval/rigid.h"
 
-#include "contact/detect/rigid_tool.h"
+#include "contact/detect/body/rigid_tool.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "tests/support/data.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/body_detectors.cpp and contact/shape/mesh/tool_body.cpp, and for what
-// contact/step.cpp does with them.
-#include "contact/detect/body_detectors.h"
+// Tests for contact/detect/body/body_detectors.cpp and contact/shape/mesh/tool_body.cpp, and for
+// what contact/step.cpp does with them.
+#include "contact/detect/body/body_detectors.h"
 
 #include <memory>
 

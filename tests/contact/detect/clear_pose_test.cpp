@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/clear_pose.cpp: that nothing pushes within what it calls clear, by every
-// point of the tool and by exact intersection.
-#include "contact/detect/clear_pose.h"
+// Tests for contact/detect/body/clear_pose.cpp: that nothing pushes within what it calls clear, by
+// every point of the tool and by exact intersection.
+#include "contact/detect/body/clear_pose.h"
 
 #include <array>
 #include <catch2/catch.hpp>

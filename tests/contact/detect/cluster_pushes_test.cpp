@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/cluster_pushes.h"
+#include "contact/detect/body/cluster_pushes.h"
 
 #include <array>
 #include <vector>

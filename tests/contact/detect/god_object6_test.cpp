@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/god_object6.cpp. Truth: closed forms, exact answers whether two meshes
-// meet (triangle_pairs), and least constraint with a row for every two triangles that are near.
-#include "contact/detect/god_object6.h"
+// Tests for contact/detect/body/god_object6.cpp. Truth: closed forms, exact answers whether two
+// meshes meet (triangle_pairs), and least constraint with a row for every two triangles that are
+// near.
+#include "contact/detect/body/god_object6.h"
 
 #include <catch2/catch.hpp>
 #include <deque>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/point_proxy.cpp, near_features.cpp and query/plane_extent.cpp.
-#include "contact/detect/point_proxy.h"
+// Tests for contact/detect/point/point_proxy.cpp, near_features.cpp and query/plane_extent.cpp.
+#include "contact/detect/point/point_proxy.h"
 
 #include <random>
 
 #include "contact/bake/inside.h"
-#include "contact/detect/near_features.h"
+#include "contact/detect/point/near_features.h"
 #include "contact/query/triangle/plane_extent.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/rigid_tool.cpp, and for what contact/step.cpp does with it.
-#include "contact/detect/rigid_tool.h"
+// Tests for contact/detect/body/rigid_tool.cpp, and for what contact/step.cpp does with it.
+#include "contact/detect/body/rigid_tool.h"
 
 #include <limits>
 #include <memory>

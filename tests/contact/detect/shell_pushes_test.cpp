@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/shell_pushes.h"
+#include "contact/detect/body/shell_pushes.h"
 
 #include <array>
 

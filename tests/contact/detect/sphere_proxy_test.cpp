@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/detect/point_proxy.cpp with a radius: the virtual proxy's configuration space.
+// Tests for contact/detect/point/point_proxy.cpp with a radius: the virtual proxy's configuration
+// space.
 #include <algorithm>
 
 #include "contact/bake/inside.h"
-#include "contact/detect/point_proxy.h"
+#include "contact/detect/point/point_proxy.h"
 #include "proto/math/project_point.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/voxel.h"
+#include "contact/detect/body/voxel.h"
 
 #include <memory>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/body/soft_contacts.h"
 
-#include "contact/detect/cluster_pushes.h"
+#include "contact/detect/body/cluster_pushes.h"
 #include "tests/support/near.h"
 #include "tests/support/rigid.h"
 

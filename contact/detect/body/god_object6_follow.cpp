@@ -2,7 +2,7 @@
 // How the god-object of six degrees of freedom follows objects that move.
 #include <limits>
 
-#include "contact/detect/god_object6.h"
+#include "contact/detect/body/god_object6.h"
 
 namespace haptic {
 namespace {

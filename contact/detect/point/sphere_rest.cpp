@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/sphere_rest.h"
+#include "contact/detect/point/sphere_rest.h"
 
 #include <Eigen/LU>
 #include <array>

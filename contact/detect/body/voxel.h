@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "contact/detect/shell_pushes.h"
+#include "contact/detect/body/shell_pushes.h"
 #include "contact/shape/baked/contact_shapes.h"
 #include "proto/wire/wire.h"
 

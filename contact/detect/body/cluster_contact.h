@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/detect/cluster_pushes.h"
+#include "contact/detect/body/cluster_pushes.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/rigid_tool.h"
+#include "contact/detect/body/rigid_tool.h"
 
 #include "contact/query/triangle/shading_normal.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/point_proxy.h"
+#include "contact/detect/point/point_proxy.h"
 
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <utility>
 
-#include "contact/detect/sphere_rest.h"
+#include "contact/detect/point/sphere_rest.h"
 #include "contact/query/sweep/swept_sphere.h"
 #include "contact/query/triangle/vertex_fan.h"
 #include "proto/math/project_point.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "contact/detect/god_object6.h"
+#include "contact/detect/body/god_object6.h"
 #include "proto/config/config.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/cluster_contact.h"
+#include "contact/detect/body/cluster_contact.h"
 
 namespace haptic {
 

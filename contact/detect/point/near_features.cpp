@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/near_features.h"
+#include "contact/detect/point/near_features.h"
 
 #include <algorithm>
 

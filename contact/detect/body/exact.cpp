@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/exact.h"
+#include "contact/detect/body/exact.h"
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/voxel.h"
+#include "contact/detect/body/voxel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "contact/detect/cluster_contact.h"
+#include "contact/detect/body/cluster_contact.h"
 
 namespace haptic {
 namespace {

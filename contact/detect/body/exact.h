@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "contact/detect/cluster_pushes.h"
+#include "contact/detect/body/cluster_pushes.h"
 #include "contact/query/proximity/triangle_pairs.h"
 
 namespace haptic {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "contact/detect/clear_pose.h"
-#include "contact/detect/exact.h"
-#include "contact/detect/voxel.h"
+#include "contact/detect/body/clear_pose.h"
+#include "contact/detect/body/exact.h"
+#include "contact/detect/body/voxel.h"
 #include "proto/config/config.h"
 
 namespace haptic {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/clear_pose.h"
+#include "contact/detect/body/clear_pose.h"
 
 #include <algorithm>
 

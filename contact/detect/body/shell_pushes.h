@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "contact/detect/cluster_pushes.h"
+#include "contact/detect/body/cluster_pushes.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/query/volume/voxel_scan.h"
 #include "proto/config/config.h"

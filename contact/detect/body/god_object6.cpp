@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/god_object6.h"
+#include "contact/detect/body/god_object6.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "contact/detect/point_proxy.h"
+#include "contact/detect/point/point_proxy.h"
 
 namespace haptic {
 

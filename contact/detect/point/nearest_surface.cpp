@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/nearest_surface.h"
+#include "contact/detect/point/nearest_surface.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/body_detectors.h"
+#include "contact/detect/body/body_detectors.h"
 
 #include <algorithm>
 #include <array>
 
-#include "contact/detect/cluster_contact.h"
+#include "contact/detect/body/cluster_contact.h"
 #include "contact/shape/mesh/tool_body.h"
 
 namespace haptic {

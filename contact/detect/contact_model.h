@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+
+#include "contact/detect/body/body_detectors.h"
+#include "contact/detect/body/rigid_tool.h"
+#include "contact/detect/point/point_proxy.h"
+#include "contact/shape/baked/contact_shapes.h"
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// All that is constant after start.
+struct ContactModel {
+  std::array<MeshShape, kMaxObjects> shapes;
+  uint32_t n_objects = 0;
+  std::array<Pose, kMaxObjects> X_WO;               // configured poses, until a SceneFrame arrives
+  double epsilon = 1e-7;                            // stand-off of the verified proxy [m]
+  double radius = 0;                                // of the proxy of virtual-proxy3 [m]
+  std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
+  double servo_period = 1e-3;                       // [s]
+  double prediction = 1e-3;  // from the question to the tick that uses the answer [s]
+  BodyModel bodies;
+  GodObject6Options rigid;
+  bool has_friction = false;                  // of any object
+  Renderer renderer = Renderer::kGodObject3;  // that the session begins with
+};
+
+ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);
+
+/// One ServoFrame, as a detector is asked about it.
+struct ContactQuestion {
+  const ServoFrame& servo;
+  const SceneFrame* scene;  // null: none has come
+  Renderer renderer;
+  PointScene now;        // the objects at the frame's tick
+  double reach = 0;      // how far ahead is looked [m]
+  bool changed = false;  // another renderer was asked before
+  bool usable = true;    // every pose is finite; else the place that is known is reported again
+};
+
+/// The objects at an instant, extrapolated; where no scene has come, as the config has them.
+PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t t_ns);
+
+/// Where something touches or may touch: on which facet.
+struct FacetContact {
+  uint32_t object;
+  uint32_t triangle;
+  Feature feature;
+  Vec3 point_O;
+  Vec3 normal_O;
+};
+
+/// The contact of a sphere of the scene's radius there; edges smoother than the crease are shaded.
+Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine);
+
+}  // namespace haptic

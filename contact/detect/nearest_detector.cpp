@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/nearest_detector.h"
+
+#include "contact/detect/point/nearest_surface.h"
+
+namespace haptic {
+namespace {
+
+Vec3 report(const PointScene& scene, const Vec3& tool_W, double reach, ContactSet& set) {
+  std::array<NearestSurface, kMaxObjects> surfaces;
+  const size_t count = nearest_surfaces(scene, tool_W, reach, surfaces);
+  for (size_t i = 0; i < count; ++i) {
+    const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[i];
+    set.contacts[set.n_contacts++] =
+        contact_at(scene, {object, triangle, feature, point_O, normal_O}, 1);
+    set.n_active += depth > 0;
+  }
+  set.free_fraction = 1;
+  if (set.n_active == 0) return tool_W;
+  const NearestSurface& deepest = surfaces[0];
+  return scene.X_WO[deepest.object] * (deepest.point_O + scene.epsilon * deepest.normal_O);
+}
+
+}  // namespace
+
+void detect(const ContactModel&, NearestDetector& state, const ContactQuestion& question,
+            ContactSet& set) {
+  const Pose& X_WT = question.servo.X_WT;
+  if (question.usable && question.changed) set.flags |= kContactReseeded;
+  if (question.usable) state.free_W = report(question.now, X_WT.p, question.reach, set);
+  set.X_WG = {state.free_W, X_WT.q};
+}
+
+}  // namespace haptic

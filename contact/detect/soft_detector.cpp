@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/soft_detector.h"
+
+#include <algorithm>
+
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+
+void detect(const ContactModel& model, SoftDetector& state, const ContactQuestion& question,
+            ContactSet& set) {
+  if (!question.usable) return;
+  if (question.changed) set.flags |= kContactReseeded;
+  const ServoFrame& servo = question.servo;
+  VoxelQuestion at_proxy;
+  at_proxy.X_WT = servo.X_WP;
+  at_proxy.V_WT = servo.V_WP;
+  at_proxy.X_WO = question.now.X_WO;
+  at_proxy.reach = question.reach;
+  const SceneFrame* scene = question.scene;
+  for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
+    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns);
+  }
+  set.X_WT = servo.X_WP;
+  set.X_WG = servo.X_WP;
+  set.free_fraction = 1;
+  if (!detect_bodies(model.bodies, question.now.shapes, question.renderer, state.bodies, at_proxy,
+                     servo.X_WT, set)) {
+    set.flags |= kContactNoDetector | kContactNoFreePose;
+  }
+}
+
+}  // namespace haptic
