@@ -7,10 +7,10 @@
 
 #include "clients/bench/peers/ccd.h"
 #include "clients/bench/peers/pair.h"
+#include "clients/bench/reference/conservative_advancement.h"
+#include "clients/bench/reference/redon_intervals.h"
 #include "clients/bench/work/proximity.h"
-#include "clients/bench/work/redon_intervals.h"
 #include "clients/bench/work/turns.h"
-#include "contact/query/sweep/conservative_advancement.h"
 #include "contact/query/sweep/swept_mesh.h"
 
 namespace haptic {

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "clients/bench/peers/segment.h"
+#include "clients/bench/reference/query_costs.h"
 #include "clients/bench/work/turns.h"
 #include "clients/bench/work/workload.h"
 #include "clients/eval/scenes/rigid_scenes.h"
@@ -211,7 +212,7 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
 void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
                  const Options& options) {
   const TriangleMesh mesh = bench.mesh.view();
-  const std::vector<GridChoice> choices = weigh_cells(mesh, measured_costs());
+  const std::vector<GridChoice> choices = weigh_cells(mesh, measure_query_costs());
   std::vector<HashGridData> grids;
   for (const GridChoice& choice : choices) {
     grids.push_back(build_hash_grid(mesh, bench.built.tree.view(), choice.cell));

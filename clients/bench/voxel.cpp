@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "clients/bench/reference/voxel_tree.h"
 #include "clients/bench/voxel_ceiling.h"
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/eval/scenes/workload.h"

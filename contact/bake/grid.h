@@ -13,10 +13,8 @@ namespace haptic {
 /// Runs the first on a thread of its own; what either throws is thrown here.
 void run_on_two_threads(const std::function<void()>& first, const std::function<void()>& second);
 
-/// Times the parts of a query on this machine, once a process [s].
-const QueryCosts& measured_costs();
-
-/// A grid with the cell size that the measured costs favour, and how that came about, a line each.
+/// A grid with the cell size that kQueryCosts favour, and how that came about, a line each. The
+/// same mesh has the same grid on every machine.
 struct ExplainedGrid {
   HashGridData grid;
   std::vector<std::string> lines;

@@ -242,25 +242,4 @@ SegmentHit first_hit_by(SegmentSearch how, const MeshShape& shape, const Vec3& f
   return search.best;
 }
 
-uint64_t SegmentCostProbe::look_up(size_t i) const {
-  const Vec3 from_O = 1.01 * shape_.mesh.vertices[i % shape_.mesh.vertices.size()];
-  CellWalk walk;
-  if (!walk.start(shape_.grid, from_O, -0.02 * from_O)) return 0;
-  return shape_.grid.find(walk.key()).batches.size();
-}
-
-uint64_t SegmentCostProbe::test_batch(size_t i) const {
-  const double x = static_cast<double>(i % 7) * 0.05;
-  const CellProbe part({x, -x, 0.1}, {-x, x, -0.1});
-  return part.may_meet(shape_.grid.batches[i % shape_.grid.batches.size()]);
-}
-
-uint64_t SegmentCostProbe::test_triangle(size_t i) const {
-  const auto& [a, b, c] = shape_.mesh.triangles[i % shape_.mesh.triangles.size()];
-  const auto& v = shape_.mesh.vertices;
-  const Vec3 from_O = 1.01 * v[a];
-  double t = 0;
-  return segment_enters_triangle(from_O, from_O - 0.02 * v[b], v[a], v[b], v[c], t) ? 1 : 0;
-}
-
 }  // namespace haptic

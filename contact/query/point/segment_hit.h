@@ -55,18 +55,4 @@ bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a
 /// 1e-5 of the largest coordinate may count as meeting it.
 bool segment_meets_box(const Vec3& from_O, const Vec3& to_O, const CompactObb& box);
 
-/// The parts of first_hit one by one, on segments through the surface of a mesh, for whoever times
-/// them. Each returns something that depends on all the work.
-class SegmentCostProbe {
- public:
-  /// The shape must live longer; it has a grid.
-  explicit SegmentCostProbe(const MeshShape& shape) : shape_(shape) {}
-  uint64_t look_up(size_t i) const;        // one cell of a walk, found
-  uint64_t test_batch(size_t i) const;     // eight thin boxes
-  uint64_t test_triangle(size_t i) const;  // one triangle
-
- private:
-  MeshShape shape_;
-};
-
 }  // namespace haptic

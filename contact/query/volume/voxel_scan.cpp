@@ -7,41 +7,10 @@
 #include <immintrin.h>
 #endif
 
+#include "contact/query/volume/scalar_scan.h"
+
 namespace haptic {
 namespace {
-
-using Limits = std::array<float, 3>;  // voxels along each axis
-
-Limits limits_of(const VoxelIndex& cells, int side) {
-  const auto limit = [&](size_t k) { return static_cast<float>(cells[k] * side); };
-  return {limit(0), limit(1), limit(2)};
-}
-
-/// One coordinate, in the order of operations of the lanes.
-float coordinate(const Pointshell& shell, const ShellInVoxels& at, size_t row, uint32_t i) {
-  const float* r = &at.rotation[3 * row];
-  return (r[0] * shell.x[i] + r[1] * shell.y[i]) + (r[2] * shell.z[i] + at.translation[row]);
-}
-
-template <class Map>
-size_t scan_one_by_one(const Map& map, const Limits& limits, const Pointshell& shell,
-                       const ShellInVoxels& at, uint32_t first, uint32_t end,
-                       std::span<VoxelHit> hits, size_t n) {
-  for (uint32_t i = first; i < end && n < hits.size(); ++i) {
-    VoxelIndex voxel{};
-    bool inside = true;
-    for (size_t k = 0; k < 3; ++k) {
-      const float q = coordinate(shell, at, k, i);
-      inside &= q >= 0 && q < limits[k];
-      if (inside) voxel[k] = static_cast<int32_t>(q);
-    }
-    const Voxel found = inside ? map.at(voxel) : Voxel::kFree;
-    // written in any case: which points are free cannot be foretold
-    hits[n] = {i << 2 | static_cast<uint32_t>(found)};
-    n += found != Voxel::kFree ? 1 : 0;
-  }
-  return n;
-}
 
 #if defined(__x86_64__)
 /// For each set of eight lanes their numbers in order, a byte each.
@@ -230,13 +199,6 @@ size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxe
   // what the lanes left over
   return scan_one_by_one(map, limits_of(map.bricks, kBrickSide), shell, at, i, first + count, hits,
                          n);
-}
-
-size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
-                   uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n) {
-  if (tree.bricks.empty()) return n;
-  const Limits limits = limits_of(tree.roots, kBrickSide * kTreeSide);
-  return scan_one_by_one(tree, limits, shell, at, first, first + count, hits, n);
 }
 
 }  // namespace haptic

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "contact/shape/volume/pointshell.h"
-#include "contact/shape/volume/voxel_tree.h"
 #include "contact/shape/volume/voxmap.h"
 #include "proto/math/pose.h"
 
@@ -38,9 +37,5 @@ ScanPath fastest_scan();
 size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxels& at,
                    uint32_t first, uint32_t count, ScanPath path, std::span<VoxelHit> hits,
                    size_t n);
-
-/// The same in a tree, one by one: `at` is that of the map it was built from.
-size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
-                   uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n);
 
 }  // namespace haptic

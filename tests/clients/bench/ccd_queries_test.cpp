@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "clients/bench/work/redon_intervals.h"
+#include "clients/bench/reference/redon_intervals.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temporary_folder.h"

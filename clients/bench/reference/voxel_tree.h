@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "contact/query/volume/voxel_scan.h"
 #include "contact/shape/volume/voxmap.h"
 
 namespace haptic {
@@ -58,5 +59,9 @@ struct VoxelTreeData {
 
 /// The same map in a tree; start-up only. Empty where the map is.
 VoxelTreeData build_voxel_tree(const Voxmap& map);
+
+/// scan_voxels of a map, in its tree, one point after the other: `at` is that of the map.
+size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
+                   uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n);
 
 }  // namespace haptic
