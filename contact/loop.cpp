@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/loop.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -14,6 +15,8 @@ constexpr int kFifoPriority = 60;
 constexpr int64_t kWarmUpLookNs = 10'000'000;
 constexpr int kWarmUpLooks = 20;   // a servo that runs answers the first; it need not run
 constexpr int64_t kRestShare = 4;  // after a step of d rest d/4: never more than 80 % of a core
+// after the servo's next frame is to be there: one wake-up late costs less than one in vain [ns]
+constexpr int64_t kFrameMarginNs = 20'000;
 
 void say(const std::string& line) {
   std::fprintf(stderr, "haptic-contact: %s\n", one_line(line).c_str());
@@ -38,6 +41,37 @@ void warm_up(const ContactModel& model, ContactState& state,
     return;
   }
 }
+
+/// When the servo's next frame will be there, if that tick goes like this one.
+int64_t next_frame_ns(const ServoFrame& frame, int64_t servo_period) {
+  return frame.t_ns + servo_period + frame.wake_late_ns + frame.busy_ns + kFrameMarginNs;
+}
+
+/// Its grid is the servo's: it wakes once a tick, when the frame is there, and looks again every
+/// poll period where it is not.
+class FrameClock {
+ public:
+  explicit FrameClock(const SessionConfig& config)
+      : servo_period_(period_ns(config.servo_rate)),
+        poll_period_(period_ns(config.contact_poll_rate)) {}
+
+  /// Sleeps until the next look.
+  Tick wait() {
+    sleep_until(wake_ns_);
+    const int64_t now = now_ns(), deadline_ns = wake_ns_;
+    wake_ns_ = now + poll_period_;
+    return {index_++, deadline_ns, now - deadline_ns, 0};
+  }
+  /// The frame has been answered; not before not_before_ns.
+  void answered(const ServoFrame& frame, int64_t not_before_ns) {
+    wake_ns_ = std::max(next_frame_ns(frame, servo_period_), not_before_ns);
+  }
+
+ private:
+  int64_t servo_period_, poll_period_;
+  int64_t wake_ns_ = now_ns();
+  uint64_t index_ = 0;
+};
 
 }  // namespace
 
@@ -65,7 +99,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   };
   if (!await_turn(arguments.spare_fd, look)) return kExitClean;
   child.offer();
-  DeadlineClock clock(period_ns(child.config().contact_poll_rate));
+  FrameClock clock(child.config());
   while (!child.stopping()) {
     child.beat(clock.wait());
     any_scene |= scenes.latest(scene);
@@ -75,7 +109,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
     ContactSet answer = contact_step(model, *state, question, any_scene ? &scene : nullptr);
     answer.busy_ns = now_ns() - start_ns;
     publish(child, answer);
-    sleep_until(start_ns + answer.busy_ns + answer.busy_ns / kRestShare);
+    clock.answered(question, start_ns + answer.busy_ns + answer.busy_ns / kRestShare);
   }
   child.finish();
   return kExitClean;

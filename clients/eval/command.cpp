@@ -38,7 +38,7 @@ namespace haptic {
 namespace {
 
 struct EvalOptions {
-  std::string config = "bunny.toml", trace, plot;
+  std::string config = "bunny.toml", trace, plot, forces;
   double duration = 20;
   LockstepOptions lockstep;
   bool json = false, overwrite = false;
@@ -256,6 +256,11 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
+  command
+      .option("--forces", options.forces,
+              "of --suite fingerprint: a folder that keeps the forces of one build, for the "
+              "largest difference from another")
+      .needs("--suite");
   command.option("--scenes", options.moving.scenes, "of --suite moving")
       .needs("--suite")
       .range(1, 1'000'000)
@@ -277,14 +282,14 @@ void add_protocol_options(Command& command, EvalOptions& options) {
 /// All session files beside the default one.
 void run_fingerprint(const EvalOptions& options, const Command& command) {
   namespace fs = std::filesystem;
-  std::vector<std::string> files;
+  FingerprintEval eval{{}, 4, options.lockstep, options.forces};
   for (const auto& entry :
        fs::directory_iterator(fs::path(find_config("bunny.toml")).parent_path())) {
-    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    if (entry.path().extension() == ".toml") eval.configs.push_back(entry.path());
   }
-  std::sort(files.begin(), files.end());
-  const double seconds = command.was_given("--for") ? options.duration : 4;
-  print_judged(eval_fingerprint(files, seconds, options.lockstep), options.json);
+  std::sort(eval.configs.begin(), eval.configs.end());
+  if (command.was_given("--for")) eval.seconds = options.duration;
+  print_judged(eval_fingerprint(eval), options.json);
 }
 
 void run_suite(EvalOptions& options, const Command& command) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/eval/fingerprint.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 
 #include "contact/bake/session.h"
 #include "device-io/device.h"
@@ -19,22 +22,48 @@ std::string in_hex(uint64_t hash) {
   return text;
 }
 
-std::string hash_of(const SessionConfig& config, double seconds, const LockstepOptions& lockstep) {
+struct Run {
+  std::string hash;
+  std::vector<Wrench> F_W;  // of the coupling, tick by tick
+};
+
+Run run_session(const SessionConfig& config, const FingerprintEval& eval) {
   const BakedSession baked = bake_session(config);
   const ContactShapes shapes = baked.shapes();
   const std::unique_ptr<Device> hand = open_device(config.device);
-  Lockstep session(config, shapes, *hand, lockstep);
-  const auto ticks = static_cast<uint64_t>(seconds * config.servo_rate);
-  for (uint64_t k = 0; k < ticks && session.step();) ++k;
-  return in_hex(session.hash());
+  Lockstep session(config, shapes, *hand, eval.lockstep);
+  const auto ticks = static_cast<uint64_t>(eval.seconds * config.servo_rate);
+  Run run;
+  for (uint64_t k = 0; k < ticks && session.step(); ++k) {
+    run.F_W.push_back(session.frame().F_coupling_W);
+  }
+  run.hash = in_hex(session.hash());
+  return run;
+}
+
+/// The largest difference from the forces in the file [N]; nothing: it was not there, and is now.
+std::optional<double> compare(const std::string& path, const std::vector<Wrench>& F_W) {
+  std::vector<Wrench> other(F_W.size());
+  const auto size = static_cast<std::streamsize>(F_W.size() * sizeof(Wrench));
+  if (std::ifstream file(path, std::ios::binary); file) {
+    file.read(reinterpret_cast<char*>(other.data()), size);
+    double largest = 0;
+    for (size_t i = 0; i < F_W.size(); ++i) {
+      largest = std::max(largest, norm(F_W[i].f - other[i].f));
+    }
+    return largest;
+  }
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(F_W.data()), size);
+  if (!file.flush()) throw ConfigError(path + ": cannot be written; name another folder");
+  return std::nullopt;
 }
 
 }  // namespace
 
-std::vector<Row> eval_fingerprint(const std::vector<std::string>& configs, double seconds,
-                                  const LockstepOptions& lockstep) {
+std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
   Rows rows("fingerprint");
-  for (const std::string& file : configs) {
+  for (const std::string& file : eval.configs) {
     const std::string scene = std::filesystem::path(file).stem();
     for (const RendererRow& row : kRenderers) {
       SessionConfig config = load_config(file);
@@ -42,7 +71,11 @@ std::vector<Row> eval_fingerprint(const std::vector<std::string>& configs, doubl
       const std::string both = scene + ", " + std::string(row.name);
       try {
         use_renderer(config, row.name);
-        rows.note(both, hash_of(config, seconds, lockstep));
+        const Run run = run_session(config, eval);
+        rows.note(both, run.hash);
+        if (eval.forces.empty()) continue;
+        const auto difference = compare(eval.forces + "/" + both, run.F_W);
+        if (difference) rows.add(both + ", largest difference of force", *difference, "N");
       } catch (const MessageError& error) {
         rows.note(both, "left out: " + one_line(error.what()));
       }

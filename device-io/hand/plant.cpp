@@ -59,23 +59,16 @@ void account(const SimulatedHandConfig& c, const Axis& axis, const AxisStep& ste
   energy.hand_loss += c.hand_damping * slip * slip / h;
 }
 
-}  // namespace
-
-HandPlant start_plant(const SimulatedHandConfig& config) {
-  HandPlant plant;
-  plant.intent_B = intent_position(config, 0);
-  plant.p_B = plant.intent_B;
-  return plant;
-}
-
-void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
-             int64_t dt_ns) {
+/// Equal steps, over which the intention moves on a straight line.
+void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
+                      int64_t dt_ns) {
   const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
-  if (steps <= 0) return;
   const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
+  const Vec3 from_B = plant.intent_B;
+  const Vec3 to_B = intent_position(config, 1e-9 * static_cast<double>(plant.t_ns + dt_ns));
   for (int64_t i = 1; i <= steps; ++i) {
-    const double t = 1e-9 * static_cast<double>(plant.t_ns) + h * static_cast<double>(i);
-    const Vec3 intent_B = intent_position(config, t);
+    const double share = static_cast<double>(i) / static_cast<double>(steps);
+    const Vec3 intent_B = i == steps ? to_B : from_B + share * (to_B - from_B);
     for (int k = 0; k < 3; ++k) {
       const Axis axis{force_B[k], intent_B[k] - plant.intent_B[k], plant.p_B[k] - plant.intent_B[k],
                       plant.v_B[k]};
@@ -87,6 +80,24 @@ void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& fo
     plant.intent_B = intent_B;
   }
   plant.t_ns += dt_ns;
+}
+
+}  // namespace
+
+HandPlant start_plant(const SimulatedHandConfig& config) {
+  HandPlant plant;
+  plant.intent_B = intent_position(config, 0);
+  plant.p_B = plant.intent_B;
+  return plant;
+}
+
+void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
+             int64_t dt_ns) {
+  for (int64_t left_ns = dt_ns; left_ns > 0;) {
+    const int64_t piece_ns = std::min(left_ns, kIntentStepNs);
+    advance_straight(config, plant, force_B, piece_ns);
+    left_ns -= piece_ns;
+  }
 }
 
 double mechanical_energy(const SimulatedHandConfig& config, const HandPlant& plant) {

@@ -11,6 +11,10 @@ namespace haptic {
 /// Longest integration step of the plant: 1/50 of the period at 1 kHz.
 inline constexpr int64_t kPlantStepNs = 20'000;
 
+/// The intention is computed this often and moves on a straight line in between [ns]: a tick at 1
+/// kHz. It costs more than all steps of a tick; a stroke of 1 m/s² bends by 0.1 µm in that time.
+inline constexpr int64_t kIntentStepNs = 1'000'000;
+
 /// Where the energy of the plant came from and went [J], since the start.
 struct HandEnergy {
   double device_work = 0;     // by the wrench the device held; negative: the wall took it
@@ -33,12 +37,12 @@ struct HandPlant {
 /// At rest on the beginning of the intention.
 HandPlant start_plant(const SimulatedHandConfig& config);
 
-/// Moves the plant on by dt_ns under a constant force on the device, in equal steps of at most
-/// kPlantStepNs. Implicit midpoint rule, solved in closed form; an axis whose momentum friction
-/// can absorb within a step sticks. Second order; without friction it neither makes nor loses
-/// energy, so that it does not shift the stability limit of a sampled wall (semi-implicit Euler at
-/// the same step: 2 % too stiff). Exactly, whatever the step: change of mechanical_energy =
-/// device_work + intention_work − device_loss − hand_loss.
+/// Moves the plant on by dt_ns under a constant force on the device, in steps of at most
+/// kPlantStepNs, equal within each kIntentStepNs. Implicit midpoint rule, solved in closed form; an
+/// axis whose momentum friction can absorb within a step sticks. Second order; without friction it
+/// neither makes nor loses energy, so that it does not shift the stability limit of a sampled wall
+/// (semi-implicit Euler at the same step: 2 % too stiff). Exactly, whatever the step: change of
+/// mechanical_energy = device_work + intention_work − device_loss − hand_loss.
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns);
 

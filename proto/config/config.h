@@ -251,7 +251,7 @@ struct SessionConfig {
   Name name{};
   Path file{};                      // where it came from
   double servo_rate = 1000;         // [Hz]
-  double contact_poll_rate = 4000;  // how often contact looks for a new ServoFrame [Hz]
+  double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
   double sim_rate = 120;            // [Hz]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // bytes a mesh may need while it is baked
   uint32_t realtime = 1;                           // 0: do not even ask for FIFO and locked memory

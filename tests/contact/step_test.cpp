@@ -39,6 +39,10 @@ struct Bench {
   }
 };
 
+haptic::PointProxy& proxy_of(haptic::ContactState& state) {
+  return std::get<haptic::PointDetector>(state.detector).proxy;
+}
+
 }  // namespace
 
 TEST_CASE("contact step: a hand that feels nothing passes through, and begins where it then is",
@@ -98,8 +102,8 @@ TEST_CASE("contact step: witnesses never change a result", "[contact][trap]") {
     servo.renderer = static_cast<uint32_t>(haptic::Renderer::kVirtualProxy3);
     servo.X_WT.p = {0.03 * std::sin(t), 0.03 * std::cos(1.7 * t),
                     radius - 0.8e-3 + 2e-3 * std::cos(3 * t)};
-    fresh->proxy.witnesses = {};
-    for (haptic::ProxyWitness& witness : foreign->proxy.witnesses) {
+    proxy_of(*fresh).witnesses = {};
+    for (haptic::ProxyWitness& witness : proxy_of(*foreign).witnesses) {
       for (auto& hit : witness.hit) hit.triangle = static_cast<uint32_t>(random.index(4000));
       const haptic::MeshShape& any = k % 2 == 0 ? shapes[0] : other;
       closest_point(any, random.near_mesh(any.mesh), 1, witness.beside);
