@@ -6,12 +6,12 @@
 namespace haptic {
 namespace {
 
-// what an operator wants to read in the log; contact itself comes and goes all the time
+// changes worth a line in the log; contact itself comes and goes all the time
 constexpr uint32_t kNotable = kServoStale | kServoFault | kServoClutched | kServoPaused |
                               kServoNoContactSet | kServoTorqueDropped | kServoDisarmed |
                               kServoTooFast | kServoThermal | kServoNoDevice;
 
-// hapticd lets go after kReleaseAfterTicks; its clock is not ours
+// [ticks] hapticd releases the device after kReleaseAfterTicks; margin for the skew of its checks
 constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks - 2;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
@@ -56,7 +56,7 @@ void ServoLoop::tick(const Tick& tick) {
   input_.skipped = tick.skipped;
 
   frame_ = servo_step(model_, state_, input_);
-  // held up since then, the force is that of a hand which has gone on
+  // after such a delay the force belongs to an outdated position of the hand
   dropped_ = now_ns() - woke_ns >= patience_ns_;
   if (dropped_) frame_.F_device_B = {};
   device_.write(frame_.F_device_B);
@@ -78,7 +78,7 @@ void ServoLoop::publish_changes() {
   }
   fault_ = frame_.fault;
 
-  // torque comes and goes with contact: that it is dropped is said once
+  // reported once: a dropped torque comes and goes with contact
   const uint32_t now_notable = (frame_.flags | (notable_ & kServoTorqueDropped)) & kNotable;
   if (now_notable == notable_) return;
   publish_event(EventCode::kFlagsChanged,

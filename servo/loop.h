@@ -6,11 +6,11 @@
 #include "proto/os/realtime.h"
 #include "servo/step.h"
 
-/// The body of the servo's loop, apart from who waits and for how long: haptic-servo runs it on its
-/// deadline clock, `hapt selftest` and the tests a million times under rt_guard.
+/// The body of the servo's loop without its clock: haptic-servo runs it on a deadline clock, `hapt
+/// selftest` and the tests run it a million times under rt_guard.
 namespace haptic {
 
-/// The newest item of each ring the servo reads; they stay where they are from tick to tick.
+/// The newest item of each ring the servo reads; kept from tick to tick.
 struct ServoInbox {
   RingSource<&ContactChannels::sets> contacts;
   RingSource<&SimChannels::frames> scenes;
@@ -30,8 +30,8 @@ struct ServoInbox {
   void receive(ServoInput& input) noexcept;
 };
 
-/// Device and rings in, one step, device and ring out. Only the constructor allocates. What it is
-/// given must outlive it.
+/// Reads device and rings, makes one step, writes device and ring. Only the constructor allocates.
+/// Its arguments must outlive it.
 class ServoLoop {
  public:
   ServoLoop(const SessionConfig& config, Device& device, ServoInbox& inbox,
@@ -40,7 +40,7 @@ class ServoLoop {
   /// One tick: read the device, receive, step, write the device, publish.
   void tick(const Tick& tick);
 
-  /// Every way out of the loop: a zero wrench, and the ring says so.
+  /// Ends the loop: writes a zero wrench and publishes a last frame with kServoStopped.
   void stop();
 
   const ServoFrame& frame() const { return frame_; }
@@ -56,9 +56,9 @@ class ServoLoop {
   ServoState state_;
   ServoInput input_;
   ServoFrame frame_{};
-  const int64_t patience_ns_;  // between two wake-ups, before the device may have been let go
+  const int64_t patience_ns_;  // between wake-ups: after it hapticd may have released the device
   int64_t last_woke_ns_ = 0;
-  bool dropped_ = false;  // the last force came too late to be sent
+  bool dropped_ = false;  // the last force came too late and was not sent
   uint32_t notable_ = 0, fault_ = 0;
 };
 

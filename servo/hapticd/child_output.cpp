@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kLongestLine = 16 << 10;  // a longer one is handed over in pieces
+constexpr size_t kLongestLine = 16 << 10;  // [bytes]; longer lines are passed on in pieces
 
 }  // namespace
 

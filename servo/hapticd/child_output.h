@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// What a child writes to its stderr, line by line, so that it comes out in hapticd's own form.
+/// The stderr of a child, line by line, for hapticd's log.
 class ChildOutput {
  public:
   using UseLine = std::function<void(const std::string&)>;
@@ -19,13 +19,13 @@ class ChildOutput {
 
   /// The child's end: becomes its stderr. Close it in hapticd once the child runs.
   FileDescriptor& child_end() noexcept { return write_; }
-  /// To be polled; −1 once the child has closed its end.
+  /// For poll(); −1 once the child has closed its end.
   int poll_fd() const noexcept { return read_.get(); }
 
-  /// Hands over every whole line that has come, without the child's own "program: " in front. An
-  /// unfinished line waits for its end, or for `flush()`.
+  /// Passes on every complete line, without the child's own "program: " prefix. An incomplete line
+  /// waits for its end or for `flush()`.
   void read(const UseLine& use);
-  /// The same, and what is left when the child has ended.
+  /// read(), then passes on the incomplete line of a child that has ended.
   void flush(const UseLine& use);
 
  private:

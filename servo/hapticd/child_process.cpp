@@ -21,12 +21,12 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
-/// After fork: only calls that are safe in a copy of a process with threads.
+/// Runs after fork: only async-signal-safe calls, since the parent has threads.
 [[noreturn]] void become(const char* path, char* const* argv, std::span<const int> kept, int said) {
   const sigset_t set = stop_signals();
   sigprocmask(SIG_UNBLOCK, &set, nullptr);
   signal(SIGPIPE, SIG_DFL);
-  // own group: Ctrl-C reaches hapticd alone, which stops the servo first
+  // own process group: Ctrl-C reaches hapticd alone, which stops the servo first
   setpgid(0, 0);
   dup2(said, STDERR_FILENO);
   for (const int fd : kept) fcntl(fd, F_SETFD, 0);

@@ -18,37 +18,40 @@ namespace haptic {
 /// The exit code of a child whose program could not be executed.
 inline constexpr int kExitNoProgram = 127;
 
-/// The signals that end hapticd: blocked in it and read from a descriptor, not in its children.
+/// The signals that end hapticd. It blocks them and reads them from a descriptor; its children do
+/// not.
 sigset_t stop_signals();
 
-/// A program that hapticd has started. It must end (wait_for_exit, ended) before this does.
+/// A program started by hapticd. It must have ended (wait_for_exit, ended) before this is
+/// destroyed.
 struct ChildProcess {
   pid_t pid = -1;  // −1: not running
   FileDescriptor pidfd = {};
   std::optional<ChildOutput> output = {};
-  std::string preparing = {};  // what it said last that it prepares; empty: nothing, or it runs
+  std::string preparing = {};  // the mesh it reported last; empty: none, or its loop runs
 
   bool is_running() const noexcept { return pid >= 0; }
-  /// Where what it says is to be polled; −1: it says nothing any more.
+  /// For polling its output; −1: it has closed it.
   int output_fd() const noexcept { return output ? output->poll_fd() : -1; }
 
-  /// Starts `folder/program words…`, which inherits `kept` and no other descriptor. Throws
-  /// std::runtime_error or std::system_error: no process, no descriptor.
+  /// Starts `folder/program words…`, which inherits the descriptors `kept` and no others. Throws
+  /// std::runtime_error or std::system_error.
   void launch(const std::string& folder, const char* program, std::vector<std::string> words,
               std::span<const int> kept);
-  /// Its wait status once it has ended, and forgets it; nothing while it runs, or where none does.
+  /// Wait status of a process that has ended, which is then forgotten; empty while it runs or if
+  /// there is none.
   std::optional<int> ended();
-  /// Waits until it has ended and forgets it; false: it has not in time.
+  /// Waits for the end and forgets the process; false: still running at the deadline.
   bool wait_for_exit(int64_t deadline_ns);
   void send(int signal) const;
-  /// SIGKILL, and waits for its end.
+  /// Sends SIGKILL and waits for the end.
   void end();
 
  private:
   void forget();
 };
 
-/// In words: "was killed: Killed while it prepared thing.obj", "ended with exit code 2".
+/// E.g. "was killed: Killed while it prepared thing.obj", "ended with exit code 2".
 std::string how_it_ended(int status, const std::string& preparing);
 
 }  // namespace haptic

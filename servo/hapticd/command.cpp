@@ -21,7 +21,7 @@ Command refused(const std::string& problem) {
   return {CommandKind::kRefused, false, one_line(problem)};
 }
 
-/// The first word; the rest stays in `line`.
+/// Removes the first word from `line` and returns it.
 std::string_view take_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(' '), line.size()));
   const std::string_view word = line.substr(0, line.find(' '));
@@ -45,7 +45,7 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
   return refused("renderer: there is no '" + shown(name) + "'; known: " + known);
 }
 
-/// A number that can be set, with its largest value in SI units.
+/// A settable number; `most` is its largest value in SI units.
 struct Parameter {
   std::string_view name;
   double ControlFrame::*target;

@@ -9,21 +9,21 @@
 
 namespace haptic {
 
-/// What a line that came over the control socket asks for.
+/// Request of a line from the control socket.
 enum class CommandKind { kStatus, kConfig, kStop, kChange, kRefused };
 
 struct Command {
   CommandKind kind = CommandKind::kRefused;
   bool clears_fault = false;
-  std::string problem;  // why it is refused, in one line
+  std::string problem;  // one line: why it is refused
 };
 
-/// Understands one line and applies it to the desired state (never partly):
+/// Parses one line and applies it to the desired state, wholly or not at all:
 ///   status | config | stop | clear-fault | arm | disarm | pause | resume
 ///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
 ///   set rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad"
-///   set renderer NAME, one that the session has a tool and maps for
-/// `wanted` gets a new revision when it changes.
+///   set renderer NAME, if the session has the tool and the maps it needs
+/// A change gives `wanted` a new revision.
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted);
 
 }  // namespace haptic

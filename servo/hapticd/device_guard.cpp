@@ -15,11 +15,14 @@
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 90;
+constexpr int kFifoPriority =
+    90;  // above the servo (80): releases a device even if the servo spins
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLookNs = 2 * kMs;        // of the thread, at 1 kHz and below
-constexpr int64_t kHeldUpNs = 3 * kMs;      // later than this the guard itself was held up
-constexpr int64_t kTryAgainNs = 200 * kMs;  // to open the node of a device that is gone
+constexpr int64_t kLookNs = 2 * kMs;        // period of the checks, at servo rates of 1 kHz and
+                                            // below
+constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
+constexpr int64_t kTryAgainNs = 200 * kMs;  // between attempts to reopen the node of a missing
+                                            // device
 
 FileDescriptor duplicate(const FileDescriptor& fd) {
   return FileDescriptor(fd.is_open() ? fcntl(fd.get(), F_DUPFD_CLOEXEC, 0) : -1);
@@ -58,7 +61,7 @@ void DeviceGuard::watch(int pidfd, uint64_t generation) {
   hand_over();
 }
 
-/// No lock: the thread takes the newest, what it has not taken is dropped here.
+/// Lock-free: the thread takes the newest; one it has not taken is deleted here.
 void DeviceGuard::hand_over() {
   auto watched = std::make_unique<Watched>();
   watched->node = duplicate(node_);
@@ -98,7 +101,7 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   pollfd ended{watched.pidfd.get(), POLLIN, 0};
   if (watched.pidfd.is_open() && poll(&ended, 1, 0) > 0) return true;
   const SegmentHeader* header = offered_.header();
-  // before its loop runs a servo holds zero by itself
+  // before its loop runs a servo holds zero force itself
   if (header == nullptr || header->generation.load() != watched.generation ||
       header->state.load() != static_cast<uint32_t>(SegmentState::kRun)) {
     return false;
@@ -106,8 +109,8 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   return t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
 }
 
-/// Whether the bytes are on their way. A full queue or a node that is gone: the next time, or the
-/// firmware's own watchdog.
+/// Whether the bytes were written. On a full queue or a missing node the next attempt or the
+/// firmware's own watchdog takes over.
 bool DeviceGuard::release(const Watched& watched) noexcept {
   const size_t size = std::min<size_t>(release_.size, release_.bytes.size());
   if (size == 0 || !watched.node.is_open()) return false;
@@ -115,20 +118,20 @@ bool DeviceGuard::release(const Watched& watched) noexcept {
 }
 
 void DeviceGuard::run() {
-  // no memory locked: what is used every 2 ms stays, and a process with tens of megabytes locked
-  // takes as many milliseconds to die before its children hear of it
+  // without locked memory: pages used every 2 ms stay resident, and a process with tens of
+  // megabytes locked takes tens of milliseconds to die before its children notice
   enter_realtime({.fifo_priority = realtime_ ? kFifoPriority : 0, .lock_memory = false});
   const int64_t look_ns = std::min(kLookNs, 2 * period_ns_);
   auto watched = std::make_unique<Watched>();
   ReleaseSchedule schedule;
   bool helpless = false;
   for (int64_t looked_ns = now_ns(); !ending_;) {
-    // the end of a servo wakes at once, but only once
+    // a helpless servo's pidfd stays readable: it may end this wait only once
     pollfd ended{helpless ? -1 : watched->pidfd.get(), POLLIN, 0};
     const timespec wait{0, look_ns};
     ppoll(&ended, 1, &wait, nullptr);
     if (adopt(watched)) {
-      // its predecessor is dead, perhaps since the last look
+      // the previous servo is dead, perhaps since the last check
       release(*watched);
       schedule = {};
     }

@@ -12,8 +12,8 @@
 
 namespace haptic {
 
-/// When the bytes of a release are due: at once, and some times more, because a packet may collide
-/// with one of the dying servo. Begins anew once the servo has been well again.
+/// When to send the release bytes: at once and three times more, since a packet may collide with
+/// one of the dying servo. Starts again once the servo has recovered.
 class ReleaseSchedule {
  public:
   static constexpr int kTimes = 4;
@@ -27,38 +27,38 @@ class ReleaseSchedule {
   int64_t next_ns_ = 0;
 };
 
-/// hapticd's own hold on a device with a node (design.md §6). It opens the node before the servo
-/// starts and keeps it open; a thread at FIFO 90 watches the servo's pidfd and heartbeat and, when
-/// it died or missed kReleaseAfterTicks, writes the servo's own bytes for no force: at the device
-/// within 20 ms. Where the guard itself was held up, so was the servo: the look after that judges.
-/// A node that hung up is closed and opened again as soon as the device is back.
+/// Lets go of a device with a node when its servo fails. Opens the node before the servo starts and
+/// keeps it open. A thread at FIFO 90 watches the servo's pidfd and heartbeat; when the servo has
+/// died or missed kReleaseAfterTicks ticks, it writes the servo's own bytes for zero force, which
+/// reach the device within 20 ms. A check that comes late is skipped: what held up the guard may
+/// have held up the servo. A node that hung up is closed, and opened again when the device is back.
 class DeviceGuard {
  public:
-  /// Opens the node. To be made before attachments.start(). Throws std::runtime_error, one line.
+  /// Opens the node. Construct it before attachments.start(). Throws std::runtime_error, one line.
   DeviceGuard(const SessionConfig& config, Attachments& attachments);
   ~DeviceGuard();
   DeviceGuard(const DeviceGuard&) = delete;
 
-  /// Starts the thread; without the rights for FIFO at normal priority.
+  /// Starts the thread; without the right to FIFO it runs at normal priority.
   void start();
 
-  /// The open node, to be inherited by a servo; −1 while the device is gone.
+  /// The open node, for a servo to inherit; −1 while the device is gone.
   int node() const { return node_.get(); }
 
-  /// From now on this servo is watched.
+  /// Watches this servo from now on.
   void watch(int pidfd, uint64_t generation);
 
   enum class Change { kNone, kGone, kBack };
-  /// Once in a while: whether the device went or came back. After kBack the servo needs the new
-  /// node, so it must be started anew.
+  /// To be called regularly: whether the device has gone or come back. After kBack the servo must
+  /// be restarted with the new node.
   Change look(int64_t t_ns);
 
-  /// Times the device was let go because its servo was dead or silent.
+  /// Number of times the device was released because its servo was dead or silent.
   uint64_t releases() const { return releases_.load(std::memory_order_relaxed); }
   const std::string& path() const { return path_; }
 
  private:
-  /// What the thread watches; handed over whole.
+  /// What the thread watches; exchanged as a whole.
   struct Watched {
     FileDescriptor node, pidfd;
     uint64_t generation = 0;
@@ -77,7 +77,7 @@ class DeviceGuard {
   uint64_t generation_ = 0;
   int64_t try_again_ns_ = 0;
 
-  RingSource<&ServoChannels::releases> offered_;  // from here on of the thread
+  RingSource<&ServoChannels::releases> offered_;  // used by the thread alone, like release_
   DeviceRelease release_{};
   std::atomic<Watched*> next_{nullptr};
   std::atomic<uint64_t> releases_{0};

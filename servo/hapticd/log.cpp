@@ -36,7 +36,7 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
                                      std::pair{kServoWorkspaceEdge, "edge of the workspace"},
                                      std::pair{kServoNoDevice, "device lost or not homed"}};
 
-constexpr int64_t kLastWordsNs = kNsPerSecond / 5;  // for who reads slowly, at the end
+constexpr int64_t kLastWordsNs = kNsPerSecond / 5;  // wait for a slow reader at the end [ns]
 
 const char* reason(Fault fault) {
   switch (fault) {

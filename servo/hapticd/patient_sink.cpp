@@ -39,7 +39,7 @@ void PatientSink::sink_it_(const spdlog::details::log_msg& message) {
     line.insert(message.color_range_start, colour_of(message.level));
   }
   if (lines_.size() >= kMostLines) {
-    // the first may be half written: the second goes
+    // keeps the first line, which may be half written
     lines_.erase(lines_.begin() + 1);
     ++dropped_;
   }
@@ -51,7 +51,7 @@ bool PatientSink::has_room(int timeout_ms) const {
   return poll(&waiting, 1, timeout_ms) > 0 && (waiting.revents & POLLOUT) != 0;
 }
 
-/// A piece of the first line; false where the descriptor takes nothing.
+/// Writes a piece of the first line; false: the descriptor accepts nothing.
 bool PatientSink::write_some() {
   std::string& line = lines_.front();
   const size_t size = std::min<size_t>(line.size() - written_, PIPE_BUF);

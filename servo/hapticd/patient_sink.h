@@ -10,11 +10,10 @@
 
 namespace haptic {
 
-/// Writes log lines to a descriptor that may stop taking them (a terminal after Ctrl-S, a pager, a
-/// stalled journal) and never waits for it: lines that cannot be written at once are kept, at most
-/// kMostLines, the oldest are dropped and counted. What was dropped is said as soon as something
-/// can be said again. A write of up to PIPE_BUF bytes does not block where poll() says that there
-/// is room (pipe(7)), so longer lines are written in pieces.
+/// Writes log lines to a descriptor that may stop accepting them (a terminal after Ctrl-S, a pager,
+/// a stalled journal) without ever waiting for it. At most kMostLines are kept; the oldest are
+/// dropped, counted, and reported once writing is possible again. A write of up to PIPE_BUF bytes
+/// does not block where poll() reports room (pipe(7)), so longer lines are written in pieces.
 class PatientSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   static constexpr size_t kMostLines = 2000;
@@ -23,7 +22,7 @@ class PatientSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
 
   /// Writes what can be written now.
   void drain();
-  /// The same, but waits up to that long for the reader.
+  /// drain(), waiting up to that long for the reader [ns].
   void drain_for(int64_t patience_ns);
 
   uint64_t dropped() const { return dropped_; }
@@ -39,7 +38,7 @@ class PatientSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
   int fd_;
   bool colours_;
   std::deque<std::string> lines_;
-  size_t written_ = 0;  // of the first
+  size_t written_ = 0;  // bytes of the first line
   uint64_t dropped_ = 0, told_ = 0;
 };
 

@@ -8,8 +8,8 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLatePulseNs = 20 * kMs;  // worth a line in the log
-constexpr int64_t kHungNs = 250 * kMs;
+constexpr int64_t kLatePulseNs = 20 * kMs;  // logged beyond it
+constexpr int64_t kHungNs = 250 * kMs;      // killed beyond it
 
 }  // namespace
 

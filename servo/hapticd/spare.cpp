@@ -17,8 +17,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kFirstWaitNs = 1 * kNsPerSecond;
-constexpr int64_t kLongestWaitNs = 64 * kNsPerSecond;  // what kills it each time may pass
+constexpr int64_t kFirstWaitNs = 1 * kNsPerSecond;     // doubled with each death in a row
+constexpr int64_t kLongestWaitNs = 64 * kNsPerSecond;  // the cause of repeated deaths may pass
 
 }  // namespace
 

@@ -8,30 +8,30 @@
 
 namespace haptic {
 
-/// hapticd's side of a contact that has prepared everything and waits until its predecessor is
-/// dead: it owns a segment that nobody has seen, and offers it when it is told that its turn has
-/// come. So two contacts are never heard at once, and a restart costs a wake-up instead of the
-/// start of a process. One that dies or does not get ready is replaced, later each time.
+/// hapticd's side of a prepared contact process that waits until its predecessor is dead. It owns a
+/// segment nobody has seen and offers it when told to take over, so two contacts never publish at
+/// once and a restart costs a wake-up instead of the start of a process. A spare that dies or does
+/// not get ready is replaced, with growing delay.
 class Spare {
  public:
   explicit Spare(bool wanted) : wanted_(wanted) {}
 
-  /// A socket pair for the next one: the child's end, to be inherited. Throws std::system_error.
+  /// Makes the socket pair of the next spare and returns the child's end. Throws std::system_error.
   FileDescriptor connect(int64_t t_ns);
 
-  /// Whether one should be started now, beside a contact that runs.
+  /// Whether to start a spare now, while a contact runs.
   bool is_due(int64_t t_ns) const noexcept {
     return wanted_ && !process.is_running() && t_ns >= start_at_ns_;
   }
-  /// No other before that.
+  /// Starts none before t_ns.
   void wait_until(int64_t t_ns) noexcept { start_at_ns_ = t_ns; }
-  /// It died while it waited, or could not be started; returns how long the next one waits [ns].
+  /// After a spare died while waiting or could not be started: delay before the next one [ns].
   int64_t put_off(int64_t t_ns) noexcept;
 
-  /// Whether it has said that it waits.
+  /// Whether it has reported that it waits.
   bool is_ready() noexcept;
-  /// Its turn: from now on it is a contact like any other, and this is empty. To be called when the
-  /// contact before it has been reaped.
+  /// Tells the spare to take over and hands out its process; this is then empty. Call it only after
+  /// the previous contact has been reaped.
   ChildProcess promote();
 
   ChildProcess process;

@@ -26,20 +26,22 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLookPeriodNs = 20 * kMs;       // events and pulses
-constexpr int64_t kControlPeriodNs = 100 * kMs;   // a late reader of the ring finds one soon
-constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // while a hand waits for its first contact
-constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while somebody waits for the servo's echo
-constexpr int64_t kEchoPatienceNs = 1000 * kMs;
-constexpr int64_t kServoStopNs = 1000 * kMs;  // its share of the two seconds
-constexpr int64_t kStopNs = 2000 * kMs;
-constexpr int64_t kLongestRestNs = 5 * kMs;   // a tenth of what a contact's replacement may take
-constexpr int64_t kRetryStartNs = 500 * kMs;  // where the kernel has no room for a process
-constexpr int64_t kSpareAfterNs = 500 * kMs;  // a contact has begun: its mesh is baked, all is calm
+constexpr int64_t kLookPeriodNs = 20 * kMs;       // of events and heartbeats
+constexpr int64_t kControlPeriodNs = 100 * kMs;   // a late reader of the ring soon finds a frame
+constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // between log lines while the servo waits for the
+                                                  // first contact
+constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while a client waits for the servo's echo
+constexpr int64_t kEchoPatienceNs = 1000 * kMs;   // until that client gets an error
+constexpr int64_t kServoStopNs = 1000 * kMs;      // for the servo alone, part of kStopNs
+constexpr int64_t kStopNs = 2000 * kMs;           // then children are killed
+constexpr int64_t kLongestRestNs = 5 * kMs;   // a tenth of the 50 ms a contact's replacement may
+                                              // take
+constexpr int64_t kRetryStartNs = 500 * kMs;  // if the kernel has no resources for a process
+constexpr int64_t kSpareAfterNs = 500 * kMs;  // after contact's start, when its meshes are baked
 constexpr const char* kSpareName = "contact0 spare";
-constexpr int kMostDeathsUnborn = 8;  // about five seconds of trying
+constexpr int kMostDeathsUnborn = 8;  // about five seconds of attempts
 
-/// From now on the signals are read from a descriptor.
+/// The stop signals are read from a descriptor from now on.
 FileDescriptor take_signals() {
   const sigset_t set = stop_signals();
   sigprocmask(SIG_BLOCK, &set, nullptr);
@@ -96,7 +98,7 @@ int Supervisor::run() {
   if (config_.realtime != 0) {
     enter_realtime({.fifo_priority = kHousekeepingPriority, .lock_memory = false});
   }
-  // the servo last: a hand must not get inside an object while its mesh is still being read
+  // the servo comes last: a hand must not enter an object whose mesh is still being read
   Process& servo = processes_.back();
   for (Process& process : processes_) {
     if (&process != &servo) start(process);
@@ -134,8 +136,8 @@ int Supervisor::run() {
   return exit_code_;
 }
 
-/// However much is asked of hapticd, half of a processor is left to those below it, and it sleeps
-/// often enough not to be taken for a runaway loop.
+/// Leaves half of a processor to lower priorities, whatever the load of requests, and sleeps often
+/// enough not to be throttled as a runaway real-time thread.
 void Supervisor::rest() const {
   const int64_t t_ns = now_ns();
   sleep_until(t_ns + std::min(t_ns - woke_ns_, kLongestRestNs));
@@ -217,7 +219,7 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
   }
 }
 
-/// A change is acknowledged when a frame of the servo bears its revision, not before.
+/// A change is acknowledged only when a servo frame carries its revision.
 void Supervisor::answer_commands(int64_t t_ns) {
   servo_frames_.latest(servo_frame_);
   std::erase_if(unanswered_, [&](const Unanswered& asked) {
@@ -261,7 +263,7 @@ std::string Supervisor::status() noexcept {
          ", \"fault\": " + std::to_string(servo_frame_.fault) + "}";
 }
 
-/// A mesh may take minutes to prepare: an operator should know what the hand waits for.
+/// Preparing a mesh may take minutes: tells the operator what the session waits for.
 void Supervisor::tell_waiting(int64_t t_ns) {
   if (processes_.back().generation > 0 || t_ns - told_waiting_ns_ < kTellWaitingNs) return;
   told_waiting_ns_ = t_ns;
@@ -301,7 +303,7 @@ void Supervisor::start(Process& process) {
   if (drives(process)) guard_->watch(process.child.pidfd.get(), process.generation);
 }
 
-/// Contact is dead and reaped: there is no other writer.
+/// Call it only once contact is dead and reaped, so that there is one writer.
 void Supervisor::promote_spare(Process& contact) {
   contact.generation = spare_.generation;
   contact.was_ready = spare_.is_ready();
@@ -318,7 +320,7 @@ void Supervisor::reap_spare() {
                  " while it waited; another one in " + std::to_string(wait_ns / kMs) + " ms");
 }
 
-/// A contact that waits, beside one that runs: prepared at leisure, replaced when it dies.
+/// Keeps a spare beside a running contact and replaces it when it dies.
 void Supervisor::watch_spare(int64_t t_ns) {
   reap_spare();
   const bool contact_runs =
@@ -335,7 +337,7 @@ void Supervisor::watch_spare(int64_t t_ns) {
   }
 }
 
-/// Whether starting it again cannot help; says why.
+/// Whether starting it again cannot help; logs why.
 bool Supervisor::is_hopeless(Process& process, int status) {
   const SegmentHeader* header = header_of(process);
   const bool ran = header != nullptr && header->generation.load() == process.generation &&
@@ -343,7 +345,7 @@ bool Supervisor::is_hopeless(Process& process, int status) {
   process.ever_ran |= ran;
   if (ran) process.child.preparing.clear();
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
-  // a device that was there is waited for, as long as it takes
+  // waits for a device that was there, as long as it takes
   if (code == kExitNoDevice && process.ever_ran) return false;
   if (code == kExitBadInput || code == kExitNoDevice || code == kExitNoProgram) {
     log_.write(LogLevel::kError, process.name,
@@ -352,7 +354,7 @@ bool Supervisor::is_hopeless(Process& process, int status) {
     exit_code_ = kExitBadInput;
     return true;
   }
-  // what has been prepared once is in the cache: then the next attempt may well succeed
+  // a mesh prepared once is in the cache, so the next attempt may succeed
   if (!process.child.preparing.empty() && !process.ever_ran) {
     log_.write(
         LogLevel::kError, process.name,
@@ -399,7 +401,7 @@ void Supervisor::restart_due(int64_t t_ns) {
     try {
       start(process);
     } catch (const std::exception& error) {
-      // no descriptor, no memory for a process: that may pass, and the session is worth waiting for
+      // a lack of descriptors or memory may pass; the session waits
       process.restart_at_ns = t_ns + kRetryStartNs;
       log_.write(LogLevel::kError, process.name,
                  std::string(process.program) + " cannot be started: " + error.what() +
@@ -408,13 +410,13 @@ void Supervisor::restart_due(int64_t t_ns) {
   }
 }
 
-/// When a process is to be started; never while it runs, or waits for its device.
+/// When to start a process; never while it runs or its device is gone.
 int64_t Supervisor::start_time(const Process& process) const {
   const bool waits = !process.child.is_running() && !lacks_device(process);
   return waits ? process.restart_at_ns : std::numeric_limits<int64_t>::max();
 }
 
-/// A fault outlives the servo that found it, until somebody clears it.
+/// A fault outlives the servo that found it, until it is cleared.
 void Supervisor::keep_fault() {
   servo_frames_.latest(servo_frame_);
   if (servo_frame_.fault == 0) return;
@@ -423,7 +425,7 @@ void Supervisor::keep_fault() {
   publish_control(now_ns());
 }
 
-/// A device that went is waited for; one that comes back gets a servo that greets it anew.
+/// Waits for a device that is gone; its return gets a new servo that initialises it.
 void Supervisor::watch_device(int64_t t_ns) {
   if (!guard_) return;
   Process& servo = processes_.back();
@@ -440,7 +442,7 @@ void Supervisor::watch_device(int64_t t_ns) {
   log_.write(LogLevel::kWarning, servo.name, "does not answer: hapticd has let go of the device");
 }
 
-/// A session that nobody can reach any more cannot be stopped either.
+/// A session that cannot be reached cannot be stopped either, so it ends.
 void Supervisor::watch_place() {
   try {
     const bool was_removed = server_.restore();
@@ -474,11 +476,11 @@ const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
   }
 }
 
-/// How long it has not moved, where it is to [ns].
+/// Time without a heartbeat, where one is expected, else 0 [ns].
 int64_t Supervisor::silence_of(Process& process, int64_t t_ns, int64_t held_up_ns) {
   if (!process.child.is_running()) return 0;
   if (process.offered_generation != process.generation) {
-    // it may bake or home for long: no pulse is expected, but of one that had only to wake up
+    // it may bake or home for long; only a ready spare is expected to be quick
     return process.was_ready ? process.silence.look(0, process.started_ns, t_ns, held_up_ns) : 0;
   }
   const SegmentHeader* header = header_of(process);
@@ -492,7 +494,7 @@ int64_t Supervisor::silence_of(Process& process, int64_t t_ns, int64_t held_up_n
 void Supervisor::watch_pulse(Process& process, int64_t t_ns, int64_t held_up_ns) {
   const int64_t silent_ns = silence_of(process, t_ns, held_up_ns);
   const Pulse pulse = judge_pulse(silent_ns, process.period_ns);
-  // one line when it gets worse, not one each look
+  // one line when the state gets worse, not one per check
   if (pulse > process.pulse) {
     const bool hung = pulse == Pulse::kHung;
     log_.write(hung ? LogLevel::kError : LogLevel::kWarning, process.name,

@@ -22,15 +22,13 @@
 
 namespace haptic {
 
-/// Starts haptic-sim, haptic-contact and haptic-servo, hands out their segments, restarts what dies
-/// and stops everything in the order that ends with a zero wrench. Its main thread is real time, so
-/// that neither a restart nor its own end, of which the kernel tells its children, waits for a
-/// processor.
+/// Starts haptic-sim, haptic-contact and haptic-servo, distributes their segments, restarts what
+/// dies and stops everything in the order that ends with a zero wrench. Its main thread is real
+/// time, so neither a restart nor the signal of its own end to its children waits for a processor.
 class Supervisor {
  public:
-  /// Takes the session's name; throws HandoutError, SegmentError, or std::runtime_error when a
-  /// program is missing.
-  /// `config_text` is what was read, for whoever may control the session.
+  /// Takes the session's name. `config_text` is the session file as read, for those who may control
+  /// the session. Throws HandoutError, SegmentError, or std::runtime_error if a program is missing.
   Supervisor(const SessionConfig& config, std::string config_text, const std::string& session,
              HapticdLog& log);
   ~Supervisor();
@@ -47,9 +45,9 @@ class Supervisor {
     int64_t period_ns;
     ChildProcess child = {};
     uint64_t generation = 0;
-    uint64_t last_generation = 0;     // given to it or to its spare
-    uint64_t offered_generation = 0;  // whose segment came last
-    bool was_ready = false;  // it was a spare: there is nothing it may still have to prepare
+    uint64_t last_generation = 0;     // newest, its own or its spare's
+    uint64_t offered_generation = 0;  // of the segment offered last
+    bool was_ready = false;           // it was a ready spare: nothing is left to prepare
     int deaths_in_a_row = 0;
     int deaths_unborn = 0;  // in a row, before its loop ran
     bool ever_ran = false;
@@ -58,7 +56,7 @@ class Supervisor {
     Silence silence = {};
     Pulse pulse = Pulse::kFine;
   };
-  /// A change that was asked for and that the servo has not yet echoed.
+  /// A requested change that the servo has not yet echoed.
   struct Unanswered {
     uint64_t peer;
     uint64_t revision;
@@ -66,11 +64,11 @@ class Supervisor {
     int64_t give_up_ns;
   };
 
-  /// Whether it holds the device's node, and hapticd with it.
+  /// Whether it holds the device's node, as hapticd does.
   bool drives(const Process& process) const {
     return guard_.has_value() && process.id == SegmentId::kServo0;
   }
-  /// Whether its device is gone, so that it has nothing to do.
+  /// Whether its device is gone: it is not started until the device is back.
   bool lacks_device(const Process& process) const { return drives(process) && guard_->node() < 0; }
   int64_t start_time(const Process& process) const;
   void keep_fault();
@@ -112,10 +110,10 @@ class Supervisor {
   FileDescriptor signals_;
   SegmentWriter<ControlChannels> control_{1};
   ControlFrame control_frame_{};
-  std::array<Process, 3> processes_;  // sim, contact, servo: in the order of starting
+  std::array<Process, 3> processes_;  // sim, contact, servo, in the order of starting
   Process& contact_ = processes_[1];
   Spare spare_;
-  // hapticd reads its children's events like any other client
+  // hapticd reads its children's events like any client
   Attachments attachments_;
   RingSource<&SimChannels::events> sim_events_;
   RingSource<&ContactChannels::events> contact_events_;

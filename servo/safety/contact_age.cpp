@@ -19,7 +19,7 @@ void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
   const bool news = !age.any || !arrival.same_writer || arrival.seq != age.last_seq;
   if (!news) return;
   const int64_t interval = arrival.answers_t_ns - age.answered_ns;
-  // a pause is not a rate: only intervals below the longest hold say how fast contact is
+  // intervals longer than the longest hold are pauses and say nothing about the rate of contact
   if (age.any && interval > 0 && interval <= kMaxHold) {
     age.intervals_ns[age.n_intervals++ % ContactAge::kIntervals] = interval;
   }
@@ -64,7 +64,7 @@ ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int
   } else if (old > hold / 3) {
     out.flags |= kServoHolding;
   }
-  // up through the ramp, down at once
+  // rises by the ramp, falls at once
   const double reachable = age.weight + dt / kReopenTime;
   if (reachable < out.weight) {
     out.flags |= kServoReopening;

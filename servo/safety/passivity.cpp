@@ -6,11 +6,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kForgetTime = 0.5;  // of a debt, in free space [s]
-constexpr double kStill = 1e-3;      // below it there is nothing to damp [m/s]
+constexpr double kForgetTime = 0.5;  // decay of a deficit in free space [s]
+constexpr double kStill = 1e-3;      // slower than this there is nothing to damp [m/s]
 
-/// The force held since the last sample, with the way it was held over. Returns the velocity of the
-/// handle against the surface.
+/// Subtracts the work of the held force since the last sample. Returns the velocity of the handle
+/// relative to the surface.
 Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& held_B, double dt) {
   const double since = 1e-9 * static_cast<double>(input.t_ns - state.t_ns);
   const Vec3 step_B = input.p_B - state.p_B - since * input.surface_velocity_B;
@@ -19,7 +19,7 @@ Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& hel
   state.t_ns = input.t_ns;
   state.impulse_B = {};
   state.held = 0;
-  // two samples may be closer than their time stamps know: no speed is made of that
+  // time stamps closer than a tick would give a wrong speed
   return step_B / std::max(since, dt);
 }
 
@@ -33,7 +33,7 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
     state.known = true;
     return out;
   }
-  // no new sample: nothing is known of what the force has done
+  // without a new sample the work of the force is unknown
   if (input.t_ns <= state.t_ns) return out;
   const Vec3 held_B = state.held > 0 ? state.impulse_B / state.held : Vec3{};
   const Vec3 velocity_B = observe(state, input, held_B, dt);
@@ -43,18 +43,18 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
     return out;
   }
 
-  // what the coming tick will bring if the handle goes on as it did
+  // energy after the coming tick, if the handle keeps its velocity
   const double expected = state.energy - dt * dot(input.force_B, velocity_B);
   if (expected >= -kPassivitySlack) return out;
-  // along the force only, where the energy goes: a smooth wall stays smooth; as the handle leaves
-  // the wall, along the force it leaves: there a buzzing wall gives most of its energy away
+  // damps along the force only, so a smooth wall stays smooth. On the way out the last push gives
+  // the direction: a buzzing wall releases most of its energy there
   const double push = norm(push_B);
   const Vec3 along_B = push_B / push;
   const double speed = dot(velocity_B, along_B);
   if (std::fabs(speed) < kStill) return out;
   const double alpha =
       std::min((-kPassivitySlack - expected) / (dt * speed * speed), input.max_damping);
-  // pulls no more than it pushed before
+  // never pulls harder than it pushed
   const double most = std::max(push, norm(held_B));
   out.force_B = input.force_B - std::min(alpha * speed, most) * along_B;
   out.damped = alpha > 0;

@@ -7,28 +7,28 @@
 
 namespace haptic {
 
-/// Energy below zero that is let pass before the controller acts [J]: quantised positions and the
-/// noise of a hand make a passive wall look active by less than this.
+/// Deficit of energy at which the controller begins to act [J]. Quantised positions and the noise
+/// of a hand make a passive wall look active by less than this.
 inline constexpr double kPassivitySlack = 1e-3;
-/// The largest deficit that is kept for later [J]: what a damper could not pay at once.
+/// Largest deficit that is carried over [J]: what the damper could not dissipate at once.
 inline constexpr double kPassivityDebt = 50e-3;
 
-/// Energy the hand has put into the port since contact began, minus what it got back [J].
+/// Energy the hand has put into the port since contact began, minus the energy it got back [J].
 struct PassivityState {
   double energy = 0;
   Vec3 p_B;            // handle at the last sample [m]
-  int64_t t_ns = 0;    // and its instant
-  Vec3 impulse_B;      // of the force on the hand since then [N·s]
-  double held = 0;     // over this time [s]
-  bool known = false;  // all of them
+  int64_t t_ns = 0;    // its instant
+  Vec3 impulse_B;      // of the force on the hand since that sample [N·s]
+  double held = 0;     // duration of that impulse [s]
+  bool known = false;  // false: no sample yet
 };
 
 struct PassivityInput {
   Vec3 p_B;                 // handle at the newest sample [m]
-  int64_t t_ns = 0;         // and its instant; not later than the last one's: there was no new one
-  Vec3 surface_velocity_B;  // of what is touched: the work of a moving object is its own [m/s]
-  Vec3 force_B;             // that is to be held over the coming tick [N]
-  double max_damping = 0;   // the damper's bound: what the device renders stably [N·s/m]
+  int64_t t_ns = 0;         // its instant; not later than the previous one: no new sample
+  Vec3 surface_velocity_B;  // of the touched surface: the work of a moving object is its own [m/s]
+  Vec3 force_B;             // to be held over the coming tick [N]
+  double max_damping = 0;   // bound of α: what the device renders stably [N·s/m]
 };
 
 struct PassivityOutput {
@@ -37,19 +37,22 @@ struct PassivityOutput {
 };
 
 /// Passivity observer and controller at the port between hand and device, in device units. At each
-/// new sample, with Δx the way of the handle since the last one, less that of the surface, Δt the
-/// time between them (at least dt) and v = Δx/Δt:
-///   E −= F_held · Δx,  F_held the force that was held over that time;
-///   where E − F·v dt falls below −slack, the damper F_pc = −α v along F (after the last push:
-///   along F_held) pays it back, α = deficit / (dt v²) ≤ max_damping. It pulls no more than the
-///   larger of F and F_held, so behind a wall that is left it only dies away.
-/// Pairing F_k with the step before it, x_k − x_{k−1}, would show the energy that sampling adds
-/// with the wrong sign: a leaking wall would look dissipative. In free space what the hand has put
-/// in is forgotten at once, a debt over half a second: a wall that is hopped on adds its leaks up.
-/// Source: Hannaford & Ryu, "Time-domain passivity control of haptic interfaces", T-RA 18(1), 2002.
+/// new sample, Δx is the displacement of the handle since the last one relative to the surface, Δt
+/// the time between them (at least dt), and v = Δx/Δt:
+///
+/// observer: E −= F_held · Δx, F_held the force held over that time.
+///
+/// controller: where E − F·v dt < −slack, a damper F_pc = −α v along F (or along F_held, if F is
+/// zero) dissipates the deficit; α = deficit / (dt v²) ≤ max_damping. |F_pc| is at most the larger
+/// of |F| and |F_held|, so the force only decays once the hand has left the wall.
+///
+/// Pairing F_k with the step before it, x_k − x_{k−1}, would give the energy that sampling adds the
+/// wrong sign: an active wall would look dissipative. In free space a surplus is dropped at once
+/// and a deficit decays over half a second, so that the leaks of a wall that is tapped repeatedly
+/// add up. Source: Hannaford & Ryu 2002.
 PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input, double dt);
 
-/// After all limits: the force that is really held over the coming tick.
+/// Notes the force that is held over the coming tick, after all limits.
 void note_held(PassivityState& state, const Vec3& held_B, double dt);
 
 }  // namespace haptic

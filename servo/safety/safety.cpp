@@ -8,15 +8,16 @@
 namespace haptic {
 namespace {
 
-constexpr double kHuge = 1000;          // times the limit: no wall pushes like this
+constexpr double kHuge = 1000;          // times the limit: no wall pushes that hard
 constexpr double kJumpSpeed = 2;        // times the velocity limit
-constexpr double kJumpMargin = 2e-3;    // encoder steps, jitter of the time stamps [m]
-constexpr double kCalm = 0.1;           // slow enough to begin again [m/s]
-constexpr double kThermalTime = 10;     // [s]
-constexpr double kThermalBand = 0.2;    // of the budget, over which the limit comes down
-constexpr double kEdgeShare = 0.3;      // of max_force, at most, at the edge of the workspace
-constexpr double kEdgeWidth = 5e-3;     // over which the edge's spring reaches that [m]
-constexpr double kBelow = 1 - 0x1p-50;  // a bit short of a limit that rounding must not exceed
+constexpr double kJumpMargin = 2e-3;    // encoder steps and jitter of the time stamps [m]
+constexpr double kCalm = 0.1;           // slow enough to start again [m/s]
+constexpr double kThermalTime = 10;     // time constant of the thermal low-pass [s]
+constexpr double kThermalBand = 0.2;    // last part of the budget, over which the limit falls
+constexpr double kEdgeShare = 0.3;      // largest force of the workspace edge, as a share of
+                                        // max_force
+constexpr double kEdgeWidth = 5e-3;     // way over which the edge's spring reaches that [m]
+constexpr double kBelow = 1 - 0x1p-50;  // slightly less than 1: rounding must not exceed a limit
 
 /// Shortens a vector to the limit, direction kept. A limit of zero leaves nothing.
 bool saturate(Vec3& a, double limit) {
@@ -28,19 +29,19 @@ bool saturate(Vec3& a, double limit) {
   return true;
 }
 
-/// Way and turn of the handle between the last two fresh samples, if this tick's is one.
+/// Motion of the handle between the last two fresh samples; zero if this tick's is not fresh.
 struct HandleMotion {
-  double way = 0;   // [m]
-  double turn = 0;  // [rad]
+  double way = 0;   // translation [m]
+  double turn = 0;  // rotation [rad]
 };
 
-/// Also notes whether the handle went further than it can have in that time.
+/// Sets state.jumped if the handle moved farther than it can have in that time.
 HandleMotion follow_handle(const SafetyLimits& limits, SafetyState& state,
                            const SafetyInput& input) {
   const DeviceState& device = input.device;
   state.jumped = false;
   if (!input.device_finite) return {};
-  // homing, and a device that comes back, move the pose rightly
+  // homing, and a device that comes back, legitimately move the pose
   const bool known = (device.flags & kDeviceHomed) != 0 && (device.flags & kDeviceLost) == 0;
   if (!known) state.any_sample = false;
   if (!known || (device.flags & kDeviceFresh) == 0) return {};
@@ -48,7 +49,7 @@ HandleMotion follow_handle(const SafetyLimits& limits, SafetyState& state,
   if (state.any_sample) {
     motion.way = norm(device.X_BH.p - state.X_BH.p);
     motion.turn = norm(to_rotation_vector(device.X_BH.q * conjugate(state.X_BH.q)));
-    // of which a sample that came late may be any
+    // up to now, since a late sample may be of any instant in between
     const double since = static_cast<double>(input.now_ns - state.measured_ns) * 1e-9;
     state.jumped =
         motion.way > kJumpMargin + kJumpSpeed * limits.velocity_limit * std::max(since, 0.0);
@@ -66,27 +67,27 @@ Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const Saf
   if (state.jumped) return Fault::kPoseJump;
   if ((input.device.flags & kDeviceStale) != 0) return Fault::kDeviceStale;
   if ((input.device.flags & kDeviceNoisy) != 0) return Fault::kDeviceNoisy;
-  // not by its norm: that of a huge but finite vector is infinite
+  // compares components: the norm of a huge finite vector is infinite
   const auto largest = [](const Vec3& a) {
     return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
   };
-  // a device without motors for torque drops it
+  // a device without torque motors drops the torque
   const bool is_huge = largest(input.F_B.f) > kHuge * limits.max_force ||
                        (limits.max_torque > 0 && largest(input.F_B.t) > kHuge * limits.max_torque);
   return is_huge ? Fault::kForceHuge : Fault::kNone;
 }
 
-/// A fault stays until somebody clears it, and until the handle is calm.
+/// A fault stays until it is cleared while the handle is slow.
 void clear_fault(SafetyState& state, const SafetyInput& input, double speed) {
   if (input.fault_clears <= state.fault_clears) return;
   if (state.fault != Fault::kNone && !(speed < kCalm)) return;
   state.fault_clears = input.fault_clears;
   state.fault = Fault::kNone;
-  // what was measured during the fault is not compared with what comes now
+  // samples from during the fault are not compared with later ones
   state.any_sample = false;
 }
 
-/// Towards the centre, growing over kEdgeWidth beyond the edge.
+/// Spring towards the centre that saturates kEdgeWidth beyond the edge.
 Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
   if (limits.workspace_radius <= 0) return {};
   const Vec3 out_B = p_B - limits.workspace_centre_B;
@@ -95,15 +96,14 @@ Vec3 edge_force(const SafetyLimits& limits, const Vec3& p_B) {
   return -kEdgeShare * limits.max_force * std::min(beyond / kEdgeWidth, 1.0) * normalized(out_B);
 }
 
-/// Time that has passed since the tick before, dt at most: after a late tick the next one is near.
+/// Time since the last tick, at most dt: after a late tick the next one follows sooner [s].
 double since_last(SafetyState& state, const SafetyInput& input, double dt) {
   const double since = static_cast<double>(input.now_ns - state.woke_ns) / 1e9;
   state.woke_ns = input.now_ns;
   return since > 0 ? std::min(since, dt) : dt;
 }
 
-/// By how much the wrench may grow in this tick. A torque that comes by itself takes as long to its
-/// limit as a force.
+/// Growth allowed in this tick. Torque without motion reaches its limit in the same time as force.
 WrenchGrowth most_growth(const SafetyLimits& limits, const HandleStiffness& stiffness,
                          const HandleMotion& motion, double since) {
   WrenchGrowth most;
@@ -115,7 +115,7 @@ WrenchGrowth most_growth(const SafetyLimits& limits, const HandleStiffness& stif
   return most;
 }
 
-/// The force the motors bear at present.
+/// Force the motors can sustain at present [N].
 double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
   if (limits.continuous_force <= 0 || limits.continuous_force >= limits.max_force) {
     return limits.max_force;
@@ -125,13 +125,13 @@ double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
   return limits.continuous_force + left * (limits.max_force - limits.continuous_force);
 }
 
-/// The hand feels nothing at present: what comes begins there.
+/// The hand feels nothing now: growth and passivity start from zero.
 void forget_held(SafetyState& state) {
   state.held_B = {};
   state.passivity = {};
 }
 
-/// Closed: nothing is held, and what comes after begins softly.
+/// Zero wrench this tick, then a soft start.
 SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
   forget_held(state);
   state.gain = 0;
@@ -139,7 +139,7 @@ SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
   return {{}, flags};
 }
 
-/// What keeps the force closed this tick, as flags; zero when nothing does.
+/// The reasons to close the force this tick, as flags; zero if there are none.
 uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                    double speed) {
   if (speed > limits.velocity_limit) state.too_fast = true;
@@ -178,7 +178,7 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
     state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
 
-  // a dropped torque is said once per tick it would have been felt
+  // flagged only in ticks in which a torque would have been felt
   if (limits.max_torque <= 0) {
     if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
     out.F_B.t = {};

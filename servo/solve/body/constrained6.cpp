@@ -15,12 +15,12 @@ Mat6 mass_of(const RigidBody& tool, const Quat& q_WC) {
   return mass_matrix(tool.mass, scaled * transpose(R));
 }
 
-/// What this tick is solved from, about C at X_WG.
+/// The problem of this tick, about C at X_WG.
 struct Problem {
   RigidContacts contacts;
   Pose X_WGC;                                     // centre of mass at X_WG
-  Vec3 arm_W;                                     // of it, from the tool's origin there
-  std::array<MotionRow, kMaxRigidContacts> rows;  // relaxed towards the hand; objects a tick ago
+  Vec3 arm_W;                                     // from the tool's origin to C there
+  std::array<MotionRow, kMaxRigidContacts> rows;  // relaxed towards the hand; objects one tick ago
   Twist hand;
   Twist V_carrier_W;
   MotionMetric metric;  // the body's mass and inertia
@@ -41,14 +41,14 @@ void pose_problem(const RigidProxyModel& model, const RigidProxyTick& tick, Prob
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const RigidContact& c = problem.contacts.contacts[i];
     problem.rows[i] = eased(row_of(c, problem.arm_W), problem.hand, c.weight);
-    // the body has not seen yet what the objects did in this tick
+    // the body has not yet followed what the objects did in this tick
     problem.rows[i].b -= tick.dt * dot(c.normal_W, object_velocity(c));
   }
   problem.V_carrier_W = object_twist(tick, problem.contacts.carrier, problem.X_WGC.p);
   problem.metric = factor_metric(mass_of(model.tool, X_WG.q));
 }
 
-/// Where the hand was a tick ago, as far as the contacts let it.
+/// Pose of the hand one tick ago, as far as the contacts allow.
 BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
                       const Problem& problem) {
   ToolMotion hand = tick.hand;
@@ -60,7 +60,7 @@ BodyMotion first_body(const RigidProxyModel& model, const RigidProxyTick& tick,
   return body;
 }
 
-/// Moves the body out of what it is behind; its place as a motion from X_WG.
+/// Moves the body out of the rows it violates; returns its pose as a motion from X_WG.
 Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, const Problem& problem,
                    BodyMotion& body) {
   const Twist at = way_between(problem.X_WGC, body.X_WC);
@@ -74,12 +74,12 @@ Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, con
   if (motion.n_active == 0) return at;
   const Quat before = body.X_WC.q;
   body.X_WC = moved(problem.X_WGC, motion.a);
-  // the same spin seen from the body, so the same energy
+  // keeps the spin in body axes, so the energy is kept
   body.V_WC.w = rotate(body.X_WC.q * conjugate(before), body.V_WC.w);
   return motion.a;
 }
 
-/// The metric M + h B + h² K, and where the coupling alone would take the body.
+/// The metric M + h B + h² K, and the velocity that the coupling alone would give the body.
 struct FreeStep {
   MotionMetric metric;
   Twist v;
@@ -96,8 +96,8 @@ FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, con
   return {metric, body.V_WC + response(metric, h * F)};
 }
 
-/// Contacts of the velocity step, the body at `at`, as seen from the object that carries. A gap was
-/// there before its object moved.
+/// Contacts of the velocity step, body at `at`, relative to the carrier object. Gaps are those
+/// before the objects moved.
 void pose_contacts(const Problem& problem, const Twist& at, double h,
                    std::array<FrictionContact, kMaxRigidContacts>& out) {
   for (size_t i = 0; i < problem.contacts.size; ++i) {
@@ -111,7 +111,7 @@ void pose_contacts(const Problem& problem, const Twist& at, double h,
   }
 }
 
-/// Who pushes, and what slides.
+/// Notes the pushes on the objects and which contacts slide.
 void note_pushes(const Problem& problem, const FrictionStep& step, double h, const Pose& X_WC,
                  Slides& slides, BodySolution& out) {
   slides = {};

@@ -6,28 +6,29 @@
 
 namespace haptic {
 
-/// All that survives a tick.
+/// What persists from tick to tick.
 struct Constrained6State {
   bool started = false;
   BodyMotion body;
   Slides slides{};
 };
 
-/// One tick of a rigid body between the coupling and hard contacts with Coulomb's law at the level
-/// of velocities, about its centre of mass C. Rows J_k = (n_k, r_k × n_k) and gaps are those of the
-/// verified pose X_WG; x is the motion from there to the body.
-///  1. Position: where x is behind a row, x ← argmin ½ |x' − x|_M s.t. J_k x' ≥ −gap_k, of which
-///     dt / blend_time is gone in a tick. The velocity only turns along.
-///  2. Velocity: the coupling implicit in springs and dampers, A = M + h B + h² K, symmetric (the
-///     turning of the lever and of the springs is left out), A v_free = M v + h F, F the springs
-///     and the damped velocity of the hand; then CoulombSolver with least speeds −(gap_k + J_k x)/h
-///     relative to the moving object.
-///  3. x += h v.
-/// The hand feels the coupling. The gyroscopic torque is left out: so a turning body keeps its
-/// energy, and a tool in a hand turns slowly.
+/// One tick of a rigid body between the coupling and hard contacts with Coulomb friction, at the
+/// velocity level, about its centre of mass C. Rows J_k = (n_k, r_k × n_k) and gaps are those of
+/// the verified pose X_WG; x is the motion from there to the body.
 ///
-/// It begins at the hand as far as the contacts let it. Source: Baraff 1994; velocity level as
-/// Stewart & Trinkle 1996; coupling as in penalty_dynamics.
+/// 1. Position: where x violates a row, x ← argmin ½ |x' − x|_M s.t. J_k x' ≥ −gap_k, relaxed so
+///    that dt / blend_time of the violation is removed per tick. The spin turns with the body;
+///    the velocity is otherwise unchanged.
+/// 2. Velocity: springs and dampers of the coupling are implicit, A = M + h B + h² K, symmetric
+/// (derivatives of lever arm and springs by rotation are left out), A v_free = M v + h F, F their
+/// wrench; then CoulombSolver with least normal speeds −(gap_k + J_k x)/h relative to the moving
+/// object.
+/// 3. x += h v.
+///
+/// The hand feels the coupling. The gyroscopic torque is left out, so a spinning body keeps its
+/// energy; a tool in a hand turns slowly. The body starts at the hand as far as the contacts allow.
+/// Sources: Baraff 1994; velocity level as Stewart & Trinkle 1996; coupling as in penalty_dynamics.
 BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
                                 CoulombSolver& solver, const RigidProxyTick& tick);
 

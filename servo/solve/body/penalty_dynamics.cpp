@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kMostRounds = 10;  // of the active set
 
-/// The inertia in W, and the torque that it makes of the body's own spin.
+/// The inertia in W and the gyroscopic torque.
 struct Spin {
   Mat3 inertia_W;
   Vec3 torque_W;  // −ω × I_W ω
-  Mat3 by_spin;   // its derivative by ω: [I ω]× − [ω]× I
+  Mat3 by_spin;   // derivative by ω: [I ω]× − [ω]× I
 };
 
 Spin spin_of(const RigidBody& tool, const BodyMotion& body) {
@@ -35,7 +35,7 @@ Mat6 mass_matrix(const RigidBody& tool, const Spin& spin) {
   return M;
 }
 
-/// [M − h D − h² K] Δu = h (f + h K u).
+/// Solves [M − h D − h² K] Δu = h (f + h K u).
 bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      double h, Twist& change) {
   const Spin spin = spin_of(tool, body);
@@ -48,7 +48,7 @@ bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
   return solve(A, h * (f + h * (wrench.by_motion * body.V_WC)), change);
 }
 
-/// The same with contacts that push at the end of the step, and only those.
+/// With contacts, of which those push that do so at the end of the step.
 bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      std::span<const SoftContact> contacts, double h, Twist& change) {
   std::array<ContactRow, kMaxContacts> rows;
@@ -72,7 +72,7 @@ bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
     bool same = true;
     for (size_t i = 0; i < n; ++i) {
       const bool after = push_after(rows[i], change) > 0;
-      // late rounds only take away, so that no two contacts take turns
+      // late rounds only remove contacts, so that two cannot alternate for ever
       const bool now = round < kMostRounds / 2 ? after : after && pushes[i];
       same &= now == pushes[i];
       pushes[i] = now;

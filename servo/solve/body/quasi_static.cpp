@@ -7,9 +7,10 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostHalvings = 20;  // a hard contact that begins here ends a long step at once
+constexpr int kMostHalvings = 20;  // of the line search: a hard contact may begin right at the
+                                   // + relative; energies are not known any better
 constexpr double kEnergyRounding = 1e-14;
-constexpr double kStillTurning = 1e-3;  // of the stiffness: what keeps the matrix regular
+constexpr double kStillTurning = 1e-3;  // first regularisation, relative to the stiffness
 
 struct Balance {
   BodyWrench sum;
@@ -41,8 +42,8 @@ double energy_at(const VirtualCoupling& coupling, const RigidBody& tool, const P
          soft_contact_energy(contacts, rest);
 }
 
-/// The Newton step; where the springs give way along a direction, a stiffness is added until it
-/// leads downhill.
+/// The Newton step. Where the matrix is not positive definite along the force, a growing stiffness
+/// is added until the step leads downhill.
 Twist descent(const BodyWrench& at, double radius, double stiffness) {
   Mat6 K = -1.0 * at.by_motion;
   for (double added = 0; added <= stiffness;
@@ -56,7 +57,7 @@ Twist descent(const BodyWrench& at, double radius, double stiffness) {
   return {(1 / stiffness) * at.F_W.f, (1 / (stiffness * radius * radius)) * at.F_W.t};
 }
 
-/// Where nothing touches, neither here nor at the hand, and the way there is short enough.
+/// Nothing touches, neither here nor at the hand, and the way there is within the trust region.
 bool is_free(const RigidBody& tool, const Pose& X_WC, const Pose& X_hand,
              std::span<const SoftContact> contacts, const QuasiStaticStep& step) {
   for (const SoftContact& c : contacts) {

@@ -7,24 +7,25 @@
 namespace haptic {
 
 struct QuasiStaticStep {
-  double max_travel = 0;    // trust region: of any point of the body in one iteration [m]
-  int max_iterations = 5;   // of Newton
-  double tolerance = 1e-9;  // of the residual, of the largest force that acts
+  double max_travel = 0;    // trust region: bound of any point's motion in one iteration [m]; 0:
+                            // none
+  int max_iterations = 5;   // Newton iterations
+  double tolerance = 1e-9;  // of the residual, relative to the largest force that acts
 };
 
 struct QuasiStaticResult {
-  Pose X_WP;  // of the proxy, at the tool's origin
+  Pose X_WP;  // proxy, at the tool's origin
   int iterations = 0;
-  double residual = 0;  // norm of the wrench that is left, torque over the body's radius [N]
+  double residual = 0;  // norm of the unbalanced wrench, torque over the body's radius [N]
   bool converged = false;
 };
 
 /// Equilibrium of a massless proxy between the coupling and the contacts: the minimum of
 ///   E(q) = ½ k_T |x_T − x_P|² + ½ k_R |θ|² + Σ ½ k_i d_i²
-/// by Newton, δ = −K⁻¹ f with K = ∂f/∂q of all springs, a trust region on the way of every point of
-/// the body, and a line search that halves until E sinks (at most twenty times). Starts at X_WP;
-/// the dampers do nothing. Where nothing touches it is the hand to the last bit, and nothing is
-/// felt. Wan & McNeely 2003.
+/// by Newton, δ = −K⁻¹ f with K = ∂f/∂q of all springs, with a trust region on the motion of every
+/// point of the body and a line search that halves the step until E decreases (at most twenty
+/// times). Starts at X_WP; dampers have no effect. Where nothing touches, the result is exactly
+/// X_WT. Wan & McNeely 2003.
 QuasiStaticResult solve_quasi_static(const VirtualCoupling& coupling, const RigidBody& tool,
                                      const Pose& X_WT, std::span<const SoftContact> contacts,
                                      const Pose& X_WP, const QuasiStaticStep& step);

@@ -10,8 +10,8 @@ namespace haptic {
 struct RigidBody {
   double mass = 0.1;                 // [kg]
   Vec3 inertia_C{1e-4, 1e-4, 1e-4};  // principal moments along the axes of T [kg·m²]
-  Vec3 centre_T;                     // of mass
-  double radius = 0.05;              // of the ball around C that holds the tool [m]
+  Vec3 centre_T;                     // centre of mass
+  double radius = 0.05;              // of the ball around C that contains the tool [m]
 };
 
 /// Where the body is and how it moves.
@@ -20,14 +20,14 @@ struct BodyMotion {
   Twist V_WC;  // of the centre of mass
 };
 
-/// The tool as the hand holds it, or its proxy: the origin of T.
+/// Motion of the tool at the origin of T, as the hand holds it or of its proxy.
 struct ToolMotion {
   Pose X_WT;
   Twist V_WT;
 };
 
-/// A wrench on the body about C, in W, and how it changes. A small motion is a translation of C and
-/// a rotation vector, both in W, the rotation applied from the left: R' = exp([δθ]×) R.
+/// A wrench on the body about C, in W, and its derivatives. A small motion is a translation of C
+/// and a rotation vector, both in W, applied from the left: R' = exp([δθ]×) R.
 struct BodyWrench {
   Wrench F_W;
   Mat6 by_motion;     // ∂F/∂(x, θ)
@@ -49,24 +49,24 @@ inline ToolMotion motion_of_tool(const RigidBody& body, const BodyMotion& centre
   return {{centre.X_WC.p + arm_W, centre.X_WC.q}, {velocity_at(centre.V_WC, arm_W), centre.V_WC.w}};
 }
 
-/// The tool that contact has baked.
+/// The tool as baked by contact.
 inline RigidBody rigid_body_of(const ToolBody& tool) {
   return {tool.mass, tool.inertia_T, tool.centre_T, tool.radius};
 }
 
-/// What a proxy of the tool comes to in a tick.
+/// Result of one tick of a 6-DoF solver.
 struct BodySolution {
   ToolMotion proxy;
-  Wrench F_hand_W;                           // what the hand feels, at the origin of the tool
+  Wrench F_hand_W;                           // felt by the hand, at the tool's origin
   int n_pushing = 0;                         // contacts that push the proxy
   std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
-  Vec3 held_back_W;                          // how far friction holds its origin back
-  bool finite = true;                        // false: the contacts were not; nothing is rendered
+  Vec3 held_back_W;                          // offset of the tool's origin that friction holds
+  bool finite = true;                        // false: the contacts were not finite; nothing is
+                                             // rendered
   bool converged = true;
 };
 
-/// The same motion, scaled so that no point of the body moves further than `travel` [m]; `was_cut`
-/// says whether it had to be.
+/// The motion scaled so that no point of the body moves farther than `travel` [m].
 struct LimitedMotion {
   Twist motion;
   bool was_cut = false;

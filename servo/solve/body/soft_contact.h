@@ -8,48 +8,48 @@
 
 namespace haptic {
 
-/// A contact as a one-sided spring and damper, carried to this instant.
+/// A contact as a one-sided spring and damper, carried to this tick.
 struct SoftContact {
-  Vec3 tool_point_C;     // on the tool, seen from its centre of mass
+  Vec3 tool_point_C;     // on the tool, relative to its centre of mass
   Vec3 object_point_W;   // on the object
   Vec3 normal_W;         // unit, from object to tool
-  Vec3 velocity_W;       // of the object there
+  Vec3 velocity_W;       // of the object at that point
   double stiffness = 0;  // k [N/m]
   double damping = 0;    // b [N·s/m]
 };
 
-/// Signed distance of the contact's two points along its normal [m]; negative: they overlap.
+/// Signed distance of the contact's two points along its normal [m]; negative: overlap.
 double gap_of(const SoftContact& contact, const Pose& X_WC);
 
-/// One contact linearised where the body is: its push is f = push + by_motion·(x, θ) + by_twist·Δu
-/// along `unit`, n at the tool's point about C. Approaching contacts have one too: it is negative.
+/// One contact, linearised at the body's pose: its push is f = push + by_motion·(x, θ) +
+/// by_twist·Δu along `unit`, the wrench about C of a unit force n at the tool's point. For an
+/// approaching contact push is negative.
 struct ContactRow {
   Wrench unit;
   double gap = 0;   // [m]
   double push = 0;  // −k g − b s, damped only where g < 0 [N]
   Twist by_motion, by_twist;
-  Vec3 lever_W;  // r
+  Vec3 lever_W;  // r, from C to the tool's point
 };
 ContactRow linearise(const SoftContact& contact, const BodyMotion& body);
 
-/// The row of a contact that overlaps and pushes; none where it does nothing.
+/// The row of a contact that overlaps and pushes; empty otherwise.
 std::optional<ContactRow> pushing_row(const SoftContact& contact, const BodyMotion& body);
 
-/// Adds what a row of push f > 0 does to the Jacobians of the sum; the lever turns with the body.
+/// Adds a row's push f and its Jacobians to the sum; the lever arm turns with the body if f > 0.
 void add_row(const ContactRow& row, double push, BodyWrench& sum);
 
-/// Adds the penalty force of one contact with its Jacobians: with lever r = R tool_point_C,
-/// g = n·(x + r − p) and speed s = n·(v + ω×r − v_p),
+/// Adds the penalty force of one contact with its Jacobians: with lever r = R tool_point_C, g =
+/// n·(x + r − p) and speed s = n·(v + ω×r − v_p),
 ///   f = −k g − b s,  F = f n,  T = r × F  where g < 0 and f > 0, else nothing: it never pulls.
-/// ∂F/∂x = −k N, ∂F/∂θ = k N [r]× + b N [ω]× [r]×, ∂T/∂θ = [r]× ∂F/∂θ + [F]× [r]×, and so on with
-/// N = n nᵀ (Otaduy & Lin 2006; the seed's −k d n has its normal pointing into the obstacle).
-/// Returns the push f [N].
+/// ∂F/∂x = −k N, ∂F/∂θ = k N [r]× + b N [ω]× [r]×, ∂T/∂θ = [r]× ∂F/∂θ + [F]× [r]×, and so on with N
+/// = n nᵀ (Otaduy & Lin 2006). Returns the push f [N].
 double add_soft_contact(const SoftContact& contact, const BodyMotion& body, BodyWrench& sum);
 
-/// Stored in the springs of all that push [J]; soft_contact_wrench says it too, with much else.
+/// Energy stored in the contacts that push [J], the same as soft_contact_wrench gives.
 double soft_contact_energy(std::span<const SoftContact> contacts, const BodyMotion& body);
 
-/// The penalty force of all.
+/// Sum of the penalty forces.
 BodyWrench soft_contact_wrench(std::span<const SoftContact> contacts, const BodyMotion& body);
 
 }  // namespace haptic

@@ -9,15 +9,15 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostOfSprings = 0.5;
+constexpr double kMostOfSprings = 0.5;  // largest pull of the rest, as a share of the springs' push
 
 double push_of(const SoftContact& contact, const Pose& X_WC) {
   return contact.stiffness * std::max(-gap_of(contact, X_WC), 0.0);
 }
 
-/// The same map about a point displaced by −arm: wrench and motion are both taken there.
+/// The map K about a point displaced by −arm, for both wrench and motion.
 Mat6 about_centre(const Mat6& K, const Vec3& arm) {
-  // motion of the old point by motion of the new one, and the wrench back
+  // motion of the old point from that of the new one, and the wrench back
   Mat6 to_old, to_new;
   for (size_t i = 0; i < 6; ++i) to_old(i, i) = to_new(i, i) = 1;
   add_block(to_old, 0, 3, -1.0 * skew(arm));
@@ -56,7 +56,7 @@ bool all_finite(const Mat6& m) {
   return std::all_of(m.a.begin(), m.a.end(), [](double v) { return std::isfinite(v); });
 }
 
-/// The linearised wrench about C, where its object is now, less the springs.
+/// The linearised wrench about C, moved with its object, minus the springs.
 void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& carry,
                 SoftContacts& out) {
   const uint32_t object = std::min(set.wrench_object, kMaxObjects - 1);

@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-/// Who pushes, and how.
+/// Sums the pushes on each object.
 void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const BodyMotion& body,
                  BodySolution& out) {
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
@@ -24,7 +24,7 @@ void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const Body
   sum = sum + shift(rest_wrench(contacts, tool, body.X_WC, body).F_W, arm_W);
 }
 
-/// Contacts on the tool where the hand holds it, about the tool's origin.
+/// Wrench of the contacts at the hand's pose, about the tool's origin.
 Wrench direct_wrench(const SoftProxyModel& model, const SoftContacts& contacts,
                      const ToolMotion& hand) {
   const BodyMotion body = motion_of_centre(model.tool, hand);
@@ -50,7 +50,7 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
   };
   PenaltyResult next = step();
   if (contacts.has_rest && next.is_solved) {
-    // what the springs push at the end of the step bounds the rest
+    // the push of the springs at the end of the step bounds the rest
     const BodyWrench rest = rest_wrench(contacts, model.tool, body.X_WC, next.body);
     smooth.F_W = smooth.F_W + rest.F_W;
     smooth.by_motion += rest.by_motion;
@@ -60,7 +60,7 @@ void step_dynamics(const SoftProxyModel& model, const SoftContacts& contacts,
   out.proxy = motion_of_tool(model.tool, next.body);
 }
 
-/// The way to a pose, cut at the speed limit: iterations may add up to more than one of them.
+/// Cuts the way at the speed limit: iterations may add up to more.
 Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& after) {
   if (!(model.max_travel > 0)) return after;
   const Pose from = motion_of_centre(model.tool, {before, {}}).X_WC;
@@ -70,7 +70,7 @@ Pose within_travel(const SoftProxyModel& model, const Pose& before, const Pose& 
   return limited.was_cut ? tool_of_centre(model.tool, moved(from, limited.motion)) : after;
 }
 
-/// Where the proxy begins: the hand cannot be reached at once.
+/// Start of a massless proxy that cannot reach the hand in this tick.
 Pose start_of(const SoftProxyModel& model, const SoftProxyTick& tick,
               const std::optional<FreeSpace>& space, const Pose& X_WP) {
   if (!space || !(model.max_travel > 0)) return X_WP;
@@ -100,7 +100,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   if (tick.contacts != nullptr) {
     SoftCarry carry = tick.carry;
     carry.stiffness = model.contact_stiffness;
-    // without mass there is nothing that dampers, or the rest of a wrench, could be weighed with
+    // a massless quasi-static proxy has nothing to balance dampers or the rest of a wrench
     const bool is_still = model.solver == SoftSolver::kQuasiStatic;
     carry.damping = is_still ? 0 : model.contact_damping;
     contacts = carry_soft_contacts(*tick.contacts, model.tool, carry);
@@ -118,7 +118,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
     const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
     fade_past_extent(*tick.contacts, motion_of_centre(model.tool, tool).X_WC, contacts);
   }
-  // of a proxy with mass nobody knows that it is where the hand is
+  // a proxy with mass need not be where the hand is
   const bool is_massless = model.solver != SoftSolver::kPenaltyDynamics;
   if (is_massless && space && space->left_at(motion_of_centre(model.tool, tick.hand).X_WC) > 0) {
     out.proxy = state.proxy = tick.hand;

@@ -13,13 +13,13 @@ struct SoftProxyModel {
   Integrator integrator = Integrator::kImplicit;
   RigidBody tool;
   VirtualCoupling coupling;
-  double contact_stiffness = 1000;  // of contacts that name none [N/m]
+  double contact_stiffness = 1000;  // of contacts that give none [N/m]
   double contact_damping = 0;       // [N·s/m]
-  // of any point of the proxy in a tick, beyond the space that contacts prove free; 0: no bound [m]
+  // bound of any point's motion in a tick, beyond the proven free space [m]; 0: none
   double max_travel = 0;
 };
 
-/// All that survives a tick.
+/// What persists from tick to tick.
 struct SoftProxyState {
   bool started = false;
   ToolMotion proxy;
@@ -32,14 +32,15 @@ struct SoftProxyTick {
   double dt = 1e-3;  // [s]
 };
 
-/// One tick. The proxy begins at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts where the
-/// hand is, shifted to the tool's origin. Else the coupling's wrench on the hand, from this tick's
-/// hand and this tick's proxy. Where the contacts are not finite the proxy is put to the hand.
+/// One tick. The proxy starts at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts at the
+/// hand's pose, about the tool's origin. Otherwise the coupling's wrench on the hand, between this
+/// tick's hand and this tick's proxy. If the contacts are not finite, the proxy is reset to the
+/// hand.
 ///
-/// Where the contacts prove the hand free (free_space.h) nothing is felt, and a proxy without mass
-/// is at the hand, however fast that is. Else it begins at the nearest free pose, or where it was,
-/// whichever is nearer to the hand, and goes max_travel from there. One with mass goes max_travel
-/// further than the free space around it.
+/// Where the contacts prove the hand free (free_space.h) nothing is felt, and a massless proxy is
+/// at the hand at any speed. Elsewhere a massless proxy starts from the nearest known free pose or
+/// its last pose, whichever is nearer to the hand, and moves at most max_travel. A proxy with mass
+/// moves at most max_travel beyond the free space around it.
 BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
                               const SoftProxyTick& tick);
 

@@ -6,9 +6,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;  // below, the series is exact to rounding [rad]
+constexpr double kSmallAngle = 1e-4;  // below it the series is exact to rounding [rad]
 
-/// Jr⁻¹(θ): how the rotation vector of E changes when E is turned from the right, log(E exp(δ)).
+/// Jr⁻¹(θ): derivative of log(E exp(δ)) by δ, E = exp(θ).
 Mat3 inverse_right_jacobian(const Vec3& theta) {
   const double angle = norm(theta);
   const double half = 0.5 * angle;
@@ -18,7 +18,7 @@ Mat3 inverse_right_jacobian(const Vec3& theta) {
   return Mat3{} + 0.5 * turn + share * (turn * turn);
 }
 
-/// A spring whose force is bounded, and its derivative by the stretch.
+/// A spring whose force is bounded, with its derivative by the stretch.
 struct Spring {
   Vec3 force;
   Mat3 by_stretch;
@@ -32,7 +32,7 @@ Spring stretched(double stiffness, double most, const Vec3& stretch) {
   }
   const Vec3 u = stretch / length;
   const Mat3 along = from_columns(u.x * u, u.y * u, u.z * u);
-  // beyond the bound the force only turns; the energy goes on as a straight line
+  // beyond the bound only the direction changes; the energy grows linearly
   return {most * u, (most / length) * (Mat3{} + -1.0 * along),
           most * length - 0.5 * most * most / stiffness};
 }
@@ -40,13 +40,13 @@ Spring stretched(double stiffness, double most, const Vec3& stretch) {
 struct CouplingTerms {
   Spring linear, angular;
   Vec3 theta_W;
-  Vec3 force_W, torque_W;  // with the dampers, on the proxy
+  Vec3 force_W, torque_W;  // on the proxy, dampers included
 };
 
 CouplingTerms terms_of(const VirtualCoupling& coupling, const ToolMotion& hand,
                        const ToolMotion& proxy) {
   CouplingTerms t;
-  // a quaternion times its own conjugate leaves a rounding
+  // q conj(q) is the identity only up to rounding
   const bool as_one = hand.X_WT.q == proxy.X_WT.q;
   t.theta_W = as_one ? Vec3{} : to_rotation_vector(hand.X_WT.q * conjugate(proxy.X_WT.q));
   t.linear =
@@ -69,7 +69,7 @@ BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& bod
   BodyWrench sum;
   sum.F_W = {t.force_W, cross(arm_W, t.force_W) + t.torque_W};
   sum.energy = t.linear.energy + t.angular.energy;
-  // the origin moves by δx − [r]× δθ, its velocity turns with it
+  // the tool's origin moves by δx − [r]× δθ, and its velocity turns with it
   const Mat3 force_by_angle = k * r + b * (skew(proxy.V_WC.w) * r);
   add_block(sum.by_motion, 0, 0, -1.0 * k);
   add_block(sum.by_motion, 0, 3, force_by_angle);

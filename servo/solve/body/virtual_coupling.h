@@ -11,8 +11,8 @@ struct VirtualCoupling {
   double translational_damping = 0;    // b_T [N·s/m]
   double rotational_stiffness = 0;     // k_R [N·m/rad]
   double rotational_damping = 0;       // b_R [N·m·s/rad]
-  double max_force = 0;                // of the springs; 0: no bound [N]
-  double max_torque = 0;               // [N·m]
+  double max_force = 0;                // bound of the spring [N]; 0: none
+  double max_torque = 0;               // [N·m]; 0: none
 };
 
 /// Wrench of the coupling on the proxy about its centre of mass C, in W, with its Jacobians:
@@ -23,18 +23,20 @@ struct VirtualCoupling {
 BodyWrench coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
                            const ToolMotion& hand, const BodyMotion& proxy);
 
-/// The same with a Jacobian by motion that is symmetric and never pushes on, for solvers that need
-/// a metric: the turning of the lever arm and of the springs is left out.
+/// As coupling_wrench, but the Jacobian by motion is symmetric and negative semidefinite, for
+/// solvers that need a metric: derivatives of the lever arm and of the springs' directions by
+/// rotation are left out.
 BodyWrench symmetric_coupling_wrench(const VirtualCoupling& coupling, const RigidBody& body,
                                      const ToolMotion& hand, const BodyMotion& proxy);
 
-/// Stored in its springs [J]; coupling_wrench says it too, with much else.
+/// Energy stored in the springs [J], the same as coupling_wrench gives.
 double coupling_energy(const VirtualCoupling& coupling, const ToolMotion& hand,
                        const ToolMotion& proxy);
 
-/// What the hand feels: the opposite, −f and −τ, at the origin of the tool as the hand holds it; f
-/// is along the line between the two origins, so that shifting it there adds no moment, but for the
-/// part of the damper across that line. Exactly zero where both move as one.
+/// Wrench the hand feels: −f and −τ, at the origin of the tool as the hand holds it. The springs' f
+/// lies along the line between the two origins, so shifting it there adds no moment; the small
+/// moment of the damper across that line is neglected. Exactly zero where both coincide and move as
+/// one.
 Wrench wrench_on_hand(const VirtualCoupling& coupling, const ToolMotion& hand,
                       const ToolMotion& proxy);
 

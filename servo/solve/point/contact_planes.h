@@ -9,12 +9,12 @@
 
 namespace haptic {
 
-/// A contact carried to where its object is this tick.
+/// A contact carried to its object's pose at this tick.
 struct ContactPlane {
-  HalfSpace full;  // at full weight: where the tool's centre may be
-  Vec3 point_W;    // on the object
-  double extent = 0;
-  double weight = 1;  // share of its depth that is left, by age and extent
+  HalfSpace full;     // at full weight: where the tool's centre may be
+  Vec3 point_W;       // on the object
+  double extent = 0;  // of the contact along its plane [m]
+  double weight = 1;  // remaining share of its depth, by age and extent
   uint32_t object = 0;
 };
 
@@ -25,16 +25,16 @@ struct ContactPlanes {
   std::span<ContactPlane> view() { return {planes.data(), size}; }
 };
 
-/// The planes of a set in W, pushed out by the radius of the tool. False when a contact or the pose
-/// of its object is not finite.
+/// The planes of a set in W, offset by the radius of the tool. False if a contact or the pose of
+/// its object is not finite.
 bool carry_planes(const ContactSet& contacts, const std::array<Pose, kMaxObjects>& X_WO,
                   double radius, ContactPlanes& carried);
 
-/// 1 while any of the places is within the plane's extent of its point, measured along the plane; 0
-/// from a tenth of the extent beyond.
+/// Weight by distance from the contact point along the plane: 1 while any of the places is within
+/// the extent, falling to 0 a tenth of the extent beyond it.
 double extent_weight(const ContactPlane& plane, std::span<const Vec3> places_W);
 
-/// The plane moved towards the tool until only its weight's share of the depth is left.
+/// The plane moved towards the tool, so that only `weight` of the depth is left.
 HalfSpace relaxed(const ContactPlane& plane, const Vec3& tool_W);
 
 }  // namespace haptic

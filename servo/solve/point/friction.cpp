@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kRestick = 0.6;  // of the dynamic cone
+constexpr double kRestick = 0.6;  // share of the dynamic cone below which it sticks again
 
 }  // namespace
 
@@ -18,7 +18,7 @@ Vec3 hold_by_friction(const FrictionLaw& law, FrictionState& state, const Vec3& 
     state.holds = false;
     return foot_W;
   }
-  // touched anew, or carried by another object from here on
+  // a new touch, or another object now pushes most
   if (!state.holds || state.object != object) state = {true, false, object, inverse(X_WO) * foot_W};
 
   Vec3 offset_W = X_WO * state.anchor_O - foot_W;

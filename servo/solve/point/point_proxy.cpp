@@ -19,7 +19,7 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
   }
   PointProjection projection = project_onto_half_spaces(tool_W, planes.view());
 
-  // planes that hold neither where the tool is nor where the proxy came out give way
+  // relaxes planes whose extent contains neither the tool nor the proxy
   const std::array<Vec3, 3> places_W{tool_W, projection.x, tool_W + question.held_back_W};
   bool faded = false;
   for (size_t i = 0; i < carried.size; ++i) {

@@ -7,12 +7,12 @@
 
 namespace haptic {
 
-/// One plane that pushes.
+/// One active plane.
 struct ProxyPush {
   uint32_t object = 0;   // its owner
   uint32_t contact = 0;  // index in the ContactSet
   uint64_t feature = 0;  // id on that object
-  HalfSpace plane;       // in force
+  HalfSpace plane;       // relaxed, as it was used
   Vec3 push_W;           // its part of proxy − tool
 };
 
@@ -21,10 +21,10 @@ struct PointProxySolution {
   Vec3 proxy_W;
   int n_active = 0;
   std::array<ProxyPush, 3> pushes{};  // proxy − tool = Σ push_W
-  double share = 0;  // of full depth that the active planes have left, by age and extent, 0 to 1
+  double share = 0;  // of full depth left to the active planes, by age and extent, 0 to 1
   bool converged = true;
-  bool finite = true;  // false: a contact or the pose of its object held NaN or infinity
-  Vec3 held_back_W;    // by friction: the proxy without it is proxy_W − held_back_W
+  bool finite = true;  // false: a contact or the pose of its object was not finite
+  Vec3 held_back_W;    // by friction; without friction the proxy is at proxy_W − held_back_W
 
   std::span<ProxyPush> active() { return {pushes.data(), static_cast<size_t>(n_active)}; }
   std::span<const ProxyPush> active() const {
@@ -32,7 +32,7 @@ struct PointProxySolution {
   }
 };
 
-/// The planes in force, for solvers that go on from the solution.
+/// The planes as used, for later stages of a solver.
 struct PlanesInForce {
   std::array<HalfSpace, kMaxContacts> half_spaces;
   size_t size = 0;
@@ -40,26 +40,26 @@ struct PlanesInForce {
   std::span<const HalfSpace> view() const { return {half_spaces.data(), size}; }
 };
 
-/// What a solver of this tick is given.
+/// Input of a point solver.
 struct ProxyQuestion {
   const ContactSet& contacts;
-  const std::array<Pose, kMaxObjects>& X_WO;  // now
+  const std::array<Pose, kMaxObjects>& X_WO;  // at this tick
   Vec3 tool_W;
   double weight = 1;  // of the contacts, by their age
   double radius = 0;  // of the proxy [m]
-  Vec3 held_back_W;   // how far friction held the proxy from the tool's foot in the last tick
+  Vec3 held_back_W;   // offset by friction in the last tick, from the frictionless proxy
 };
 
-/// Nearest place of the tool's centre on the free side of the contact planes (god-object: r = 0):
-/// the planes are carried to where the objects are this tick, un-offset but for the radius, so that
-/// |proxy − tool| is the exact depth. A plane whose weight is below one gives way towards the tool:
-/// the contacts' age and its own extent act in the same way, without a step. A plane holds in full
-/// while the tool, the proxy or the place where friction held it is within its extent, then fades
-/// over a tenth of it (in a corner the tool is far along one wall just because it is deep in the
-/// other). Source: Zilles & Salisbury 1995; the solver is proto/math/project_point.h.
+/// Nearest place of the tool's centre on the free side of the contact planes (god-object: radius
+/// 0). The planes are carried to this tick's poses of their objects and offset by the radius only,
+/// so |proxy − tool| is the exact depth. A plane with weight below one is relaxed towards the tool:
+/// age and extent both act this way, without a step. A plane has full weight while the tool, the
+/// proxy or the place where friction held it is within its extent, then fades over a tenth of it
+/// (in a corner the tool may be far along one wall only because it is deep in the other). Source:
+/// Zilles & Salisbury 1995; the solver is proto/math/project_point.h.
 PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForce& planes);
 
-/// The same, for a point without friction.
+/// For a point of radius 0 without friction.
 PointProxySolution solve_point_proxy(const ContactSet& contacts,
                                      const std::array<Pose, kMaxObjects>& X_WO, const Vec3& tool_W,
                                      double weight);

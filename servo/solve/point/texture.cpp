@@ -8,10 +8,10 @@ namespace haptic {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
-constexpr double kMostSamples = 16;
-constexpr double kGratingSamples = 8;  // a wavelength
-constexpr double kPixelSamples = 2;    // a pixel
-constexpr double kWhite = 255;
+constexpr double kMostSamples = 16;    // along the path of a tick
+constexpr double kGratingSamples = 8;  // per wavelength
+constexpr double kPixelSamples = 2;    // per pixel
+constexpr double kWhite = 255;         // grey level of full height
 
 double pixel(const HeightImage& image, double column, double row) {
   const auto wrapped = [](double i, uint32_t n) {
@@ -20,7 +20,7 @@ double pixel(const HeightImage& image, double column, double row) {
   return image.grey[wrapped(row, image.height) * image.width + wrapped(column, image.width)];
 }
 
-/// Slopes of the bilinear surface in grey levels a pixel, along columns and along rows.
+/// Slopes of the bilinear surface in grey levels per pixel, along columns and along rows.
 struct Slopes {
   double column, row;
 };
@@ -46,7 +46,7 @@ Vec3 image_gradient(const TextureConfig& texture, const HeightImage& image, cons
   return gradient;
 }
 
-/// Distance between two samples that misses nothing [m].
+/// Spacing of samples fine enough for the texture [m].
 double sample_spacing(const TextureConfig& texture, std::span<const HeightImage> images) {
   return texture.kind == TextureKind::kGrating
              ? texture.period / kGratingSamples

@@ -7,20 +7,20 @@
 
 namespace haptic {
 
-/// Where a texture is felt: the way of the contact point over the object in one tick.
+/// Path of the contact point over the object in one tick.
 struct TexturePath {
   Vec3 from_O, to_O;
   Vec3 normal_O;  // of the surface
 };
 
-/// Gradient of the height field h of a texture at p_O, in O. Grating: h = a sin(2π u·p/λ). Image: a
-/// plane projection along the axis of O that is nearest to the normal, one tile a period wide,
-/// bilinear between pixels, repeated.
+/// Gradient of the height field h of a texture at p_O, in O. Grating: h = a sin(2π u·p/λ). Image:
+/// planar projection along the axis of O nearest to the normal, one tile per period, bilinear
+/// between pixels, repeated.
 Vec3 height_gradient(const TextureConfig& texture, std::span<const HeightImage> images,
                      const Vec3& p_O, const Vec3& normal_O);
 
-/// The steepest gradient on the way: at the end alone a line finer than the way of a tick would be
-/// missed (Ruspini et al. 1997). At most 16 samples.
+/// The steepest gradient along the path: its end alone would miss a line finer than the path of one
+/// tick (Ruspini et al. 1997). At most 16 samples.
 Vec3 steepest_gradient(const TextureConfig& texture, std::span<const HeightImage> images,
                        const TexturePath& path);
 

@@ -11,7 +11,7 @@ const MaterialConfig& material_of(const VirtualProxyModel& model, const Contact&
   return model.materials[contact.material % kMaxObjects];
 }
 
-/// The normals to shade with: what contact interpolated, tilted by the texture on the way.
+/// Interpolated normals from contact, tilted by the texture along the path.
 std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const VirtualProxyState& state,
                                     const ProxyQuestion& question,
                                     const PointProxySolution& solution,
@@ -36,7 +36,7 @@ std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const Virtua
   return normals_W;
 }
 
-/// The materials of the planes that push, each by how hard it does; and the object of the hardest.
+/// Average of the pushing planes' materials, weighted by push; and the object that pushes most.
 struct Mixture {
   FrictionLaw law;
   double stiffness_share = 1;
@@ -62,7 +62,7 @@ Mixture mix_materials(const VirtualProxyModel& model, const ProxyQuestion& quest
   return mixture;
 }
 
-/// What shading, friction and softness changed, shared out to the planes as they push.
+/// Distributes what shading, friction and softness changed over the planes, weighted by push.
 void share_out(const Vec3& tool_W, PointProxySolution& solution) {
   Vec3 sum_W;
   double total = 0;
@@ -105,7 +105,7 @@ PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualPr
   mixture.law.dt = tick.dt;
   Vec3 held_W = hold_by_friction(mixture.law, state.friction, question.tool_W, foot_W,
                                  mixture.object, question.X_WO[mixture.object]);
-  // in a corner the way along one wall may lead into another
+  // in a corner, sliding along one wall may lead into another
   if (held_W != foot_W && solution.n_active > 1) {
     held_W = project_onto_half_spaces(held_W, planes.view()).x;
   }

@@ -7,19 +7,19 @@
 
 namespace haptic {
 
-/// All that is constant of virtual-proxy3.
+/// Constants of virtual-proxy3.
 struct VirtualProxyModel {
   double radius = 0;  // of the proxy [m]
   std::array<MaterialConfig, kMaxObjects> materials{};
   std::array<HeightImage, kMaxImages> images{};
 };
 
-/// All that survives a tick.
+/// What persists from tick to tick.
 struct VirtualProxyState {
   FrictionState friction;
   Vec3 held_back_W;                             // by friction
   std::array<bool, kMaxObjects> touched{};      // in the last tick
-  std::array<Vec3, kMaxObjects> touch_point_O;  // there
+  std::array<Vec3, kMaxObjects> touch_point_O;  // contact point on each touched object
 };
 
 struct VirtualProxyTick {
@@ -27,12 +27,12 @@ struct VirtualProxyTick {
   double dt = 1e-3;      // [s]
 };
 
-/// The virtual proxy of Ruspini, Kolarov, Khatib 1997 for this tick: the place nearest to the tool
-/// on the planes (solve_point_proxy), moved along them by force shading and texture
-/// (shaded_proxy, steepest_gradient), held back by friction (hold_by_friction), and last brought
-/// nearer to the tool by the material's share of the stiffness s_s: proxy' = tool + s_s (proxy −
-/// tool), so that the effective stiffness is s_s k exactly. Where several planes push, each gives
-/// its material as much say as it pushes.
+/// The virtual proxy of Ruspini, Kolarov, Khatib 1997 for this tick: the nearest place to the tool
+/// on the planes (solve_point_proxy), moved along them by force shading and texture (shaded_proxy,
+/// steepest_gradient), held back by friction (hold_by_friction), and brought nearer to the tool by
+/// the material's share s_s of the stiffness: proxy' = tool + s_s (proxy − tool), so the effective
+/// stiffness is exactly s_s k. Where several planes push, their materials are averaged, weighted by
+/// the pushes.
 PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualProxyState& state,
                                        const ProxyQuestion& question, const VirtualProxyTick& tick);
 
