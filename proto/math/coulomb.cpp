@@ -8,12 +8,15 @@ namespace haptic {
 namespace {
 
 constexpr int kMaxRounds = 60;      // of the fixed point
-constexpr int kMaxCuts = 60;        // of the cones, each round
-constexpr double kWanted = 1e-12;   // violation of a cone, motion from round to round: relative
-constexpr double kAccepted = 1e-8;  // where rounding lets neither become smaller
-constexpr double kRounder = 1e-5;   // violation of a cone, of the motion in the last round
-constexpr double kWorst = 0.5;      // cones are cut where they lack this part of the worst lack
-constexpr double kMuchWorse = 10;   // from one round to the next
+constexpr int kMaxCuts = 60;        // cutting planes per cone and round
+constexpr double kWanted = 1e-12;   // relative tolerance of cone violation and of the change per
+                                    // round
+constexpr double kAccepted = 1e-8;  // accepted where rounding stops both from shrinking
+constexpr double kRounder = 1e-5;   // tolerated cone violation, relative to the change in the last
+                                    // round
+constexpr double kWorst = 0.5;      // cones are cut if violated by at least this share of the worst
+constexpr double kMuchWorse = 10;   // residual ratio between rounds at which Broyden's estimate is
+                                    // reset
 
 double norm(const Vec6& y) {
   return std::sqrt(dot(y, y));
@@ -24,16 +27,16 @@ Vec6 difference(Vec6 a, const Vec6& b) {
   return a;
 }
 
-/// Broyden's first method for Φ(y) = y: an estimate of the inverse of 1 − Φ′, from secants.
+/// Broyden's first method for Φ(y) = y: estimates the inverse of 1 − Φ′ from secants.
 class Broyden {
  public:
-  /// Where to ask next, after Φ(y) − y = residual at y.
+  /// Next point to evaluate, given Φ(y) − y = residual at y.
   Vec6 next(const Vec6& y, const Vec6& residual) {
     if (asked_) {
       const Vec6 dy = difference(y, y_), dr = difference(residual_, residual);
       const Vec6 mapped = multiply(dr), left = multiply_transposed(dy);
       const double denominator = dot(dy, mapped);
-      // a round that made it much worse, or a secant that says nothing: plain iteration again
+      // after a much larger residual or a degenerate secant: plain iteration again
       if (norm(residual) >= kMuchWorse * norm(residual_) ||
           !(std::fabs(denominator) > 1e-6 * dot(dy, dy))) {
         inverse_ = identity();
@@ -76,12 +79,12 @@ class Broyden {
   bool asked_ = false;
 };
 
-/// Whether an error, relative, is as small as wanted or small and no longer shrinking.
+/// Whether a relative error has reached `wanted`, or is small and no longer shrinks.
 bool settled(double error, double before, double wanted) {
   return error <= wanted || (error <= kAccepted && error > before / 2);
 }
 
-/// Velocity of the contact, relative to the obstacle, along its normal and beside it.
+/// Velocity of the contact relative to the obstacle, normal and tangential.
 struct PointVelocity {
   double normal = 0;
   Vec3 tangential;
@@ -121,7 +124,7 @@ FrictionStep CoulombSolver::step(const MotionMetric& metric, const Twist& v_free
   while (!out.converged && motion.converged && out.iterations < kMaxRounds &&
          out.solves < max_solves) {
     ++out.iterations;
-    // cones need not be rounder than the rounds are near
+    // early rounds need no more accurate cones than their own error
     motion = solve_cones(asked, std::clamp(kRounder * moved, kWanted, kRounder), out);
     const Vec6 y = coordinates(metric, asked);
     const Vec6 residual = difference(coordinates(metric, motion.a), y);
@@ -162,7 +165,7 @@ ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, double wante
   return motion;
 }
 
-/// How far v is out of the cone that it violates most.
+/// Largest violation of a cone by v [m/s].
 double CoulombSolver::worst_lack(const Twist& v) {
   double worst = 0;
   for (size_t i = 0; i < contacts_.size(); ++i) {
@@ -174,7 +177,7 @@ double CoulombSolver::worst_lack(const Twist& v) {
   return worst;
 }
 
-/// Adds the half-spaces of the cones that v violates most.
+/// Adds cutting planes to the cones that v violates most.
 void CoulombSolver::cut_cones(const Twist& v, double worst) {
   for (size_t i = 0; i < contacts_.size(); ++i) {
     if (lacks_[i] < kWorst * worst) continue;
@@ -186,13 +189,13 @@ void CoulombSolver::cut_cones(const Twist& v, double worst) {
   }
 }
 
-/// Of the speed along a unit normal and a part beside it, `direction`.
+/// Bound of the row `direction`, a unit normal plus a tangential part, at contact i.
 double CoulombSolver::bound_of(const Vec3& direction, size_t i) const {
   const FrictionContact& c = contacts_[i];
   return c.least_speed - shifts_[i] + dot(direction, c.obstacle_velocity);
 }
 
-/// Forgets the half-spaces that carry nothing.
+/// Drops inactive cutting planes.
 void CoulombSolver::keep_active(ConstrainedMotion& motion) {
   const auto n = static_cast<size_t>(motion.n_active);
   std::array<MotionRow, 6> rows;

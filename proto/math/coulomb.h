@@ -8,51 +8,49 @@
 
 namespace haptic {
 
-/// A point of a body against an obstacle, at lever arm r from the point of the twist. Unit normal
-/// away from the obstacle.
+/// A point of a body against an obstacle, at lever arm r from the reference point of the twist. The
+/// unit normal points away from the obstacle.
 struct FrictionContact {
   Vec3 r, normal;
-  double least_speed = 0;  // along the normal: −gap / h, see contact_row [m/s]
+  double least_speed = 0;  // bound of the normal speed: −gap / h, see contact_row [m/s]
   double friction = 0;     // μ ≥ 0
-  Vec3 obstacle_velocity;  // of the obstacle at the contact, zero where it stands still
+  Vec3 obstacle_velocity;  // of the obstacle at the contact [m/s]
 };
 
 struct FrictionStep {
   Twist v;                         // after the step
-  Wrench impulse;                  // of all contacts on the body, M (v − v_free)
+  Wrench impulse;                  // sum of the contacts' impulses on the body, M (v − v_free)
   std::span<const Vec3> impulses;  // of each contact [N·s], in the solver's memory
-  bool converged = false;          // false: v is that of the convex law, or nothing is finite
+  bool converged = false;          // false: v is that of the convex law, or the input is not finite
   bool contradictory = false;      // as in ConstrainedMotion
   int iterations = 0, solves = 0;  // of the fixed point; of the quadratic program
 };
 
-/// One step of a rigid body at the level of velocities with Coulomb's law at its contacts:
+/// One velocity-level step of a rigid body with Coulomb friction at its contacts:
 ///   M (v − v_free) = Σ J_iᵀ λ_i, v_free = v_before + h M⁻¹ F; u_i the velocity of contact i
 ///   relative to the obstacle;
 ///   0 ≤ λ_n ⟂ u_n − least_speed ≥ 0, |λ_t| ≤ μ λ_n, and where it slips λ_t = −μ λ_n u_t / |u_t|.
 ///
-/// With its shift s_i = μ |u_t| known the law is that of a convex problem: v is the twist nearest
-/// to v_free with u_n − least_speed + s ≥ μ |u_t| at each contact. With the shift of a body at rest
-/// (the convex law; zero where obstacles stand still) a sliding body would lift off by μ |u_t|. So
-/// s is a fixed point, found by Broyden's method on v from rest, where plain iteration contracts by
-/// μ² / (1 + μ²) or not at all. Each round cone is cut out of half-spaces u_n − least_speed + s ≥ μ
-/// u_t·d where the last answer violates it most, with d its own direction of slip: no facets are
-/// chosen beforehand, and as many are made as it takes until the cone is violated by no more than
-/// 1e-12 of the speeds (1e-8 where rounding stops it). What is left is an error of the direction of
-/// friction: √(2e-12 speed / (μ |u_t|)) rad, about 1e-6, more where the slip is slow beside the
-/// body; none where it keeps its direction.
+/// With the shift s_i = μ |u_t| given, the law is a convex problem: v is the twist nearest to
+/// v_free with u_n − least_speed + s ≥ μ |u_t| at each contact. With the shift of a body at rest
+/// (the convex law; zero if obstacles are at rest) a sliding body would lift off at μ |u_t|. So s
+/// is iterated to a fixed point by Broyden's method on v, from rest; plain iteration contracts by
+/// μ² / (1 + μ²) or not at all. Each round cone is approximated by cutting planes u_n − least_speed
+/// + s ≥ μ u_t·d, added where the last solution violates it most, d its own direction of slip,
+/// until the violation is at most 1e-12 of the speeds (1e-8 where rounding prevents that). The
+/// error that remains is one of the direction of friction: √(2e-12 speed / (μ |u_t|)) rad, about
+/// 1e-6, larger for slips slow relative to the body; none where the direction of slip is constant.
 ///
-/// Bodies come to rest and stick; with gaps ≥ 0 and obstacles that stand still a step never adds
-/// kinetic energy, converged or not, because each v is the projection of v_free onto a convex set
-/// that contains v = 0. Not converged: the convex law's answer, which penetrates no obstacle that
-/// stands still: see to it that one which carries the body does. Several solutions may exist
-/// (jamming); one is found. λ need not be unique.
+/// Bodies come to rest and stick. With gaps ≥ 0 and obstacles at rest a step never adds kinetic
+/// energy, converged or not, since each v is the projection of v_free onto a convex set that
+/// contains v = 0. Without convergence the result is that of the convex law, which penetrates no
+/// obstacle at rest; callers must make sure that an obstacle which carries the body is at rest.
+/// Several solutions may exist (jamming); one is found. λ need not be unique.
 ///
-/// Source: De Saxcé & Feng 1998 (the change of variables); Acary, Cadoux, Lemaréchal & Malick 2011,
-/// "A formulation of the linear discrete Coulomb friction problem via convex optimization".
+/// Sources: De Saxcé & Feng 1998 (change of variables); Acary, Cadoux, Lemaréchal & Malick 2011.
 class CoulombSolver {
  public:
-  /// For at most `capacity` contacts. Allocates here, never in a step.
+  /// For at most `capacity` contacts. Only the constructor allocates.
   explicit CoulombSolver(size_t capacity)
       : capacity_(capacity),
         rows_(kRowsPerContact * (capacity + 1)),
@@ -61,7 +59,7 @@ class CoulombSolver {
         lacks_(capacity),
         impulses_(capacity) {}
 
-  /// No round of the fixed point begins after `max_solves` quadratic programs.
+  /// Starts no new round of the fixed point after `max_solves` quadratic programs.
   FrictionStep step(const MotionMetric& metric, const Twist& v_free,
                     std::span<const FrictionContact> contacts, int max_solves = 3600);
 
@@ -74,15 +72,15 @@ class CoulombSolver {
   void add_up(const ConstrainedMotion& motion, FrictionStep& out);
   std::span<const MotionRow> rows() const { return {rows_.data(), n_rows_}; }
 
-  static constexpr size_t kRowsPerContact = 8;
+  static constexpr size_t kRowsPerContact = 8;  // capacity for cutting planes
 
   size_t capacity_;
   const MotionMetric* metric_ = nullptr;
   Twist v_free_;
-  double speed_ = 0;  // the largest that a contact has without the others
+  double speed_ = 0;  // largest speed at a contact before the step
   std::span<const FrictionContact> contacts_;
-  std::vector<MotionRow> rows_;  // half-spaces cut so far, n_rows_ of them
-  std::vector<size_t> owners_;   // their contacts
+  std::vector<MotionRow> rows_;  // cutting planes, n_rows_ of them
+  std::vector<size_t> owners_;   // contact of each
   size_t n_rows_ = 0;
   std::vector<double> shifts_, lacks_;
   std::vector<Vec3> impulses_;

@@ -7,11 +7,12 @@
 namespace haptic {
 namespace {
 
-constexpr double kRounding = 1e-11;  // of a, relative to what it is the sum of
-constexpr double kDependent = 1e-9;  // of a response to a unit force, relative to the rows' own
-constexpr double kSettled = 1e-13;   // change of an a in a sweep, likewise
-constexpr double kAccepted = 1e-10;  // what may be left of a, relative to b
-constexpr int kPivotsPerRow = 20;    // a handful is usual
+constexpr double kRounding = 1e-11;  // of a, relative to the terms it is the sum of
+constexpr double kDependent = 1e-9;  // response to a unit force, relative to the rows' own
+                                     // responses
+constexpr double kSettled = 1e-13;   // change of an a in a sweep, relative likewise
+constexpr double kAccepted = 1e-10;  // residual of a, relative to b
+constexpr int kPivotsPerRow = 20;    // pivot limit per row; a handful is usual
 
 }  // namespace
 
@@ -57,7 +58,7 @@ ImpulseStep LcpSolver::step(LcpMethod method, const MotionMetric& metric, const 
   return out;
 }
 
-/// Below this an a_i is rounding.
+/// Rounding error of an a_i; smaller values mean zero.
 double LcpSolver::noise() const {
   double forces = 0;
   for (size_t i = 0; i < n_; ++i) forces += std::fabs(f_[i]);
@@ -78,7 +79,7 @@ bool LcpSolver::pivot(int& iterations) {
     if (!drive_to_zero(d, iterations)) return false;
     if (side_[d] == Side::kUnseen) side_[d] = Side::kOpen;
   }
-  // steps add rounding to rounding: what is left of a_C is solved for once more
+  // removes the rounding accumulated over the steps from a_C
   update_a();
   for (size_t k = 0; k < n_clamped_; ++k) x_[k] = -a_[clamped_[k]];
   solve_clamped({x_.data(), n_clamped_});
@@ -89,7 +90,7 @@ bool LcpSolver::pivot(int& iterations) {
   return is_solved();
 }
 
-/// Whether it ended with a solution: sets may have been chosen by rounding, or there is none.
+/// Whether the result is a solution: rounding may have chosen the sets, or there may be none.
 bool LcpSolver::is_solved() const {
   const double tolerated = kAccepted * largest_b_ + kSettled / kRounding * noise();
   for (size_t i = 0; i < n_; ++i) {
@@ -99,7 +100,7 @@ bool LcpSolver::is_solved() const {
 }
 
 bool LcpSolver::drive_to_zero(size_t d, int& iterations) {
-  // where a tie brought a_d to zero before it could enter C, its force enters or is given back
+  // if a tie brought a_d to zero before d could enter C, its force enters C or is withdrawn
   while (a_[d] < -noise() || f_[d] > 0) {
     if (++iterations > kPivotsPerRow * static_cast<int>(n_ + 1)) return false;
     find_direction(d);
@@ -131,7 +132,7 @@ bool LcpSolver::drive_to_zero(size_t d, int& iterations) {
   return true;
 }
 
-/// The index that changes sides before `step` is through, and when; else `first`.
+/// The first index to change sides within `step`, which is shortened to that; else `first`.
 size_t LcpSolver::first_event(size_t d, size_t first, double& step) const {
   for (size_t i = 0; i < n_; ++i) {
     if (side_[i] == Side::kUnseen) continue;
@@ -182,7 +183,7 @@ void LcpSolver::leave(size_t i) {
   factor_from(k);
 }
 
-/// Rows of the Cholesky factor of A_CC from `place` on.
+/// Computes the rows of the Cholesky factor of A_CC from `place` on.
 void LcpSolver::factor_from(size_t place) {
   for (size_t i = place; i < n_clamped_; ++i) {
     double* row = &L_[i * n_];

@@ -8,16 +8,17 @@
 
 namespace haptic {
 
-/// f ≥ 0, a = A f + b ≥ 0, fᵀ a = 0. The spans lie in the solver's memory until it solves again.
+/// f ≥ 0, a = A f + b ≥ 0, fᵀ a = 0. The spans lie in the solver's memory and are valid until the
+/// next solve.
 struct LcpSolution {
   std::span<const double> f, a;
-  bool converged = false;  // false: not finite, too large, no solution, or the limit of iterations
+  bool converged = false;  // false: not finite, too large, no solution, or iteration limit
   int iterations = 0;      // pivots or sweeps
 };
 
-/// What contacts do to a body in one time step.
+/// Effect of the contacts on a body in one time step.
 struct ImpulseStep {
-  Twist v;                         // after the step; v_free where not converged
+  Twist v;                         // after the step; v_free if not converged
   std::span<const double> lambda;  // impulse of each row, ≥ 0 [N·s]
   bool converged = false;
   int iterations = 0;
@@ -25,9 +26,9 @@ struct ImpulseStep {
 
 enum class LcpMethod { kPivoting, kGaussSeidel };
 
-/// Linear complementarity problems with symmetric positive semidefinite A, which may be singular:
-/// of hundreds of contacts of one body at most six are independent. a is unique, f need not be.
-/// Allocates when it is built, never in a solve.
+/// Linear complementarity problems with symmetric positive semidefinite A, possibly singular: of
+/// hundreds of contacts of one body at most six are independent. a is unique, f need not be. Only
+/// the constructor allocates.
 class LcpSolver {
  public:
   /// For problems of at most `capacity` unknowns.
@@ -47,24 +48,24 @@ class LcpSolver {
 
   /// A is b.size() × b.size(), by rows.
   ///
-  /// kPivoting: one index after the other is driven to zero. Its force grows by one; those of the
-  /// clamped set C (a = 0) answer so that they stay at a = 0, A_CC Δf_C = −A_Cd; the step ends
-  /// where the first of them reaches f = 0 and leaves C, where an index beside C reaches a = 0 and
-  /// enters it, or where a_d = 0. A row that depends on C moves no a, only forces from one row of C
-  /// to itself; so A_CC is never singular. Ties go to the lowest index. A squares the condition of
-  /// the rows: two whose directions differ by less than about 1e-4 may be taken for one or fail,
-  /// which is flagged; least_constraint goes down to 1e-10. Source: Baraff 1994, "Fast contact
-  /// force computation for nonpenetrating rigid bodies".
+  /// kPivoting: drives one index d after the other to a_d = 0. Its force grows; the forces of the
+  /// clamped set C (a = 0) change so that a stays zero there, A_CC Δf_C = −A_Cd. A step ends where
+  /// the first force of C reaches zero (its index leaves C), where an index outside C reaches a = 0
+  /// (it enters), or where a_d = 0. An index dependent on C changes no a, it only moves force
+  /// between members of C; so A_CC is never singular. Ties go to the lowest index. A squares the
+  /// condition number of the rows: two that differ in direction by less than about 1e-4 may be
+  /// treated as one or fail, which is flagged; least_constraint resolves 1e-10. Source: Baraff
+  /// 1994.
   ///
-  /// kGaussSeidel: f_i ← max(0, f_i − a_i / A_ii) in turn, at most `max_sweeps` times, until no a_i
-  /// answers by more than rounding. Linear convergence, slow where rows are redundant.
+  /// kGaussSeidel: f_i ← max(0, f_i − a_i / A_ii) in turn, at most `max_sweeps` sweeps, until no
+  /// a_i changes by more than rounding. Linear convergence, slow with redundant rows.
   LcpSolution solve(LcpMethod method, std::span<const double> A, std::span<const double> b,
                     int max_sweeps = 200);
 
-  /// One step of a body at the level of velocities: M (v − v_free) = Σ λ_k J_k,
-  /// 0 ≤ λ_k ⟂ J_k·v − b_k ≥ 0, where v_free = v_before + h M⁻¹ F and b_k = −gap_k / h
-  /// (contact_row). These are the optimality conditions of least_constraint: v is the same, λ need
-  /// not be. A step for several bodies is solve() on their common A.
+  /// One velocity-level step of a body: M (v − v_free) = Σ λ_k J_k, 0 ≤ λ_k ⟂ J_k·v − b_k ≥ 0, with
+  /// v_free = v_before + h M⁻¹ F and b_k = −gap_k / h (contact_row). These are the optimality
+  /// conditions of least_constraint: v is the same, λ need not be. For several bodies use solve()
+  /// with their joint A.
   ImpulseStep step(LcpMethod method, const MotionMetric& metric, const Twist& v_free,
                    std::span<const MotionRow> rows, int max_sweeps = 200);
 

@@ -4,7 +4,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kSingular = 1e-14;  // smallest square of a pivot over the diagonal it came from
+constexpr double kSingular = 1e-14;  // smallest squared pivot relative to its diagonal element
 
 /// Tᵀ x of a lower triangular T.
 Vec6 multiply_transposed(const Mat6& T, const Vec6& x) {
@@ -28,7 +28,7 @@ MotionMetric factor_metric(const Mat6& M) {
         L(i, j) = sum / L(j, j);
         continue;
       }
-      // written so that NaN is refused
+      // written so that NaN is rejected
       if (!(sum > kSingular * M(j, j)) || !std::isfinite(sum)) return {};
       L(j, j) = std::sqrt(sum);
     }

@@ -18,7 +18,7 @@ constexpr Twist operator*(double s, const Twist& a) {
   return {s * a.v, s * a.w};
 }
 
-/// The motion that leads from one pose to another: moved(from, way_between(from, to)) is `to`.
+/// The motion from one pose to another: moved(from, way_between(from, to)) is `to`.
 inline Twist way_between(const Pose& from, const Pose& to) {
   return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
 }
@@ -28,39 +28,39 @@ inline Pose moved(const Pose& X, const Twist& motion) {
   return extrapolate(X, motion, 1);
 }
 
-/// No point of a body of that radius about the centre of the motion goes further: |v| + r |ω| [m].
+/// Bound of the motion of any point of a body of that radius about the reference point: |v| + r |ω|
+/// [m].
 inline double largest_travel(const Twist& motion, double radius) {
   return norm(motion.v) + radius * norm(motion.w);
 }
 
-/// One inequality on a small motion or a twist a: J·a ≥ b. All rows and the motion in one frame,
-/// about one point.
+/// One inequality on a small motion or a twist a: J·a ≥ b. All rows and the motion refer to one
+/// frame and point.
 struct MotionRow {
   Twist J;
   double b = 0;
 };
 
-/// The row of a contact at lever arm r from that point, unit normal n away from the obstacle:
-/// J = (n, r × n), so that J·a is how far the contact's point moves out of it.
-/// b = min(−gap, most_push): a gap lets it move up to the obstacle; a small overlap, gap < 0,
-/// pushes out, by no more than most_push ≥ 0 in one motion. For a twist both are divided by the
-/// time step.
+/// The row of a contact at lever arm r, unit normal n away from the obstacle: J = (n, r × n), so
+/// J·a is the motion of the contact point out of the obstacle. b = min(−gap, most_push): a gap may
+/// close; an overlap, gap < 0, is pushed out by at most most_push ≥ 0 per motion. For a twist
+/// divide both by the time step.
 constexpr MotionRow contact_row(const Vec3& r, const Vec3& normal, double gap, double most_push) {
   return {{normal, cross(r, normal)}, -gap < most_push ? -gap : most_push};
 }
 
 /// A metric of motions |a|² = aᵀ M a, such as a body's mass and inertia, factored once: M = L Lᵀ.
-/// In the coordinates y = Lᵀ a it is the identity. L⁻¹ is kept too: six unknowns are multiplied out
-/// without waiting for one another, and a diagonal M gains nothing from a path of its own.
+/// In the coordinates y = Lᵀ a it is the identity. L⁻¹ is kept too: multiplying by it has no chain
+/// of dependent divisions, and makes a special case for diagonal M useless.
 struct MotionMetric {
   Mat6 L, inverse_L;   // lower triangular
   bool valid = false;  // M was symmetric positive definite (to 1e-14 of its diagonal) and finite
 };
 
-/// The factors of M, of which only the lower half is read.
+/// Factors M; reads its lower half only.
 MotionMetric factor_metric(const Mat6& M);
 
-/// m I about the centre of mass, and the inertia about it.
+/// Mass m I about the centre of mass, and the inertia about it.
 constexpr Mat6 mass_matrix(double mass, const Mat3& inertia) {
   Mat6 M;
   add_block(M, 0, 0, mass * Mat3{});
@@ -76,13 +76,13 @@ constexpr Mat6 spring_matrix(double translational, double rotational) {
   return K;
 }
 
-/// A motion measured in these springs, as a translation: √(|v|² + k_R/k_T |ω|²) [m].
+/// Length of a motion in these springs, as a translation: √(|v|² + k_R/k_T |ω|²) [m].
 inline double spring_length(const Twist& a, double translational, double rotational) {
   return std::sqrt(norm_squared(a.v) + rotational * norm_squared(a.w) / translational);
 }
 
-/// A wrench in them, as a force: √(|f|² + k_T/k_R |τ|²), k_T times the length of the motion that
-/// they answer with it [N].
+/// Size of a wrench in these springs, as a force: √(|f|² + k_T/k_R |τ|²), k_T times the length of
+/// the motion that causes it [N].
 inline double spring_force(const Wrench& F, double translational, double rotational) {
   return std::sqrt(norm_squared(F.f) + translational * norm_squared(F.t) / rotational);
 }
@@ -98,7 +98,7 @@ constexpr void add_scaled(Vec6& a, double s, const Vec6& b) {
   for (size_t i = 0; i < 6; ++i) a[i] += s * b[i];
 }
 
-/// L⁻¹ x: what a row of Jacobian or a wrench is in the coordinates y.
+/// L⁻¹ x: a Jacobian row or a wrench in the coordinates y.
 Vec6 whitened(const MotionMetric& metric, const Vec6& x);
 
 /// y = Lᵀ a: the coordinates of a motion.
@@ -107,7 +107,7 @@ Vec6 coordinates(const MotionMetric& metric, const Twist& a);
 /// L⁻ᵀ y: the motion with these coordinates.
 Twist motion_of(const MotionMetric& metric, const Vec6& y);
 
-/// M⁻¹ F: the acceleration by a wrench, the change of twist by an impulse.
+/// M⁻¹ F: acceleration by a wrench, change of twist by an impulse.
 Twist response(const MotionMetric& metric, const Wrench& F);
 
 }  // namespace haptic

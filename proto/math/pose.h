@@ -68,7 +68,7 @@ constexpr Wrench operator*(double s, const Wrench& a) {
   return {s * a.f, s * a.t};
 }
 
-/// The same wrench about a point displaced by −r: moving the reference from P to Q, r = p_P − p_Q.
+/// The wrench about another point: from P to Q, r = p_P − p_Q.
 constexpr Wrench shift(const Wrench& F, const Vec3& r) {
   return {F.f, F.t + cross(r, F.f)};
 }

@@ -8,14 +8,14 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxIterations = 64;      // each takes in one more violated half-space
+constexpr int kMaxIterations = 64;      // half-spaces added
 constexpr double kSingular = 1e-10;     // squared sine (two) or squared volume (three) of normals
 constexpr double kFeasibility = 1e-13;  // relative to the size of the coordinates
 
 using Subset = std::array<int, 3>;
 
-/// Multipliers that put x = p + Σ λ_i n_i on all the planes of the subset: N Nᵀ λ = d − N p.
-/// False when the normals are dependent.
+/// Multipliers that put x = p + Σ λ_i n_i on all planes of the subset: N Nᵀ λ = d − N p. False: the
+/// normals are dependent.
 bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset& subset, int size,
                        std::array<double, 3>& lambda) {
   std::array<Vec3, 3> n{};
@@ -37,7 +37,7 @@ bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset
     lambda = {(gap[0] - cosine * gap[1]) / sine2, (gap[1] - cosine * gap[0]) / sine2, 0};
     return true;
   }
-  // three planes meet in one point: Cramer for the step, then its coordinates in the normals
+  // three planes meet in a point: Cramer's rule, then its coordinates in the normals
   const double volume = dot(n[0], cross(n[1], n[2]));
   if (volume * volume < kSingular) return false;
   const Vec3 c12 = cross(n[1], n[2]), c20 = cross(n[2], n[0]), c01 = cross(n[0], n[1]);
@@ -46,8 +46,8 @@ bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset
   return true;
 }
 
-/// Nearest point to p on all the planes of the subset, x = p + Σ λ_i n_i. In a flat valley two huge
-/// multipliers almost cancel: a second pass on what the first one left restores the lost digits.
+/// Nearest point to p on all planes of the subset, x = p + Σ λ_i n_i. For nearly opposite normals
+/// two huge multipliers almost cancel; a second pass restores the lost digits.
 bool lagrange_point(std::span<const HalfSpace> h, const Vec3& p, const Subset& subset, int size,
                     Vec3& x, std::array<double, 3>& lambda) {
   x = p;
@@ -67,8 +67,8 @@ double slack(const HalfSpace& h, const Vec3& x) {
   return dot(h.normal, x) - h.offset;
 }
 
-/// The subset of `pool` (its last member taken for sure) that satisfies the KKT conditions of the
-/// problem with the pool's half-spaces only.
+/// Finds the subset of `pool` that contains its last member and satisfies the KKT conditions for
+/// the pool's half-spaces.
 bool exchange(std::span<const HalfSpace> h, const Vec3& p, std::span<const int> pool,
               double tolerance, PointProjection& out) {
   const int entering = pool.back();
@@ -114,7 +114,7 @@ PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpac
     double worst_slack = -tolerance;
     for (size_t i = 0; i < half_spaces.size(); ++i) {
       const double s = slack(half_spaces[i], out.x);
-      // written so that NaN counts as violated: nothing can satisfy it, and the answer says so
+      // written so that NaN counts as violated, and the result says so
       if (!(s >= worst_slack)) worst = static_cast<int>(i), worst_slack = s;
     }
     if (worst < 0) return out;

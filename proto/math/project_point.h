@@ -17,21 +17,20 @@ struct HalfSpace {
 struct PointProjection {
   Vec3 x;
   int n_active = 0;                    // 0 free, 1 face, 2 edge, 3 vertex
-  std::array<int, 3> active{};         // indices of the half-spaces that carry x
-  std::array<double, 3> multiplier{};  // > 0: how hard each pushes, x − p = Σ multiplier·normal
+  std::array<int, 3> active{};         // the active set
+  std::array<double, 3> multiplier{};  // > 0, x − p = Σ multiplier·normal
   bool converged = true;  // false: contradictory or non-finite half-spaces, or iteration limit
   int iterations = 0;
 };
 
 /// Point of the intersection of the half-spaces nearest to p: min ½|x − p|² s.t. n_i·x ≥ d_i.
 ///
-/// Dual active set with multiplier signs: start free; take the most violated half-space; among the
-/// subsets of (active set + it) with at most three members pick the one whose Lagrange point is
-/// feasible for all of them with multipliers ≥ 0; repeat. The distance |x − p| grows strictly at
-/// each step, so no set comes twice and planes that do not push are dropped (the over-constraint
-/// trap). Linearly dependent normals make a subset singular: it is skipped (the prism trap).
-/// Contradictory half-spaces: converged = false and x solves the ones taken before.
-/// Source: Zilles & Salisbury 1995 (Lagrange form); KKT signs as in Ruspini 1997.
+/// Dual active set: starts without constraints; adds the most violated half-space; among the
+/// subsets of the active set plus that one with at most three members takes the one whose Lagrange
+/// point is feasible for all of them with multipliers ≥ 0; repeats. |x − p| strictly increases, so
+/// no set recurs, and planes that would have to pull are dropped. Subsets with linearly dependent
+/// normals are skipped. For contradictory half-spaces converged = false and x solves those added
+/// before. Sources: Zilles & Salisbury 1995 (Lagrange form); KKT signs as in Ruspini et al. 1997.
 PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpace> half_spaces);
 
 }  // namespace haptic

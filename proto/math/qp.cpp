@@ -7,12 +7,13 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxIterations = 100;   // rows taken in or given up
-constexpr double kFeasible = 1e-13;   // violation, relative to what it is the difference of
-constexpr double kDependent = 1e-10;  // what is left of a row beside the active ones, relative
-constexpr double kCancelled = 0.25;   // of a squared length
+constexpr int kMaxIterations = 100;   // rows added or dropped
+constexpr double kFeasible = 1e-13;   // violation, relative to the terms it is the difference of
+constexpr double kDependent = 1e-10;  // independent part of a row, relative to the row
+constexpr double kCancelled = 0.25;   // share of a squared length left by orthogonalisation, below
+                                      // which it is repeated
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kFarthest = 100;  // way out of overlaps, times the deepest
+constexpr double kFarthest = 100;  // acceptable motion out of overlaps, in multiples of the deepest
 
 double square(double x) {
   return x * x;
@@ -24,17 +25,16 @@ void turn(double& a, double& b, double c, double s) {
   a = turned;
 }
 
-/// The rows that carry the motion, in coordinates y: their normals as Q R, bounds b on
-/// them and multipliers u.
+/// The active rows in coordinates y: their normals as Q R, with bounds b and multipliers u.
 struct ActiveSet {
   size_t n = 0;
   std::array<int, 6> row{};
   std::array<Vec6, 6> q{}, R{};  // by columns
   Vec6 b{}, u{};
-  Vec6 per{};  // 1/R[j][j]: a division takes as long as four products
+  Vec6 per{};  // 1/R[j][j]: a division costs as much as four products
 
-  /// Coordinates of a vector in the columns of Q, and what is left of it beside them. All columns
-  /// at once, so that none waits for another; a second time where the first has cancelled digits.
+  /// Splits a vector into coordinates in the columns of Q and the remainder `left`. All columns at
+  /// once, without dependent steps; repeated if digits cancelled.
   Vec6 split(Vec6& left) const {
     Vec6 sum{};
     const double before = dot(left, left);
@@ -57,7 +57,7 @@ struct ActiveSet {
     return c;
   }
 
-  /// One more row, from what `split` made of its normal.
+  /// Adds a row, from the `split` of its normal.
   void take_in(int index, double bound, const Vec6& along, const Vec6& left) {
     row[n] = index, b[n] = bound;
     R[n] = along;
@@ -68,7 +68,7 @@ struct ActiveSet {
     ++n;
   }
 
-  /// Row j goes; turns of pairs of columns of Q make R triangular again.
+  /// Drops row j; rotations of pairs of columns of Q make R triangular again.
   void give_up(size_t j) {
     --n;
     for (size_t k = j; k < n; ++k) {
@@ -82,9 +82,9 @@ struct ActiveSet {
     }
   }
 
-  /// The point nearest to y_u on all of them and the multipliers that put it there:
-  /// y = (1 − Q Qᵀ) y_u + Q c, Rᵀ c = b, and u = R⁻¹ (c − Qᵀ y_u). Where all bounds are zero nearly
-  /// dependent rows, a small R, cost y no digits.
+  /// The point nearest to y_u on all rows and its multipliers: y = (1 − Q Qᵀ) y_u + Q c, Rᵀ c = b,
+  /// u = R⁻¹ (c − Qᵀ y_u). If all bounds are zero, nearly dependent rows (a small R) cost y no
+  /// accuracy.
   Vec6 nearest_point(const Vec6& y_u) {
     Vec6 y = y_u;
     const Vec6 along = split(y);
@@ -96,7 +96,7 @@ struct ActiveSet {
       add_scaled(y, c[j], q[j]);
       u[j] = c[j] - along[j];
     }
-    // an exact zero may come out a rounding below
+    // rounding may make a zero slightly negative
     u = in_rows(u);
     for (size_t j = 0; j < n; ++j) u[j] = std::max(u[j], 0.0);
     return y;
@@ -117,7 +117,7 @@ class Solver {
     for (const MotionRow& row : rows) {
       reach_v_ = std::max(reach_v_, norm_squared(row.J.v));
       reach_w_ = std::max(reach_w_, norm_squared(row.J.w));
-      // a maximum passes NaN over, a sum does not
+      // a maximum would miss NaN, a sum does not
       sum_ += norm_squared(row.J.v) + norm_squared(row.J.w) + std::fabs(row.b);
     }
     reach_v_ = std::sqrt(reach_v_);
@@ -151,20 +151,20 @@ class Solver {
  private:
   double bound(size_t k) const { return relaxed_ ? std::min(rows_[k].b, 0.0) : rows_[k].b; }
 
-  /// Below this a violation is rounding of the motion, or what the rank check does not see.
+  /// Largest violation that may be rounding of the motion or below the rank check.
   double tolerated() const {
     const double speed = reach_v_ * (norm(a_u_.v) + norm(a_.v));
     const double spin = reach_w_ * (norm(a_u_.w) + norm(a_.w));
     return std::max(kFeasible * (speed + spin), indistinct_);
   }
 
-  /// J·a − b, less the rounding of b.
+  /// J·a − b plus the rounding of b.
   double slack(size_t k) const {
     const double b = bound(k);
     return dot(rows_[k].J, a_) - b + kFeasible * std::fabs(b);
   }
 
-  /// A violated row of `warm`, which shrinks, else the most violated of all, else −1.
+  /// The first violated row of `warm`, which is consumed; else the most violated of all; else −1.
   int most_violated(std::span<const int>& warm) const {
     double least = -tolerated();
     for (; !warm.empty(); warm = warm.subspan(1)) {
@@ -180,8 +180,8 @@ class Solver {
     return worst;
   }
 
-  /// Moves a onto the row, giving up those that would have to pull. False where no motion within
-  /// reason satisfies it together with those that are left.
+  /// Moves a onto the row and drops rows that would have to pull. False: no acceptable motion
+  /// satisfies it together with the rest.
   bool satisfy(int index) {
     const auto k = static_cast<size_t>(index);
     const Twist& J = rows_[k].J;
@@ -196,13 +196,13 @@ class Solver {
       const Vec6 along = set_.split(left);
       const double left2 = dot(left, left);
       const bool dependent = set_.n == 6 || !(left2 > square(kDependent * length));
-      // the rank check cannot tell a violation this small from none
+      // the rank check cannot tell so small a violation from zero
       if (dependent && !changed && missing <= 2 * kDependent * length * (size_u_ + push_)) {
         indistinct_ = std::max(indistinct_, missing);
         return true;
       }
 
-      // as far as the first multiplier lasts
+      // up to where the first multiplier reaches zero
       const Vec6 r = set_.in_rows(along);
       size_t first = set_.n;
       double step = dependent ? kInfinite : rest / left2;
@@ -218,7 +218,7 @@ class Solver {
     }
   }
 
-  /// False where that takes a beyond reason.
+  /// False: the resulting motion is unacceptably large.
   bool take_in(int index, const Vec6& along, const Vec6& left, double length) {
     const double b = bound(static_cast<size_t>(index));
     set_.take_in(index, b, along, left);
@@ -237,8 +237,8 @@ class Solver {
   ActiveSet set_;
   Twist a_;
   double size_u_ = 0;      // |a_u| in the metric
-  double push_ = 0;        // how far a = 0 is behind the rows taken in, at most
-  double indistinct_ = 0;  // the largest violation that the rank check took for none
+  double push_ = 0;        // largest distance of a = 0 behind the rows added
+  double indistinct_ = 0;  // largest violation that the rank check took for zero
   int iterations_ = 0;
 };
 
@@ -252,7 +252,7 @@ ConstrainedMotion least_constraint(const MotionMetric& metric, const Twist& a_u,
   if (!out.contradictory) return out;
   const int spent = out.iterations;
   out = Solver(metric, a_u, rows, true).run(warm);
-  // rows that a = 0 satisfies contradict one another by rounding alone
+  // a = 0 satisfies these rows, so only rounding can make them contradictory
   out.converged = out.converged && !out.contradictory;
   out.contradictory = true;
   out.iterations += spent;

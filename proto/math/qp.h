@@ -9,41 +9,40 @@
 namespace haptic {
 
 struct ConstrainedMotion {
-  Twist a;                      // finite in any case
-  Wrench constraint;            // M (a − a_u) = Σ multiplier·J: what the rows do to the body
+  Twist a;                      // always finite
+  Wrench constraint;            // M (a − a_u) = Σ multiplier·J: wrench of the rows on the body
   int n_active = 0;             // ≤ 6
-  std::array<int, 6> active{};  // indices of the rows that carry a
-  std::array<double, 6> multiplier{};  // ≥ 0: how hard each pushes
-  // false: something is not finite or M not positive definite (both: a = 0, no wrench); or the
-  // limit of iterations, of which a is the last; never seen on a million random problems
+  std::array<int, 6> active{};  // indices of the active rows
+  std::array<double, 6> multiplier{};  // ≥ 0
+  // false: input not finite or M not positive definite (both: a = 0, no wrench), or the iteration
+  // limit (a is the last iterate; never seen in a million random problems)
   bool converged = false;
-  bool contradictory = false;  // no motion within reason satisfies all rows: a is that of min(b, 0)
-  int iterations = 0;          // rows taken in, and given up again
+  bool contradictory = false;  // no acceptable motion satisfies all rows: a is that of min(b, 0)
+  int iterations = 0;          // rows added and dropped
 };
 
-/// Gauss' principle of least constraint: the motion nearest to the unconstrained one that the rows
-/// allow, min ½ (a − a_u)ᵀ M (a − a_u) s.t. J_k·a ≥ b_k. Without a violated row a is a_u and the
-/// wrench is zero, both exactly; else the wrench lies in the cone of the active rows.
+/// Gauss' principle of least constraint: the motion nearest to the unconstrained one that satisfies
+/// the rows, min ½ (a − a_u)ᵀ M (a − a_u) s.t. J_k·a ≥ b_k. If a_u violates no row, a is a_u and
+/// the wrench zero, both exactly; else the wrench lies in the cone of the active rows.
 ///
 /// In y = Lᵀ(a − a_u) this is the point of a polyhedron nearest to the origin, found by a dual
-/// active set: the most violated row is taken in, the rows whose multiplier reaches zero on the way
-/// are given up; |y| grows with each row, so that no set comes twice. At most six independent rows
-/// carry a, however many there are. Each time the point and the multipliers are computed anew from
-/// the set, so nothing drifts. A row is dependent on the active ones where less than 1e-10 of it is
-/// left beside them; what that cannot tell from zero is not pursued.
+/// active-set method: the most violated row is added, rows whose multiplier reaches zero are
+/// dropped; |y| increases with each row, so no set recurs. At most six independent rows are active.
+/// Point and multipliers are recomputed from the set each time, so nothing drifts. Rows within
+/// 1e-10 of dependent on the active ones are treated as dependent, and violations too small to tell
+/// from that are ignored.
 ///
-/// `warm`: rows that were active before, most telling first. They are taken in before others where
-/// they are violated: the answer is the cold one to rounding, the way to it shorter; indices out of
+/// `warm` (warm start): rows that were active before, most important first. They are added before
+/// others if violated: the result is the cold one to rounding, in fewer iterations. Indices out of
 /// range are ignored.
 ///
 /// Rows with b > 0 (overlaps that push out, contact_row) may contradict one another, as in a hole
-/// too tight for its peg, or only be satisfied by a motion beyond reason: |a|_M greater than
-/// |a_u|_M and a hundred times the deepest overlap, as in a wedge of less than half a degree. The
-/// body would be stuck or fly off. The answer is then that with min(b, 0), which a = 0 always
-/// satisfies, and is flagged. Lengths of rows should be comparable (unit normals): "most violated"
-/// is J·a − b as it is.
+/// too tight for its peg, or admit only an excessive motion, |a|_M larger than |a_u|_M plus a
+/// hundred times the deepest overlap, as in a wedge of less than half a degree. The result is then
+/// that with min(b, 0), which a = 0 always satisfies, and is flagged. Row lengths should be
+/// comparable (unit normals), since violations J·a − b are compared unscaled.
 ///
-/// Source: Goldfarb & Idnani 1983 (dual active set); Redon, Kheddar & Coquillart 2002 and Ortega,
+/// Sources: Goldfarb & Idnani 1983 (dual active set); Redon, Kheddar & Coquillart 2002 and Ortega,
 /// Redon & Coquillart 2007 (Gauss' principle for rigid contact).
 ConstrainedMotion least_constraint(const MotionMetric& metric, const Twist& a_u,
                                    std::span<const MotionRow> rows, std::span<const int> warm = {});

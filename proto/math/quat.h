@@ -45,7 +45,7 @@ constexpr Mat3 to_matrix(const Quat& q) {
 /// exp: the rotation by |r| about r [rad].
 inline Quat from_rotation_vector(const Vec3& r) {
   const double angle = norm(r);
-  // sin(a/2)/a has the series 1/2 − a²/48: exact to double below 1e-4
+  // the series 1/2 − a²/48 of sin(a/2)/a is exact to double below 1e-4
   const double s = angle > 1e-4 ? std::sin(angle / 2) / angle : 0.5 - angle * angle / 48;
   return {s * r.x, s * r.y, s * r.z, std::cos(angle / 2)};
 }

@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kSingular = 1e-14;  // smallest pivot over the largest
+constexpr double kSingular = 1e-14;  // smallest pivot relative to the largest
 
 }  // namespace
 
@@ -14,7 +14,7 @@ bool solve(const Mat6& A, const Wrench& b, Twist& x) {
   using Matrix = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
   x = {};
   const std::array<double, 6> right = components(b.f, b.t);
-  // rows of force and torque may differ by orders of magnitude: each is scaled to one
+  // rows of force and torque may differ by orders of magnitude: scales each to one
   Matrix scaled = Eigen::Map<const Matrix>(A.a.data());
   Eigen::Matrix<double, 6, 1> scaled_right =
       Eigen::Map<const Eigen::Matrix<double, 6, 1>>(right.data());

@@ -40,7 +40,7 @@ constexpr Wrench operator*(const Mat6& m, const Twist& motion) {
   return {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
 }
 
-/// Adds F wᵀ: the wrench F for each unit of the motion that `per_motion` measures.
+/// Adds F wᵀ: the wrench F per unit of w·motion.
 constexpr void add_outer(Mat6& m, const Wrench& F, const Twist& per_motion) {
   const std::array<double, 6> rows = components(F.f, F.t);
   const std::array<double, 6> columns = components(per_motion.v, per_motion.w);
@@ -58,7 +58,7 @@ constexpr void add_block(Mat6& m, size_t row, size_t column, const Mat3& block) 
   }
 }
 
-/// R M Rᵀ, block by block: the same map seen in axes turned by R.
+/// R M Rᵀ, block by block: the map in axes rotated by R.
 constexpr Mat6 rotated(const Mat3& R, const Mat6& m) {
   Mat6 out;
   for (size_t row = 0; row < 6; row += 3) {
@@ -73,18 +73,18 @@ constexpr Mat6 rotated(const Mat3& R, const Mat6& m) {
   return out;
 }
 
-/// The work of a wrench on a motion [J], its power on a twist [W].
+/// Work of a wrench on a motion [J], or power on a twist [W].
 constexpr double dot(const Wrench& F, const Twist& motion) {
   return dot(F.f, motion.v) + dot(F.t, motion.w);
 }
 
-/// A row of Jacobian, by a motion, on a motion.
+/// A Jacobian row times a motion.
 constexpr double dot(const Twist& row, const Twist& motion) {
   return dot(row.v, motion.v) + dot(row.w, motion.w);
 }
 
-/// x with A x = b by LU with partial pivoting; false, and x zero, where A is singular to rounding
-/// or anything is not finite. Fixed size, no allocation.
+/// Solves A x = b by LU with partial pivoting. False, with x zero, if A is singular to rounding or
+/// something is not finite. No allocation.
 bool solve(const Mat6& A, const Wrench& b, Twist& x);
 
 }  // namespace haptic

@@ -6,8 +6,7 @@
 
 namespace haptic {
 
-/// Three doubles: a point, a free vector, a force; the name of the variable says which, and in what
-/// frame.
+/// Three doubles: a point, a vector or a force; the variable's name says which, and in what frame.
 struct Vec3 {
   double x = 0, y = 0, z = 0;
 
@@ -42,7 +41,7 @@ constexpr double dot(const Vec3& a, const Vec3& b) {
 }
 
 /// a × b. Exactly antisymmetric in floating point (needs -ffp-contract=off): the watertight
-/// segment–triangle test relies on it.
+/// segment–triangle test depends on it.
 constexpr Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }

@@ -27,7 +27,7 @@ Pose apply_clutch(const DeviceMap& map, Clutch& clutch, const DeviceState& devic
   const Pose X_WT = tool_pose(map, clutch, device.X_BH);
   if (!pressed && !clutch.held) return X_WT;
 
-  // keep the tool where it was: the workspace moves under it
+  // the tool stays in place: the workspace moves instead
   clutch.held = pressed;
   clutch.offset_W += X_WT_last.p - X_WT.p;
   return {X_WT_last.p, X_WT.q};

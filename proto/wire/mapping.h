@@ -5,18 +5,19 @@
 
 namespace haptic {
 
-/// How the device's workspace lies in the scene. With motion scale s and force scale φ the device
-/// feels the stiffness s·φ·K: limits are taken in device units, after this map.
+/// Placement of the device's workspace in the scene. A stiffness K in the scene is felt as s·φ·K at
+/// the device, so limits are applied after this map, in device units.
 struct DeviceMap {
-  Pose X_WB;                   // device base in the scene (turns and places the workspace)
+  Pose X_WB;                   // device base in the scene (places and turns the workspace)
   double motion_scale = 1;     // s: scene metres per device metre
   double force_scale = 1;      // φ: device newtons per scene newton
-  Pose X_HT;                   // tool on the grip, in scene metres; carries the torque arm
+  Pose X_HT;                   // tool on the grip, in scene metres; gives the lever arm of the
+                               // torque
   int32_t clutch_button = -1;  // bit that re-indexes the workspace while held; −1: none
   uint32_t reserved = 0;
 };
 
-/// Re-indexing: where the workspace was moved to by clutching.
+/// Re-indexing: displacement of the workspace by the clutch.
 struct Clutch {
   Vec3 offset_W;  // added to the handle's scene position [m]
   bool held = false;
@@ -32,8 +33,8 @@ Twist tool_twist(const DeviceMap& map, const Pose& X_BH, const Twist& V_BH);
 /// tool's origin: force φ·f, torque φ·(τ + r×f), with r from handle to tool.
 Wrench device_wrench(const DeviceMap& map, const Pose& X_BH, const Wrench& F_W);
 
-/// One tick of the clutch. While the button is held the tool stays at X_WT_last; at release the
-/// offset is such that it does not jump. Returns the tool pose to use.
+/// One tick of the clutch. While the button is held the tool's position stays at X_WT_last and its
+/// orientation follows the hand; on release the offset prevents a jump. Returns the tool pose.
 Pose apply_clutch(const DeviceMap& map, Clutch& clutch, const DeviceState& device,
                   const Pose& X_WT_last);
 

@@ -5,16 +5,16 @@
 
 namespace haptic {
 
-/// Who answers for the proxy of a renderer with six degrees of freedom that may interpenetrate.
+/// Solver of the proxy for 6-DoF renderers that may interpenetrate.
 enum class SoftSolver : uint32_t {
-  kDirect = 0,           // there is none: the hand feels the contacts of where it is
+  kDirect = 0,           // no proxy: the hand feels the contacts at its own pose
   kPenaltyDynamics = 1,  // a rigid body between coupling and contacts
-  kQuasiStatic = 2       // a massless one, always in equilibrium
+  kQuasiStatic = 2       // a massless body, always in equilibrium
 };
 
-/// How a proxy with mass is moved by the forces on it.
+/// Integrator of a proxy with mass.
 enum class Integrator : uint32_t {
-  kExplicit = 0,      // Euler: positions by the old velocity. Grows by √(1 + ω²h²) a step.
+  kExplicit = 0,      // Euler: positions by the old velocity; grows by √(1 + ω²h²) per step
   kSemiImplicit = 1,  // velocity first, positions by the new one; stable for ωh < 2
   kImplicit = 2       // linearised backward Euler; never grows
 };

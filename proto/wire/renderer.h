@@ -79,7 +79,7 @@ constexpr bool is_rigid(Renderer renderer) {
   return row_of(renderer).detector == Detector::kRigidTool;
 }
 
-/// Whether it moves a tool with six degrees of freedom instead of a point.
+/// Whether it moves a 6-DoF tool instead of a point.
 constexpr bool is_of_body(Renderer renderer) {
   return row_of(renderer).has_tool;
 }

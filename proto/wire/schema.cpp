@@ -11,7 +11,7 @@ namespace haptic {
 namespace {
 
 struct Definition {
-  std::string_view type;  // as a field names it, without "/msg"
+  std::string_view type;  // as in a field, without "/msg"
   std::string_view text;
 };
 
@@ -78,7 +78,7 @@ constexpr bool take_line(std::string_view& text, Line& line) {
     const size_t bracket = line.type.find('[');
     if (bracket != std::string_view::npos) {
       for (const char c : line.type.substr(bracket + 1, line.type.size() - bracket - 2)) {
-        // a sequence or a bounded array would not be a plain struct
+        // sequences and bounded arrays are no plain structs
         if (c < '0' || c > '9') throw std::runtime_error("only arrays of fixed size are supported");
         line.count = 10 * line.count + static_cast<size_t>(c - '0');
       }
@@ -89,8 +89,8 @@ constexpr bool take_line(std::string_view& text, Line& line) {
   return false;
 }
 
-/// Where the field `stop` of a message beginning at `offset` begins; without `stop`, where the
-/// message ends (XCDR1: each primitive aligned to its size, counted from the start of the payload).
+/// Offset of the field `stop` in a message that starts at `offset`; without `stop`, the end of the
+/// message (XCDR1: each primitive aligned to its size from the start of the payload).
 constexpr size_t cdr_end(std::string_view text, size_t offset, std::string_view stop = "") {
   for (Line line; take_line(text, line);) {
     if (line.name == stop) return offset;
@@ -121,7 +121,7 @@ static_assert(size_as_text<SceneFrame>() == sizeof(SceneFrame));
 static_assert(size_as_text<ControlFrame>() == sizeof(ControlFrame));
 static_assert(size_as_text<Event>() == sizeof(Event));
 
-// equal sizes do not show two swapped fields
+// equal sizes do not reveal two swapped fields
 static_assert(offset_as_text<DeviceState>("V_BH") == offsetof(DeviceState, V_BH));
 static_assert(offset_as_text<DeviceState>("flags") == offsetof(DeviceState, flags));
 static_assert(offset_as_text<Contact>("normal_O") == offsetof(Contact, normal_O));
@@ -153,19 +153,19 @@ static_assert(offset_as_text<ControlFrame>("rotational_damping") ==
 static_assert(offset_as_text<ControlFrame>("paused") == offsetof(ControlFrame, paused));
 static_assert(offset_as_text<Event>("source") == offsetof(Event, source));
 
-/// The `index`-th of comma-separated units; a single unit holds for every member.
+/// The `index`-th of comma-separated units; a single unit applies to every member.
 std::string_view unit_of_member(std::string_view units, size_t index) {
   if (units.find(',') == std::string_view::npos) return units;
   for (; index > 0; --index) units.remove_prefix(std::min(units.find(',') + 2, units.size()));
   return units.substr(0, units.find(','));
 }
 
-/// Appends the numbers of one message; `units` is what the enclosing field says about them.
+/// Appends the numbers of one message; `units` are those the enclosing field states.
 void flatten_into(std::string_view text, const std::string& prefix, std::string_view units,
                   std::vector<Field>& out, size_t& offset) {
   size_t member = 0;
   for (Line line; take_line(text, line); ++member) {
-    // what the outer field says wins: an impulse is a Wrench, but not in newtons
+    // the enclosing field's units take precedence: an impulse is a Wrench, but not in newtons
     const std::string_view unit = units.empty() ? line.unit : unit_of_member(units, member);
     const size_t size = primitive_size(line.type);
     for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
@@ -182,7 +182,7 @@ void flatten_into(std::string_view text, const std::string& prefix, std::string_
   }
 }
 
-/// Nested types of `text`, each once, in the order they are met.
+/// Nested types of `text`, each once, in order of appearance.
 void collect_types(std::string_view text, std::vector<std::string_view>& types) {
   for (Line line; take_line(text, line);) {
     if (primitive_size(line.type) > 0) continue;
@@ -192,7 +192,7 @@ void collect_types(std::string_view text, std::vector<std::string_view>& types) 
   }
 }
 
-/// The definition with its field names in lower case; types and comments stay.
+/// The definition with field names in lower case; types and comments unchanged.
 std::string with_ros_names(std::string_view text) {
   std::string out(text);
   const char* begin = text.data();

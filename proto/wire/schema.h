@@ -8,13 +8,13 @@
 
 #include "proto/wire/wire.h"
 
-/// The wire structs as text: ROS 2 message definitions whose CDR encoding is, byte for byte, the
-/// struct in memory. They are the schemas inside a recording and part of the ABI hash of a segment.
-/// A `[unit]` at the start of a comment is the unit of the field; `[a, b]` gives the units of the
-/// members of a compound in order. schema.cpp proves size and offsets at compile time.
+/// The wire structs as text: ROS 2 message definitions whose CDR encoding equals the struct in
+/// memory byte for byte. They are the schemas in a recording and part of a segment's ABI hash,
+/// comments included. A `[unit]` at the start of a comment is the field's unit; `[a, b]` gives the
+/// units of a compound's members in order. schema.cpp checks sizes and offsets at compile time.
 namespace haptic {
 
-/// `name`: MCAP schema name; `text`: definition of the fields, without those of nested types.
+/// `name`: MCAP schema name; `text`: definition of the fields, without nested types.
 template <typename T>
 struct Schema;
 
@@ -167,7 +167,7 @@ float64[5] numbers   # meaning depends on the code
 )";
 };
 
-/// One number of a message, with its place in the bytes.
+/// One number of a message and its place in the bytes.
 struct Field {
   std::string name;  // path from the message, "device.X_BH.position.x", "contacts[3].extent"
   std::string type;  // ROS 2 primitive: float64, int64, uint64, uint32, …
@@ -175,12 +175,12 @@ struct Field {
   std::string unit;  // "m", "N·s"; empty for pure numbers
 };
 
-/// Every number of the message `text` in the order of the bytes. Nested types are those of this
-/// header and geometry_msgs; throws std::runtime_error for any other.
+/// Every number of the message `text` in byte order. Nested types must be those of this header or
+/// geometry_msgs; throws std::runtime_error otherwise.
 std::vector<Field> flatten(std::string_view text);
 
-/// `text` followed by the definitions of every nested type, as MCAP's `ros2msg` wants it: field
-/// names are in lower case there (`x_wp`), ROS 2 readers refuse any other.
+/// `text` followed by the definitions of all nested types, for MCAP's `ros2msg` encoding. Field
+/// names are in lower case (`x_wp`), as ROS 2 readers demand.
 std::string full_definition(std::string_view text);
 
 }  // namespace haptic

@@ -7,29 +7,29 @@
 
 #include "proto/math/pose.h"
 
-/// The structs every process agrees on. They are the shared-memory records, the log payload (CDR)
-/// and the input of the solvers. SI units; a field's frame is the last letter of its name: W world,
-/// B device base, H handle, T tool, O object. proto/wire/schema.h holds the same layout as text.
+/// The structs all processes share: shared-memory records, log payload (CDR) and input of the
+/// solvers. SI units; the last letter of a field's name is its frame: W world, B device base, H
+/// handle, T tool, O object. proto/wire/schema.h describes the same layout as text.
 namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;
 inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 7;  // raise when any struct below changes
+inline constexpr uint32_t kAbiMajor = 7;  // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {
   kDeviceFresh = 1u << 0,      // measured for this tick
-  kDeviceHeld = 1u << 1,       // the previous sample, repeated (gap in the source)
+  kDeviceHeld = 1u << 1,       // the previous sample, repeated (no new one from the source)
   kDeviceHomed = 1u << 2,      // position is absolute
   kDeviceSaturated = 1u << 3,  // the actuator clipped the last wrench
   kDeviceEnded = 1u << 4,      // a replay has no more samples
-  kDeviceOpenLoop = 1u << 5,   // the force has no effect on the motion (replay)
+  kDeviceOpenLoop = 1u << 5,   // no effect of the force on the motion (replay)
   kDeviceSimulated = 1u << 6,  // no hardware behind it
-  kDeviceLostTime = 1u << 7,   // a simulated hand was held up for longer than it catches up with
-  kDeviceLost = 1u << 8,       // it does not answer, or is unplugged: nothing may be rendered
-  kDeviceStale = 1u << 9,      // its answers are not those to what it was asked
-  kDeviceNoisy = 1u << 10,     // its encoders turn back and forth faster than a hand can
+  kDeviceLostTime = 1u << 7,   // a simulated hand was stalled longer than it can catch up with
+  kDeviceLost = 1u << 8,       // not answering or unplugged: nothing may be rendered
+  kDeviceStale = 1u << 9,      // its answers do not match the requests
+  kDeviceNoisy = 1u << 10,     // its encoders reverse direction faster than a hand can
 };
 
 /// What the device measured, in its own base frame.
@@ -38,29 +38,31 @@ struct DeviceState {
   Pose X_BH;         // handle in base
   Twist V_BH;        // velocity of the handle, in B
   double grip;       // gripper opening [0 closed, 1 open]
-  uint32_t buttons;  // one bit a button
+  uint32_t buttons;  // one bit per button
   uint32_t flags;    // DeviceFlag
 };
 
 /// ServoFrame::flags.
 enum ServoFlag : uint32_t {
   kServoContact = 1u << 0,         // at least one plane pushes
-  kServoNoContactSet = 1u << 1,    // no set was ever received from this or an earlier contact
-  kServoHolding = 1u << 2,         // contacts older than expected, still rendered in full
-  kServoFading = 1u << 3,          // contacts stale, force on its way to zero
+  kServoNoContactSet = 1u << 1,    // no set received yet
+  kServoHolding = 1u << 2,         // contacts older than expected, still at full weight
+  kServoFading = 1u << 3,          // contacts stale, force fading to zero
   kServoStale = 1u << 4,           // contacts too old: none rendered
-  kServoReopening = 1u << 5,       // contacts are back, the ramp is running
+  kServoReopening = 1u << 5,       // contacts are back, force ramps up
   kServoSaturated = 1u << 6,       // force or torque was clipped to the limit
   kServoSoftStart = 1u << 7,       // soft-start gain below one
-  kServoFault = 1u << 8,           // latched: non-finite input or output; zero wrench
+  kServoFault = 1u << 8,           // a fault is latched (Fault); zero wrench
   kServoClutched = 1u << 9,        // workspace is being re-indexed; zero wrench
-  kServoPaused = 1u << 10,         // the control frame says pause; zero wrench
+  kServoPaused = 1u << 10,         // paused by the control frame; zero wrench
   kServoSolverLimit = 1u << 11,    // planes contradict each other or the solver ran out of steps
   kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
-  kServoStopped = 1u << 13,        // the closing frame: the loop has ended with a zero wrench
-  kServoDisarmed = 1u << 14,       // dead-man button or `hapt arm` is wanted first; zero wrench
-  kServoTooFast = 1u << 15,        // handle beyond the velocity limit, not calm yet; zero wrench
-  kServoSlewing = 1u << 16,        // the force grows as fast as it may: slew and the hand's motion
+  kServoStopped = 1u << 13,        // last frame: the loop has ended with a zero wrench
+  kServoDisarmed = 1u << 14,       // waits for the dead-man button or `hapt arm`; zero wrench
+  kServoTooFast = 1u << 15,        // handle exceeded the velocity limit and is not yet slow; zero
+                                   // wrench
+  kServoSlewing = 1u << 16,        // growth of the force is rate-limited by slew and the hand's
+                                   // motion
   kServoThermal = 1u << 17,        // the motors' thermal budget lowers the limit
   kServoPassivity = 1u << 18,      // the passivity controller damps
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
@@ -70,16 +72,16 @@ enum ServoFlag : uint32_t {
 /// Why the force is latched at zero.
 enum class Fault : uint32_t {
   kNone = 0,
-  kDeviceNotFinite = 1,    // the device's sample held NaN, infinity or no rotation
-  kContactsNotFinite = 2,  // the contacts or the poses of the objects did
-  kForceNotFinite = 3,     // what was to be rendered did
-  kForceHuge = 4,          // a thousand times the limit
-  kPoseJump = 5,           // further than the hand can have moved in the measured time
-  kDeviceStale = 6,        // the device does not answer what it is asked: frozen, or old answers
-  kDeviceNoisy = 7,        // an encoder says what no hand can do
+  kDeviceNotFinite = 1,    // NaN, infinity or no rotation in the device's sample
+  kContactsNotFinite = 2,  // in the contacts or the poses of the objects
+  kForceNotFinite = 3,     // in the wanted force or torque
+  kForceHuge = 4,          // over a thousand times the limit
+  kPoseJump = 5,           // farther than the hand can have moved in the measured time
+  kDeviceStale = 6,        // the device's answers do not match the requests: frozen or old
+  kDeviceNoisy = 7,        // an encoder reports motion no hand can make
 };
 
-/// One servo tick: what was measured, what was used, what the device was told to hold.
+/// One servo tick: measurements, inputs used, and the wrench for the device.
 struct ServoFrame {
   uint64_t tick;              // grid point; skipped grid points leave a gap in this number
   int64_t t_ns;               // deadline of the tick, CLOCK_MONOTONIC
@@ -95,19 +97,19 @@ struct ServoFrame {
   Pose X_WP;            // this tick's proxy pose
   Twist V_WP;           // its velocity, in W
   Wrench F_coupling_W;  // on the tool at its origin, in W, before safety; the proxy feels −F
-  Wrench F_device_B;    // on the handle at its origin, in B: what the device holds until next tick
+  Wrench F_device_B;    // on the handle at its origin, in B; held until the next tick
   std::array<Wrench, kMaxObjects>
       object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
-  Vec3 held_back_W;  // how far friction holds the proxy back; contact follows the tool plus this
-  double depth;      // distance from tool to proxy [m]
-  double fade;       // weight of the contacts, 0 to 1
+  Vec3 held_back_W;      // offset of the proxy by friction; contact follows the tool plus this
+  double depth;          // distance from tool to proxy [m]
+  double fade;           // weight of the contacts, 0 to 1
   int64_t wake_late_ns;  // wake-up after the deadline
   int64_t busy_ns;       // from wake-up to force sent
   uint64_t skipped;      // grid points skipped since start
   uint32_t n_contacts;   // planes that push
   uint32_t flags;        // ServoFlag
   uint32_t fault;        // Fault; latched
-  uint32_t renderer;     // Renderer wanted of contact
+  uint32_t renderer;     // Renderer wanted from contact
 };
 
 /// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
@@ -117,59 +119,60 @@ struct Contact {
   Vec3 normal_O;          // unit, from object to tool
   Vec3 shading_normal_O;  // unit, interpolated; equals normal_O where there is none
   double curvature;       // mean curvature of the object there [1/m]
-  double extent;  // it holds within this radius of object_point_O [m]; 0 of a body: no bound
+  double extent;  // radius around object_point_O in which it holds [m]; 6-DoF: 0 means no bound
   std::array<double, 2> texture_uv;
-  double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane, nothing more
+  double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane only
   uint32_t object;    // index in the scene
-  uint32_t material;  // index of the object in the config that says what it is made of
+  uint32_t material;  // index of the object in the config that defines the material
   uint64_t feature;   // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
 };
 
 /// ContactSet::flags.
 enum ContactFlag : uint32_t {
-  kContactReseeded = 1u << 0,        // proxy was placed anew (start inside, object ran over it)
-  kContactIterationLimit = 1u << 1,  // stopped by the iteration bound, not by convergence
-  kContactTruncated = 1u << 2,       // more facets than a leg, a query or the set can hold
-  kContactNoFreePose = 1u << 3,  // no free proxy pose was found: the planes must not be rendered
-  kContactNoScene = 1u << 4,     // no SceneFrame yet: poses of the config were used
-  kContactNoDetector = 1u << 5,  // the session has no tool, or no maps, for this renderer
+  kContactReseeded = 1u << 0,        // proxy placed anew (started inside, or an object ran over it)
+  kContactIterationLimit = 1u << 1,  // stopped by the iteration limit, not converged
+  kContactTruncated = 1u << 2,       // more facets than a query, a leg or the set can hold
+  kContactNoFreePose = 1u << 3,      // no free proxy pose found: the planes must not be rendered
+  kContactNoScene = 1u << 4,         // no SceneFrame yet: poses of the config are used
+  kContactNoDetector = 1u << 5,      // the session lacks the tool or the maps for this renderer
 };
 
-/// The tool as a rigid body, its axes those of T; mass 0: nobody has said, the tool is a point.
+/// The tool as a rigid body, axes those of T; mass 0: unknown, the tool is a point.
 struct ToolBody {
   double mass;     // [kg]
   Vec3 inertia_T;  // moments about these axes through the centre of mass [kg·m²]
-  Vec3 centre_T;   // of mass
-  double radius;   // of the ball around it that holds the tool [m]
+  Vec3 centre_T;   // centre of mass
+  double radius;   // of the ball around centre_T that contains the tool [m]
 };
 
-/// What contact answers to one ServoFrame: the active constraints first, then the nearest ones.
+/// Contact's answer to one ServoFrame: the active constraints first, then the nearest others.
 struct ContactSet {
   uint64_t seq;
   uint64_t answers_tick;  // ServoFrame::tick
   int64_t answers_t_ns;   // ServoFrame::t_ns; the age of the set counts from here
   uint64_t scene_seq;
   uint64_t reseeds;  // times the proxy was lost or placed anew: force starts softly
-  Pose X_WT;         // tool pose of the query; with six degrees of freedom, that of its proxy
+  Pose X_WT;         // tool pose of the query; 6-DoF: the proxy's
   std::array<Pose, kMaxObjects> X_WO;  // object poses of the query
   Pose X_WG;                           // verified proxy: proven free of every object
-  // of a body at X_WG: an object does not push it before a point of it has moved so far against
-  // that object; 0: not known [m]
+  // of a 6-DoF tool at X_WG: distance every point of it can move relative to an object before that
+  // object pushes it; 0: unknown [m]
   std::array<double, kMaxObjects> clearance;
-  double free_fraction;  // of the way to the tool that was free [0, 1]
+  double free_fraction;  // free part of the way to the tool [0, 1]
   uint32_t n_contacts;
-  uint32_t n_active;  // the first n_active carry the proxy; of a body: so many touch
+  uint32_t n_active;  // point proxy: the first n_active are the active set; 6-DoF: number of
+                      // touching contacts
   std::array<Contact, kMaxContacts> contacts;
-  Wrench F0_W;               // on the tool about its origin, of all points that touch wrench_object
-  std::array<double, 36> K;  // its change with a small motion of the tool, in W
-  std::array<double, 36> B;  // braking, by the tool's twist relative to the object, in W
-  double trust_radius;       // of any point of the tool: where it holds [m]; 0: there is none
-  ToolBody tool;             // what the tool is, for the proxies that have mass
+  Wrench F0_W;               // on the tool about its origin, of all points touching wrench_object
+  std::array<double, 36> K;  // derivative of F0_W by a small motion of the tool, in W
+  std::array<double, 36> B;  // braking wrench per twist of the tool relative to that object, in W
+  double trust_radius;       // bound of any point's motion within which F0_W, K hold [m]; 0: none
+  ToolBody tool;             // mass properties, for proxies with mass
   int64_t busy_ns;
   uint32_t n_objects;
   uint32_t flags;          // ContactFlag
   uint32_t renderer;       // Renderer whose detector this is
-  uint32_t wrench_object;  // that F0_W, K, B are about
+  uint32_t wrench_object;  // object of F0_W, K, B
 };
 
 struct SceneFrame {
@@ -182,8 +185,8 @@ struct SceneFrame {
   uint32_t flags;
 };
 
-/// The whole desired state of the session. Never an event: a reader that misses one revision still
-/// ends in the right state.
+/// The complete desired state of the session, never a change of it: a reader that misses a revision
+/// still ends in the right state.
 struct ControlFrame {
   uint64_t revision;
   int64_t t_ns;
@@ -196,17 +199,17 @@ struct ControlFrame {
   uint32_t renderer;               // Renderer
   uint32_t paused;                 // zero wrench while 1
   uint32_t armed;                  // zero wrench while 0
-  uint32_t fault;                  // Fault that the last servo ended with; the next begins with it
+  uint32_t fault;                  // Fault the last servo ended with; the next one starts with it
 };
 
-/// A servo that has missed so many ticks is taken for dead or hung, and its device is let go.
+/// Ticks after which a silent servo counts as dead or hung, and its device is released.
 inline constexpr int kReleaseAfterTicks = 10;
 
-/// The bytes that, written to a device's node, mean no force: hapticd writes them when the servo
-/// cannot. Because they may collide with a packet of the dying servo, they are sent some times, a
-/// few milliseconds apart.
+/// The bytes that mean zero force when written to a device's node: hapticd writes them if the servo
+/// cannot. They are sent several times, a few milliseconds apart, since a packet may collide with
+/// one of the dying servo.
 struct DeviceRelease {
-  uint64_t size;  // 0: there is no node to write to (simulated hand, replay)
+  uint64_t size;  // 0: there is no node (simulated hand, replay)
   std::array<char, 56> bytes;
 };
 
@@ -215,10 +218,10 @@ enum class EventCode : uint32_t {
   kFlagsChanged = 2,  // {old, new, tick, 0, 0}
   kStopped = 3,       // {ticks, skipped, 0, 0, 0}
   kRecordsLost = 4,   // by a recorder: {now, in all, generation of source, 0 frames 1 events, 0}
-  kFault = 5,         // {Fault, tick, speed of the handle, force asked for, 0}
+  kFault = 5,         // {Fault, tick, speed of the handle, wanted force, 0}
 };
 
-/// A fixed-size log record; hapticd formats it, the writer never does.
+/// A fixed-size log record; hapticd formats it.
 struct Event {
   int64_t t_ns;
   uint32_t code;    // EventCode
@@ -229,11 +232,12 @@ struct Event {
 template <typename T>
 inline constexpr bool kIsWire = std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
                                 sizeof(T) % 8 == 0 && alignof(T) == 8;
-// no padding: size is the sum of the members, also checked against the text in schema.h
-/// Nothing is felt, whatever the contacts are: what comes after begins at the present pose.
+
+/// Zero wrench whatever the contacts: what follows starts at the present pose.
 inline constexpr uint32_t kServoClosed =
     kServoFault | kServoPaused | kServoDisarmed | kServoTooFast | kServoNoDevice;
 
+// no padding: size is the sum of the members, also checked against the text in schema.h
 static_assert(kIsWire<Pose> && sizeof(Pose) == 56);
 static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);

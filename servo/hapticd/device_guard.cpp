@@ -15,8 +15,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority =
-    90;  // above the servo (80): releases a device even if the servo spins
+constexpr int kFifoPriority = 90;  // above the servo's 80
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookNs = 2 * kMs;        // period of the checks, at servo rates of 1 kHz and
                                             // below
