@@ -6,11 +6,11 @@
 
 namespace haptic {
 
-/// Who owns a segment. A second hand adds 0x10 to the servo's and the contact's number.
+/// Owner of a segment. A second hand adds 0x10 to the numbers of servo and contact.
 enum class SegmentId : uint32_t { kControl = 1, kServo0 = 2, kContact0 = 3, kSim = 4 };
 
-/// What one process publishes. 4096 frames of the servo and of the contact: four seconds at 1 kHz
-/// that survive a crash, the flight recorder, and that a recorder may be late on a busy machine.
+/// The rings of each process. 4096 frames of servo and contact are four seconds at 1 kHz: they
+/// survive a crash of the writer, and a recorder may be that late on a busy machine.
 struct ServoChannels {
   static constexpr SegmentId kId = SegmentId::kServo0;
   static constexpr const char* kName = "servo0";

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// The ControlFrame a session starts with: revision 1, everything as configured.
+/// The ControlFrame a session starts with: revision 1, as configured.
 inline ControlFrame initial_control(const SessionConfig& config) {
   ControlFrame control{};
   control.revision = 1;

@@ -20,8 +20,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostPeers = 32;
-constexpr uint64_t kDoor = 0;  // the listener, among the numbers of peers
+constexpr size_t kMostPeers = 32;  // connected at once
+constexpr uint64_t kDoor = 0;      // number of the listener; peers count from 1
 constexpr const char* kSuffix = ".control";
 
 std::string only_owner(uid_t owner) {
@@ -41,7 +41,7 @@ uid_t owner_of(const std::string& path) {
 
 }  // namespace
 
-// who may not control cannot even stand in the queue: a flood there would keep the owner out
+// mode 0600 keeps other users out of the queue, where a flood would keep the owner out
 ControlServer::ControlServer(const std::string& session)
     : listener_(runtime_folder() + "/" + session + kSuffix, 0600),
       epoll_(epoll_create1(EPOLL_CLOEXEC)) {
@@ -69,7 +69,7 @@ void ControlServer::accept_peer() {
     send_line(socket.get(), only_owner(geteuid()));
     return;
   }
-  // the oldest of too many has nothing to say any more
+  // the oldest of too many is stale
   if (peers_.size() >= kMostPeers) peers_.erase(peers_.begin());
   epoll_event event{EPOLLIN, {.u64 = next_peer_}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, socket.get(), &event) == 0) {
@@ -92,7 +92,7 @@ void ControlServer::serve(const Handler& handle) {
 
 void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
   std::array<char, kLongestCommand> line;
-  // its true length: half a command could be another one
+  // true length: half a command could mean another one
   const ssize_t size = recv(fd, line.data(), line.size(), MSG_DONTWAIT | MSG_TRUNC);
   if (size > static_cast<ssize_t>(line.size())) {
     answer(peer, "error: a command has at most " + std::to_string(line.size()) + " bytes");
@@ -112,7 +112,7 @@ void ControlServer::answer(uint64_t peer, const std::string& line) {
 
 std::string say_to_session(const std::string& session, const std::string& line,
                            int64_t patience_ns) {
-  // not by the socket for watching: others may have filled its queue
+  // not through the socket for watching, whose queue others may have filled
   const std::string watching = find_session(session);
   const std::string name = std::filesystem::path(watching).stem().string();
   const FileDescriptor socket = unix_socket();
@@ -129,7 +129,7 @@ std::string say_to_session(const std::string& session, const std::string& line,
   }
   std::string answer(kLongestAnswer, '\0');
   ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
-  // refused at the door, before our line was read: the reason lies behind this error
+  // refused before our line was read: the reason is queued behind this error
   if (size < 0 && errno == ECONNRESET) size = recv(socket.get(), answer.data(), answer.size(), 0);
   if (size <= 0) throw HandoutError("session '" + name + "' hung up");
   answer.resize(static_cast<size_t>(size));

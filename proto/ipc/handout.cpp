@@ -32,14 +32,15 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostEvents = 64;        // of one turn
-constexpr int kMostAccepted = 16;         // in one turn: what people ask for comes in between
-constexpr size_t kMostOfStranger = 16;    // connections of one user who is neither owner nor root
-constexpr size_t kMostOfStrangers = 64;   // and of all of them
-constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that they cannot use up,
-constexpr rlim_t kKeptForChildren = 48;   // and that nobody can: three restarts take some thirty
-constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // while others stand in the queue
-constexpr int kRetirePollMs = 100;
+constexpr size_t kMostEvents = 64;        // per epoll_wait
+constexpr int kMostAccepted = 16;         // per turn; commands are served in between
+constexpr size_t kMostOfStranger = 16;    // connections per user, except owner and root
+constexpr size_t kMostOfStrangers = 64;   // connections of all such users
+constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that such users cannot take
+constexpr rlim_t kKeptForChildren = 48;   // that no client can take: three restarts need about
+                                          // thirty
+constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // for a place in the queue
+constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have left old generations
 constexpr const char* kSystemFolder = "/run/hapticd";
 
 [[noreturn]] void throw_errno(const std::string& what) {
@@ -50,7 +51,7 @@ std::string temporary_folder() {
   return "/tmp/hapticd-" + std::to_string(geteuid());
 }
 
-/// Folders in which a client looks, the one a server of this user makes first.
+/// Folders in which a client looks; a server of this user makes the first.
 std::vector<std::string> session_folders() {
   std::vector<std::string> folders{runtime_folder()};
   if (!environment("HAPTICD_RUNTIME_DIR").empty()) return folders;
@@ -66,7 +67,7 @@ bool is_trusted_folder(const std::string& folder) {
          (status.st_uid == geteuid() || status.st_uid == 0);
 }
 
-/// Creates the folder; what lies there must be ours: in /tmp anybody could have made it.
+/// Creates the folder; an existing one must be ours, since anybody can make one in /tmp.
 void prepare_folder(const std::string& folder) {
   const bool shared = folder == kSystemFolder;
   if (mkdir(folder.c_str(), shared ? 0755 : 0700) != 0 && errno != EEXIST) {
@@ -94,7 +95,7 @@ void check_session_name(const std::string& session) {
   if (!problem.empty()) throw HandoutError("'" + shown(session) + "' " + problem);
 }
 
-/// Whether somebody listens there, however many wait for him.
+/// Whether a server listens there, even with a full queue.
 bool is_answered(const std::string& path) {
   const FileDescriptor fd = unix_socket();
   return connect_to(fd, path) || errno == EAGAIN;
@@ -116,7 +117,7 @@ std::vector<std::string> sessions_in(const std::string& folder) {
   return names;
 }
 
-/// Descriptors that this process may have.
+/// Limit of open descriptors of this process.
 rlim_t descriptor_limit() {
   rlimit limit{};
   return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
@@ -155,8 +156,8 @@ std::vector<std::string> running_sessions() {
 
 namespace {
 
-/// Who holds the lock, for a second server: the hapticd that wrote it, or a process that only holds
-/// it. A pid alone names nobody: it may have been given again.
+/// Names the lock's holder to a second server: the hapticd that wrote the file, or a process that
+/// merely holds it. The start time tells a reused pid.
 [[noreturn]] void refuse_twin(const FileDescriptor& lock, const std::string& path,
                               const std::string& session) {
   char text[64] = {};
@@ -184,8 +185,8 @@ HandoutServer::HandoutServer(const std::string& session) : session_(session) {
   lock_path_ = folder_ + "/" + session + ".lock";
   prepare_folder(folder_);
   lock_session();
-  // we hold the lock, so what lies there is left over from a server that was killed; who may enter
-  // the folder may read the segments
+  // with the lock held, an existing socket is left over from a killed server; everybody who may
+  // enter the folder may read the segments
   listener_.emplace(folder_ + "/" + session + ".sock", 0666);
   spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
   epoll_ = FileDescriptor(epoll_create1(EPOLL_CLOEXEC));
@@ -198,10 +199,10 @@ void HandoutServer::lock_session() {
   const std::string& path = lock_path_;
   FileDescriptor lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (!lock.is_open()) throw_errno("cannot open the lock " + path);
-  // an older version let everybody open it, and who can open it can hold it
+  // older versions let everybody open the lock, and so hold it
   if (fchmod(lock.get(), 0600) != 0) throw_errno("cannot keep others from the lock " + path);
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) refuse_twin(lock, path, session_);
-  // the file stays behind when we go: removing it would let two servers lock two files
+  // the file is never removed: two servers could then lock two files
   const std::string owner =
       std::to_string(getpid()) + " " + std::to_string(start_time_of(getpid()));
   if (ftruncate(lock.get(), 0) != 0 ||
@@ -251,8 +252,8 @@ bool HandoutServer::add_peer(Peer peer) {
   return true;
 }
 
-/// Why a client is not served; empty: it is. The lowest free number is that of the newest
-/// descriptor, so it tells how many are left.
+/// Why a client is refused; empty: it is served. Descriptors are numbered from the lowest free one,
+/// so the newest tells how many are left.
 std::string HandoutServer::refusal_of(uid_t user, int fd) const {
   const rlim_t limit = descriptor_limit();
   const bool known = user == 0 || user == geteuid();
@@ -285,7 +286,8 @@ bool HandoutServer::accept_client() {
       FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!peer.socket.is_open()) {
     if (errno != EMFILE && errno != ENFILE) return errno == EINTR || errno == ECONNABORTED;
-    // who waits would be reported for ever: he is let in for as long as it takes to send him off
+    // an unaccepted client would wake epoll for ever: the spare descriptor serves to accept and
+    // close it
     spare_.reset();
     FileDescriptor(accept4(listener_->fd(), nullptr, nullptr, SOCK_CLOEXEC));
     spare_ = FileDescriptor(open("/dev/null", O_RDONLY | O_CLOEXEC));
@@ -336,7 +338,7 @@ bool HandoutServer::store(const Announcement& announcement, FileDescriptor fd) {
 }
 
 void HandoutServer::send_to_all(const Segment& segment) {
-  // a full socket belongs to somebody who has not read for hundreds of messages
+  // a full socket belongs to a peer that has not read hundreds of messages
   std::erase_if(peers_, [&](const auto& p) {
     return !send_announcement(p.second.socket.get(), segment.announcement, segment.fd.get());
   });
@@ -378,7 +380,7 @@ void HandoutServer::serve(const OfferHandler& on_offer) {
 
 namespace {
 
-/// Sockets that a session of that name would have, those of folders that others can write left out.
+/// Possible sockets of that session, except in folders others can write.
 std::vector<std::string> places_of(const std::string& session) {
   check_session_name(session);
   std::vector<std::string> places;
@@ -388,10 +390,10 @@ std::vector<std::string> places_of(const std::string& session) {
   return places;
 }
 
-/// The only session there is where none is named; throws where there is none or more than one, and
-/// where the named one was not found.
+/// The only running session; throws if there is none or more than one, or if the named session
+/// `not_found` does not run.
 std::string only_session(const std::string& not_found) {
-  // listing knocks at every session, so only when it is needed
+  // connects to every session, so done only when needed
   const std::vector<std::string> running = running_sessions();
   if (not_found.empty() && running.size() == 1) return running.front();
   std::string what =
@@ -483,7 +485,7 @@ void Attachments::run() {
   bool retiring = false;
   for (;;) {
     pollfd waiting[] = {{socket_.get(), POLLIN, 0}, {stop_event_.get(), POLLIN, 0}};
-    // readers do not wake us: look again while old generations are left
+    // readers do not wake this thread: check again while old generations are left
     poll(waiting, 2, retiring ? kRetirePollMs : -1);
     if (waiting[1].revents != 0) return;
     if (waiting[0].revents != 0 && !receive()) break;
@@ -506,7 +508,7 @@ void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
   detail::Feed& feed = found->second;
   detail::Generation* last =
       feed.generations.empty() ? feed.before_first.get() : feed.generations.back().get();
-  // the same announcement may come twice
+  // an announcement may come twice
   if (last->mapping != nullptr && last->mapping->generation() >= announcement.generation) return;
   try {
     auto next = std::make_unique<detail::Generation>();

@@ -16,25 +16,25 @@
 #include "proto/ipc/unix_socket.h"
 #include "proto/os/message.h"
 
-/// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock`; whoever
-/// connects is sent the descriptor of every segment, and of each later generation. The children are
-/// connected by socket pairs, the only ones that may offer a segment.
+/// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock` and sends
+/// every client the descriptor of each segment, and of each later generation. Its children are
+/// connected by socket pairs; they alone may offer a segment.
 namespace haptic {
 
-/// One line for people: what is wrong and how to mend it.
+/// One line: what is wrong and how to mend it.
 struct HandoutError : MessageError {
   using MessageError::MessageError;
 };
 
-/// Where sessions of this user live: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else
+/// Folder of this user's sessions: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else
 /// /run/hapticd (root), else /tmp/hapticd-<uid>.
 std::string runtime_folder();
 
-/// Names of the sessions this user can reach that answer now.
+/// Names of the sessions this user can reach and that answer now.
 std::vector<std::string> running_sessions();
 
-/// A segment as it is announced over a socket, with its descriptor beside it. The same pair (id,
-/// generation) may come twice and means the same.
+/// A segment as announced over a socket, together with its descriptor. A repeated pair (id,
+/// generation) means the same segment.
 struct Announcement {
   uint32_t protocol;  // kHandoutProtocol
   SegmentId id;
@@ -43,15 +43,14 @@ struct Announcement {
 };
 inline constexpr uint32_t kHandoutProtocol = 1;
 
-/// hapticd's end: the session's lock and socket, its clients and its children. It owns no thread
-/// and never blocks: a peer whose socket is full is dropped. Nobody who watches can keep others
-/// out: each user but the server's own and root has a few connections, all such users together
-/// some, and the last descriptors of the process are kept for its children. Who is not served is
-/// told why.
+/// hapticd's end: the session's lock and socket, its clients and its children. It has no thread and
+/// never blocks: a peer whose socket is full is dropped. Watchers cannot keep others out:
+/// connections are limited per user and in total, except for the server's own user and root, and
+/// the last descriptors of the process are reserved for its children. A refused client is told why.
 class HandoutServer {
  public:
   /// Takes the session's lock and opens its socket. Throws HandoutError: bad name, foreign folder,
-  /// or a session of that name that runs already.
+  /// or the session runs already.
   explicit HandoutServer(const std::string& session);
   ~HandoutServer();
   HandoutServer(const HandoutServer&) = delete;
@@ -59,23 +58,23 @@ class HandoutServer {
   /// Readable when serve() has something to do.
   int poll_fd() const { return epoll_.get(); }
 
-  /// Accepts clients, takes offers of children (announcing each to all), drops who hung up.
-  /// `on_offer` sees each new segment once.
+  /// Accepts clients, takes offers of children and announces them to all, drops peers that hung up.
+  /// `on_offer` gets each new segment once.
   using OfferHandler = std::function<void(const Announcement&, int fd)>;
   void serve(const OfferHandler& on_offer);
 
-  /// Hands out a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
+  /// Announces a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
   void announce(SegmentId id, uint64_t generation, const char* name, int fd);
 
-  /// A socket pair for a child that may offer segment `id` from `generation` on. Returns the
+  /// Makes a socket pair for a child that may offer segment `id` from `generation` on. Returns the
   /// child's end, which is closed on exec unless kept.
   FileDescriptor connect_child(SegmentId id, uint64_t generation);
 
-  /// Children of that id and an older generation are dead: nothing they still say is heard.
+  /// Ignores whatever older children of that id still send: they are dead.
   void forget_children(SegmentId id, uint64_t before_generation);
 
-  /// Puts lock and socket back where somebody has removed them (with the runtime folder, perhaps);
-  /// true: that was so. Throws HandoutError where another server has taken the name meanwhile.
+  /// Restores lock and socket if they, or the runtime folder, were removed; returns whether they
+  /// were. Throws HandoutError if another server has taken the name meanwhile.
   bool restore();
 
   size_t n_clients() const;  // without the children
@@ -96,7 +95,7 @@ class HandoutServer {
   void lock_session();
   bool has_lock() const;
   void wait_for_clients();
-  bool accept_client();  // false: nobody waits any more
+  bool accept_client();  // false: the queue is empty
   std::string refusal_of(uid_t user, int fd) const;
   bool add_peer(Peer peer);  // false: it was dropped at once
   bool receive_from(Peer& peer, const OfferHandler& on_offer);
@@ -107,44 +106,44 @@ class HandoutServer {
   FileDescriptor lock_;
   std::optional<UnixListener> listener_;
   FileDescriptor epoll_;
-  FileDescriptor spare_;                   // given up for a moment where no other is left
+  FileDescriptor spare_;                   // closed for a moment when no other descriptor is left
   std::map<SegmentId, Segment> segments_;  // the newest generation of each
   std::map<int, Peer> peers_;              // by descriptor
 };
 
-/// Path of the socket of a running session; an empty name means the only one there is. Does not
-/// wait where others stand in its queue. Throws as connect_session.
+/// Path of the socket of a running session; empty name: the only one. Does not wait for a place in
+/// its queue. Throws as connect_session.
 std::string find_session(const std::string& session);
 
-/// Connects to a running session; an empty name means the only one there is. Throws HandoutError
-/// that lists the running sessions and says how to start one.
+/// Connects to a running session; empty name: the only one. Throws HandoutError, which lists the
+/// running sessions and says how to start one.
 FileDescriptor connect_session(const std::string& session);
 
-/// Who is at the other end of a connected session.
+/// The other end of a connection to a session.
 struct SessionPeer {
   std::string folder, session;
   pid_t hapticd = -1;
 };
 SessionPeer peer_of(const FileDescriptor& socket);
 
-/// Child only: gives its segment to hapticd. Throws HandoutError.
+/// For children: gives its segment to hapticd. Throws HandoutError.
 void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd);
 
 namespace detail {
 
-/// One generation of a segment in a reader's list.
+/// One generation of a segment in the list a reader follows.
 struct Generation {
-  std::unique_ptr<SegmentMapping> mapping;  // none: before the first
+  std::unique_ptr<SegmentMapping> mapping;  // null: before the first generation
   uint64_t serial = 0;                      // position in the list
   std::atomic<Generation*> next{nullptr};   // set once, by the attach thread
 };
 
-/// Where a reader is; the attach thread frees only what lies before every reader.
+/// Position of a reader; the attach thread frees only generations before all readers.
 struct ReaderMark {
   std::atomic<uint64_t> serial{0};
 };
 
-/// All generations of one kind of segment that some reader still needs.
+/// All generations of one kind of segment that a reader still needs.
 struct Feed {
   const SegmentSpec* spec = nullptr;
   std::unique_ptr<Generation> before_first = std::make_unique<Generation>();
@@ -154,24 +153,24 @@ struct Feed {
 
 }  // namespace detail
 
-/// A reader's way through the generations of a segment. Never locks, allocates, frees or enters
-/// the kernel: one atomic load to see whether there is a newer generation.
+/// A reader's path through the generations of a segment. Never locks, allocates, frees or enters
+/// the kernel: one atomic load shows whether there is a newer generation.
 template <typename Channels>
 class Source {
  public:
   Source(detail::Generation* first, detail::ReaderMark* mark) : at_(first), mark_(mark) {}
 
-  /// The rings being read; null before the first segment came. Steps from nothing to the first
-  /// generation on its own, from one generation to the next only by advance().
+  /// The rings being read; null before the first segment. Advances to the first generation by
+  /// itself, later only by advance().
   const Channels* channels() noexcept {
     if (at_->mapping == nullptr) advance();
     return at_->mapping != nullptr ? &at_->mapping->template channels<Channels>() : nullptr;
   }
 
-  /// Whether the writer was replaced: what the present rings hold is then all there will ever be.
+  /// Whether the writer was replaced, so that the present rings are final.
   bool has_newer() const noexcept { return at_->next.load(std::memory_order_acquire) != nullptr; }
 
-  /// On to the next generation; the one before may be unmapped from now on. False: there is none.
+  /// Moves to the next generation; the one before may then be unmapped. False: there is none.
   bool advance() noexcept {
     detail::Generation* next = at_->next.load(std::memory_order_acquire);
     if (next == nullptr) return false;
@@ -185,7 +184,7 @@ class Source {
     return at_->mapping != nullptr ? at_->mapping->generation() : 0;
   }
 
-  /// Heartbeat, state and rights of the writer; null before the first segment came.
+  /// Heartbeat, state and rights of the writer; null before the first segment.
   const SegmentHeader* header() const noexcept {
     return at_->mapping != nullptr ? &at_->mapping->header() : nullptr;
   }
@@ -195,14 +194,14 @@ class Source {
   detail::ReaderMark* mark_;
 };
 
-/// Where a reader starts in the segment it finds.
+/// Where a reader starts in the segment it finds first.
 enum class Start {
   kNewest,  // only what is published from now on
-  kOldest,  // what the ring still holds, less an eighth that the writer may be about to overwrite
+  kOldest,  // what the ring holds, less an eighth that the writer may soon overwrite
 };
 
-/// Next item of a ring whose writer is gone. Counts exactly what cannot be read: what was
-/// overwritten, and the one slot a killed writer may have left half written.
+/// Next item of a ring whose writer is gone. Counts exactly what cannot be read: overwritten items,
+/// and the slot that a killed writer may have left half written.
 template <typename RingType>
 bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
   constexpr uint64_t kSlots = RingType::kCapacity;
@@ -221,9 +220,9 @@ bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& o
 template <auto kMember>
 class RingSource;
 
-/// One ring of a segment, read across the writer's restarts: what a dead writer had published is
-/// drained before its successor's first item, and every item that was not delivered is counted.
-/// One reader thread; same guarantees as Source. Use: RingSource<&ServoChannels::frames>.
+/// One ring of a segment, read across restarts of its writer: what a dead writer published is read
+/// before its successor's first item, and every item not delivered is counted. For one reader
+/// thread; same guarantees as Source. Use: RingSource<&ServoChannels::frames>.
 template <typename Channels, typename RingType, RingType Channels::*kMember>
 class RingSource<kMember> {
  public:
@@ -246,8 +245,8 @@ class RingSource<kMember> {
     }
   }
 
-  /// Newest item of the newest writer that has published one; false: nothing newer than what was
-  /// delivered before. What it passes over is not counted as lost.
+  /// Newest item of the newest writer that has published one; false: nothing newer than the last
+  /// one delivered. Items passed over do not count as lost.
   bool latest(Item& out) noexcept {
     bool found = false;
     while (find_ring()) {
@@ -266,7 +265,7 @@ class RingSource<kMember> {
   uint64_t lost() const noexcept { return lost_ + cursor_.lost; }
   /// Of the writer being read; 0: none yet.
   uint64_t generation() const noexcept { return source_.generation(); }
-  /// Of the writer of the last item delivered; 0: none yet.
+  /// Of the last delivered item's writer; 0: none yet.
   uint64_t item_generation() const noexcept { return item_generation_; }
   const SegmentHeader* header() const noexcept { return source_.header(); }
 
@@ -296,7 +295,7 @@ class RingSource<kMember> {
   }
 
   bool read_newest(Item& out, bool ended) noexcept {
-    // a second look only if the writer lapped the whole ring in mid-copy
+    // the second attempt is needed only if the writer overran the ring during the copy
     for (int attempt = 0; attempt < 2; ++attempt) {
       const uint64_t end = ring_->published();
       if (end <= cursor_.next) return false;
@@ -320,16 +319,16 @@ class RingSource<kMember> {
 
 struct AttachOptions {
   bool lock_memory = false;  // mlock each segment
-  int fifo_priority = 0;     // of the attach thread, where it is granted; 0: normal
+  int fifo_priority = 0;     // of the attach thread, if granted; 0: normal
   /// Both run on the attach thread.
   std::function<void(const std::string&)> on_error = {};  // a segment was refused: one line
-  std::function<void()> on_closed = {};                   // hapticd is gone, or dropped us
+  std::function<void()> on_closed = {};                   // hapticd is gone or dropped this client
 };
 
-/// Receives announcements on a thread of its own, maps, checks and prefaults what comes and links
-/// it in with one atomic store; frees a generation once every reader is past it. Sources are
-/// made before start() and must not be used after the Attachments are gone. Generations nobody
-/// reads on from stay mapped: that is the price of an exact loss count.
+/// Receives announcements on a thread of its own; maps, checks and prefaults each segment and links
+/// it in with one atomic store; frees a generation once all readers have left it. Make Sources
+/// before start(), and do not use them after the Attachments are gone. A reader that stops reading
+/// keeps its generations mapped, since losses are counted exactly.
 class Attachments {
  public:
   /// Takes a connected socket.
@@ -349,13 +348,13 @@ class Attachments {
     return make_ring<kMember>(kMember, start);
   }
 
-  /// Starts the thread; no more sources after this.
+  /// Starts the thread; make no more sources after this.
   void start();
 
   bool is_connected() const { return connected_.load(std::memory_order_acquire); }
 
-  /// Why hapticd did not serve this client, in one line; empty: it did. Known once is_connected()
-  /// is false.
+  /// Why hapticd refused this client, one line; empty: it did not. Valid once is_connected() is
+  /// false.
   const std::string& refusal() const { return refusal_; }
 
  private:

@@ -14,15 +14,15 @@ namespace {
 
 constexpr size_t kLongestRefusal = 256;  // [bytes]
 
-/// What comes instead of an announcement, without a descriptor, before the server hangs up.
+/// Sent instead of an announcement, without a descriptor, before the server hangs up.
 struct Refusal {
   uint32_t protocol = kHandoutProtocol;
   std::array<char, kLongestRefusal> why{};
 };
 static_assert(sizeof(Refusal) != sizeof(Announcement));
 
-/// Takes all descriptors that came with a message, so that none is left open: the first is
-/// returned where it is the only one.
+/// Takes all descriptors of a message, so that none stays open; returns the only one, if there is
+/// just one.
 FileDescriptor only_descriptor(msghdr& message) {
   std::vector<FileDescriptor> received;
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr;
@@ -64,7 +64,7 @@ void send_refusal(int socket, const std::string& why) {
 ReceivedMessage receive_message(int socket) {
   alignas(Refusal) std::array<char, std::max(sizeof(Refusal), sizeof(Announcement))> bytes;
   iovec data{bytes.data(), bytes.size()};
-  // room for more than one, since the kernel rounds up what it fills: all that came are closed
+  // room for two, since the kernel rounds up what it fills: all received ones are closed
   alignas(cmsghdr) char control[CMSG_SPACE(2 * sizeof(int))] = {};
   msghdr message{};
   message.msg_iov = &data;

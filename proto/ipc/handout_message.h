@@ -12,12 +12,12 @@ namespace haptic {
 /// One announcement with its descriptor. Never blocks; false: it was not sent.
 bool send_announcement(int socket, const Announcement& announcement, int fd);
 
-/// Why a client is not served, before the server hangs up. Longer than 255 bytes it is cut.
+/// Tells a client why it is refused, before the server hangs up. Cut at 255 bytes.
 void send_refusal(int socket, const std::string& why);
 
 enum class Received { kMessage, kRefusal, kNothing, kBroken };
 
-/// One message of a peer, who may send anything.
+/// One message of a peer, which may send anything.
 struct ReceivedMessage {
   Received kind = Received::kBroken;
   Announcement announcement{};

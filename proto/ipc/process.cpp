@@ -27,7 +27,7 @@
 namespace haptic {
 namespace {
 
-static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may store it
+static_assert(std::atomic<bool>::is_always_lock_free);  // stored by a signal handler
 std::atomic<bool> stop_flag{false};
 
 void on_stop_signal(int) {
@@ -109,7 +109,7 @@ void request_stop() noexcept {
 
 void die_with_parent(int control_fd) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  // dead before the line above: no signal will come
+  // if the parent died before that, no signal comes
   pollfd peer{control_fd, POLLIN, 0};
   if (poll(&peer, 1, 0) > 0 && (peer.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) raise(SIGTERM);
 }

@@ -16,8 +16,8 @@
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 
-/// The shell that the three children of hapticd share: arguments, configuration, signals, the own
-/// segment and the attached ones. A whole process reads:
+/// Common frame of hapticd's three children: arguments, configuration, signals, its own segment and
+/// the attached ones. A whole process reads:
 ///
 ///   int run(const ChildArguments& arguments) {
 ///     Child<ContactChannels> child(arguments);      // maps the config, makes the segment
@@ -38,75 +38,75 @@
 ///   int main(int argc, char** argv) { return haptic::run_child(argc, argv, run); }
 namespace haptic {
 
-/// SCHED_FIFO of whoever replaces what died: hapticd's main thread and the threads that map a new
-/// writer's segment. Below every loop of a session (contact 60, servo 80), and above whatever else
-/// runs: a thread of normal priority waits tens of milliseconds for a processor on a busy machine,
-/// and cannot even die before.
+/// SCHED_FIFO priority of the threads that replace a dead process: hapticd's main thread and those
+/// that map a new writer's segment. Below every loop of a session (contact 60, servo 80), above
+/// everything else: on a busy machine a thread of normal priority waits tens of milliseconds for a
+/// processor, even to die.
 inline constexpr int kHousekeepingPriority = 40;
 
-/// Exit codes of the children, as hapticd understands them.
+/// Exit codes of the children, as hapticd interprets them.
 inline constexpr int kExitClean = 0;
-inline constexpr int kExitCrash = 1;     // restart it
+inline constexpr int kExitCrash = 1;     // restart
 inline constexpr int kExitBadInput = 2;  // config or mesh: a restart would not help
 inline constexpr int kExitNoDevice =
     3;  // the device is silent: bad input, unless it was there once
 
-/// Begins a line on a child's stderr that names what it now prepares, before its loop runs. Should
-/// it die of that, hapticd can say of what.
+/// Begins a line on a child's stderr that names what it prepares before its loop runs, so that
+/// hapticd can tell what it died of.
 inline constexpr std::string_view kPreparing = "preparing ";
 
-/// The device does not answer, or is another one. The text says how to mend it.
+/// The device does not answer or is a different one. The text says how to mend it.
 struct DeviceError : MessageError {
   using MessageError::MessageError;
 };
 
-/// What hapticd passes on the command line: --config-fd N --control-fd M --generation G, to the
-/// servo of a device with a node --device-fd D, and to a spare --spare-fd S.
+/// hapticd's command line for a child: --config-fd N --control-fd M --generation G, plus
+/// --device-fd D for the servo of a device with a node, or --spare-fd S for a spare.
 struct ChildArguments {
   int config_fd = -1;   // sealed memfd with a SessionConfig
   int control_fd = -1;  // this end of the socket pair
   uint64_t generation = 0;
   int device_fd = -1;  // the open device node; −1: the servo opens it itself
-  int spare_fd = -1;   // over which a spare is told that its turn has come; −1: it is no spare
+  int spare_fd = -1;   // tells a spare to take over; −1: not a spare
 };
 
 /// Throws std::invalid_argument with the usage line.
 ChildArguments parse_child_arguments(int argc, char** argv);
 
-/// Parses the arguments, runs, and turns what is thrown into an exit code and one line on stderr:
-/// std::system_error, SegmentError, HandoutError and bad_alloc are crashes (restart may help),
-/// DeviceError is a missing device, all other exceptions are bad input.
+/// Parses the arguments, runs, and turns exceptions into an exit code and one line on stderr:
+/// std::system_error, SegmentError, HandoutError and bad_alloc are crashes (a restart may help),
+/// DeviceError is a missing device, all others are bad input.
 int run_child(int argc, char** argv, int (*run)(const ChildArguments&));
 
-/// SIGTERM, SIGINT and SIGHUP from now on only raise a flag that stop_requested() reads; SIGPIPE is
+/// From now on SIGTERM, SIGINT and SIGHUP only set the flag of stop_requested(); SIGPIPE is
 /// ignored.
 void catch_stop_signals();
 bool stop_requested() noexcept;
-/// Raises the flag by hand.
+/// Sets the flag.
 void request_stop() noexcept;
 
-/// SIGTERM when the parent dies, and at once when it is dead already, which the hung-up socket pair
-/// shows (a pid could not: it may be reused).
+/// SIGTERM when the parent dies; at once if it is dead already, shown by the hung-up socket pair
+/// (its pid may have been reused).
 void die_with_parent(int control_fd);
 
-/// The word that a spare says over its socket once it waits, and the one that ends its wait.
+/// What a spare sends over its socket once it waits, and what ends its wait.
 inline constexpr char kSpareReady = 'r', kSpareTurn = 't';
 
-/// A spare's wait until its predecessor is dead; who is no spare goes on at once. It sleeps, and
-/// calls `look` once a second. False: it is asked to stop, or hapticd is gone.
+/// A spare sleeps until its predecessor is dead and calls `look` once a second; any other process
+/// continues at once. False: asked to stop, or hapticd is gone.
 bool await_turn(int spare_fd, const std::function<void()>& look);
 
-/// A copy of the configuration in a sealed memfd. Throws SegmentError where the size is not that of
-/// a SessionConfig of this build.
+/// A copy of the configuration in a sealed memfd. Throws SegmentError if its size is not that of
+/// this build's SessionConfig.
 SessionConfig read_config(int config_fd);
 
-/// What a child's attach thread does: locks each segment where the session is real time, prints a
-/// refused segment, and asks for a stop when hapticd is gone.
+/// Options of a child's attach thread: locks each segment if the session is real time, prints
+/// refused segments, and requests a stop when hapticd is gone.
 AttachOptions child_attach_options(const SessionConfig& config);
 
 /// One child of hapticd. The constructor copies the configuration and makes the segment. Until
-/// start() returns everything may throw, and SIGTERM ends the process on the spot, so that a long
-/// preparation does not hold up a stop; afterwards nothing throws, and SIGTERM ends the loop.
+/// start() returns anything may throw, and SIGTERM ends the process at once, so that a long
+/// preparation does not delay a stop; afterwards nothing throws, and SIGTERM ends the loop.
 template <typename Channels>
 class Child {
  public:
@@ -121,7 +121,7 @@ class Child {
   SegmentWriter<Channels>& segment() noexcept { return segment_; }
   uint64_t generation() const noexcept { return arguments_.generation; }
 
-  /// A ring of another process; to be made before start().
+  /// A ring of another process; make it before start().
   template <auto kMember>
   RingSource<kMember> ring(Start start) {
     return attachments_.ring<kMember>(start);
@@ -140,15 +140,15 @@ class Child {
     catch_stop_signals();
   }
 
-  /// Makes this thread as real time as the session wants and the kernel grants (both in the header
-  /// and in the kStarted event). Without `realtime` in the config nothing is asked for.
+  /// Makes this thread as real time as the session wants and the kernel permits (reported in the
+  /// header and the kStarted event). Without `realtime` in the config nothing is requested.
   void enter_realtime(RealtimeOptions wanted) {
     if (config_.realtime == 0) wanted = {.fifo_priority = 0, .lock_memory = false};
     realtime_ = haptic::enter_realtime(wanted);
     segment_.set_realtime(realtime_);
   }
 
-  /// Offers the segment and says that its writer runs: from now on it is heard.
+  /// Offers the segment and marks its writer as running.
   void offer() {
     segment_.beat(0, now_ns());
     segment_.set_state(SegmentState::kRun);
@@ -163,7 +163,7 @@ class Child {
   /// Whether SIGTERM, SIGINT or the end of hapticd asks the loop to end.
   bool stopping() const noexcept { return stop_requested(); }
 
-  /// Once a cycle: tells the watchdog that the loop moves.
+  /// Once per cycle: heartbeat for the watchdog.
   void beat(const Tick& tick) noexcept {
     last_tick_ = tick;
     segment_.beat(tick.index, tick.deadline_ns + tick.late_ns);
@@ -174,7 +174,7 @@ class Child {
         {now_ns(), static_cast<uint32_t>(code), static_cast<uint32_t>(Channels::kId), numbers});
   }
 
-  /// After the loop: says how it went and that nothing more will come.
+  /// After the loop: publishes a summary and marks the segment as ended.
   void finish() noexcept {
     event(EventCode::kStopped, {static_cast<double>(last_tick_.index + 1 - last_tick_.skipped),
                                 static_cast<double>(last_tick_.skipped), 0, 0, 0});

@@ -14,13 +14,12 @@ namespace haptic {
 /// The one channel of the project: single writer, many readers, overwriting, wait-free.
 ///
 /// Item n lives in slot n % kSlots under a ticket: 2n+1 while it is being written, 2n+2 once
-/// complete. A reader copies the words between two looks at the ticket, so it needs no write access
-/// and can be stopped, killed or late at no cost to the writer. A writer killed in mid-copy leaves
-/// an odd ticket, which costs the oldest item of a full ring at most: the newest kSlots − 1 counted
-/// items stay readable.
-/// All-zero memory is an empty ring; there is no pointer in it. Seqlock after Boehm, "Can seqlocks
-/// get along with programming language memory models?", MSPC 2012.
-/// Atomic is std::atomic but in the test that tries every outcome the memory model allows.
+/// complete. A reader copies the words between two reads of the ticket, so it needs no write access
+/// and may be stopped, killed or late at no cost to the writer. A writer killed during a copy
+/// leaves an odd ticket, which costs at most the oldest item of a full ring: the newest kSlots − 1
+/// counted items stay readable. All-zero memory is an empty ring; it holds no pointers. Seqlock
+/// after Boehm 2012. Atomic is std::atomic except in the test that tries every outcome the memory
+/// model allows.
 template <typename T, uint64_t kSlots, template <typename> class Atomic = std::atomic>
 class Ring {
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0);
@@ -32,7 +31,7 @@ class Ring {
     Atomic<uint64_t> ticket;
     std::array<Atomic<uint64_t>, kWords> words;
   };
-  // own cache-line pair: readers poll it while the writer fills slots
+  // own pair of cache lines: readers poll it while the writer fills slots
   alignas(128) Atomic<uint64_t> count_{0};
   alignas(128) std::array<Slot, kSlots> slots_{};
 
@@ -40,15 +39,15 @@ class Ring {
   using Item = T;
   static constexpr uint64_t kCapacity = kSlots;
 
-  /// Writer only, a few microseconds before publish: asks for the cache lines of the next slot. At
-  /// 1 kHz they have long been evicted, and waiting for them is most of what publishing costs.
+  /// Writer only, a few microseconds before publish: prefetches the cache lines of the next slot.
+  /// At 1 kHz they have been evicted, and the misses would be most of the cost of publishing.
   void prefetch() const noexcept {
     const Slot& slot = slots_[count_.load(std::memory_order_relaxed) % kSlots];
     const auto* bytes = reinterpret_cast<const std::byte*>(&slot);
     for (size_t i = 0; i < sizeof(Slot); i += 64) __builtin_prefetch(bytes + i, 1);
   }
 
-  /// Writer only. One copy, no branch on any reader.
+  /// Writer only. One copy, independent of the readers.
   void publish(const T& value) noexcept {
     const uint64_t n = count_.load(std::memory_order_relaxed);
     const auto* bytes = reinterpret_cast<const std::byte*>(&value);
@@ -67,11 +66,11 @@ class Ring {
   /// Items published so far; the newest is published() − 1.
   uint64_t published() const noexcept { return count_.load(std::memory_order_acquire); }
 
-  /// Item n; false when it is not there yet or already overwritten.
+  /// Item n; false if not yet published or already overwritten.
   bool read(uint64_t n, T& out) const noexcept {
     const Slot& slot = slots_[n % kSlots];
     if (slot.ticket.load(std::memory_order_acquire) != 2 * n + 2) return false;
-    // kept apart until it is known to be whole: a reader that gets nothing keeps what it has
+    // copied first: a reader that gets nothing keeps its old item
     std::array<uint64_t, kWords> w;
     for (size_t i = 0; i < kWords; ++i) w[i] = slot.words[i].load(std::memory_order_acquire);
     if (slot.ticket.load(std::memory_order_relaxed) != 2 * n + 2) return false;
@@ -79,21 +78,21 @@ class Ring {
     return true;
   }
 
-  /// Newest item; false before the first publish, or when lapped kSlots times in mid-copy.
+  /// Newest item; false before the first publish, or if overwritten during the copy.
   bool latest(T& out) const noexcept {
     const uint64_t n = published();
     return n > 0 && read(n - 1, out);
   }
 };
 
-/// Where a reader is in a ring, and what it missed because it was lapped.
+/// Position of a reader in a ring, and the number of items it missed.
 struct Cursor {
   uint64_t next = 0;
   uint64_t lost = 0;
 };
 
-/// Next unread item in order. A lapped reader jumps half a ring ahead of the oldest item, so that
-/// it is not lapped again at once, and counts exactly what it skipped.
+/// Next unread item in order. A reader that was overrun jumps to half a ring behind the writer, so
+/// as not to be overrun again at once, and counts exactly what it skipped.
 template <typename RingType>
 bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
   constexpr uint64_t kSlots = RingType::kCapacity;
@@ -102,7 +101,7 @@ bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& ou
       ++cursor.next;
       return true;
     }
-    // half a ring ahead of a writer that was just looked at: lapped again only when preempted here
+    // half a ring behind the writer: overrun again only if preempted here
     const uint64_t restart = end > kSlots / 2 ? end - kSlots / 2 : 0;
     const uint64_t target = restart > cursor.next ? restart : cursor.next + 1;
     cursor.lost += target - cursor.next;

@@ -22,9 +22,9 @@ namespace {
 
 namespace bip = boost::interprocess;
 
-constexpr int64_t kReadyPollNs = 100'000;
+constexpr int64_t kReadyPollNs = 100'000;  // between checks for the magic number
 
-/// A memfd as Boost.Interprocess wants to see what it maps.
+/// Adapter of a memfd for Boost.Interprocess.
 struct MemfdObject {
   int fd;
   bip::mode_t mode;
@@ -57,7 +57,7 @@ void add_seals(int fd, int seals) {
   if (fcntl(fd, F_ADD_SEALS, seals) != 0) throw_system("cannot seal a segment");
 }
 
-/// Checks of one reader, with the name of the segment in each message.
+/// Checks of one reader; each message names the segment.
 class Validation {
  public:
   explicit Validation(const SegmentSpec& spec) : spec_(spec) {}
@@ -67,7 +67,7 @@ class Validation {
   }
 
   void check_file(int fd) const {
-    // without it the writer could shrink the file: SIGBUS in the reader
+    // an unsealed file could be shrunk by the writer: SIGBUS in the reader
     const int seals = fcntl(fd, F_GET_SEALS);
     require(seals >= 0 && (seals & F_SEAL_SHRINK) != 0, SegmentFault::kNotSealed,
             "its size is not sealed; only segments made by hapticd's processes can be attached");
@@ -113,7 +113,7 @@ class Validation {
       const SegmentHeader::Entry& entry = header.channels[i];
       const uint64_t offset = entry.offset.load(std::memory_order_relaxed);
       const uint64_t bytes = entry.bytes.load(std::memory_order_relaxed);
-      // the second comparison cannot wrap: bytes fits before offset is subtracted
+      // cannot wrap: bytes is compared before it is subtracted
       require(bytes <= spec_.total_bytes && offset <= spec_.total_bytes - bytes,
               SegmentFault::kWrongTable, "channel " + std::to_string(i) + " lies outside of it");
       require(offset == expected.offset && bytes == expected.bytes &&
@@ -158,7 +158,7 @@ uint64_t process_start_time(uint64_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text;
   std::getline(file, text);
-  // field 22; the name in field 2 may hold blanks, so count from its closing bracket
+  // field 22, counted from the closing bracket: the name in field 2 may hold blanks
   const size_t bracket = text.rfind(')');
   if (bracket == std::string::npos) return 0;
   std::istringstream fields(text.substr(bracket + 1));
@@ -171,7 +171,7 @@ uint64_t process_start_time(uint64_t pid) {
 
 WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
     : fd_(make_memfd(std::string("haptic-") + spec.name, spec.total_bytes)) {
-  // the size first: a reader never sees a file that can still shrink
+  // sealed first: no reader sees a file that can still shrink
   add_seals(fd_.get(), F_SEAL_SHRINK | F_SEAL_GROW);
   region_ = map_all(fd_.get(), bip::read_write, spec.total_bytes);
 

@@ -20,9 +20,8 @@
 #include "proto/os/realtime.h"
 #include "proto/wire/schema.h"
 
-/// A segment: one writer's rings in one memfd, sealed so that nobody else can write to it, resize
-/// it or leave it behind. A header says what is in it; a reader believes nothing before it is
-/// checked.
+/// A segment: one writer's rings in one memfd, sealed so that nobody else can write or resize it.
+/// Its header describes the contents, which a reader checks before use.
 namespace haptic {
 
 inline constexpr uint64_t kSegmentMagic = 0x3147'4553'5450'4148;  // "HAPTSEG1", little endian
@@ -39,8 +38,8 @@ struct ChannelEntry {
 
 enum class SegmentState : uint32_t { kInit = 0, kRun = 1, kDrain = 2, kDead = 3 };
 
-/// First bytes of a segment. Written once and published by `magic`, except the beat line, which the
-/// writer keeps up to date. Every member is atomic: readers trust nothing they have read only once.
+/// First bytes of a segment. Written once and published by `magic`, except the heartbeat line,
+/// which the writer updates. All members are atomic: each is read once and checked.
 struct SegmentHeader {
   using U64 = std::atomic<uint64_t>;
   using U32 = std::atomic<uint32_t>;
@@ -54,16 +53,16 @@ struct SegmentHeader {
   U32 n_channels;
   U64 generation;  // one higher for each restart of the writer
   U64 pid;
-  U64 process_start;  // clock ticks after boot: tells a reused pid
+  U64 process_start;  // clock ticks after boot: reveals a reused pid
   U64 clock_id;       // of every t_ns in the segment
 
-  // own cache line: touched once a cycle, never together with the lines above
+  // own cache line: written once a cycle, never together with the lines above
   alignas(128) U64 heartbeat;         // cycles since start
   std::atomic<int64_t> heartbeat_ns;  // CLOCK_MONOTONIC of the last one
   U32 state;                          // SegmentState
   U32 realtime_bits;                  // RealtimeBit
   std::atomic<int32_t> fifo_errno;    // why SCHED_FIFO was refused; 0: it was not
-  std::atomic<int32_t> memory_errno;  // the same for locked memory
+  std::atomic<int32_t> memory_errno;  // why locked memory was; 0: it was not
 
   struct Entry {
     U64 name_hash, offset, bytes, capacity, record_hash;
@@ -73,7 +72,7 @@ struct SegmentHeader {
 static_assert(std::is_standard_layout_v<SegmentHeader> && sizeof(SegmentHeader) == 640);
 static_assert(SegmentHeader::U64::is_always_lock_free && SegmentHeader::U32::is_always_lock_free);
 
-/// What its writer was granted and refused.
+/// The rights its writer was granted and refused.
 RealtimeReport realtime_of(const SegmentHeader& header) noexcept;
 
 /// Why a segment was not accepted.
@@ -86,7 +85,7 @@ enum class SegmentFault {
   kWrongAbi,     // written by another version of the program
   kWrongLayout,  // same version, other structs
   kWrongKind,    // another process's segment
-  kWrongTable,   // a channel out of bounds, or not where it belongs
+  kWrongTable,   // a channel out of bounds or misplaced
 };
 
 struct SegmentError : MessageError {
@@ -94,7 +93,7 @@ struct SegmentError : MessageError {
   SegmentFault fault;
 };
 
-/// FNV-1a, 64 bit (Fowler, Noll, Vo): of text, and of a number as eight bytes.
+/// FNV-1a, 64 bit (Fowler, Noll, Vo), of text and of a number as eight bytes.
 constexpr uint64_t fnv1a(std::string_view text, uint64_t hash = 0xcbf2'9ce4'8422'2325) {
   for (const char c : text) {
     hash = (hash ^ static_cast<uint8_t>(c)) * 0x0000'0100'0000'01b3;
@@ -108,20 +107,20 @@ constexpr uint64_t fnv1a(uint64_t value, uint64_t hash) {
   return hash;
 }
 
-/// Identity of a record type: size, alignment and, where it has one, its schema.
+/// Identity of a record type: size, alignment and, if it has one, its schema.
 template <typename T>
 constexpr uint64_t record_hash() {
   uint64_t hash = fnv1a(alignof(T), fnv1a(uint64_t{sizeof(T)}, fnv1a("")));
   if constexpr (requires { Schema<T>::text; }) {
     hash = fnv1a(Schema<T>::text, fnv1a(Schema<T>::name, hash));
-    // the structs that may be nested in it
+    // structs that may be nested in it
     hash = fnv1a(Schema<Contact>::text, fnv1a(Schema<DeviceState>::text, hash));
   }
   return hash;
 }
 
-/// The rings of a channel struct: a specialisation lists `value`, an array of ChannelEntry whose
-/// offsets are relative to the struct.
+/// The rings of a channel struct: a specialisation's `value` is an array of ChannelEntry with
+/// offsets relative to the struct.
 template <typename Channels>
 struct ChannelTable;
 
@@ -160,7 +159,7 @@ struct ChannelTable<ControlChannels> {
                                                        offsetof(ControlChannels, events))};
 };
 
-/// Everything a reader demands of a segment before it touches a ring.
+/// What a reader requires of a segment before it uses a ring.
 struct SegmentSpec {
   SegmentId id;
   const char* name;
@@ -200,21 +199,21 @@ template <typename Channels>
 inline constexpr auto kTable = absolute_table<Channels>();
 }  // namespace detail
 
-/// What a segment of these channels must look like, known at compile time.
+/// Required layout of a segment of these channels, known at compile time.
 template <typename Channels>
 inline constexpr SegmentSpec kSegmentSpec{
     Channels::kId, Channels::kName, sizeof(SegmentLayout<Channels>),
     detail::layout_hash(Channels::kName, sizeof(SegmentLayout<Channels>), detail::kTable<Channels>),
     detail::kTable<Channels>};
 
-/// The same file, opened read-only: what is handed to readers. Throws SegmentError.
+/// The same file, opened read-only, for readers. Throws SegmentError.
 FileDescriptor reopen_read_only(int fd);
 
-/// A memfd filled with these bytes and sealed against any change, as the session's configuration is
-/// handed to the children. Throws SegmentError.
+/// A memfd with these bytes, sealed against any change; hands the session's configuration to the
+/// children. Throws SegmentError.
 FileDescriptor make_sealed_file(const char* name, std::span<const std::byte> bytes);
 
-/// Start of a process in clock ticks after boot (/proc/<pid>/stat); 0 when there is none such.
+/// Start of a process in clock ticks after boot (/proc/<pid>/stat); 0: no such process.
 uint64_t process_start_time(uint64_t pid);
 
 /// Memory of a writer: created, sized, mapped; sealed by publish().
@@ -222,7 +221,7 @@ class WritableSegment {
  public:
   WritableSegment(const SegmentSpec& spec, uint64_t generation);
 
-  /// Stores the magic number, then the last seals: from here on there is no second writer.
+  /// Stores the magic number, then adds the last seals: from now on there can be no second writer.
   void publish();
 
   void* memory() const { return region_.get_address(); }
@@ -234,8 +233,8 @@ class WritableSegment {
   boost::interprocess::mapped_region region_;
 };
 
-/// What a process publishes into. Making one allocates, maps and touches all its memory; after that
-/// no call fails, allocates or enters the kernel. Throws SegmentError.
+/// The segment a process publishes into. The constructor allocates, maps and touches all its
+/// memory; after that no call fails, allocates or enters the kernel. Throws SegmentError.
 template <typename Channels>
 class SegmentWriter {
  public:
@@ -249,7 +248,7 @@ class SegmentWriter {
   int fd() const noexcept { return memory_.fd(); }
   const SegmentHeader& header() const noexcept { return memory_.header(); }
 
-  /// Once a cycle: tells the watchdog that the loop moves.
+  /// Once per cycle: heartbeat for the watchdog.
   void beat(uint64_t cycle, int64_t t_ns) noexcept {
     memory_.header().heartbeat_ns.store(t_ns, std::memory_order_relaxed);
     memory_.header().heartbeat.store(cycle, std::memory_order_release);
@@ -271,14 +270,14 @@ class SegmentWriter {
 };
 
 struct ViewOptions {
-  int64_t ready_timeout_ns = 0;  // how long to wait for the magic number
-  bool lock_memory = false;      // mlock it; a refusal is in lock_errno(), it is not an error
+  int64_t ready_timeout_ns = 0;  // longest wait for the magic number
+  bool lock_memory = false;      // mlock it; a refusal is no error, see lock_errno()
 };
 
-/// A checked, read-only, prefaulted mapping of somebody's segment.
+/// A checked, read-only, prefaulted mapping of a segment.
 class SegmentMapping {
  public:
-  /// Takes the descriptor. Throws SegmentError with the fault and one line for people.
+  /// Takes the descriptor. Throws SegmentError with the fault and one line of text.
   SegmentMapping(FileDescriptor fd, const SegmentSpec& spec, const ViewOptions& options = {});
 
   const SegmentHeader& header() const { return *static_cast<const SegmentHeader*>(memory()); }
@@ -286,7 +285,7 @@ class SegmentMapping {
   uint64_t generation() const noexcept { return generation_; }
   int lock_errno() const noexcept { return lock_errno_; }
 
-  /// The rings, where the segment was checked against kSegmentSpec<Channels>.
+  /// The rings, if the segment was checked against kSegmentSpec<Channels>.
   template <typename Channels>
   const Channels& channels() const noexcept {
     const char* base = static_cast<const char*>(memory());

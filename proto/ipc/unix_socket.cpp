@@ -15,7 +15,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kBacklog = SOMAXCONN;      // a flood must not fill it before it is accepted
+constexpr int kBacklog = SOMAXCONN;      // a flood must not fill it before connections are accepted
 constexpr int64_t kRetryNs = 2'000'000;  // while the queue is full [ns]
 
 }  // namespace
@@ -68,7 +68,7 @@ void UnixListener::listen_again() {
   const sockaddr_un address = unix_address(path_);
   socket_ = unix_socket();
   unlink(path_.c_str());
-  // nobody can connect before listen(), so the rights of the file are set by then
+  // nobody can connect before listen(), by which time the file's mode is set
   if (!socket_.is_open() ||
       bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       chmod(path_.c_str(), mode_) != 0 || listen(socket_.get(), kBacklog) != 0) {

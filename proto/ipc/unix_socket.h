@@ -12,21 +12,21 @@
 
 namespace haptic {
 
-/// A socket of this machine that keeps messages apart and blocks nobody; not open where the kernel
-/// has none left, with errno set.
+/// A local non-blocking socket that preserves message boundaries; not open, with errno set, if the
+/// kernel has none left.
 FileDescriptor unix_socket();
 
-/// The address of a path. Throws HandoutError where the kernel's 107 characters do not hold it.
+/// The address of a path. Throws HandoutError if it exceeds the kernel's 107 characters.
 sockaddr_un unix_address(const std::string& path);
 
-/// Whether the socket is connected to what listens at the path; errno says why not. EAGAIN: the
-/// queue of those who wait to be accepted is full, so somebody does listen there.
+/// Connects to the listener at the path; false with errno. EAGAIN: its accept queue is full, so
+/// there is a listener.
 bool connect_to(const FileDescriptor& socket, const std::string& path);
 
-/// The same, but waits for a place in that queue for up to patience_ns.
+/// Waits up to patience_ns for a place in that queue.
 bool connect_to(const FileDescriptor& socket, const std::string& path, int64_t patience_ns);
 
-/// Which file lies under a name; nothing where there is none.
+/// Identity of the file at a path; empty if there is none.
 struct FileIdentity {
   dev_t device = 0;
   ino_t inode = 0;
@@ -34,8 +34,8 @@ struct FileIdentity {
 };
 std::optional<FileIdentity> identity_of(const std::string& path);
 
-/// A socket that listens at a path, in the place of what was left there; `mode` says who may
-/// connect. At its end it removes the file where it is still its own.
+/// A socket that listens at a path and replaces what was there; `mode` says who may connect. The
+/// destructor removes the file if it is still its own.
 class UnixListener {
  public:
   /// Throws HandoutError.
@@ -46,9 +46,9 @@ class UnixListener {
 
   int fd() const { return socket_.get(); }
   const std::string& path() const { return path_; }
-  /// Whether who connects to the path comes here: the file may have been removed or replaced.
+  /// Whether connections to the path reach this socket: the file may have been removed or replaced.
   bool is_in_place() const { return file_ && identity_of(path_) == file_; }
-  /// Listens there again, with another descriptor. Throws HandoutError.
+  /// Listens there again, with a new descriptor. Throws HandoutError.
   void listen_again();
 
  private:
@@ -58,7 +58,7 @@ class UnixListener {
   std::optional<FileIdentity> file_;
 };
 
-/// The user at the other end of a connected socket, as the kernel noted him when it was connected.
+/// The user at the other end, as noted by the kernel when the socket was connected.
 std::optional<uid_t> user_of(int socket);
 
 }  // namespace haptic

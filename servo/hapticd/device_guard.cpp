@@ -17,8 +17,7 @@ namespace {
 
 constexpr int kFifoPriority = 90;  // above the servo's 80
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLookNs = 2 * kMs;        // period of the checks, at servo rates of 1 kHz and
-                                            // below
+constexpr int64_t kLookNs = 2 * kMs;        // longest period of the checks
 constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
 constexpr int64_t kTryAgainNs = 200 * kMs;  // between attempts to reopen the node of a missing
                                             // device

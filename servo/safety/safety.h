@@ -70,11 +70,10 @@ struct SafetyOutput {
 /// The last stage before the device; runs after every solver and cannot be switched off. In this
 /// order:
 ///
-///
-///   1. faults: a value that is not finite, a force over 1000 times the limit, a pose farther from
-///      the last sample than twice the velocity limit allows, or a device whose driver reports
-///      stale or noisy answers. A fault latches: zero wrench until ControlFrame::fault_clears asks
-///      for it and the handle is slower than 0.1 m/s; then soft start.
+/// 1. faults: a value that is not finite, a force over 1000 times the limit, a pose farther from
+///    the last sample than twice the velocity limit allows, or a device whose driver reports
+///    stale or noisy answers. A fault latches: zero wrench until ControlFrame::fault_clears asks
+///    for it and the handle is slower than 0.1 m/s; then soft start.
 /// 2. closed (not armed, clutch, pause, no free pose, or faster than the velocity limit and not yet
 ///    slower than 0.1 m/s again): zero wrench, then soft start.
 /// 3. soft edge of the workspace: a spring inwards, at most 30 % of max_force; soft start applies.

@@ -20,11 +20,10 @@ struct Constrained6State {
 /// 1. Position: where x violates a row, x ← argmin ½ |x' − x|_M s.t. J_k x' ≥ −gap_k, relaxed so
 ///    that dt / blend_time of the violation is removed per tick. The spin turns with the body;
 ///    the velocity is otherwise unchanged.
-///
-///   2. Velocity: springs and dampers of the coupling are implicit, A = M + h B + h² K, symmetric
-///      (derivatives of lever arm and springs by rotation are left out), A v_free = M v + h F, F
-///      their wrench; then CoulombSolver with least normal speeds −(gap_k + J_k x)/h relative to
-///      the moving object.
+/// 2. Velocity: springs and dampers of the coupling are implicit, A = M + h B + h² K, symmetric
+///    (derivatives of lever arm and springs by rotation are left out), A v_free = M v + h F, F
+///    their wrench; then CoulombSolver with least normal speeds −(gap_k + J_k x)/h relative to
+///    the moving object.
 /// 3. x += h v.
 ///
 /// The hand feels the coupling. The gyroscopic torque is left out, so a spinning body keeps its
