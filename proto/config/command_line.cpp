@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-/// What was typed wrongly, in one line.
+/// The mistake in one line.
 std::string explain(const CLI::App& app, const std::string& program, const std::string& what) {
   const std::vector<CLI::App*> named = app.get_subcommands();
   const std::vector<std::string> strays = app.remaining();
@@ -113,7 +113,7 @@ namespace {
 
 using Parse = std::function<double(const std::string&)>;
 
-/// What it throws, as text.
+/// The message of the exception it throws, if any.
 Option::Check problem_of(const Parse& parse) {
   return [parse](const std::string& text) -> std::string {
     try {
@@ -149,7 +149,7 @@ Parse parse_of(const Range& range) {
   return [=](const std::string& text) { return parse_number(text, range); };
 }
 
-/// What the help text calls such a word: "LENGTH".
+/// Placeholder in the help text: "LENGTH".
 std::string kind_of(Dimension dimension) {
   std::string kind(name_of(dimension));
   for (char& c : kind) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -214,7 +214,7 @@ std::optional<int> CommandLine::read(int argc, char** argv, const std::string& p
   } catch (const ExitCode& end) {
     return end.code;
   } catch (const CLI::ParseError& error) {
-    // a help text is no mistake
+    // a request for help is no mistake
     if (error.get_exit_code() == 0) return owned_->exit(error);
     std::cerr << one_line(explain(*owned_, program, error.what())) << '\n';
   } catch (const UsageError& error) {

@@ -17,33 +17,33 @@ class App;
 class Option;
 }  // namespace CLI
 
-/// A front to CLI11, whose header takes seconds to compile: command_line.cpp alone includes it.
+/// A front to CLI11, whose header takes seconds to compile: only command_line.cpp includes it.
 namespace haptic {
 
-/// Thrown by an action where the exit code is all there is to say.
+/// Thrown by an action to end the program with this code, without a message.
 struct ExitCode {
   int code;
 };
 
-/// Thrown by an action that finds that what was typed is wrong.
+/// Thrown by an action that finds a mistake in the command line.
 struct UsageError : MessageError {
   using MessageError::MessageError;
 };
 
-/// What may be typed for one option; a handle. Other options are named as they are typed.
+/// Handle of one option. Other options are named as typed.
 class Option {
  public:
-  /// What is wrong with a word, in one line; empty: nothing.
+  /// Problem of a word, in one line; empty: none.
   using Check = std::function<std::string(const std::string&)>;
 
   explicit Option(CLI::Option* option) : option_(option) {}
   Option& required();
-  /// How many words follow it.
+  /// Number of words after the option.
   Option& expected(int words);
   Option& range(int low, int high);
   Option& range(uint64_t low, uint64_t high);
   Option& one_of(const std::vector<std::string>& words);
-  /// The kind is what the help text calls such a word.
+  /// `kind` is the placeholder in the help text.
   Option& check(const Check& check, const std::string& kind = "");
   /// The help text shows the value that the variable has now.
   Option& show_default();
@@ -56,20 +56,20 @@ class Option {
   CLI::Option* option_;
 };
 
-/// A command with its options and commands below it; a handle.
+/// Handle of a command with its options and subcommands.
 class Command {
  public:
   Command subcommand(const std::string& name, const std::string& help);
   bool has_subcommand(const std::string& name) const;
-  /// Exactly one of the commands below it must be named.
+  /// Requires exactly one subcommand.
   void require_subcommand();
-  /// Below the help text.
+  /// Text below the help text.
   void footer(const std::string& text);
-  /// What runs once all words are read. What it throws, whoever reads the words gets.
+  /// Runs once all words are parsed. Its exceptions reach the caller of read().
   void action(const std::function<void()>& action);
 
-  /// The variable must outlive the reading. A name with neither "-" nor "--" is a word by its
-  /// place. T: one of the types at the end of command_line.cpp.
+  /// The variable must outlive the parsing. A name without "-" or "--" is a positional argument. T:
+  /// one of the types at the end of command_line.cpp.
   template <typename T>
   Option option(const std::string& name, T& value, const std::string& help);
   Option flag(const std::string& name, bool& value, const std::string& help);
@@ -78,16 +78,16 @@ class Command {
   /// speak. `value` is in SI units. What is wrong is told as parse_quantity() does.
   Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
                   const std::string& help, const std::string& bare_unit = "");
-  /// Several of a kind.
+  /// A list of quantities.
   Option quantities(const std::string& name, std::vector<double>& values, Dimension dimension,
                     const Range& range, const std::string& help, const std::string& bare_unit = "");
-  /// A number without unit; several.
+  /// A number without unit, or a list of them.
   Option number(const std::string& name, double& value, const Range& range,
                 const std::string& help);
   Option numbers(const std::string& name, std::vector<double>& values, const Range& range,
                  const std::string& help);
 
-  /// One of several words, each of which stands for a value.
+  /// One of several words, each mapped to a value.
   template <typename Enum>
   Option choice(const std::string& name, Enum& value, const std::map<std::string, Enum>& words,
                 const std::string& help) {
@@ -97,7 +97,7 @@ class Command {
         name, [&value](int n) { value = static_cast<Enum>(n); }, numbers, help);
   }
 
-  /// Whether that option was typed; to be asked in an action.
+  /// Whether that option was typed; valid in an action.
   bool was_given(const std::string& option) const;
 
  protected:
@@ -111,7 +111,7 @@ class Command {
   CLI::App* app_;
 };
 
-/// All that may be typed after the name of a program.
+/// The command line of a program.
 class CommandLine : public Command {
  public:
   explicit CommandLine(const std::string& description);
@@ -119,12 +119,12 @@ class CommandLine : public Command {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// `--version` prints it.
+  /// Printed by `--version`.
   void version(const std::string& text);
 
-  /// Reads the words and runs the action of the command that they name. Returns the exit code where
-  /// the program is to end: 0 after a help text, that of an ExitCode, and `usage_code` where
-  /// something was typed wrongly, after one line "program: what; see program --help".
+  /// Parses the words and runs the action of the named command. Returns an exit code if the program
+  /// is to end: 0 after a help text, that of an ExitCode, or `usage_code` after a mistake and one
+  /// line "program: what; see program --help".
   std::optional<int> read(int argc, char** argv, const std::string& program, int usage_code);
 
  private:

@@ -33,13 +33,15 @@ constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybr
 constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
                                          {"oscillate", MotionKind::kOscillate},
                                          {"spin", MotionKind::kSpin}}};
-// the servo's grid: below it is no haptics, above it no device
+// [Hz], the servo's grid: slower is no haptics, faster than any device
 constexpr Range kServoRates{100, 10e3};
-constexpr Range kPollRates{10, 100e3};
-constexpr Range kProxyRadii{0, 0.1};  // a larger one reaches further than a scene
-constexpr Range kSimRates{50, 1e3};   // a pose is carried for 20 ms at most: kMaxExtrapolation
-constexpr int64_t kButtons = 32;
-constexpr Range kCurrents{0, 6, true};  // above, the firmware of a WoodenHaptics takes it for zero
+constexpr Range kPollRates{10, 100e3};  // [Hz]
+constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
+constexpr Range kSimRates{50, 1e3};     // [Hz]; poses are extrapolated for at most 20 ms:
+                                        // kMaxExtrapolation
+constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
+constexpr Range kCurrents{0, 6, true};  // [A]; the firmware of a WoodenHaptics treats larger values
+                                        // as zero
 
 void read_session(Section& root, SessionConfig& config) {
   root.require("session", "[session] with name = \"bunny\"");
@@ -134,7 +136,7 @@ void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_f
   section->require("path", "path = \"hand.csv\"");
   std::string path;
   section->read_text("path", path);
-  // whether it is there is for the device to say: `hapt replay` names another
+  // not checked for existence here: `hapt replay` may name another file
   const fs::path file = fs::absolute(config_folder / path).lexically_normal();
   if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
   assign(replay.path, file.string());
@@ -204,7 +206,7 @@ void read_coupling(Section& root, CouplingConfig& coupling) {
 }
 
 void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
-  // motors that nobody has asked for stay quiet
+  // real motors need an explicit `hapt arm`
   safety.armed_at_start = device == DeviceKind::kWoodenHaptics ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
@@ -258,7 +260,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   ++config.n_objects;
 }
 
-/// A body has a mesh, and where it has a proxy, springs that bring it back.
+/// A 6-DoF renderer needs a mesh and, if it has a proxy, springs.
 void check_body(Section& root, const SessionConfig& config) {
   if (!is_of_body(config.renderer)) return;
   if (view(config.tool.mesh).empty()) {
@@ -312,7 +314,7 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   try {
     return read_config(toml_text, origin);
   } catch (const ConfigError& error) {
-    // it may quote what is in the file
+    // the message may quote the file
     throw ConfigError(one_line(error.what()));
   }
 }

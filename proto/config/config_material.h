@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// Reads `material` of an [[object]]; the image of a texture goes into config.images, once for each
+/// Reads `material` of an [[object]]; the image of a texture is stored in config.images, once per
 /// object that names it. Throws ConfigError.
 void read_material(Section& object, SessionConfig& config,
                    const std::filesystem::path& config_folder, MaterialConfig& material);

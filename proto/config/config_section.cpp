@@ -11,10 +11,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;  // of a typed quaternion's length
-constexpr size_t kLongestReason = 240;   // of the parser, with words of the file in it [characters]
+constexpr double kUnitTolerance = 1e-3;  // of the length of a typed quaternion
+constexpr size_t kLongestReason = 240;   // of a parser message, which may quote the file
+                                         // [characters]
 
-/// Insertions, deletions and substitutions that turn a into b (Levenshtein).
+/// Levenshtein distance: insertions, deletions and substitutions that turn a into b.
 size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), size_t{0});
@@ -77,7 +78,7 @@ void Section::fail_at(std::string_view key, const std::string& what) const {
 }
 
 void Section::fail_missing(std::string_view key, const std::string& example) const {
-  // an empty file has no position of its own
+  // an empty file has no position
   toml::source_region at = table_.source();
   at.begin.line = std::max(at.begin.line, toml::source_index{1});
   at.begin.column = std::max(at.begin.column, toml::source_index{1});
@@ -267,7 +268,7 @@ std::optional<Section> Section::section(std::string_view key) {
   if (node == nullptr) return std::nullopt;
   const toml::table* table = node->as_table();
   if (table == nullptr) fail_at(key, "is " + type_name(*node) + ", not a table; see configs/");
-  // in [device] it is [device.hand], in [[object]] it is [object.motion]
+  // within [device] the name is [device.hand], within [[object]] it is [object.motion]
   const size_t begin = name_.find_first_not_of('[');
   const bool is_top = begin == 0;
   const std::string outer = is_top ? "" : name_.substr(begin, name_.find(']') - begin) + ".";

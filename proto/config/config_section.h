@@ -15,7 +15,7 @@
 #include "proto/config/config.h"
 #include "proto/config/quantity.h"
 
-// toml++ takes long to compile: config_section.cpp alone includes it
+// toml++ is slow to compile: only config_section.cpp includes it
 namespace toml {
 inline namespace v3 {
 class array;
@@ -28,7 +28,7 @@ struct source_region;
 /// Checked reading of one table of a configuration file.
 namespace haptic {
 
-/// The words a key may have, with what they mean.
+/// The words a key may have, with their values.
 template <typename Enum, size_t N>
 using Words = std::array<std::pair<std::string_view, Enum>, N>;
 
@@ -39,15 +39,15 @@ std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& l
 
 class Section;
 
-/// A configuration file as it was parsed. Throws ConfigError with file, line and column where the
-/// text is not TOML.
+/// A parsed configuration file. Throws ConfigError with file, line and column if the text is not
+/// TOML.
 class TomlDocument {
  public:
   TomlDocument(std::string_view text, std::string origin);
   ~TomlDocument();
   TomlDocument(const TomlDocument&) = delete;
 
-  /// All of it; valid as long as the document.
+  /// The whole document; valid as long as it.
   Section root() const;
 
  private:
@@ -55,12 +55,12 @@ class TomlDocument {
   std::unique_ptr<toml::table> table_;
 };
 
-/// A table whose keys are taken one by one. Each read_* leaves `out` alone where the key is absent
-/// and returns whether it was there; it throws ConfigError with file, line and column where the
-/// value will not do. finish() refuses every key that nobody asked for.
+/// A table whose keys are read one by one. Each read_* returns whether the key is present and
+/// leaves `out` alone if not; it throws ConfigError with file, line and column if the value is
+/// invalid. finish() rejects keys that were never asked for.
 class Section {
  public:
-  /// `name` as the person wrote it: "[device.hand]".
+  /// `name` as written: "[device.hand]".
   Section(const toml::table& table, std::string name, const std::string& file)
       : table_(table), name_(std::move(name)), file_(file) {}
 
@@ -80,7 +80,7 @@ class Section {
     assign(out, text);
     return true;
   }
-  /// One of a few words.
+  /// One of the given words.
   template <typename Enum>
   bool read_choice(std::string_view key, std::span<const std::pair<std::string_view, Enum>> words,
                    Enum& out) {
@@ -95,17 +95,17 @@ class Section {
     }
     fail_at(key, "is '" + shown(text) + "'; " + suggestion(text, known));
   }
-  /// Three of a kind.
+  /// Three quantities of one kind.
   bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);
   bool read_lengths(std::string_view key, const Range& range, Vec3& out);
-  /// Three numbers that give a direction; made unit.
+  /// Three numbers, normalised to a unit vector.
   bool read_direction(std::string_view key, Vec3& out);
   /// {axis, angle} or {quaternion = [x, y, z, w]}.
   bool read_rotation(std::string_view key, Quat& out);
   /// Keys `position` and `rotation`.
   void read_pose(Pose& out);
 
-  /// A table inside this one; none where it is absent.
+  /// A table inside this one; empty if absent.
   std::optional<Section> section(std::string_view key);
   /// The tables of [[key]], in order.
   std::vector<Section> sections(std::string_view key);

@@ -28,15 +28,15 @@ constexpr Words<Primitive, 7> kPrimitives{{{"box", Primitive::kBox},
                                            {"bolt", Primitive::kBolt},
                                            {"nut", Primitive::kNut}}};
 
-constexpr int64_t kMaxSubdivisions = 8;  // 1.3 million triangles
-constexpr int64_t kMaxSteps = 1000;      // two million triangles
-constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;
+constexpr int64_t kMaxSubdivisions = 8;            // 1.3 million triangles
+constexpr int64_t kMaxSteps = 1000;                // two million triangles
+constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;  // of a gear
 
-/// The folders a mesh is looked for in, after that of the config file.
+/// Folders in which a mesh is searched after that of the config file.
 std::vector<fs::path> mesh_folders() {
   std::vector<fs::path> folders;
   if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
-  // a checkout keeps its meshes, an installed program those of its package
+  // a checkout keeps its own meshes, an installed program uses those of its package
   if (const fs::path tree = source_tree(); !tree.empty()) {
     folders.push_back(tree / "build" / "meshes");
   }
@@ -98,7 +98,7 @@ void read_sphere(Section& section, ShapeConfig& shape) {
   shape.extent = {shape.size, shape.size, shape.size};
 }
 
-/// A dimension that a part cannot do without.
+/// A required dimension of a part.
 double read_dimension(Section& section, std::string_view key, const char* example) {
   double length = 0;
   section.require(key, std::string(key) + " = \"" + example + "\"");

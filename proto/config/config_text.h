@@ -5,10 +5,10 @@
 
 namespace haptic {
 
-/// Longest session file [bytes]: four times the longest of ours, and more than a scene full of
-/// objects takes. The TOML parser calls itself for each table within another, which takes two bytes
-/// of text ("a.") and 270 of its stack: at most 4.4 MB of the usual 8. hapticd hands the text out
-/// in one message of the control socket.
+/// Longest session file [bytes]: four times our longest, and more than a scene full of objects
+/// needs. The TOML parser recurses per nested table, with 270 bytes of stack for two bytes of text
+/// ("a."): at most 4.4 MB of the usual 8. hapticd sends the text in one message of the control
+/// socket.
 inline constexpr size_t kMostConfigText = size_t{32} << 10;
 
 }  // namespace haptic

@@ -14,15 +14,15 @@ constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit}
                                              {"implicit", Integrator::kImplicit}}};
 constexpr Words<Braking, 2> kBrakings{
     {{"velocity", Braking::kAlongVelocity}, {"normal", Braking::kAlongNormal}}};
-constexpr Range kToolMasses{1e-4, 10};  // what the implicit integrators are tested with
-constexpr Range kDensities{1, 25e3};
-constexpr Range kRigidGains{0.05, 2};
-constexpr Range kMargins{1e-7, 1e-3};
-constexpr int64_t kMaxMoves = 64;
-constexpr int64_t kMaxOffsetLayers = 8;
-constexpr int64_t kMaxBudget = 1 << 30;
+constexpr Range kToolMasses{1e-4, 10};   // [kg]; range in which the implicit integrators are tested
+constexpr Range kDensities{1, 25e3};     // [kg/m³]
+constexpr Range kRigidGains{0.05, 2};    // k_s
+constexpr Range kMargins{1e-7, 1e-3};    // [m]
+constexpr int64_t kMaxMoves = 64;        // per step of contact
+constexpr int64_t kMaxOffsetLayers = 8;  // [voxels]
+constexpr int64_t kMaxBudget = 1 << 30;  // points per step
 
-/// A thin plate has Ix + Iy = Iz, and nothing has more about one axis than about the two others.
+/// Triangle inequality: no moment exceeds the sum of the two others (equal for a thin plate).
 void check_inertia(const Section& tool, const Vec3& inertia) {
   const double sum = inertia.x + inertia.y + inertia.z;
   for (int k = 0; k < 3; ++k) {

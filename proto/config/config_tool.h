@@ -8,11 +8,11 @@
 
 namespace haptic {
 
-/// Of a voxel, and between the points of a tool [m].
+/// Range of voxel sizes and of the spacing of a tool's points [m].
 inline constexpr Range kVoxelSizes{1e-5, 0.1};
 
-/// How far from the surface a field may be stored [m]: it is read by cells, so it must reach one
-/// beyond the layer of force.
+/// Range of a field's band [m]: it is sampled by cells, so it must extend one cell beyond the force
+/// layer.
 Range band_range(const VoxelConfig& voxel);
 
 /// Reads [tool]. Throws ConfigError.

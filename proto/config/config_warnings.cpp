@@ -9,9 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kSharing = 10;  // points that share a stiffness, at most
+constexpr double kSharing = 10;  // assumed number of points in contact at once
 
-/// What an axis is called and measured in.
+/// Names and units of an axis in messages.
 struct AxisWords {
   const char *stiffness, *damping;            // keys of [coupling]
   const char *stiffness_unit, *damping_unit;  // of both
@@ -25,7 +25,7 @@ constexpr AxisWords kAngular{"rotational_stiffness in [coupling]", "rotational_d
 CoupledAxis linear_axis(const SessionConfig& config) {
   const DeviceConfig& device = config.device;
   const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
-  // the device feels its own displacement s times larger, and φ times the force
+  // the scene moves s times as far, and the device exerts φ times the force
   const double gain = config.map.motion_scale * config.map.force_scale;
   return {is_simulated ? device.hand.mass : device.mass,
           is_simulated ? device.hand.damping : device.damping,
@@ -66,14 +66,14 @@ void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std
 
 std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
-  // a recording is led by nobody: nothing can sing
+  // a replay has no hand in the loop and cannot oscillate
   if (config.device.kind == DeviceKind::kReplay) return lines;
   const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
   CoupledAxis linear = linear_axis(config);
   if (!is_direct) {
     check_axis(linear, kLinear, lines);
   } else {
-    // no coupling between: the hand feels each contact as it is
+    // without a coupling the hand feels the contacts' own stiffness
     const bool by_points = config.renderer == Renderer::kVoxel;
     const double gain = config.map.motion_scale * config.map.force_scale;
     linear.stiffness =

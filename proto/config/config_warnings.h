@@ -8,11 +8,11 @@
 
 namespace haptic {
 
-/// What a session may do that nobody wants, one line each: "what; how to mend". Today: a coupling
-/// that can make a device in a light hand sing. For each axis, in device units, with the numbers:
+/// Warnings about a session, one line each: "what; how to mend". Today: a coupling that can make a
+/// lightly held device oscillate. Per axis, in device units, with the numbers:
 ///   k_c ≥ 2 (b − b_c)/T          (Colgate, Stanley, Brown 1995)
 ///   two-port margin below zero    (Adams & Hannaford 1999)
-/// Silent where a device's own damping and mass are not known: [device] says them of a real one.
+/// Silent if the device's damping and mass are unknown; for a real device [device] states them.
 std::vector<std::string> config_warnings(const SessionConfig& config);
 
 }  // namespace haptic

@@ -9,8 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr int kFrequencies = 4000;  // on a logarithmic grid up to half the sampling rate
-constexpr double kLowest = 1e-6;    // of it
+constexpr int kFrequencies = 4000;  // grid points, logarithmic up to half the sampling rate
+constexpr double kLowest = 1e-6;    // lowest frequency, as a share of that
 
 }  // namespace
 
@@ -21,7 +21,7 @@ double passive_stiffness(const CoupledAxis& axis) {
 double two_port_margin(const CoupledAxis& axis) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kFrequencies; ++i) {
-    // φ = ωT; at half the rate the hold itself vanishes
+    // φ = ωT; at half the sampling rate the hold vanishes
     const double phi =
         std::numbers::pi * std::pow(kLowest, 1 - static_cast<double>(i + 1) / (kFrequencies + 1));
     const double hold = std::cos(0.5 * phi);

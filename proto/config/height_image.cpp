@@ -10,10 +10,10 @@ namespace haptic {
 namespace {
 
 constexpr uint32_t kMostGrey = 255;
-// 64 × 64 numbers as text are 20 kB; the rest is for comments [bytes]
+// [bytes]: 64 × 64 numbers take 20 kB as text, the rest allows for comments
 constexpr size_t kMostText = size_t{1} << 20;
 
-/// The next number of the header or of a text image; comments run from '#' to the end of the line.
+/// The next number of the header or a text image; comments run from '#' to the end of the line.
 uint32_t read_number(std::istream& in) {
   while (in >> std::ws && in.peek() == '#') {
     std::string comment;
@@ -44,7 +44,7 @@ HeightImage read_height_image(const std::string& path) {
   const auto fits = [](uint32_t side) { return side > 0 && side <= HeightImage::kMaxSide; };
   if (!in || !fits(image.width) || !fits(image.height)) refuse("has the wrong size");
   if (white == 0 || white > kMostGrey) refuse("does not have 8 bits");
-  in.get();  // the one space before binary pixels
+  in.get();  // the single space before binary pixels
 
   for (size_t i = 0; i < size_t{image.width} * image.height; ++i) {
     const uint32_t grey = magic == "P5" ? static_cast<uint32_t>(in.get()) : read_number(in);

@@ -11,9 +11,9 @@
 namespace haptic {
 namespace {
 
-// beyond it nothing is felt, and the products of a few such values are still finite
+// [SI units]: larger values have no use, and products of a few are still finite
 constexpr double kMost = 1e12;
-constexpr double kMostMemory = 1e15;  // [bytes]; a double counts them exactly
+constexpr double kMostMemory = 1e15;  // [bytes]; exact in a double
 
 struct Kind {
   Dimension dimension;
@@ -113,7 +113,7 @@ const Kind& kind_of(Dimension dimension) {
                        [&](const Kind& kind) { return kind.dimension == dimension; });
 }
 
-/// The unit without spaces and signs of multiplication.
+/// The unit without spaces and multiplication signs.
 std::string compact(std::string_view unit) {
   std::string out;
   constexpr std::string_view kDot = "·";
@@ -145,8 +145,8 @@ std::string_view si_unit(Dimension dimension) {
       ->name;
 }
 
-/// What is wrong with a finite value, which was written so; empty: nothing. `unit` is written
-/// behind each bound.
+/// Problem of a finite value, with `written` as its text; empty: none. `unit` is appended to each
+/// bound.
 std::string range_problem(double value, const Range& range, const std::string& unit,
                           const std::string& written) {
   if (value > range.min || (value == range.min && !range.open)) {
@@ -163,11 +163,11 @@ std::string range_problem(double value, const Range& range, const std::string& u
 
 struct Number {
   double value = 0;
-  std::string_view rest;   // behind it
-  std::string_view wrong;  // empty: nothing
+  std::string_view rest;   // text behind the number
+  std::string_view wrong;  // problem; empty: none
 };
 
-/// The number that a text begins with.
+/// The number at the beginning of a text.
 Number read_number(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
@@ -187,7 +187,7 @@ Number read_number(std::string_view text) {
   return number;
 }
 
-/// The value in SI units where only its unit can be wrong.
+/// The value in SI units of a parsed number; only its unit can still be wrong.
 double with_unit(const Number& number, Dimension dimension, std::string_view bare_unit,
                  const std::string& quoted) {
   const auto fail = [&](const std::string& what) {

@@ -25,8 +25,8 @@ struct ReceivedMessage {
   std::string why;  // of a refusal
 };
 
-/// Takes the next message, if there is one. Every descriptor that came with it is closed, but for
-/// that of a sound announcement.
+/// Takes the next message, if there is one. Closes all descriptors that came with it, except that
+/// of a valid announcement.
 ReceivedMessage receive_message(int socket);
 
 }  // namespace haptic

@@ -14,7 +14,7 @@
 namespace haptic {
 namespace {
 
-// the widest export has some 700 columns of at most 30 characters
+// [bytes]; the widest export has some 700 columns of at most 30 characters
 constexpr size_t kLongestLine = size_t{64} << 10;
 
 /// Calls `use` with the number at `bytes` in its own type.
@@ -31,12 +31,12 @@ void with_number(const std::string& type, const std::byte* bytes, const Use& use
   throw std::logic_error("no wire struct has a " + type);
 }
 
-/// An array at the top level of a message: which of its elements are worth a column.
+/// An array at the top level of a message, and how many of its elements need a column.
 struct Array {
   size_t begin = 0, element = 0;  // [bytes]
   size_t length = 0;
-  const Field* count = nullptr;  // how many elements of a record hold something; none: unknown
-  size_t used = 0;               // in any record of the file
+  const Field* count = nullptr;  // elements in use per record; null: unknown
+  size_t used = 0;               // largest number in use in any record
 
   size_t used_in(const std::byte* record) const {
     size_t n = 0;
@@ -54,11 +54,11 @@ struct Array {
 
 struct Column {
   const Field* field = nullptr;
-  const Array* array = nullptr;  // none: a plain field
-  size_t index = 0;              // of the array
+  const Array* array = nullptr;  // null: a plain field
+  size_t index = 0;              // in the array
 };
 
-/// Fields of the wire structs that count the elements of an array beside them.
+/// Name of the field that counts the elements of an array.
 std::string_view count_field(std::string_view array) {
   if (array == "contacts") return "n_contacts";
   if (array == "X_WO" || array == "V_WO") return "n_objects";
@@ -93,7 +93,7 @@ std::map<std::string_view, Array> find_arrays(const std::vector<Field>& fields, 
   return arrays;
 }
 
-/// One column a number, without the elements of arrays that no record uses.
+/// One column per number, without array elements that no record uses.
 std::vector<Column> choose_columns(const std::vector<Field>& fields,
                                    const std::map<std::string_view, Array>& arrays) {
   std::vector<Column> columns;
@@ -144,12 +144,12 @@ void CsvReader::fail(const std::string& what) const {
   throw CsvError(path_ + ":" + std::to_string(line_) + ": " + what);
 }
 
-/// The next line that is not blank.
+/// Reads the next line that is not blank.
 bool CsvReader::read_line() {
   buffer_.resize(kLongestLine + 1);
   while (file_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()))) {
     ++line_;
-    // what getline() took, less the end of the line
+    // what getline() took, without the end of line
     text_.assign(buffer_.data(), static_cast<size_t>(file_.gcount()) - (file_.eof() ? 0 : 1));
     if (!text_.empty() && text_.back() == '\r') text_.pop_back();
     if (!trimmed(text_).empty()) return true;
@@ -169,7 +169,7 @@ size_t CsvReader::find(std::string_view column) const {
 size_t CsvReader::require(std::string_view column, std::string_view mend) const {
   const size_t index = find(column);
   if (index != npos) return index;
-  constexpr size_t kNamed = 12;  // enough to see what file it is
+  constexpr size_t kNamed = 12;  // columns listed; enough to recognise the file
   std::string there;
   for (size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
     there += (i > 0 ? ", " : "") + printable(columns_[i], 40);
@@ -251,7 +251,7 @@ size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream
     size_t used = 0;
     for (const Column& c : columns) {
       if (&c != columns.data()) row += ',';
-      // counted once an array, not once a cell
+      // counted once per array, not per cell
       if (c.array != nullptr && c.array != array) {
         array = c.array;
         used = array->count != nullptr ? array->used_in(record) : array->used;

@@ -14,36 +14,36 @@
 
 namespace haptic {
 
-/// What is wrong with a CSV file: one line "file:line: what; how to mend".
+/// A mistake in a CSV file: one line "file:line: what; how to mend".
 struct CsvError : MessageError {
   using MessageError::MessageError;
 };
 
 /// Reads a file of numbers with a header line, row by row. Comma-separated, no quotes; blank lines
-/// are skipped; a line may end in CR LF.
+/// are skipped; lines may end in CR LF.
 class CsvReader {
  public:
   /// Reads the header. Throws CsvError.
   explicit CsvReader(const std::string& path);
 
   const std::vector<std::string>& columns() const { return columns_; }
-  /// Index of a column; npos when there is none.
+  /// Index of a column; npos if there is none.
   static constexpr size_t npos = static_cast<size_t>(-1);
   size_t find(std::string_view column) const;
-  /// Index of a column; throws CsvError, which names the columns there are, then says `mend`.
+  /// Index of a column; throws CsvError, which lists the existing columns and ends with `mend`.
   size_t require(std::string_view column,
                  std::string_view mend = "; rename or add the column") const;
 
-  /// Reads the next row; false at the end. Throws CsvError when it has not as many cells as
-  /// columns.
+  /// Reads the next row; false at the end. Throws CsvError if its number of cells differs from that
+  /// of the columns.
   bool next();
-  /// A cell of the present row; throws CsvError unless it is one finite number.
+  /// A cell of the current row; throws CsvError unless it is one finite number.
   double number(size_t column) const;
-  /// The same for whole numbers, exact to 64 bits.
+  /// An integer cell, exact to 64 bits.
   int64_t integer(size_t column) const;
 
   size_t line() const { return line_; }
-  /// Throws a CsvError that begins with this file and line.
+  /// Throws a CsvError with this file and line.
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
@@ -60,15 +60,13 @@ class CsvReader {
   std::vector<char> buffer_;
 };
 
-/// Name of a field as a column: its unit becomes a suffix, "X_WP.position.x_m",
-/// "F_device_B.torque.y_Nm", "curvature_per_m"; no suffix for pure numbers and where the name ends
-/// in it.
+/// Column name of a field: its unit as a suffix, "X_WP.position.x_m", "F_device_B.torque.y_Nm",
+/// "curvature_per_m"; no suffix for pure numbers or if the name ends in it.
 std::string column_name(const Field& field);
 
-/// Writes a topic of a recording as CSV: one row a record, one column a number, numbers with as
-/// many digits as read back to the same bits. Of an array only as many elements get columns as are
-/// used in the whole file; cells beyond the count of a record stay empty. Returns the number of
-/// rows.
+/// Writes a topic of a recording as CSV: one row per record, one column per number, with enough
+/// digits to restore the same bits. Only array elements used somewhere in the file get columns;
+/// cells beyond the count of a record stay empty. Returns the number of rows.
 size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out);
 
 }  // namespace haptic

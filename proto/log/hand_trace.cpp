@@ -16,10 +16,9 @@ namespace haptic {
 namespace {
 
 constexpr double kNsPerS = 1e9;
-// A sample's time, either way [s]: a century; the difference of two such is still a number of
-// nanoseconds.
+// Largest absolute time of a sample [s]: a century; differences of two still fit in nanoseconds.
 constexpr double kMostTime = 3.2e9;
-constexpr double kUnitTolerance = 1e-6;  // of the length of a quaternion; a rounded one is at 1e-7
+constexpr double kUnitTolerance = 1e-6;  // of a quaternion's length; rounding in a file causes 1e-7
 
 std::string as_seconds(int64_t t_ns) {
   return std::to_string(static_cast<double>(t_ns) / kNsPerS) + " s";
@@ -41,7 +40,7 @@ std::string problem_of(const DeviceState& sample) {
   return "";
 }
 
-/// Appends a sample; `fail` is told when it cannot be played or time does not advance.
+/// Appends a sample; calls `fail` if it cannot be played or time does not advance.
 template <typename Fail>
 void append(HandTrace& trace, const DeviceState& sample, const Fail& fail) {
   if (const std::string problem = problem_of(sample); !problem.empty()) fail(problem);
@@ -67,7 +66,7 @@ HandTrace load_mcap(const std::string& path) {
   return trace;
 }
 
-/// The columns `device.*` that export_csv() writes.
+/// Loads the columns `device.*` written by export_csv().
 HandTrace load_export(CsvReader& csv) {
   struct Part {
     size_t column, offset;
@@ -103,13 +102,13 @@ HandTrace load_export(CsvReader& csv) {
 
 DeviceState sample_at(double t_s) {
   DeviceState sample{};
-  // beyond what append() takes, and within what an integer holds
+  // beyond what append() accepts, within the range of an integer
   sample.t_ns = std::llround(std::clamp(t_s, -2 * kMostTime, 2 * kMostTime) * kNsPerS);
   sample.flags = kDeviceFresh | kDeviceHomed;
   return sample;
 }
 
-/// One recorded degree of freedom along an axis.
+/// Loads one recorded degree of freedom along an axis.
 HandTrace load_column(CsvReader& csv, const ReplayConfig& config) {
   const size_t time = csv.require("t_s");
   const size_t column = csv.require(view(config.column));

@@ -11,10 +11,10 @@
 
 namespace haptic {
 
-/// Instants of two clocks that are meant to coincide do so within this [ns].
+/// Tolerance within which instants of two clocks count as equal [ns].
 inline constexpr int64_t kSnapNs = 1000;
 
-/// The motion of a hand as it was measured: strictly increasing in time, at the recorded rate.
+/// A measured motion of a hand: strictly increasing in time, at the recorded rate.
 struct HandTrace {
   std::vector<DeviceState> samples;  // t_ns as in the file
 
@@ -25,14 +25,14 @@ struct HandTrace {
   }
 };
 
-/// Loads the motion of `config.path`, by what the file holds:
-///  - `.mcap`, or CSV with a column `device.t_ns`: a recording of this program, or its export; only
-///    samples measured afresh are kept;
-///  - `config.column` set: one degree of freedom, p_B = lever_arm · column · axis_B, and time in
-///    `t_s`; without a lever arm the column is a length [m];
-///  - else CSV with `t_s, x_m, y_m, z_m` and, where it is there, the orientation `qx, qy, qz, qw`.
-/// Velocities are those of the file, zero where it has none: device-io's HandCurve differentiates.
-/// Throws McapError, CsvError (file and line).
+/// Loads the motion of `config.path`, depending on its contents:
+///   - `.mcap`, or CSV with a column `device.t_ns`: a recording of this program, or its export;
+///     only fresh samples are kept;
+///   - `config.column` set: one degree of freedom, p_B = lever_arm · column · axis_B, with time in
+///     `t_s`; without a lever arm the column is a length [m];
+///   - else CSV with `t_s, x_m, y_m, z_m` and optionally the orientation `qx, qy, qz, qw`.
+/// Velocities are those of the file, else zero: HandCurve in device-io differentiates. Throws
+/// McapError, CsvError (file and line).
 HandTrace load_hand_trace(const ReplayConfig& config);
 
 }  // namespace haptic

@@ -13,18 +13,18 @@
 #include "proto/os/file_descriptor.h"
 #include "proto/os/message.h"
 
-/// A small writer and reader of MCAP, the log container of the robotics tools (Foxglove,
-/// Lichtblick, PlotJuggler, rosbag2). Written from the public specification, https://mcap.dev/spec.
+/// A small writer and reader of MCAP, the log container of robotics tools (Foxglove, Lichtblick,
+/// PlotJuggler, rosbag2), after the public specification, https://mcap.dev/spec.
 namespace haptic {
 
-/// A recording that cannot be made or read: one line "file: what; how to mend".
+/// A recording that cannot be written or read: one line "file: what; how to mend".
 struct McapError : MessageError {
   using MessageError::MessageError;
 };
 
 using McapMetadata = std::map<std::string, std::string>;
 
-/// One message as the file stores it. `data` is valid during the call that hands it over.
+/// One message as stored in the file. `data` is valid only during the call that passes it.
 struct McapMessage {
   uint16_t channel = 0;
   uint32_t sequence = 0;
@@ -45,7 +45,7 @@ struct McapChannel {
   McapMetadata metadata;
 };
 
-/// Where a chunk lies in the file, and what it says about itself.
+/// Place of a chunk in the file, and its own description.
 struct McapChunkIndex {
   uint64_t first_ns = 0, last_ns = 0;  // log times
   uint64_t offset = 0, length = 0;     // of the chunk record
@@ -59,41 +59,41 @@ struct McapMetadataIndex {
   std::string name;
 };
 
-/// Appends messages to a file in chunks (zstd, level 1), each one `write()` long.
+/// Appends messages to a file in chunks (zstd, level 1), each written at once.
 ///
-/// A killed writer loses the chunk it was filling and nothing before it. A full disk loses no chunk
-/// either: before each chunk the space for it *and* for the end of the file is reserved, and where
-/// that is refused the file is ended there, a complete MCAP. Where the file system cannot reserve
-/// and a write falls short, the file is cut back to its last whole chunk. After such a stop
-/// `error()` says what happened, and further messages are refused.
+/// A killed writer loses only the open chunk. A full disk loses no chunk: before each chunk, space
+/// for it *and* for the end of the file is reserved; if that is refused, the file is ended there, a
+/// complete MCAP. If the file system cannot reserve and a write falls short, the file is truncated
+/// to its last whole chunk. After such a stop `error()` gives the reason, and further messages are
+/// refused.
 class McapWriter {
  public:
-  /// Creates or replaces the file. Throws McapError, also where a device or a pipe has that name.
+  /// Creates or replaces the file. Throws McapError, also if the path is a device or a pipe.
   explicit McapWriter(const std::string& path);
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// Schemas and channels come before the first message that uses them.
+  /// Add schemas and channels before the first message that uses them.
   uint16_t add_schema(std::string_view name, std::string_view encoding, std::string_view text);
   uint16_t add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
                        const McapMetadata& metadata);
-  /// Named texts that belong to the file; written at once.
+  /// Named texts that belong to the file; written immediately.
   void add_metadata(std::string_view name, const McapMetadata& metadata);
 
-  /// Adds a message to the open chunk; false when the file was ended by an error.
+  /// Adds a message to the open chunk; false if an error has ended the file.
   bool write(const McapMessage& message);
-  /// Writes the open chunk; false as above. The caller decides how long a chunk may stay open.
+  /// Writes the open chunk; false as above. The caller decides how long a chunk stays open.
   bool flush();
-  /// Writes what is left and the end of the file; false as above.
+  /// Writes the open chunk and the end of the file; false as above.
   bool close();
 
-  /// One line for people; empty while all is well.
+  /// One line; empty: no error.
   const std::string& error() const { return error_; }
   /// Bytes in the file so far.
   uint64_t size() const { return offset_; }
-  /// Messages of a channel in the file so far. Those of the open chunk are not there yet; what
-  /// write() took may still be lost with it.
+  /// Messages of a channel in the file so far, without those of the open chunk, which may still be
+  /// lost.
   uint64_t written(uint16_t channel) const;
 
  private:
@@ -120,22 +120,22 @@ class McapWriter {
   std::vector<McapChannel> channels_;
   std::vector<McapChunkIndex> chunks_;
   std::vector<McapMetadataIndex> metadata_;
-  uint64_t named_bytes_ = 0;             // of all schemas, channels and names of metadata
+  uint64_t named_bytes_ = 0;             // size of all schemas, channels and metadata names
   std::map<uint16_t, uint64_t> counts_;  // messages in whole chunks, by channel
-  Buffer chunk_;                         // open chunk, not compressed
+  Buffer chunk_;                         // open chunk, uncompressed
   std::map<uint16_t, std::vector<Indexed>> chunk_index_;
   uint64_t chunk_first_ns_ = 0, chunk_last_ns_ = 0;
 };
 
-/// Whether a file begins as an MCAP file does; false where it cannot be read.
+/// Whether a file starts as an MCAP file; false if it cannot be read.
 bool is_mcap_file(const std::string& path);
 
-/// Reads a file by its index, or by scanning it when it has no end (a killed writer): everything up
-/// to the last whole chunk. Nobody vouches for the file: a chunk may hold 16 MiB, and memory beyond
-/// that of two such chunks is a small multiple of the size of the file, whatever is in it.
+/// Reads a file by its index, or by scanning if it has no end (a killed writer), up to the last
+/// whole chunk. The file is not trusted: a chunk may hold 16 MiB, and apart from two such chunks
+/// memory is bounded by a small multiple of the file's size.
 class McapReader {
  public:
-  /// Throws McapError when it is no MCAP file or uses what this reader does not know.
+  /// Throws McapError if it is no MCAP file or uses unsupported features.
   explicit McapReader(const std::string& path);
 
   const std::vector<McapSchema>& schemas() const { return schemas_; }
@@ -143,15 +143,15 @@ class McapReader {
   const std::vector<McapChunkIndex>& chunks() const { return chunks_; }
   /// Metadata records by name.
   const std::map<std::string, McapMetadata>& metadata() const { return metadata_; }
-  /// False: the writer was killed; what was in its open chunk is not there.
+  /// False: the writer was killed; the contents of its open chunk are lost.
   bool finished() const { return finished_; }
 
-  /// The channel of a topic; nullptr when the file has none.
+  /// The channel of a topic; nullptr if there is none.
   const McapChannel* find_channel(std::string_view topic) const;
   const McapSchema& schema_of(const McapChannel& channel) const;
 
-  /// Hands over every message of the channel in the order of the file. Throws McapError on a chunk
-  /// whose CRC or contents are wrong.
+  /// Passes every message of the channel in file order. Throws McapError on a chunk with a wrong
+  /// CRC or contents.
   void for_each(uint16_t channel, const std::function<void(const McapMessage&)>& use) const;
 
  private:

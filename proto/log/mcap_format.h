@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-/// What mcap_write.cpp and mcap_read.cpp share of the format. Not for others.
+/// Parts of the format common to mcap_write.cpp and mcap_read.cpp; internal.
 namespace haptic::mcap {
 
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
@@ -17,7 +17,7 @@ inline constexpr std::string_view kZstd = "zstd";
 
 /// First byte of a record; its length follows as uint64.
 enum Op : uint8_t {
-  kNone = 0x00,  // of no record
+  kNone = 0x00,  // no record
   kHeader = 0x01,
   kFooter = 0x02,
   kSchema = 0x03,

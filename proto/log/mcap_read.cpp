@@ -18,17 +18,17 @@ using namespace mcap;
 
 namespace {
 
-// What a chunk may hold [bytes]: it is unpacked as a whole, and zstd packs zeros ten thousand
-// times. McapWriter closes a chunk at 256 KiB, the public C++ library at 768 KiB, other tools at
-// some MiB.
+// Largest uncompressed chunk [bytes]: chunks are unpacked as a whole, and zstd compresses zeros
+// ten-thousandfold. McapWriter closes a chunk at 256 KiB, the public C++ library at 768 KiB, other
+// tools at some MiB.
 constexpr uint64_t kMostUnpacked = uint64_t{16} << 20;
-// Longest record that is read as a whole [bytes]: a packed chunk can be longer than what it holds.
+// Longest record read as a whole [bytes]: a compressed chunk may be longer than its contents.
 constexpr uint64_t kMostRecord = kMostUnpacked + (uint64_t{1} << 20);
-constexpr size_t kMostNamed = 1024;  // schemas, and channels, of a file; a recording has five
+constexpr size_t kMostNamed = 1024;  // schemas or channels of a file; a recording has five
 
 using Buffer = std::vector<char>;
 
-/// Takes numbers and texts out of a record; throws std::out_of_range where it is too short.
+/// Extracts numbers and texts from a record; throws std::out_of_range if it is too short.
 class Parser {
  public:
   explicit Parser(const Buffer& content) : data_(content.data()), left_(content.size()) {}
@@ -91,7 +91,7 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
   return index;
 }
 
-/// Records that keep() looks at.
+/// Record types that keep() uses.
 bool is_kept(uint8_t op) {
   return op == kSchema || op == kChannel || op == kMetadata || op == kMessage;
 }
@@ -133,7 +133,7 @@ const McapSchema& McapReader::schema_of(const McapChannel& channel) const {
                   "' has no schema; the file is damaged");
 }
 
-/// Where a record lies and what it is; false when it is not wholly in the file.
+/// Finds position and type of a record; false if it is not wholly in the file.
 bool McapReader::find_record(uint64_t offset, Record& record) const {
   char header[kRecordHeader];
   if (offset > size_ || size_ - offset < sizeof header) return false;
@@ -149,7 +149,7 @@ bool McapReader::find_record(uint64_t offset, Record& record) const {
   return true;
 }
 
-/// The first `most` bytes of a record that was found, all where it has no more.
+/// Reads the first `most` bytes of a found record, or all.
 void McapReader::read_content(Record& record, uint64_t most) const {
   const uint64_t length = std::min(record.length - kRecordHeader, most);
   if (length > kMostRecord) {
@@ -166,14 +166,14 @@ void McapReader::read_content(Record& record, uint64_t most) const {
   }
 }
 
-/// False when the record is not wholly in the file.
+/// False if the record is not wholly in the file.
 bool McapReader::read_record(uint64_t offset, Record& record) const {
   if (!find_record(offset, record)) return false;
   read_content(record, record.length);
   return true;
 }
 
-/// Takes what a record says into the lists; the first of several with one id holds.
+/// Adds a record to the lists; of several with one id the first counts.
 void McapReader::keep(const Record& record) {
   Parser in(record.content);
   if (record.op == kSchema) {
@@ -200,7 +200,7 @@ void McapReader::keep(const Record& record) {
   }
 }
 
-/// False when the file has no sound end: its writer was killed, or the end is damaged.
+/// False if the file has no valid end: its writer was killed, or the end is damaged.
 bool McapReader::read_summary() {
   if (size_ < 2 * kMagic.size() + kFooterBytes || !read_magic(file_.get(), size_ - kMagic.size())) {
     return false;
@@ -217,8 +217,8 @@ bool McapReader::read_summary() {
   return finished_;
 }
 
-/// The records from `begin` to `end`. What they point to comes in the order of the file and does
-/// not overlap, so that nothing is read twice, however often it is named.
+/// Reads the records from `begin` to `end`. What they point to must be in file order and not
+/// overlap, so nothing is read twice, however often it is named.
 bool McapReader::read_summary(uint64_t begin, uint64_t end) {
   uint64_t chunks_end = 0, metadata_end = 0;
   Record record, metadata;
@@ -244,8 +244,8 @@ bool McapReader::read_summary(uint64_t begin, uint64_t end) {
   return true;
 }
 
-/// Walks the records from the start to the first that is not whole, or is none: what a crash leaves
-/// behind the last record may be zeros.
+/// Walks the records from the start to the first incomplete or invalid one: a crash may leave zeros
+/// behind the last record.
 void McapReader::scan() {
   schemas_.clear();
   channels_.clear();
@@ -267,7 +267,7 @@ void McapReader::scan() {
   }
 }
 
-/// What is known of a chunk without its message index: that may be the part that is missing.
+/// Describes a chunk without its message index, which may be the missing part.
 McapChunkIndex McapReader::find_chunk(Record& record) const {
   read_content(record, 2 * sizeof(uint64_t));
   Parser in(record.content);
@@ -279,7 +279,7 @@ McapChunkIndex McapReader::find_chunk(Record& record) const {
   return chunk;
 }
 
-/// The records of a chunk, unpacked and checked.
+/// The records of a chunk, decompressed and checked.
 std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   const std::string where = "chunk at byte " + std::to_string(index.offset);
   Record record;
@@ -301,7 +301,7 @@ std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   }
   Buffer out(size);
   if (compression == kZstd) {
-    // no more than the chunk claims, whatever the packed bytes say
+    // at most what the chunk claims, whatever the compressed bytes say
     const size_t got = ZSTD_decompress(out.data(), out.size(), packed, packed_size);
     if (ZSTD_isError(got) || got != size) fail(where + " cannot be unpacked; the file is damaged");
   } else if (compression.empty() && packed_size == size) {

@@ -22,7 +22,7 @@ using namespace mcap;
 
 namespace {
 
-constexpr size_t kChunkBytes = 256 << 10;  // a chunk is written when it has grown to this
+constexpr size_t kChunkBytes = 256 << 10;  // a chunk is written at this size
 constexpr int kZstdLevel = 1;
 
 using Buffer = std::vector<char>;
@@ -32,7 +32,7 @@ void put_bytes(Buffer& out, const void* data, size_t size) {
   out.insert(out.end(), bytes, bytes + size);
 }
 
-/// Little endian, as the machine: x86-64 and ARM64 alike.
+/// Little endian, like the machines (x86-64, ARM64).
 template <typename T>
 void put(Buffer& out, T value) {
   static_assert(std::is_integral_v<T>);
@@ -44,7 +44,7 @@ void put_text(Buffer& out, std::string_view text) {
   put_bytes(out, text.data(), text.size());
 }
 
-/// MCAP writes maps and arrays with their length in bytes in front, known once they are written.
+/// MCAP maps and arrays start with their length in bytes, known only after they are written.
 template <typename PutContent>
 void put_sized(Buffer& out, const PutContent& put_content) {
   const size_t at = out.size();
@@ -111,7 +111,7 @@ void put_chunk_index(Buffer& out, const McapChunkIndex& index) {
   });
 }
 
-/// Writes all or says no; errno holds the reason.
+/// Writes everything; false with errno.
 bool write_all(int file, const Buffer& bytes, uint64_t offset) {
   for (size_t done = 0; done < bytes.size();) {
     const ssize_t n =
@@ -124,8 +124,8 @@ bool write_all(int file, const Buffer& bytes, uint64_t offset) {
   return true;
 }
 
-/// An empty file, in the place of what was there. What is no file is left alone: it cannot be cut
-/// back to its last whole chunk, and a pipe would wait for a reader.
+/// An empty file that replaces an existing one. Anything but a regular file is refused: it cannot
+/// be truncated, and a pipe would wait for a reader.
 FileDescriptor create(const std::string& path) {
   FileDescriptor file(
       ::open(path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0644));
@@ -236,12 +236,12 @@ uint64_t McapWriter::written(uint16_t channel) const {
   return count == counts_.end() ? 0 : count->second;
 }
 
-/// The open chunk as records, and where it will lie.
+/// The open chunk as records, with its future index entry.
 McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   Buffer packed(ZSTD_compressBound(chunk_.size()));
   const size_t packed_size =
       ZSTD_compress(packed.data(), packed.size(), chunk_.data(), chunk_.size(), kZstdLevel);
-  // with a buffer of that size only memory can fail
+  // with a buffer of this size only memory can fail
   if (ZSTD_isError(packed_size)) throw std::bad_alloc();
   packed.resize(packed_size);
   Buffer out;
@@ -277,7 +277,7 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   return out;
 }
 
-/// How much of what the file holds.
+/// Numbers of records in the file.
 void McapWriter::put_statistics(Buffer& out) const {
   uint64_t messages = 0, first = chunks_.empty() ? 0 : chunks_.front().first_ns, last = 0;
   for (const auto& [channel, n] : counts_) messages += n;
@@ -303,7 +303,7 @@ void McapWriter::put_statistics(Buffer& out) const {
   });
 }
 
-/// Everything behind the last chunk: end of data, summary, footer.
+/// Everything after the last chunk: end of data, summary, footer.
 McapWriter::Buffer McapWriter::make_end() const {
   Buffer out;
   put_record(out, kDataEnd, [&] { put(out, uint32_t{0}); });
@@ -340,7 +340,7 @@ McapWriter::Buffer McapWriter::make_end() const {
   put_group(kStatistics, [&] { put_statistics(out); });
   const uint64_t offsets = offset_ + out.size();
   out.insert(out.end(), groups.begin(), groups.end());
-  // the CRC covers the summary and the footer up to the CRC itself
+  // the CRC covers the summary and the footer up to the CRC field
   put(out, static_cast<uint8_t>(kFooter));
   put(out, uint64_t{kFooterBytes - kRecordHeader});
   put(out, uint64_t{offset_ + summary});
@@ -350,7 +350,7 @@ McapWriter::Buffer McapWriter::make_end() const {
   return out;
 }
 
-/// At least what make_end() will need once one more chunk is in the file.
+/// Upper bound of the size of make_end() after one more chunk [bytes].
 uint64_t McapWriter::end_bound() const {
   constexpr uint64_t kFixed = 1024;
   constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerChannel = 10;
@@ -358,7 +358,7 @@ uint64_t McapWriter::end_bound() const {
          (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + 1);
 }
 
-/// Whether the file may grow by so much; reserves the space where the file system can.
+/// Whether the file may grow by that much; reserves the space if the file system can.
 bool McapWriter::has_room(uint64_t bytes) const {
   rlimit limit{};
   if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
@@ -366,7 +366,7 @@ bool McapWriter::has_room(uint64_t bytes) const {
     errno = EFBIG;
     return false;
   }
-  // beyond the end of the file, so that its size, and with it a scan, is that of what was written
+  // reserves beyond the end without changing the size, on which a scan depends
   const int result = ::fallocate(file_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset_),
                                  static_cast<off_t>(bytes));
   return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
@@ -382,7 +382,7 @@ bool McapWriter::append(const Buffer& bytes) {
   return false;
 }
 
-/// Ends the file where it is whole and says why.
+/// Ends the file after its last whole chunk and notes the reason.
 void McapWriter::stop(int error) {
   tell(error, finish());
 }
@@ -394,10 +394,10 @@ void McapWriter::tell(int error, bool whole) {
            "), free some space and record again";
 }
 
-/// Writes the end and closes the file; false, with errno, where it has none then.
+/// Writes the end and closes the file; false, with errno, if the file then has no end.
 bool McapWriter::finish() {
   const Buffer end = make_end();
-  // over the half chunk of a write that fell short, or into the space reserved for it
+  // overwrites a half-written chunk, or uses the reserved space
   const bool whole = write_all(file_.get(), end, offset_);
   int error = errno;
   const uint64_t size = offset_ + (whole ? end.size() : 0);

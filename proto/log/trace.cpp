@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-// CDR, little endian, as ROS 2 writes it; aligned from behind these bytes
+// CDR, little endian, as in ROS 2; alignment counts from after these bytes
 constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::byte{0},
                                               std::byte{0}};
 
@@ -63,7 +63,7 @@ TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata) 
 
 bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t size,
                               const Stamp& stamp) {
-  // the struct is its own CDR encoding: schema.cpp proves it
+  // the struct is its own CDR encoding, checked in schema.cpp
   const std::byte* bytes = static_cast<const std::byte*>(value);
   message_.assign(kCdrHeader.begin(), kCdrHeader.end());
   message_.insert(message_.end(), bytes, bytes + size);

@@ -15,8 +15,8 @@
 #include "proto/wire/schema.h"
 #include "proto/wire/wire.h"
 
-/// Recordings: the wire structs in an MCAP file. The payload of a message is the CDR encoding of
-/// the struct, four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
+/// Recordings: the wire structs in an MCAP file. A message's payload is the CDR encoding of the
+/// struct: four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
 /// CLOCK_MONOTONIC.
 namespace haptic {
 
@@ -32,27 +32,27 @@ inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
 inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
 inline constexpr Topic<Event> kEventTopic{"/events"};
 
-/// The same without the type, for what handles every topic alike.
+/// A topic without its type, for code that handles all topics alike.
 struct TopicInfo {
   std::string_view name, schema, text;
   size_t size;  // of the struct [bytes]
   std::string_view what;
 };
 
-/// Every topic a recording of this version has.
+/// The topics of a recording of this version.
 extern const std::array<TopicInfo, 5> kTopics;
 
-/// nullptr when there is no such topic.
+/// nullptr if there is no such topic.
 const TopicInfo* find_topic(std::string_view name);
 
 struct Stamp {
   int64_t t_ns = 0;         // CLOCK_MONOTONIC
   int64_t realtime_ns = 0;  // the same instant on CLOCK_REALTIME
-  uint64_t sequence = 0;    // of the item in its ring; kept modulo 2³²
+  uint64_t sequence = 0;    // of the item in its ring, modulo 2³²
 };
 
-/// What a recording says about its origin: program version, machine, kernel, the name of the
-/// session and its configuration as TOML ("" where unknown).
+/// Origin of a recording: program version, machine, kernel, session name and its configuration as
+/// TOML ("" if unknown).
 McapMetadata recording_metadata(const std::string& session, const std::string& config_toml);
 
 class TraceWriter {
@@ -60,14 +60,14 @@ class TraceWriter {
   /// Creates the file with all topics. Throws McapError.
   TraceWriter(const std::string& path, const McapMetadata& metadata);
 
-  /// Appends a record to one of kTopics; false when the file was ended by an error, see error().
+  /// Appends a record to one of kTopics; false if an error has ended the file, see error().
   template <typename T>
   bool write(const Topic<T>& topic, const T& value, const Stamp& stamp) {
     static_assert(kIsWire<T>);
     return write_bytes(topic.name, &value, sizeof value, stamp);
   }
 
-  /// Names a fact that is known only now, such as how much was lost.
+  /// Adds facts known only now, such as the number of lost records.
   void add_metadata(std::string_view name, const McapMetadata& metadata) {
     mcap_.add_metadata(name, metadata);
   }
@@ -76,7 +76,7 @@ class TraceWriter {
   bool close() { return mcap_.close(); }
   const std::string& error() const { return mcap_.error(); }
   uint64_t size() const { return mcap_.size(); }
-  /// Records of a topic that are in the file, those of the open chunk left out.
+  /// Records of a topic in the file, without those of the open chunk.
   uint64_t written(std::string_view topic) const;
 
  private:
@@ -92,8 +92,8 @@ class TraceReader {
   /// Throws McapError.
   explicit TraceReader(const std::string& path);
 
-  /// Hands over every record of the topic in the order of the file; none when the file has none.
-  /// Throws McapError when the topic was recorded with another layout.
+  /// Passes every record of the topic in file order; none if the file has none. Throws McapError if
+  /// the topic was recorded with another layout.
   template <typename T>
   void for_each(const Topic<T>& topic,
                 const std::function<void(const T&, const Stamp&)>& use) const {
@@ -112,11 +112,11 @@ class TraceReader {
     return out;
   }
 
-  /// The same without the type: `topic.size` bytes a record, not aligned.
+  /// Without the type: `topic.size` bytes per record, unaligned.
   void for_each_bytes(const TopicInfo& topic,
                       const std::function<void(const std::byte*, const Stamp&)>& use) const;
 
-  /// Topics of this file that are known here.
+  /// Topics of this file known to this program.
   std::vector<const TopicInfo*> topics() const;
   const McapReader& mcap() const { return mcap_; }
 

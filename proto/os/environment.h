@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// Value of an environment variable; empty where it is not set.
+/// Value of an environment variable; empty if not set.
 inline std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";

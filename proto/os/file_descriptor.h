@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// An open descriptor, closed with its owner.
+/// Owner of an open file descriptor, which its destructor closes.
 class FileDescriptor {
  public:
   FileDescriptor() = default;

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-/// What a text begins with.
+/// The first character of a text.
 struct Character {
   size_t bytes = 1;
   char32_t code = 0;
@@ -18,7 +18,7 @@ bool is_continuation(char c) {
   return (static_cast<unsigned char>(c) & 0xc0) == 0x80;
 }
 
-/// RFC 3629: no surrogates, nothing longer than it has to be, nothing above U+10FFFF.
+/// RFC 3629: no surrogates, no overlong forms, nothing above U+10FFFF.
 Character first_character(std::string_view text) {
   const char32_t lead = static_cast<unsigned char>(text.front());
   if (lead < 0x80) return {1, lead, true};
@@ -35,7 +35,7 @@ Character first_character(std::string_view text) {
   return is_good ? Character{n, code, true} : Character{1, lead, false};
 }
 
-/// Control characters of both sets, and what turns the direction of writing or ends a line.
+/// False: a control character (C0 or C1), or one that changes the writing direction or ends a line.
 bool is_printable(char32_t code) {
   const auto within = [code](char32_t first, char32_t last) {
     return code >= first && code <= last;
@@ -87,7 +87,7 @@ std::string_view last_characters(std::string_view text, size_t n) {
 }  // namespace
 
 std::string printable(std::string_view text, size_t most) {
-  // of a text of gigabytes only the ends are looked at: a character has at most four bytes
+  // escapes only the two ends of a huge text: a character has at most four bytes
   const size_t window = 4 * most;
   if (text.size() <= 2 * window) {
     std::string whole = escape(text);

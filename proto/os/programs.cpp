@@ -10,8 +10,8 @@
 namespace haptic {
 namespace {
 
-/// What the kernel says of a process behind its name, which may hold anything, brackets too: state,
-/// parent and so on. Empty: there is none.
+/// The fields of /proc/PID/stat after the name, which may itself contain brackets: state, parent
+/// and so on. Empty: no such process.
 std::string stat_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text;
@@ -37,7 +37,7 @@ bool is_running(pid_t pid) {
 }
 
 uint64_t start_time_of(pid_t pid) {
-  constexpr int kFieldsBefore = 19;  // of state … itrealvalue, proc(5)
+  constexpr int kFieldsBefore = 19;  // state … itrealvalue, proc(5)
   std::istringstream fields(stat_of(pid));
   std::string skipped;
   for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;

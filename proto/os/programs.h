@@ -8,17 +8,17 @@
 
 namespace haptic {
 
-/// Folder that this program lies in.
+/// Folder of this program.
 std::string own_folder();
 
 /// Folder of the programs: $HAPTICD_LIBEXEC, else that of this one.
 std::string program_folder();
 
-/// Whether a process of that number exists and has not ended; one that waits to be reaped has.
+/// Whether a process with that pid exists and has not ended; a zombie has.
 bool is_running(pid_t pid);
 
-/// When a process began, in the kernel's ticks since the machine started; 0: there is none. With
-/// the pid it names a process for good: numbers are given again.
+/// Start of a process in the kernel's ticks since boot; 0: no such process. Together with the pid
+/// it identifies a process, since pids are reused.
 uint64_t start_time_of(pid_t pid);
 
 }  // namespace haptic

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <csignal>
 
-/// Orders to programs of the test bench (a device that is emulated, a process that is faulty on
-/// purpose): one small number sent by sigqueue. No process of a session takes any.
+/// Orders to test programs (an emulated device, a deliberately faulty process): one small number
+/// sent by sigqueue. No process of a session accepts any.
 namespace haptic {
 
 namespace detail {
@@ -15,7 +15,7 @@ inline std::atomic<int> queued_order{0};
 static_assert(std::atomic<int>::is_always_lock_free);  // a signal handler stores it
 }  // namespace detail
 
-/// From now on this process takes orders instead of being ended by them.
+/// From now on this process accepts orders; before, one would end it.
 inline void catch_orders() {
   struct sigaction action {};
   action.sa_sigaction = [](int, siginfo_t* info, void*) {
@@ -25,13 +25,13 @@ inline void catch_orders() {
   sigaction(SIGRTMIN, &action, nullptr);
 }
 
-/// The newest order that was not yet taken; 0: none.
+/// The newest order not yet taken; 0: none.
 inline int take_order() noexcept {
   return detail::queued_order.exchange(0, std::memory_order_relaxed);
 }
 
-/// Sends an order (not 0) to a process that has called catch_orders(); any other would be ended by
-/// it. False: no such process, or not ours.
+/// Sends an order (not 0) to a process that has called catch_orders(); it would end any other.
+/// False: no such process, or not permitted.
 inline bool send_order(pid_t pid, int order) {
   sigval value{};
   value.sival_int = order;

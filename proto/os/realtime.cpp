@@ -17,7 +17,8 @@
 namespace haptic {
 namespace {
 
-constexpr rlim_t kRunawayLimitUs = 2'000'000;  // FIFO without a sleep for this long: SIGXCPU
+constexpr rlim_t kRunawayLimitUs = 2'000'000;  // SIGXCPU after FIFO without a sleep for this long
+                                               // [µs]
 constexpr size_t kPage = 4096;
 
 bool has_ipc_lock() noexcept {
@@ -46,7 +47,7 @@ int set_fifo(int priority) noexcept {
   return 0;
 }
 
-// noinline: the touched frame lies below every frame of the loop to come
+// noinline: the touched frame lies below all frames of the coming loop
 [[gnu::noinline]] void touch_stack(size_t bytes) noexcept {
   auto* stack = static_cast<volatile char*>(alloca(bytes));
   for (size_t i = 0; i < bytes; i += kPage) stack[i] = 0;
@@ -77,7 +78,7 @@ Tick DeadlineClock::wait() noexcept {
   const int64_t deadline_ns = start_ns_ + static_cast<int64_t>(index) * period_;
   sleep_until(deadline_ns - spin_ns_);
   int64_t woke_ns = now_ns();
-  // hybrid: the wake-up's own lateness is spent here
+  // hybrid: absorbs the lateness of the wake-up
   while (woke_ns < deadline_ns) woke_ns = now_ns();
   return {index, deadline_ns, woke_ns - deadline_ns, skipped_};
 }
@@ -90,7 +91,7 @@ RealtimeReport enter_realtime(const RealtimeOptions& options) {
   RealtimeReport report;
   prctl(PR_SET_TIMERSLACK, 1UL);
 
-  // memory before priority: faulting everything in must not run at FIFO
+  // memory first: page faults must not run at FIFO
   if (options.lock_memory) {
     report.bits |= kRealtimeWanted;
     if (!may_lock_all_memory()) {

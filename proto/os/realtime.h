@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-/// The real-time shell: clocks, absolute deadlines, and the rights a periodic thread asks for.
+/// Clocks, absolute deadlines, and the rights a periodic thread needs.
 namespace haptic {
 
 inline constexpr int64_t kNsPerSecond = 1'000'000'000;
@@ -25,7 +25,7 @@ inline int64_t now_ns() noexcept {
   return read_clock_ns(CLOCK_MONOTONIC);
 }
 
-/// CLOCK_REALTIME [ns] since 1970: only for recordings, it may jump.
+/// CLOCK_REALTIME [ns] since 1970: for recordings only, since it may jump.
 inline int64_t realtime_now_ns() noexcept {
   return read_clock_ns(CLOCK_REALTIME);
 }
@@ -42,23 +42,23 @@ void sleep_until(int64_t deadline_ns) noexcept;
 struct Tick {
   uint64_t index;       // grid point; skipped ones leave a gap
   int64_t deadline_ns;  // the instant of that grid point, CLOCK_MONOTONIC
-  int64_t late_ns;      // wake-up after it
+  int64_t late_ns;      // wake-up after the deadline
   uint64_t skipped;     // grid points skipped since the clock was made
 };
 
-/// Grid point to wake at after grid point `last`, when it is `now_ns`: the next one, or, where that
-/// is past already, the first one still to come. Grid point i lies at start + i·period.
+/// Grid point to wake at after grid point `last`, at time `now_ns`: the next one or, if that is
+/// past, the first still to come. Grid point i is at start + i·period.
 uint64_t next_grid_point(int64_t start_ns, int64_t period, uint64_t last, int64_t now_ns) noexcept;
 
-/// How long before a grid point a hybrid clock wakes up and spins [ns].
+/// Spinning time of a hybrid clock before a grid point [ns].
 inline constexpr int64_t kHybridSpinNs = 100'000;
 
-/// Absolute grid on CLOCK_MONOTONIC. A grid point that was missed is skipped and counted; two ticks
-/// are never run in a burst to catch up. Grid point 0 is one period after construction.
+/// Absolute grid on CLOCK_MONOTONIC. Missed grid points are skipped and counted; ticks are never
+/// run in a burst to catch up. Grid point 0 is one period after construction.
 class DeadlineClock {
  public:
-  /// `spin_ns` > 0: hybrid, sleeps until that long before each grid point, then spins. Never longer
-  /// than half a period, which leaves the other half to everybody else.
+  /// `spin_ns` > 0: hybrid, sleeps until that long before each grid point, then spins; at most half
+  /// a period, which leaves the rest to other threads.
   explicit DeadlineClock(int64_t period, int64_t spin_ns = 0) noexcept;
 
   /// Sleeps until the next grid point. No allocation; one system call.
@@ -77,9 +77,9 @@ class DeadlineClock {
   uint64_t skipped_ = 0;
 };
 
-/// What a process asks of the kernel; also the bits in a segment's header.
+/// Real-time rights, as bits in a segment's header.
 enum RealtimeBit : uint32_t {
-  kRealtimeWanted = 1u << 0,        // the session asks for it
+  kRealtimeWanted = 1u << 0,        // requested by the session
   kRealtimeFifo = 1u << 1,          // SCHED_FIFO granted
   kRealtimeMemoryLocked = 1u << 2,  // all memory, present and future, is locked
 };
@@ -87,34 +87,34 @@ enum RealtimeBit : uint32_t {
 struct RealtimeOptions {
   int fifo_priority = 0;  // 1–99; 0: stay at normal priority
   bool lock_memory = false;
-  size_t prefault_stack = 256 * 1024;  // bytes of this thread's stack to touch; 0: none
+  size_t prefault_stack = 256 * 1024;  // of this thread, touched in advance [bytes]; 0: none
 };
 
-/// How to get the rights that were refused.
+/// How to get refused rights.
 inline constexpr const char* kMendRealtime =
     "run as root, or give the user 'rtprio 90' and 'memlock unlimited' in /etc/security/limits.d/ "
     "and log in again";
 
-/// What was granted and what was refused. Nothing is fatal: without the rights the loop still runs
-/// and counts its late ticks.
+/// Rights granted and refused. A refusal is not fatal: the loop still runs and counts its late
+/// ticks.
 struct RealtimeReport {
   uint32_t bits = 0;     // RealtimeBit
   int fifo_errno = 0;    // why SCHED_FIFO was refused; 0: granted or not asked for
-  int memory_errno = 0;  // the same for locked memory
+  int memory_errno = 0;  // why locked memory was refused; 0: granted or not asked for
 
-  /// The first refusal, for the segment's header; 0: everything asked for was granted.
+  /// The first refusal; 0: everything requested was granted.
   int first_errno() const noexcept { return fifo_errno != 0 ? fifo_errno : memory_errno; }
 
-  /// One line for people: what was refused, why, how to mend it; "real time: …" when all is well,
-  /// "normal priority" when nothing was asked for.
+  /// One line: what was refused, why, how to mend it; "real time: …" if everything was granted,
+  /// "normal priority" if nothing was requested.
   std::string explain() const;
 };
 
-/// Makes the calling thread real time as far as it may: timer slack 1 ns, SCHED_FIFO with
-/// SCHED_RESET_ON_FORK (threads started later are normal again) and a 2 s RLIMIT_RTTIME against a
-/// runaway loop, memory locked and the stack touched. Memory is locked as a whole only with
-/// CAP_IPC_LOCK or without a limit: under a finite RLIMIT_MEMLOCK a later mmap would fail, so then
-/// segments are locked singly and the report says EPERM. Call it after the attach thread runs.
+/// Makes the calling thread real time as far as permitted: timer slack 1 ns; SCHED_FIFO with
+/// SCHED_RESET_ON_FORK (threads started later are normal) and RLIMIT_RTTIME of 2 s against a
+/// runaway loop; memory locked and the stack touched. Memory is locked as a whole only with
+/// CAP_IPC_LOCK or without a limit: under a finite RLIMIT_MEMLOCK a later mmap would fail, so
+/// segments are locked singly and the report says EPERM. Call it once the attach thread runs.
 RealtimeReport enter_realtime(const RealtimeOptions& options);
 
 /// Whether mlockall(MCL_FUTURE) is safe: CAP_IPC_LOCK, or no RLIMIT_MEMLOCK.

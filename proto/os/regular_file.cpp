@@ -22,10 +22,11 @@ std::string kind_problem(mode_t mode) {
 
 RegularFile open_regular_file(const std::string& path) {
   RegularFile out;
-  // a pipe is opened at once, whether or not somebody writes to it; a terminal takes nobody over
+  // non-blocking: does not wait for the writer of a pipe; a terminal does not become the
+  // controlling one
   FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   struct stat status {};
-  // a socket cannot be opened at all, but it has a kind
+  // a socket cannot be opened, but its kind can be named
   const bool known =
       file.is_open() ? ::fstat(file.get(), &status) == 0 : ::stat(path.c_str(), &status) == 0;
   if (known) out.problem = kind_problem(status.st_mode);
@@ -42,7 +43,7 @@ RegularFile open_regular_file(const std::string& path) {
 std::string open_stream(const std::string& path, std::ifstream& in) {
   const RegularFile file = open_regular_file(path);
   if (!file.problem.empty()) return file.problem;
-  // this very file, whatever lies under its name by now
+  // the checked file, even if its name was reused meanwhile
   in.open("/proc/self/fd/" + std::to_string(file.descriptor.get()), std::ios::binary);
   return in ? "" : std::string("cannot be read (") + std::strerror(errno) + ")";
 }

@@ -26,7 +26,7 @@ constexpr std::array<const char*, kViolations> kNames{"allocation",  "free",    
                                                       "condition",   "rwlock",     "system call",
                                                       "minor fault", "major fault"};
 
-// constinit: a thread's first look at them runs no code
+// constinit: no initialisation code at a thread's first access
 constinit thread_local bool is_armed = false;
 constinit thread_local bool aborts = false;
 constinit thread_local bool is_ending = false;
@@ -36,7 +36,7 @@ constinit bool hooks_linked = false;
 struct PageFaults {
   long minor = 0, major = 0;
 };
-constinit thread_local PageFaults own_faults{};  // of the guard itself, since it was armed
+constinit thread_local PageFaults own_faults{};  // caused by the guard itself since it was armed
 
 PageFaults page_faults() noexcept {
   rusage usage{};
@@ -44,8 +44,8 @@ PageFaults page_faults() noexcept {
   return {usage.ru_minflt, usage.ru_majflt};
 }
 
-/// Who called. The unwinder's tables may be touched for the first time: those faults are not the
-/// loop's.
+/// The caller's stack. The unwinder's tables may be touched for the first time: those faults are
+/// not the loop's.
 int read_stack(std::array<void*, Caught::kMaxDepth>& stack) noexcept {
   const PageFaults before = page_faults();
   const int depth = backtrace(stack.data(), Caught::kMaxDepth);
@@ -78,15 +78,15 @@ void count(Violation kind) noexcept {
   if (aborts) abort_loudly(name_of(kind));
 }
 
-/// Armed or not, what is refused counts: the thread then goes on otherwise than it would unguarded.
+/// Refused calls count armed or not: they change what the thread does.
 void note_refused(const detail::RefusedCall& call, bool was_armed) noexcept {
   if (current == nullptr || (call.is_lock() && !was_armed)) return;
   if (current->first_system_call < 0) current->first_system_call = static_cast<int>(call.number());
   count(Violation::kSystemCall);
 }
 
-/// The call was not made, and its caller is told so; but a lock that fails would end the program
-/// without a word, so a wait for one is counted and then made.
+/// Tells the caller that the call failed. But a failing lock would end the program without a
+/// message, so a wait for one is counted and then made.
 void on_refused_call(int, siginfo_t*, void* context) {
   detail::RefusedCall call(context);
   if (is_ending) return call.set_result(call.make());
@@ -100,12 +100,12 @@ void on_refused_call(int, siginfo_t*, void* context) {
 void handle_refused_calls() {
   struct sigaction action {};
   action.sa_sigaction = on_refused_call;
-  // again while it runs: what prints a stack asks for calls that are refused
+  // nested: printing a stack makes calls that are refused
   action.sa_flags = SA_SIGINFO | SA_NODEFER;
   sigaction(SIGSYS, &action, nullptr);
 }
 
-/// Name of the function an address lies in, or of its file.
+/// Name of the function at an address, or of its file.
 std::string function_at(void* address) {
   Dl_info info{};
   if (dladdr(address, &info) == 0) return "?";
@@ -122,7 +122,7 @@ namespace detail {
 
 void note_violation(Violation kind) noexcept {
   if (!is_armed) return;
-  // what counting itself does is not the loop's
+  // the guard's own actions do not count
   is_armed = false;
   count(kind);
   is_armed = true;
@@ -167,7 +167,7 @@ std::string GuardReport::explain() const {
 }
 
 RtGuard::RtGuard(const GuardOptions& options) {
-  // the first backtrace loads a library, the first getrusage touches pages
+  // warm-up: the first backtrace loads a library, the first getrusage touches pages
   std::array<void*, 4> warm_up{};
   backtrace(warm_up.data(), static_cast<int>(warm_up.size()));
   read_usage();
@@ -190,7 +190,7 @@ RtGuard::Usage RtGuard::read_usage() noexcept {
 }
 
 void RtGuard::arm() {
-  // not before: in a warm-up the thread must find everything as it is unguarded
+  // only now: a warm-up must behave as without a guard
   if (filter_ && !std::exchange(is_filtered_, true)) filter_->load();
   own_faults = {};
   armed_at_ = read_usage();

@@ -7,13 +7,12 @@
 #include <memory>
 #include <string>
 
-/// Proof that a loop does nothing that may block: armed after warm-up, it catches what the thread
-/// must not do. Three witnesses: interposed libc functions (proto/os/rt_guard_hooks.cpp, which only
-/// programs that prove something link), a seccomp filter on system calls, and the kernel's counts
-/// of page faults.
+/// Checks that a loop does nothing that may block: armed after warm-up, it catches forbidden
+/// actions of the thread by interposed libc functions (proto/os/rt_guard_hooks.cpp, linked only
+/// into test programs), a seccomp filter on system calls, and the kernel's counts of page faults.
 ///
-/// Not seen: a lock that the C library takes within itself while nobody else holds it, such as that
-/// of a FILE in a buffered fputc or fprintf. Where somebody does, the wait is a system call.
+/// Not seen: an uncontended lock inside the C library, such as that of a FILE in a buffered fputc
+/// or fprintf. A contended one shows as a system call.
 namespace haptic {
 
 namespace detail {
@@ -23,19 +22,19 @@ class SystemCallFilter;
 enum class Violation : uint32_t {
   kAllocate,    // malloc, calloc, realloc, memalign and its kin; operator new through them
   kFree,        // free; operator delete through it
-  kMutex,       // a mutex of pthread or C11, a spin lock, a semaphore: taken, tried or waited for
+  kMutex,       // mutex (pthread or C11), spin lock or semaphore: taken, tried or waited for
   kCondition,   // pthread_cond_wait, timedwait, clockwait, signal, broadcast
   kRwlock,      // pthread_rwlock_rdlock, wrlock, each also try, timed and clock
-  kSystemCall,  // one that is not on the list; it is refused with ENOSYS, but a futex is made
-  kMinorFault,  // a page was not there and could be given without reading
-  kMajorFault,  // a page was not there and was read
+  kSystemCall,  // not on the list; refused with ENOSYS, except futex, which is made
+  kMinorFault,  // page fault served without reading from disk
+  kMajorFault,  // page fault that read from disk
 };
 inline constexpr size_t kViolations = 8;
 
 /// "allocation", "system call", …
 const char* name_of(Violation kind) noexcept;
 
-/// What was caught of one kind, and from where the first time. Faults have no stack.
+/// Count of one kind, and the stack of the first. Faults have no stack.
 struct Caught {
   static constexpr int kMaxDepth = 24;
   uint64_t count = 0;
@@ -45,14 +44,14 @@ struct Caught {
 
 struct GuardReport {
   std::array<Caught, kViolations> caught{};
-  int first_system_call = -1;         // number of the first that was refused
-  uint64_t involuntary_switches = 0;  // the machine's doing, not the loop's: no violation
-  uint64_t voluntary_switches = 0;    // a sleep each; the owner of the loop knows how many it meant
+  int first_system_call = -1;         // number of the first refused one
+  uint64_t involuntary_switches = 0;  // caused by the machine, not the loop: no violation
+  uint64_t voluntary_switches = 0;    // one per sleep; the loop's owner knows how many it meant
 
   const Caught& of(Violation kind) const { return caught[static_cast<size_t>(kind)]; }
   Caught& of(Violation kind) { return caught[static_cast<size_t>(kind)]; }
   uint64_t violations() const noexcept;
-  /// The first of each kind, with the functions on its stack; one line each, empty when clean.
+  /// The first of each kind with its stack; one line each, empty if clean.
   std::string explain() const;
 };
 
@@ -65,24 +64,24 @@ struct GuardOptions {
   bool abort_at_once = false;  // print kind and stack, then abort, instead of counting
 };
 
-/// Guards the thread that makes it, from arm() to disarm(). The first arm() loads the filter, which
-/// stays for the rest of the thread's life, so use a thread of its own. It lets through the
-/// deadline sleep (until an instant of CLOCK_MONOTONIC, no other), getrusage of the thread, a look
-/// at the clock (no system call where the kernel maps it), the device's node, the return from a
-/// signal and the end of the thread. What it refuses is counted from then on, armed or not. A
-/// thread that aborts says so first. One guard a thread.
+/// Guards the thread that makes it, from arm() to disarm(). The first arm() loads the filter for
+/// the rest of the thread's life, so use a separate thread. Allowed are the deadline sleep (until
+/// an instant of CLOCK_MONOTONIC), getrusage of the thread, reading the clock (no system call where
+/// the kernel maps it), the device's node, the return from a signal and the end of the thread.
+/// Refused calls count from then on, armed or not. A thread that aborts says so first. One guard
+/// per thread.
 class RtGuard {
  public:
-  /// Throws std::system_error where a filter cannot be made.
+  /// Throws std::system_error if a filter cannot be made.
   explicit RtGuard(const GuardOptions& options = {});
   ~RtGuard();
   RtGuard(const RtGuard&) = delete;
 
-  /// Throws std::system_error where the kernel refuses the filter.
+  /// Throws std::system_error if the kernel refuses the filter.
   void arm();
   void disarm() noexcept;
 
-  /// Adds up over all armed stretches.
+  /// Sum over all armed periods.
   const GuardReport& report() const noexcept { return report_; }
 
  private:
@@ -98,9 +97,9 @@ class RtGuard {
 };
 
 namespace detail {
-/// From a hook: counts it if the calling thread is armed.
+/// Called by a hook: counts if the calling thread is armed.
 void note_violation(Violation kind) noexcept;
-/// Called once by the hooks' object, so that guard_hooks_linked() can tell.
+/// Called once by the hooks' object file, for guard_hooks_linked().
 void note_hooks_linked() noexcept;
 }  // namespace detail
 

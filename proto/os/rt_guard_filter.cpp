@@ -17,16 +17,16 @@
 namespace haptic::detail {
 namespace {
 
-// always: the return from a signal, the end of the thread, a wait that a stop has cut in two
+// always allowed: return from a signal, end of the thread, restart of an interrupted wait
 constexpr std::array kAllowed{SCMP_SYS(rt_sigreturn), SCMP_SYS(exit), SCMP_SYS(exit_group),
                               SCMP_SYS(restart_syscall)};
-// with the password only: to wait for a lock as the C library insists, to print a stack and abort
+// allowed with the password: lock waits of the C library, printing a stack, aborting
 constexpr std::array kOwn{SCMP_SYS(futex),        SCMP_SYS(write),  SCMP_SYS(writev),
                           SCMP_SYS(getpid),       SCMP_SYS(gettid), SCMP_SYS(rt_sigprocmask),
                           SCMP_SYS(rt_sigaction), SCMP_SYS(tgkill)};
 
-// In the fifth argument, at which the kernel does not look in the calls above. No address either:
-// a futex with two words fails on it instead of changing something.
+// Fifth argument, which the calls above ignore. The value is no valid address: a futex with two
+// words fails on it harmlessly.
 constexpr unsigned kPasswordPlace = 4;
 constexpr uint64_t kPassword = 0x6861'7074'6963'6421;
 
@@ -34,7 +34,7 @@ scmp_arg_cmp equals(unsigned place, uint64_t value) {
   return {place, SCMP_CMP_EQ, value, 0};
 }
 
-/// Of an int: the upper half of its register says nothing.
+/// Compares an int argument: the upper half of its register is undefined.
 scmp_arg_cmp equals_int(unsigned place, int value) {
   return {place, SCMP_CMP_MASKED_EQ, 0xffff'ffff, static_cast<uint32_t>(value)};
 }
@@ -58,7 +58,7 @@ SystemCallFilter::SystemCallFilter(int device_node)
   for (const int call : kOwn) allow(filter_.get(), call, {equals(kPasswordPlace, kPassword)});
   allow(filter_.get(), SCMP_SYS(clock_nanosleep),
         {equals_int(0, CLOCK_MONOTONIC), equals_int(1, TIMER_ABSTIME)});
-  // the guard's counts
+  // for the guard's counts
   allow(filter_.get(), SCMP_SYS(getrusage), {equals_int(0, RUSAGE_THREAD)});
   for (const int clock : {CLOCK_MONOTONIC, CLOCK_REALTIME}) {
     allow(filter_.get(), SCMP_SYS(clock_gettime), {equals_int(0, clock)});

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The libc functions a real-time loop must not call, interposed: each tells rt_guard, then does
-// what it always does. Linked as an object into the tests and hapt-lab, never into a process of a
-// session.
+// Interposed libc functions that a real-time loop must not call: each notifies rt_guard, then calls
+// the original. An object linked into the tests and hapt-lab, never into a process of a session.
 #include "proto/os/rt_guard.h"
 
 // sanitizers interpose the same functions
@@ -18,7 +17,7 @@
 #include <cerrno>
 #include <cstdlib>
 
-// the C library's own names for what is interposed
+// glibc's own names of the interposed functions
 // NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" {
 void* __libc_malloc(size_t size);
@@ -36,7 +35,7 @@ namespace {
 using haptic::Violation;
 using haptic::detail::note_violation;
 
-/// The function behind the interposed one, found at the first call. No static with a guard: that
+/// The original of an interposed function, looked up at the first call. No guarded static, which
 /// may lock.
 class Original {
  public:
@@ -46,7 +45,7 @@ class Original {
   int operator()(Arguments... arguments) {
     void* found = function_.load(std::memory_order_relaxed);
     if (found == nullptr) {
-      // without its version dlsym may find the condition variables of 1999
+      // without a version dlsym may find the condition variables of 1999
       if (version_ != nullptr) found = dlvsym(RTLD_NEXT, name_, version_);
       if (found == nullptr) found = dlsym(RTLD_NEXT, name_);
       if (found == nullptr) return ENOSYS;
@@ -112,12 +111,12 @@ int posix_memalign(void** memory, size_t alignment, size_t size) noexcept {
   return 0;
 }
 void free(void* memory) noexcept {
-  // free(nullptr) is legal everywhere and does nothing
+  // free(nullptr) does nothing
   if (memory != nullptr) note_violation(Violation::kFree);
   __libc_free(memory);
 }
 
-// a function of the C library: what using it breaks, its parameters, and how it is called on
+// a libc function: kind of violation, version, name, parameters, arguments of the call
 #define HAPTIC_HOOK(kind, version, name, parameters, arguments) \
   int name parameters noexcept(noexcept(name arguments)) {      \
     static constinit Original original{#name, version};         \

@@ -32,7 +32,7 @@ std::string mend(int error) {
   throw std::runtime_error(path + ": " + what + ": " + std::strerror(error) + "; " + mend(error));
 }
 
-/// A driver that holds bytes back to save interrupts is told not to; most have nothing to tell.
+/// Turns off a driver's delay for collecting bytes; most drivers have none.
 void ask_for_low_latency(int fd) {
   serial_struct serial{};
   if (ioctl(fd, TIOCGSERIAL, &serial) != 0) return;
@@ -54,7 +54,7 @@ FileDescriptor open_serial_port(const std::string& path) {
   cfmakeraw(&settings);
   cfsetspeed(&settings, B115200);
   settings.c_cflag |= CLOCAL | CREAD;
-  // nothing to read is EAGAIN; zero bytes then mean that the device is gone
+  // VMIN 1: no data gives EAGAIN, so a read of zero bytes means the device is gone
   settings.c_cc[VMIN] = 1;
   settings.c_cc[VTIME] = 0;
   if (tcsetattr(fd.get(), TCSANOW, &settings) != 0) fail(path, "cannot be set up", errno);

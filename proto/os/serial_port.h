@@ -7,11 +7,11 @@
 
 namespace haptic {
 
-/// Opens a serial node for bytes as they are: raw, never blocking, not the controlling terminal,
-/// without waiting for a modem, nothing old in its queues, for this program alone (an advisory lock
-/// that goes with the last duplicate of the descriptor). A read of nothing gives EAGAIN, a read
-/// after the device is gone 0 or an error. 115200 baud, which USB ignores. Throws
-/// std::runtime_error in one line: what, why, how to mend it.
+/// Opens a serial node in raw, non-blocking mode: not as controlling terminal, ignoring modem
+/// lines, queues flushed, exclusively (an advisory lock that ends with the last duplicate of the
+/// descriptor). Reading nothing gives EAGAIN; after the device is gone a read gives 0 or an error.
+/// 115200 baud, which USB ignores. Throws std::runtime_error in one line: what, why, how to mend
+/// it.
 FileDescriptor open_serial_port(const std::string& path);
 
 }  // namespace haptic

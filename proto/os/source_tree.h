@@ -5,9 +5,9 @@
 
 namespace haptic {
 
-/// The checkout that this program was built in: the nearest folder above the program that holds
-/// configs/ and CMakeLists.txt, or $HAPTICD_SOURCE where it was built elsewhere. Empty for one that
-/// is installed. Looked for at run time: a path compiled in would hold for one clone alone.
+/// The checkout this program was built in: the nearest folder above the program with configs/ and
+/// CMakeLists.txt, or $HAPTICD_SOURCE if it was built elsewhere. Empty for an installed program.
+/// Searched at run time: a compiled-in path would be right for one clone only.
 std::filesystem::path source_tree();
 
 }  // namespace haptic

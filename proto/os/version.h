@@ -3,7 +3,7 @@
 
 namespace haptic {
 
-/// Release and commit of this build, as "0.1.0 (a1b2c3d)"; "-dirty" where files were changed since.
+/// Release and commit of this build: "0.1.0 (a1b2c3d)"; "-dirty" if files were changed since.
 const char* version();
 
 }  // namespace haptic
