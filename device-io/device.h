@@ -11,7 +11,7 @@
 
 namespace haptic {
 
-/// What a device can do, in its own units.
+/// Abilities of a device, in its own units.
 struct DeviceCaps {
   double max_force = 0;    // [N]
   double max_torque = 0;   // [N·m]; 0: no torque actuators
@@ -19,41 +19,40 @@ struct DeviceCaps {
   bool simulated = false;
 };
 
-/// Both instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
+/// Two instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
 struct TickTime {
-  int64_t deadline_ns;  // the grid point this tick belongs to
-  int64_t now_ns;       // when it really woke
+  int64_t deadline_ns;  // grid point of this tick
+  int64_t now_ns;       // actual wake-up
 };
 
-/// The one virtual interface of the project. Opening is the constructor's work and may throw and
-/// block; after that no call allocates, throws, locks or takes unbounded time.
+/// A haptic device. Its constructor opens it and may throw and block; after that no call allocates,
+/// throws, locks or takes unbounded time.
 class Device {
  public:
   virtual ~Device() = default;
 
   virtual DeviceCaps caps() const = 0;
 
-  /// One line for people: what it is, and what a recording is resampled by.
+  /// One line: what the device is, and how a recording is resampled.
   virtual std::string description() const = 0;
 
-  /// Fills in the state at this tick. False when nothing new could be read: the state is then the
-  /// previous one with kDeviceHeld set instead of kDeviceFresh.
+  /// Reads the state at this tick. False if there is nothing new: `state` is then the previous one
+  /// with kDeviceHeld instead of kDeviceFresh.
   virtual bool read(const TickTime& tick, DeviceState& state) = 0;
 
-  /// Holds this wrench (on the handle at its origin, in B) until the next write.
+  /// Commands this wrench (on the handle at its origin, in B) until the next write.
   virtual void write(const Wrench& F_B) = 0;
 
-  /// Zero wrench, whatever came before. Idempotent; called on every way out. May wait for the
-  /// device to confirm it, 40 ms at most.
+  /// Commands a zero wrench. Idempotent; called whenever the loop ends. May wait at most 40 ms for
+  /// the device's confirmation.
   virtual void stop() = 0;
 
-  /// The same from outside of the process, by whoever holds the node open.
+  /// The bytes that do so when written to the node by another process; empty: there is no node.
   virtual DeviceRelease release() const { return {}; }
 };
 
-/// Opens the device the config names; where it has a node, `node` is that node already open (by
-/// hapticd, which keeps a duplicate), or none: it is opened here. Throws std::runtime_error with a
-/// one-line remedy.
+/// Opens the configured device. `node` is its node if already open (by hapticd, which keeps a
+/// duplicate), else it is opened here. Throws std::runtime_error: one line with a remedy.
 std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor node = {});
 
 }  // namespace haptic

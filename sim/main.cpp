@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-sim: moves the scene and publishes where everything is.
+// haptic-sim: moves the scene and publishes the poses of the objects.
 #include <memory>
 
 #include "proto/ipc/process.h"
@@ -8,11 +8,11 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPatienceNs = kNsPerSecond;  // for the frames of the sim before this one
-constexpr int64_t kLookNs = 1'000'000;
+constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the predecessor's frames
+constexpr int64_t kLookNs = 1'000'000;         // between checks
 
-/// After a restart: the last frame of the predecessor. hapticd announces in order, so once our own
-/// segment comes back there is nothing older to wait for.
+/// After a restart: the predecessor's last frame. hapticd announces in order, so once our own
+/// segment arrives there is nothing older to wait for.
 bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_generation,
                        SceneFrame& last) {
   const int64_t give_up_ns = now_ns() + kPatienceNs;

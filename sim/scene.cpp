@@ -38,7 +38,7 @@ double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist& V_WO)
       const Vec3 axis_W = rotate(object.X_WO.q, axis_O);
       const double sine = dot(X_WO.p - object.X_WO.p, axis_W) / motion.amplitude;
       const double phase = std::asin(std::clamp(sine, -1.0, 1.0));
-      // asin keeps the position whatever the twist was scaled by; the twist gives the branch
+      // asin gives the position whatever the twist's scale; the twist selects the branch
       const double direction = dot(V_WO.v, axis_W) * motion.amplitude * phase_speed(motion);
       return direction < 0 ? std::numbers::pi - phase : phase;
     }

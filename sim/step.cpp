@@ -12,7 +12,7 @@ namespace {
 
 constexpr auto kMaxExtrapolationNs = static_cast<int64_t>(kMaxExtrapolation * 1e9);
 
-// first step: nothing has passed; after an outage the scene stood still but for the extrapolation
+// no time has passed at the first step; after an outage at most the readers' extrapolation
 int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
   if (!state.started) return 0;
   const int64_t elapsed = std::max<int64_t>(0, t_ns - state.t_ns);
@@ -27,7 +27,7 @@ SimModel build_sim(const SessionConfig& config) {
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
   const int64_t elapsed = elapsed_ns(state, t_ns);
-  // scale 1 stays exact; others are rounded to a nanosecond of scene time
+  // exact for scale 1; otherwise rounded to a nanosecond of scene time
   state.scene_ns += std::llround(time_scale * static_cast<double>(elapsed));
   state.t_ns = state.started && !state.resumed ? std::max(state.t_ns, t_ns) : t_ns;
   state.started = true;

@@ -9,10 +9,10 @@
 namespace haptic {
 namespace {
 
-// errors of the firmware, as it says them
+// error codes of the firmware
 constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotThree = 512, kNoNumbers = 1024;
-constexpr int64_t kLongestGapNs = 1'000'000'000;  // the hand does not live through a longer one
-constexpr int64_t kForceStepNs = 250'000;         // the arm turns so little in it
+constexpr int64_t kLongestGapNs = 1'000'000'000;  // longer gaps are skipped
+constexpr int64_t kForceStepNs = 250'000;         // the arm turns little in this time
 
 }  // namespace
 
@@ -23,7 +23,7 @@ EmulatedDevice::EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_n
       started_ns_(t_ns),
       last_record_ns_(t_ns),
       calibrated_(options.button_ns == 0) {
-  // a person has switched it on at home, so the counts are those of the geometry
+  // switched on at home, so the counts are those of the geometry
   encoders();
 }
 
@@ -38,13 +38,13 @@ void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
   disturbed_answers_ = answers;
 }
 
-/// Counts of the encoders now; the arm keeps its angles where the plant leaves its reach.
+/// Present encoder counts; the arm keeps its angles if the plant leaves its reach.
 MotorCounts EmulatedDevice::encoders() {
   solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
   return motor_counts(options_.geometry, joint_angles_);
 }
 
-/// Moves arm and hand under the motors' force.
+/// Advances arm and hand under the motors' force.
 void EmulatedDevice::pass_time(int64_t t_ns) {
   t_ns_ = std::max(t_ns_, t_ns - kLongestGapNs);
   while (t_ns_ < t_ns) {
@@ -57,15 +57,15 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
   }
 }
 
-/// Whether a line has come to its end.
+/// Whether a complete line has arrived.
 bool EmulatedDevice::has_line() const {
   const auto end =
       queue_.begin() + static_cast<std::ptrdiff_t>(std::min(queued_, line_.size() - 1));
   return queued_ >= line_.size() - 1 || std::find(queue_.begin(), end, ']') != end;
 }
 
-/// Takes a line from the queue into line_, from its last '['. What has come behind the line is
-/// taken and judged too: that is the firmware's fault which makes two lines at once lose both.
+/// Takes a line from the queue into line_, from its last '['. What follows the line is taken and
+/// checked too: by this fault of the firmware two lines at once are both lost.
 int EmulatedDevice::read_line() {
   size_t taken = 0, size = 0;
   int commas = 0, error = kTooLong;
@@ -102,10 +102,10 @@ void EmulatedDevice::put(const EncoderReply& reply) {
   answer_size_ += static_cast<size_t>(size);
 }
 
-/// Answers, or lies. What was said last is what counts_ holds afterwards.
+/// Answers, truthfully or with the ordered fault. counts_ then holds what was sent last.
 void EmulatedDevice::say(int error) {
   const EncoderReply honest{kWoodenHapticsModel, counts_, error};
-  // the oldest that is kept is where the newest will be
+  // the oldest entry is where the newest will be stored
   EncoderReply& kept = said_[n_said_ % said_.size()];
   const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;
   said_first_ = counts_;
@@ -149,7 +149,7 @@ void EmulatedDevice::note(int64_t t_ns, EmulatorEvent event) {
   last_record_ns_ = t_ns;
 }
 
-/// Does what the line says and answers. False where it was dropped.
+/// Obeys the line and answers. False: it was dropped.
 bool EmulatedDevice::obey(int error) {
   Milliamperes wanted{};
   if (error == 0 &&
@@ -169,7 +169,7 @@ bool EmulatedDevice::obey(int error) {
     record_.currents[i] = calibrated_ && allowed ? wanted[i] : 0;
   }
   record_.motors_on = calibrated_ ? 1 : 0;
-  // the record shows what the server knew when it sent this line, so before the new answer
+  // before the new answer: the record shows what the server knew when it sent this line
   note(t_ns_, EmulatorEvent::kCommand);
   std::copy(record_.counts.begin(), record_.counts.end(), counts_.begin());
   if (disturbed_answers_ > 0) {
@@ -188,7 +188,7 @@ bool EmulatedDevice::obey(int error) {
 
 bool EmulatedDevice::turn(int64_t t_ns) {
   answer_size_ = 0;
-  // the watchdog runs beside the loop: at its own instant, however late this turn is
+  // the watchdog runs independently of the loop: at its own instant, however late this turn is
   const int64_t cut_ns = last_command_ns_ + kFirmwareWatchdogNs;
   const bool cut = record_.motors_on != 0 && t_ns >= cut_ns;
   if (cut) {
@@ -197,7 +197,7 @@ bool EmulatedDevice::turn(int64_t t_ns) {
     record_.motors_on = 0;
     ++record_.watchdog;
     note(cut_ns, EmulatorEvent::kWatchdog);
-    // what has come meanwhile is read in the next turn
+    // received bytes are read in the next turn
     return true;
   }
   pass_time(t_ns);

@@ -15,62 +15,60 @@
 
 namespace haptic {
 
-/// What made the emulator write a record.
+/// Cause of a record.
 enum class EmulatorEvent : uint32_t {
-  kCommand = 0,     // a good line: the motors do as it says from now on
-  kRejected = 1,    // a line that was dropped: the motors go on as before
-  kWatchdog = 2,    // no good line for 100 ms: the motors are off from now on
-  kSample = 3,      // nothing happened for a while; where the hand is
-  kCalibrated = 4,  // the button was pressed
+  kCommand = 0,     // a valid line: the motors obey it from now on
+  kRejected = 1,    // a dropped line: the motors continue as before
+  kWatchdog = 2,    // no valid line for 100 ms: the motors are off from now on
+  kSample = 3,      // no event for a while; the hand's position
+  kCalibrated = 4,  // the calibration button was pressed
 };
 
-/// What the device received and what the hand felt, from this instant on.
+/// What the device received and the hand felt, from this instant on.
 struct EmulatorRecord {
   int64_t t_ns;            // of the firmware's clock
-  uint64_t commands;       // good lines so far
+  uint64_t commands;       // valid lines so far
   uint64_t rejected;       // dropped lines so far
-  uint64_t watchdog;       // times the watchdog put the motors off
+  uint64_t watchdog;       // times the watchdog switched the motors off
   Vec3 force_B;            // at the tip, on the hand [N]
-  Vec3 p_B;                // where the tip is [m]
+  Vec3 p_B;                // of the tip [m]
   MotorCounts counts;      // the encoders
-  MotorCounts answered;    // the counts of the answer before: what the server knew
-  MotorCounts said_first;  // those of an old answer that came in front of it; else the same
-  Milliamperes currents;   // of the motors, after the firmware's own checks
-  uint32_t motors_on;      // 0: the watchdog has put them off, or they never were on
+  MotorCounts answered;    // counts of the previous answer: what the server knew
+  MotorCounts said_first;  // counts of an old answer sent before that; else equal
+  Milliamperes currents;   // of the motors, after the firmware's checks [mA]
+  uint32_t motors_on;      // 0: switched off by the watchdog, or never on
   EmulatorEvent event;
   uint32_t reserved;
 };
 static_assert(sizeof(EmulatorRecord) % 8 == 0);
 
 struct EmulatedDeviceOptions {
-  SimulatedHandConfig hand;  // of the device and of the hand that holds it
+  SimulatedHandConfig hand;  // the device and the hand that holds it
   WoodenHapticsGeometry geometry;
-  int64_t button_ns = 0;                  // when the calibration button is pressed; 0: not needed
-  int64_t sample_period_ns = 10'000'000;  // between records where nothing happens
+  int64_t button_ns = 0;                  // instant of the calibration button; 0: not needed
+  int64_t sample_period_ns = 10'000'000;  // between records without an event
 };
 
-/// A WoodenHaptics on virtual time: bytes in, bytes out. The firmware is that of devices.md 1.2.4
-/// with its faults (protocol.h); the arm is a mass with damper and friction at the tip, held by a
-/// hand (HandPlant), seen through encoders in the joints and moved by the currents of the motors.
-/// Written from the description of the firmware, not from the driver: the two share the kinematics
-/// alone.
+/// A WoodenHaptics on virtual time: bytes in, bytes out. The firmware behaves as in protocol.h,
+/// faults included; the arm is a mass with damper and friction at the tip, held by a hand
+/// (HandPlant), sensed by encoders in the joints and driven by the motors' currents. Written from
+/// the description of the firmware, not from the driver; the two share only the kinematics.
 class EmulatedDevice {
  public:
   EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_ns);
 
-  /// Bytes that have come over the wire; what the queue cannot hold is lost, as on the wire.
+  /// Bytes from the line; those that do not fit into the queue are lost.
   void receive(std::span<const char> bytes);
 
-  /// One turn of the firmware's loop: time passes to t_ns, then at most one line is read. True
-  /// where there is a record; answer() holds what it says, if anything.
+  /// One turn of the firmware's loop: time advances to t_ns, then at most one line is read. True if
+  /// there is a record; answer() holds the answer, if any.
   bool turn(int64_t t_ns);
 
-  /// For faults: from the next good line on, that many answers are off by these counts, as with an
-  /// encoder that slips. What the record calls answered is what was said.
+  /// Fault: from the next valid line on, that many answers are off by these counts, as with a
+  /// slipping encoder. The record's `answered` shows what was sent.
   void disturb(const MotorCounts& off_by, uint64_t answers);
 
-  /// For faults: from the next line on it answers as this one of EmulatorFault says, until it is
-  /// told to be healthy.
+  /// Fault: answers in this way from the next line on, until kHealthy.
   void lie(EmulatorFault how) { lie_ = how; }
 
   std::string_view answer() const { return {answer_.data(), answer_size_}; }
@@ -96,12 +94,12 @@ class EmulatedDevice {
   int64_t last_command_ns_ = 0;
   int64_t last_record_ns_;
   Vec3 joint_angles_;
-  std::array<int32_t, 6> counts_{};      // of the last good line
+  std::array<int32_t, 6> counts_{};      // of the last valid line
   std::array<int32_t, 6> said_first_{};  // of the first answer to it
   MotorCounts off_by_{};
-  uint64_t disturbed_answers_ = 0;  // still to come
+  uint64_t disturbed_answers_ = 0;  // remaining
   EmulatorFault lie_ = EmulatorFault::kHealthy;
-  std::array<EncoderReply, kLateAnswers> said_{};  // what was, or would have been, last
+  std::array<EncoderReply, kLateAnswers> said_{};  // last answers, sent or withheld
   uint64_t n_said_ = 0;
   EncoderReply frozen_{.model = kWoodenHapticsModel};  // the last valid one
   std::minstd_rand noise_;
@@ -110,7 +108,7 @@ class EmulatedDevice {
   std::array<char, 4096> queue_{};
   size_t queued_ = 0;
   std::array<char, 128> line_{};
-  std::array<char, 256> answer_{};  // two, where an old one comes first
+  std::array<char, 256> answer_{};  // two, if an old one is sent first
   size_t answer_size_ = 0;
 };
 

@@ -13,13 +13,13 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kLookNs = 50'000'000;  // some 1 ms of work each time
+constexpr int64_t kLookNs = 50'000'000;  // takes about 1 ms each time
 
-/// Gives every unbound worker of the kernel that priority; 0: the normal one.
+/// Sets the priority of the kernel's unbound workers; 0: the normal one.
 void schedule_workers(int fifo_priority) {
   namespace fs = std::filesystem;
   const sched_param parameter{.sched_priority = fifo_priority};
-  std::error_code gone;  // processes end while they are looked at
+  std::error_code gone;  // processes may end meanwhile
   for (fs::directory_iterator it("/proc", gone), end; !gone && it != end; it.increment(gone)) {
     const std::string name = it->path().filename();
     int pid = 0;

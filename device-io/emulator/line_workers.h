@@ -6,11 +6,11 @@
 
 namespace haptic {
 
-/// The bytes of a pseudo-terminal are carried by kernel threads of normal priority (kworker/u…),
-/// those of a real device by interrupts. On a machine whose processors are busy the line would
-/// stand still, and nobody could tell what a server does about it. While this lives, these threads
-/// have real-time priority, where the process may give it (CAP_SYS_NICE); afterwards they have what
-/// they had. It looks for new ones every 50 ms.
+/// Gives real-time priority to the kernel threads (kworker/u…) that carry the bytes of a
+/// pseudo-terminal, if the process may (CAP_SYS_NICE). A real device's bytes are carried by
+/// interrupts; these threads have normal priority, so on a busy machine the line would stall
+/// whatever the server does. Looks for new threads every 50 ms; the destructor restores their
+/// priority.
 class LineWorkers {
  public:
   explicit LineWorkers(int fifo_priority);

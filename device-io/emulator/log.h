@@ -13,19 +13,20 @@
 namespace haptic {
 
 /// Writes the emulator's records as CSV in a thread of its own, so that the loop never waits for a
-/// disk. Rows reach the file within some milliseconds, whole lines at a time; nothing is lost
-/// unless the disk is two seconds behind, and then it is counted.
+/// disk. Rows reach the file within some milliseconds, in whole lines; records are lost, and
+/// counted, only if the disk is two seconds behind.
 class EmulatorLog {
  public:
-  /// An empty path: no file. Throws std::runtime_error where it cannot be written.
+  /// An empty path: no file. Throws std::runtime_error if it cannot be written.
   explicit EmulatorLog(const std::string& path);
   ~EmulatorLog();
   EmulatorLog(const EmulatorLog&) = delete;
 
-  /// Of the loop: one copy.
+  /// For the loop: one copy.
   void add(const EmulatorRecord& record) noexcept { ring_->publish(record); }
 
-  /// Writes what is left and closes the file. Records lost, and whether the disk took the rest.
+  /// Writes the rest and closes the file. Returns rows written, records lost, and whether writing
+  /// succeeded.
   struct Outcome {
     uint64_t rows, lost;
     bool written;

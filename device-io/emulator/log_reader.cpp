@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// Takes numbers off a row, one cell at a time.
+/// Takes numbers from a row, one cell at a time.
 struct Cells {
   std::string_view rest;
   bool good = true;

@@ -11,16 +11,16 @@
 
 namespace haptic {
 
-/// One row of the emulator's log. Throws std::runtime_error that shows the row where it is none.
+/// Parses one row of the emulator's log. Throws std::runtime_error with the row if it is invalid.
 EmulatorRecord parse_emulator_row(std::string_view row);
 
-/// Reads the emulator's log while it is being written: whole rows only, each once, in order.
+/// Reads the emulator's log while it is written: whole rows only, each once, in order.
 class EmulatorLogReader {
  public:
   explicit EmulatorLogReader(std::string path) : path_(std::move(path)) {}
 
-  /// Appends the rows that have come since the last call; none while there is no file. Throws
-  /// std::runtime_error at a row that is none.
+  /// Appends the rows written since the last call; none while there is no file. Throws
+  /// std::runtime_error at an invalid row.
   void read(std::vector<EmulatorRecord>& out);
 
  private:
@@ -30,7 +30,7 @@ class EmulatorLogReader {
 
   std::string path_;
   std::unique_ptr<std::FILE, Close> file_;
-  std::string rest_;  // of a row that is not whole yet
+  std::string rest_;  // of an incomplete row
   bool header_ = true;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-emulator: a WoodenHaptics that is not there, behind a pseudo-terminal. Its own process,
-// its own clock; a server sees nothing of it but bytes. It writes down the force that it received.
+// haptic-emulator: a simulated WoodenHaptics behind a pseudo-terminal, in its own process with its
+// own clock. A server sees only its bytes. It logs the force that it received.
 #include <fcntl.h>
 #include <pty.h>
 #include <termios.h>
@@ -34,8 +34,8 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kTurnNs = 250'000;  // of the firmware's loop: two microframes of USB
-constexpr int kFifoPriority = 70;     // under the servo it tests
-constexpr int kLinePriority = 65;     // under both ends of the line
+constexpr int kFifoPriority = 70;     // below the servo it tests
+constexpr int kLinePriority = 65;     // below both ends of the line
 
 struct Options {
   std::string link, log, hand = "typical";
@@ -50,7 +50,7 @@ struct Options {
   bool realtime = false;
 };
 
-/// Moving mass, damping and friction at the tip: guesses until someone measures (devices.md 4).
+/// Moving mass, damping and friction at the tip: estimates, not measured.
 SimulatedHandConfig woodenhaptics_arm() {
   SimulatedHandConfig arm;
   arm.mass = 0.15;
@@ -86,7 +86,7 @@ EmulatedDeviceOptions device_options(const Options& options) {
   return device;
 }
 
-/// A hand that means to go where the arm does not reach would test nothing.
+/// Throws if the hand is to go where the arm cannot reach.
 void check_reach(const EmulatedDeviceOptions& device) {
   const IntentConfig& intent = device.hand.intent;
   if (!(intent.stroke_time > 0)) {
@@ -109,7 +109,7 @@ struct Pty {
   std::string name;
 };
 
-/// The slave end stays open here: a device does not lose its power when a server closes the node.
+/// Keeps the slave end open: a device keeps its power when a server closes the node.
 Pty open_pty() {
   int master = -1, slave = -1;
   termios raw{};
@@ -127,7 +127,7 @@ Pty open_pty() {
   return pty;
 }
 
-/// A name that a config can hold, as long as this lives.
+/// A symbolic link with a fixed name for configs; removed at the end.
 class Link {
  public:
   Link(const std::string& path, const std::string& target) : path_(path) {
@@ -151,7 +151,7 @@ class Link {
   std::string path_;
 };
 
-/// What a test has told the device to do meanwhile.
+/// Carries out orders of a test.
 void obey_orders(EmulatedDevice& device) {
   const auto order = static_cast<EmulatorFault>(take_order());
   switch (order) {
@@ -180,7 +180,7 @@ void serve(EmulatedDevice& device, const Pty& pty, EmulatorLog& log) {
     if (n > 0) device.receive({bytes.data(), static_cast<size_t>(n)});
     if (device.turn(now_ns())) log.add(device.record());
     const std::string_view answer = device.answer();
-    // a server that reads nothing loses answers, as with the real device
+    // like a real device, loses answers that a server does not read
     if (!answer.empty() && write(pty.master.get(), answer.data(), answer.size()) < 0) continue;
   }
 }
@@ -196,7 +196,7 @@ int run(const Options& options) {
   std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
               options.hand.c_str());
   std::fflush(stdout);
-  // before this thread is real time: it is a thread of normal priority
+  // started first: a thread of normal priority
   std::optional<LineWorkers> line_workers;
   if (options.realtime) line_workers.emplace(kLinePriority);
   if (options.realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = true});
@@ -226,7 +226,7 @@ int main(int argc, char** argv) try {
   line.option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
   line.option("--seed", options.seed, "of the strokes: the same seed, the same intention");
   using haptic::Dimension;
-  constexpr haptic::Range kDelays{0, 3600};  // an hour is more than anybody waits
+  constexpr haptic::Range kDelays{0, 3600};  // longer than anybody waits
   const auto length = [&](const char* name, double& value, const char* help) {
     line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help);
   };

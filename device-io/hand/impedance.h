@@ -8,8 +8,7 @@
 
 namespace haptic {
 
-/// A hand that holds a device, as seen from it: mass, damper and spring towards where the person
-/// means to be.
+/// A hand holding a device: mass, damper and spring towards the intended position.
 struct HandImpedance {
   std::string_view name;
   double mass;       // [kg]
@@ -17,8 +16,8 @@ struct HandImpedance {
   double stiffness;  // [N/m]
 };
 
-/// A test grid from nobody to a stiff arm, not measured persons (devices.md 4; the kinds are those
-/// of Hogan 1989, Kuchenbecker 2003, Hasser & Cutkosky 2002).
+/// A test grid from no hand to a stiff arm, not measured persons; the model is that of Hogan 1989,
+/// with values that grow with the grip (Kuchenbecker et al. 2003; Hasser & Cutkosky 2002).
 inline constexpr std::array<HandImpedance, 5> kHandImpedances{{
     {"none", 0, 0, 0},
     {"light-grip", 0.1, 2, 100},
@@ -27,7 +26,7 @@ inline constexpr std::array<HandImpedance, 5> kHandImpedances{{
     {"stiff-arm", 3.0, 20, 1000},
 }};
 
-/// The one of that name; null when there is none.
+/// The hand of that name; null if there is none.
 inline const HandImpedance* find_hand(std::string_view name) {
   for (const HandImpedance& hand : kHandImpedances) {
     if (hand.name == name) return &hand;

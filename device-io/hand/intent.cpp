@@ -10,11 +10,12 @@ namespace haptic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kReachShare = 0.25;  // of stroke_time; lift the same, slide the rest
-constexpr double kTravelShare = 0.5;  // on top of stroke_time
-constexpr double kCycleShare = 1 + kTravelShare;
+constexpr double kReachShare = 0.25;  // of stroke_time, for reach and for lift; slide takes the
+                                      // rest
+constexpr double kTravelShare = 0.5;  // of stroke_time, in addition to it
+constexpr double kCycleShare = 1 + kTravelShare;    // period of a cycle over stroke_time
 constexpr double kTremorLow = 8, kTremorHigh = 12;  // [Hz]
-constexpr uint64_t kTremorStream = ~uint64_t{0};    // no stroke has this number
+constexpr uint64_t kTremorStream = ~uint64_t{0};    // number of no stroke
 
 /// splitmix64 (Steele, Lea, Flood 2014): a stream of 64-bit hashes.
 struct SplitMix {
@@ -33,7 +34,7 @@ SplitMix stream_of(uint64_t seed, uint64_t number) {
   return {SplitMix{seed}.next() ^ SplitMix{number}.next()};
 }
 
-/// (−1)ⁿ/(2n+1)!, the coefficients of sin x / x in x².
+/// Coefficients (−1)ⁿ/(2n+1)! of sin x / x in x².
 constexpr auto kSinSeries = [] {
   std::array<double, 10> series{1};
   for (size_t n = 1; n < series.size(); ++n) {
@@ -42,8 +43,8 @@ constexpr auto kSinSeries = [] {
   return series;
 }();
 
-/// sin by its Taylor series to x¹⁹, good to 3e-16 on the folded quarter: libm's last bit differs
-/// between machines.
+/// sin by its Taylor series to x¹⁹, accurate to 3e-16 on the folded quarter; the last bit of libm's
+/// sin differs between machines.
 double portable_sin(double x) {
   double r = x - 2 * kPi * std::floor(x / (2 * kPi) + 0.5);
   if (r > kPi / 2) r = kPi - r;
@@ -58,7 +59,7 @@ double portable_cos(double x) {
   return portable_sin(x + kPi / 2);
 }
 
-/// Rejection from the cube needs no transcendental function.
+/// By rejection from the cube, without transcendental functions.
 Vec3 random_direction(SplitMix& random) {
   for (;;) {
     const Vec3 a{2 * random.uniform() - 1, 2 * random.uniform() - 1, 2 * random.uniform() - 1};
@@ -67,7 +68,7 @@ Vec3 random_direction(SplitMix& random) {
   }
 }
 
-/// Unit directions at both ends of a stroke and the unit direction across, in the plane of the arc.
+/// Unit directions at both ends of a stroke, and across the first, in the plane of the arc.
 struct Stroke {
   Vec3 from, across, to;
 };
@@ -77,7 +78,7 @@ Stroke stroke_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
   Stroke stroke;
   stroke.from = random_direction(random);
   if (config.direction_B != Vec3{}) stroke.from = config.direction_B;
-  // any second direction, made perpendicular, is uniform on the circle around the first
+  // a second random direction, made perpendicular, is uniform on the circle around the first
   const Vec3 other = random_direction(random);
   const Vec3 rest = other - dot(other, stroke.from) * stroke.from;
   stroke.across = norm_squared(rest) > 1e-6 ? normalized(rest) : any_perpendicular(stroke.from);
@@ -86,7 +87,7 @@ Stroke stroke_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
   return stroke;
 }
 
-/// Progress along a part and its rate.
+/// Progress along a part, 0 to 1, and its rate [1/s].
 struct Progress {
   double s, rate;
 };
@@ -96,18 +97,18 @@ Progress minimum_jerk(double fraction, double duration) {
   return {a * a * a * (10 + a * (6 * a - 15)), 30 * a * a * b * b / duration};
 }
 
-/// A point of the arc of a circle from `from` through `across`, about the origin.
+/// A point on the circle from `from` through `across`, about the origin.
 Intent on_arc(const Vec3& from, const Vec3& across, double radius, double angle, double rate) {
   const double c = portable_cos(angle), s = portable_sin(angle);
   return {radius * (c * from + s * across), radius * rate * (c * across - s * from)};
 }
 
-/// Along the shorter great arc; the plane of an arc of half a turn does not matter.
+/// Along the shorter great-circle arc; for half a turn any plane will do.
 Intent travel(const Vec3& from, const Vec3& to, double radius, const Progress& progress) {
   const Vec3 rest = to - dot(to, from) * from;
   const double sine = norm(rest);
   const Vec3 across = sine > 1e-9 ? rest / sine : any_perpendicular(from);
-  // half-angle form: the angle from its half chord, by Newton on the portable sine
+  // half the angle from its sine and cosine, by Newton's method on the portable sine
   const double half_sine = norm(to - from) / 2, half_cosine = norm(to + from) / 2;
   double half = half_sine < half_cosine ? half_sine : kPi / 2 - half_cosine;
   for (int i = 0; i < 4; ++i) {

@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// Where a hand means to be and how fast it means to move, in the device's base frame.
+/// Intended position and velocity of a hand, in the device's base frame.
 struct Intent {
   Vec3 p_B;  // [m]
   Vec3 v_B;  // [m/s], the derivative of p_B
@@ -17,10 +17,10 @@ struct Intent {
 /// The parts of a cycle, in order; each starts and ends at rest.
 enum class IntentPart { kReach, kSlide, kLift, kTravel };
 
-/// Where in its cycle the intention is. Reach, slide and lift share stroke_time 1:2:1; travel to
-/// the start of the next stroke takes another half of it.
+/// Phase of the intended motion. Reach, slide and lift divide stroke_time 1:2:1; travel to the
+/// start of the next stroke takes another half of it.
 struct IntentPhase {
-  uint64_t stroke;  // counts from zero
+  uint64_t stroke;  // counted from zero
   IntentPart part;
   double fraction;  // of the part, [0, 1]
   double duration;  // of the part [s]
@@ -28,16 +28,16 @@ struct IntentPhase {
 
 IntentPhase intent_phase(const IntentConfig& config, double t);
 
-/// The intended motion t seconds after the start; before that, its beginning. With s the
-/// minimum-jerk progress 10τ³ − 15τ⁴ + 6τ⁵ (Flash & Hogan 1985) of each part, stroke k
-///  - reaches along a direction u1, from hover_radius to press_radius;
-///  - slides along the arc of that radius to u2, which is u1 turned by stroke_angle;
-///  - lifts to hover_radius along u2;
-///  - travels on the sphere of hover_radius, by the shorter arc, to the u1 of stroke k + 1.
-/// The directions are a hash of (seed, k), uniform on the sphere; u1 is direction_B where the
-/// config gives one (with stroke_angle zero the hand then presses on one spot). A tremor of 8 to 12
-/// Hz per axis is added, at most tremor_amplitude long. A pure function of time, C¹, made of
-/// exactly rounded operations only: the same bits on every machine.
+/// The intended motion t seconds after the start; for t < 0 its initial position at rest. With the
+/// minimum-jerk progress s = 10τ³ − 15τ⁴ + 6τ⁵ (Flash & Hogan 1985) of each part, stroke k
+///   - reaches along a direction u1, from hover_radius to press_radius;
+///   - slides along the arc of that radius to u2, which is u1 turned by stroke_angle;
+///   - lifts to hover_radius along u2;
+///   - travels on the sphere of hover_radius, by the shorter arc, to the u1 of stroke k + 1.
+/// The directions are a hash of (seed, k), uniform on the sphere; u1 is direction_B if the config
+/// gives one (with stroke_angle zero the hand then presses on one spot). A tremor of 8 to 12 Hz per
+/// axis is added, at most tremor_amplitude long. A pure function of time, C¹, made of exactly
+/// rounded operations only, so bit-identical on every machine.
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t);
 
 }  // namespace haptic

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// A device nobody holds has no intention.
+/// A device that nobody holds has no intention.
 bool is_held(const SimulatedHandConfig& config) {
   return config.hand_stiffness > 0 || config.hand_damping > 0;
 }
@@ -18,16 +18,16 @@ Vec3 intent_position(const SimulatedHandConfig& config, double t) {
   return is_held(config) ? intent_at(config.intent, config.seed, t).p_B : Vec3{};
 }
 
-/// One axis over one step: what moves it and where it is.
+/// Input of one axis for one step.
 struct Axis {
   double force;        // of the device [N]
-  double intent_step;  // the intention moves by this much [m]
+  double intent_step;  // motion of the intention [m]
   double stretch;      // x − x_h at the start [m]
   double velocity;     // at the start [m/s]
 };
 
-/// Displacement and end velocity of an axis. With the mean velocity u, v₁ = 2u − v₀ and all forces
-/// at the middle of the step: u (2M + h(b + b_h) + h²k/2) = 2M v₀ + h F − J, J the friction
+/// Displacement and final velocity of an axis. With the mean velocity u, v₁ = 2u − v₀ and all
+/// forces at the middle of the step: u (2M + h(b + b_h) + h²k/2) = 2M v₀ + h F − J, J the friction
 /// impulse.
 struct AxisStep {
   double displacement, velocity, friction_loss;
@@ -40,7 +40,7 @@ AxisStep step_axis(const SimulatedHandConfig& c, const Axis& axis, double h) {
                        c.hand_damping * intent_velocity;
   const double impulse = 2 * mass * axis.velocity + h * force;
   const double friction = h * c.coulomb_friction;
-  // stick: friction takes the momentum, and its kinetic energy with it
+  // sticks: friction absorbs the momentum and its kinetic energy
   if (std::fabs(impulse) <= friction) {
     return {0, 0, mass * axis.velocity * axis.velocity / 2};
   }

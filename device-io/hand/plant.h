@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// Longest integration step of the plant: 1/50 of the period at 1 kHz.
+/// Longest integration step of the plant [ns]: 1/50 of the period at 1 kHz.
 inline constexpr int64_t kPlantStepNs = 20'000;
 
 /// The intention is computed this often and moves on a straight line in between [ns]: a tick at 1
@@ -17,24 +17,24 @@ inline constexpr int64_t kIntentStepNs = 1'000'000;
 
 /// Where the energy of the plant came from and went [J], since the start.
 struct HandEnergy {
-  double device_work = 0;     // by the wrench the device held; negative: the wall took it
+  double device_work = 0;     // by the force on the device; negative: absorbed by the wall
   double intention_work = 0;  // by the intended motion, through the hand's spring and damper
-  double device_loss = 0;     // in the device's damping and friction, never decreases
-  double hand_loss = 0;       // in the hand's damping, never decreases
+  double device_loss = 0;     // in the device's damping and friction; never decreases
+  double hand_loss = 0;       // in the hand's damping; never decreases
 };
 
-/// A device in a hand, without its electronics: per axis
+/// A device held by a hand, without electronics; per axis
 ///   m ẍ + b ẋ + f_c sgn ẋ = F_d + F_h,  F_h = −k_h (x − x_h) − b_h (ẋ − ẋ_h) − m_h ẍ
-/// with the intention x_h(t) of intent_at. All in the device's base frame.
+/// with the intention x_h(t) of intent_at. Everything in the device's base frame.
 struct HandPlant {
   int64_t t_ns = 0;  // since the start
   Vec3 p_B;          // [m]
   Vec3 v_B;          // [m/s]
-  Vec3 intent_B;     // x_h at t_ns; stays zero where no hand holds the device
+  Vec3 intent_B;     // x_h at t_ns; zero if no hand holds the device
   HandEnergy energy;
 };
 
-/// At rest on the beginning of the intention.
+/// At rest at the start of the intention.
 HandPlant start_plant(const SimulatedHandConfig& config);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in steps of at most
@@ -46,7 +46,7 @@ HandPlant start_plant(const SimulatedHandConfig& config);
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns);
 
-/// Kinetic energy, and what the hand's spring stores [J].
+/// Kinetic energy plus that of the hand's spring [J].
 double mechanical_energy(const SimulatedHandConfig& config, const HandPlant& plant);
 
 }  // namespace haptic

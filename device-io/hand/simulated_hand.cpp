@@ -38,7 +38,7 @@ bool SimulatedHand::read(const TickTime& tick, DeviceState& state) {
   const Vec3 p_B = encoder_position();
   Vec3 v_B;
   if (started_) {
-    // backward difference over the time that really passed, then one pole (implicit Euler)
+    // backward difference over the time that passed, then one pole (implicit Euler)
     const double dt = 1e-9 * static_cast<double>(elapsed_ns);
     const double pole = 1 / (2 * std::numbers::pi * config_.velocity_cutoff);
     const Vec3 raw_B = (p_B - last_.X_BH.p) / dt;

@@ -8,28 +8,28 @@
 
 namespace haptic {
 
-/// How much simulated time one read may catch up with: 2500 steps, about half a millisecond. What a
-/// read is later than that, the hand and its intention do not live through: kDeviceLostTime.
+/// Longest simulated time one read catches up with [ns]: 2500 steps, about half a millisecond of
+/// computing. Time beyond that is skipped and flagged kDeviceLostTime.
 inline constexpr int64_t kMaxCatchUpNs = 50'000'000;
 
 /// A 3-DoF device in a simulated hand, closed loop: the force held between two writes moves it for
-/// as long as really passed between the reads. Its orientation is the identity and torque has no
-/// effect. The position is floor(x/Δ)·Δ per axis; the velocity is its backward difference through a
-/// one-pole low-pass. A force above the actuators' limit is shortened, its direction kept; one that
-/// is not finite is held as zero; both are flagged kDeviceSaturated in the next state. One seed,
-/// one sequence of read times and forces: the same states bit for bit.
+/// the time that passed between the reads. The orientation is the identity, torque has no effect.
+/// Position: floor(x/Δ)·Δ per axis; velocity: its backward difference through a one-pole low-pass.
+/// Forces above the actuators' limit are scaled down, forces that are not finite replaced by zero;
+/// both set kDeviceSaturated in the next state. The same seed, read times and forces give the same
+/// states bit for bit.
 class SimulatedHand final : public Device {
  public:
   explicit SimulatedHand(const DeviceConfig& config);
 
   DeviceCaps caps() const override;
   std::string description() const override;
-  /// The plant starts at the first read. False where time has not advanced.
+  /// The plant starts at the first read. False if time has not advanced.
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
   void stop() override;
 
-  /// The truth behind the encoder, and its energy.
+  /// The true state behind the encoder, with its energies.
   const HandPlant& plant() const { return plant_; }
   /// Force on the handle now [N].
   const Vec3& held_force() const { return held_force_B_; }

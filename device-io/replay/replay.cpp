@@ -73,8 +73,8 @@ double HandCurve::seconds(size_t i) const {
   return 1e-9 * static_cast<double>(samples_[i + 1].t_ns - samples_[i].t_ns);
 }
 
-/// dp/dt at sample i, a knot of the given interval: of the parabola through its neighbours, or the
-/// chord of that interval where a hole or the end takes one of them away.
+/// dp/dt at sample i, a knot of the given interval: that of the parabola through its neighbours, or
+/// the chord of the interval if a gap or the end removes a neighbour.
 Vec3 HandCurve::slope(size_t i, size_t of_interval) const {
   const auto chord = [&](size_t k) {
     return (samples_[k + 1].X_BH.p - samples_[k].X_BH.p) / seconds(k);
@@ -96,7 +96,7 @@ DeviceState HandCurve::between(size_t i, int64_t t_ns) const {
 
   DeviceState state = a;
   state.t_ns = t_ns;
-  // Hermite cubic in the form that is exact for equal end points
+  // this form of the Hermite cubic is exact for equal end points
   const double s2 = s * s, r = 1 - s;
   state.X_BH.p = a.X_BH.p + s2 * (3 - 2 * s) * step + s * r * r * from - s2 * r * to;
   state.V_BH.v = (6 * s * r * step + r * (1 - 3 * s) * from + s * (3 * s - 2) * to) / h;
@@ -115,7 +115,7 @@ void HandCurve::differentiate() {
   const bool no_velocity = none(&Twist::v), no_spin = none(&Twist::w);
   const size_t last = samples_.size() - 1;
   for (size_t i = 0; i <= last; ++i) {
-    // across a hole nothing is known: take the side that has neighbours
+    // next to a gap: uses the side that has a neighbour
     const bool left = i > 0 && !is_hole(i - 1), right = i < last && !is_hole(i);
     if (!left && !right) continue;
     const DeviceState& a = samples_[left ? i - 1 : i];

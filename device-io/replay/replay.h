@@ -10,27 +10,27 @@
 
 namespace haptic {
 
-/// A recorded hand as a curve over time. Times are those of the recording.
+/// A recorded hand motion as a curve over the recording's time.
 class HandCurve {
  public:
-  /// Takes at least two samples, strictly increasing in time. Velocities the recording does not
-  /// have (linear, angular, or both all zero) are differentiated from its poses.
+  /// Takes at least two samples, strictly increasing in time. Velocities missing in the recording
+  /// (linear, angular, or both all zero) are computed from its poses.
   HandCurve(std::vector<DeviceState> samples, Resampling resampling, double max_gap);
 
-  /// The state at t_ns; t_ns of the result is the instant its pose is true at.
-  ///  - Within 1 µs of a sample: that sample, bit for bit.
-  ///  - Between two samples, cubic: position by the Hermite cubic whose slopes are those of the
-  ///    parabola through three neighbours (Catmull–Rom on unequal times, C¹), orientation by slerp
-  ///    along the shorter arc, twist the derivative of both; grip blends, buttons hold.
-  ///  - Between two samples, hold: the earlier one.
-  ///  - In a hole longer than max_gap: its first sample at rest, kDeviceHeld. After the last
-  ///  sample:
-  ///    that one at rest, kDeviceHeld | kDeviceEnded.
-  /// kDeviceFresh marks all others; kDeviceHomed and kDeviceSimulated are as recorded.
+  /// The state at t_ns; t_ns of the result is the instant of its pose.
+  ///   - Within 1 µs of a sample: that sample, bit for bit.
+  ///   - Between two samples, cubic: position by the Hermite cubic with the slopes of the parabola
+  ///     through three neighbours (Catmull–Rom for unequal times, C¹), orientation by slerp along
+  ///       the
+  ///     shorter arc, twist the derivative of both; grip interpolated, buttons held.
+  ///   - Between two samples, hold: the earlier one.
+  ///   - In a gap longer than max_gap: its first sample at rest, kDeviceHeld.
+  ///   - After the last sample: that one at rest, kDeviceHeld | kDeviceEnded.
+  /// All others are kDeviceFresh; kDeviceHomed and kDeviceSimulated are as recorded.
   DeviceState at(int64_t t_ns) const;
 
   const std::vector<DeviceState>& samples() const { return samples_; }
-  /// One line for people: the recording's rate and length, how it is resampled, its holes.
+  /// One line: rate, length, resampling and gaps of the recording.
   std::string description() const;
 
  private:
@@ -47,7 +47,7 @@ class HandCurve {
 };
 
 /// A recording played back: open loop, the force has no effect. The first tick shows the first
-/// sample; after that the trace follows the deadlines, so that a late tick does not bend it.
+/// sample; later ones follow the deadlines, so a late tick does not distort the motion.
 class Replay final : public Device {
  public:
   /// Loads config.replay. Throws what load_hand_trace throws.

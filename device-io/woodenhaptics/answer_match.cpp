@@ -6,12 +6,11 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostOwed = 1000;  // a device that is silent for ever is owed no more
+constexpr int kMostOwed = 1000;  // bound for a device that never answers
 
-// Doubt, in answers that match and make up for it. A surplus: a session that is held up may cause a
-// few in a second, old answers between the new ones cause eight within 40 ms. A challenge that
-// fails alone: nothing honest does it, and two with the longest spacing between them are to be
-// enough.
+// Doubt, in matching answers that make up for it. A surplus: a delayed session may cause a few per
+// second, old answers between new ones cause eight within 40 ms. A challenge that fails alone has
+// no honest cause; two of them, even at the longest spacing, are enough.
 constexpr int kDistrust = 400;
 constexpr int kDoubtOfSurplus = kDistrust / 8;
 constexpr int kDoubtOfFailure = (kDistrust + AnswerMatch::kMostApart + 2) / 2;
@@ -33,7 +32,7 @@ void AnswerMatch::doubt(int weight) noexcept {
 
 Challenge AnswerMatch::ask(bool may) noexcept {
   ++asked_;
-  // asked again before the echo: it may still come, behind it one answer more
+  // asked again before the echo, which may still come, with one more answer behind it
   const bool awaited = awaits_echo();
   alone_ = !awaited && settled_ && owed_ == 0;
   const bool due = !alone_ || asked_ >= apart_;
@@ -58,7 +57,7 @@ bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
     return true;
   }
   const bool surplus = owed_ == 0, failed = awaits_echo() && alone_;
-  // no line is left that this could be the answer to, but one behind the challenge
+  // only a line after the challenge can have this answer
   const bool jumped = awaits_echo() && ahead_ == 0;
   if (jumped) echo_ = Challenge::kNone;
   ahead_ = std::max(ahead_ - 1, 0);

@@ -8,24 +8,24 @@
 
 namespace haptic {
 
-/// Tells encoders that turn back and forth faster than a hand can from a hand.
+/// Detects encoders that reverse direction faster than a hand can.
 ///
-/// Something that is accelerated by A at most and goes d1 one way within T1 and then d2 back within
-/// T2 has min(d1, d2) <= A T1 T2 / 2: with the turn s after the middle sample,
-/// d1 = A ((T1 + s)² − s²) / 2 and d2 = A ((T2 − s)² − s²) / 2, the smaller of the two is largest
-/// at s = (T2 − T1) / 2. A sample whose turn is larger is *implausible*. How fast the hand is does
-/// not matter, and when a sample was taken need be known no better than from question to answer: a
-/// time that is taken too long allows more.
+/// A body accelerated by at most A that moves d1 one way within T1 and then d2 back within T2 has
+/// min(d1, d2) ≤ A T1 T2 / 2: if it reverses at s after the middle sample, d1 = A ((T1 + s)² − s²)
+/// / 2 and d2 = A ((T2 − s)² − s²) / 2, whose minimum is largest at s = (T2 − T1) / 2. A sample
+/// that exceeds this is *implausible*. The speed of the hand is irrelevant, and the instant of a
+/// sample need only be known to lie between question and answer: too long a time only raises the
+/// bound.
 class EncoderNoise {
  public:
-  /// A new sample, taken at some instant between the question and the answer [ns].
+  /// A new sample, taken between the question and the answer [ns].
   void add(const MotorCounts& counts, int64_t asked_ns, int64_t heard_ns) noexcept;
 
-  /// The path begins anew with the next sample.
+  /// The path starts anew with the next sample.
   void restart() noexcept { started_ = false; }
 
-  /// Eight samples were implausible, and not 32 times as many plausible in between; until so many
-  /// were.
+  /// Set by eight implausible samples, unless each is followed by 32 plausible ones; cleared by 256
+  /// plausible ones.
   bool is_noisy() const noexcept { return noisy_; }
 
  private:
@@ -33,7 +33,7 @@ class EncoderNoise {
   struct Change {
     int32_t count = 0, step = 0;
     int64_t asked_ns = 0;  // of the sample with this count
-    int64_t took_ns = 0;   // the step, at most
+    int64_t took_ns = 0;   // upper bound of the duration of the step
   };
   static bool turns_too_fast(Change& last, int32_t count, int64_t asked_ns, int64_t heard_ns);
 

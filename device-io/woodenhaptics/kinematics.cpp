@@ -8,20 +8,20 @@
 namespace haptic {
 namespace {
 
-constexpr double kSingular = 1e-3;  // of the determinant at a right elbow: nearly straight
+constexpr double kSingular = 1e-3;  // of the determinant at a right-angled elbow: nearly straight
 
-/// Radians of joint i for one count of its motor.
+/// Joint angle per count of the motor [rad].
 double angle_of_count(const WoodenHapticsGeometry& g, int i) {
   const size_t k = static_cast<size_t>(i);
   return g.direction[k] * 2 * std::numbers::pi / (g.counts_per_turn * g.ratio[k]);
 }
 
-/// Distance of the tip from A's axis.
+/// Distance of the tip from A's axis [m].
 double reach(const WoodenHapticsGeometry& g, const Vec3& q) {
   return g.upper_arm * std::sin(q.y) + g.forearm * std::sin(q.z);
 }
 
-/// Newton metres at joint i for one ampere in its motor.
+/// Joint torque per motor current [N·m/A].
 double torque_of_current(const WoodenHapticsGeometry& g, int i) {
   const size_t k = static_cast<size_t>(i);
   return g.direction[k] * g.ratio[k] * g.torque_constant;
@@ -59,7 +59,7 @@ bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q
   const double rho = std::hypot(tip.x, tip.y);
   const double height = tip.z - g.shoulder_height;
   const double distance = std::hypot(rho, height);
-  // the triangle shoulder, elbow, tip: its angles at the elbow and at the shoulder
+  // triangle of shoulder, elbow and tip: its angles at elbow and shoulder
   const double b = g.upper_arm, c = g.forearm;
   const double cos_elbow = (b * b + c * c - distance * distance) / (2 * b * c);
   const double cos_shoulder = (b * b + distance * distance - c * c) / (2 * b * distance);
@@ -89,7 +89,7 @@ Vec3 tip_force(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& curren
   const Vec3 a = J.column(0), b = J.column(1), c = J.column(2);
   Vec3 torque;
   for (int i = 0; i < 3; ++i) torque[i] = torque_of_current(g, i) * currents[i];
-  // Cramer: τ_i = column_i · F
+  // Cramer's rule: τ_i = column_i · F
   const double determinant = dot(a, cross(b, c));
   if (std::fabs(determinant) < kSingular * g.upper_arm * g.forearm * g.forearm) return {};
   return (torque.x * cross(b, c) + torque.y * cross(c, a) + torque.z * cross(a, b)) / determinant;

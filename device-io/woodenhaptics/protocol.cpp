@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-/// Whole numbers with a comma between two, as many as asked and nothing else.
+/// Parses exactly N integers separated by commas.
 template <size_t N>
 bool parse_numbers(const char* at, const char* end, std::array<int32_t, N>& numbers) {
   for (size_t i = 0; i < N; ++i) {
@@ -43,7 +43,7 @@ CommandText encode_currents(const Milliamperes& currents, Challenge before) {
 
 bool ReplyReader::push(char byte, EncoderReply& reply) noexcept {
   if (byte == '[') {
-    // a line that was cut off by the next one
+    // a line cut off by the next one
     if (inside_) ++rejected_;
     inside_ = true;
     size_ = 0;

@@ -6,35 +6,37 @@
 #include <cstdint>
 #include <string_view>
 
-/// The text that a WoodenHaptics with a Teensy speaks (devices.md 1.2.4; firmware
-/// woody_teensy_mini of the project WoodenHaptics). The host asks, the device answers:
+/// The text protocol of a WoodenHaptics with a Teensy (firmware woody_teensy_mini, see
+/// docs/references.md). The host asks, the device answers:
 ///   host    [mA,mA,mA]\n                           currents of the motors
 ///   device  [model,e0,e1,e2,e3,e4,e5,error]\n      encoder counts
-/// The firmware drops a line that is followed by another one before it has read it, and says so
-/// with an error; so a line is sent only when the one before is answered. An answer with an error
-/// repeats the counts of the last line that was good. After 100 ms without a good line the motors
+/// A line followed by another before it is read is dropped by the firmware and answered with an
+/// error, so a line is sent only when the one before is answered. An answer with an error repeats
+/// the counts of the last valid line. After 100 ms without a valid line the motors are switched
+/// off.
 /// are off.
 namespace haptic {
 
 inline constexpr int32_t kWoodenHapticsModel = 3;          // 1: Polhem, 2: vintage Phantom
-inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;  // a larger one is taken for zero
-inline constexpr int64_t kFirmwareWatchdogNs = 100'000'000;
+inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;  // larger values count as zero
+inline constexpr int64_t kFirmwareWatchdogNs =
+    100'000'000;  // motors off after this long without a valid line
 
-/// Before its calibration button is pressed a firmware may say e0 = 8000 + 4000 sin(0.0002 n),
-/// e1 = the first current it was sent, and leave the motors off.
+/// Before its calibration button is pressed, a firmware may report e0 = 8000 + 4000 sin(0.0002 n),
+/// e1 = the first current it was sent, and keep the motors off.
 inline constexpr int32_t kSineMiddle = 8000, kSineAmplitude = 4000;
 
 using Milliamperes = std::array<int32_t, 3>;
 
-/// A line that is no command, by the error that the firmware answers it with and with nothing else
-/// it does. What follows it is read as if it were not there.
+/// An invalid line, named by the error the firmware answers it with; it has no other effect. The
+/// line that follows is read as usual.
 enum class Challenge : int32_t {
   kNone = 0,
   kNoBegin = 256,   // "]": an end without a beginning
   kNotThree = 512,  // "[]": not three numbers
 };
 
-/// One line, ready to be sent; two with a challenge.
+/// One line to send; two with a challenge.
 struct CommandText {
   std::array<char, 48> text;
   size_t size;
@@ -43,25 +45,25 @@ struct CommandText {
 
 CommandText encode_currents(const Milliamperes& currents, Challenge before = Challenge::kNone);
 
-/// The line that asks for no force: what stop() sends, and hapticd when the servo cannot.
+/// The line for zero force: sent by stop(), and by hapticd if the servo cannot.
 inline constexpr std::string_view kZeroCommand = "[0,0,0]\n";
 
-/// What the device says.
+/// An answer of the device.
 struct EncoderReply {
   int32_t model = 0;
   std::array<int32_t, 6> counts{};
   int32_t error = 0;  // not zero: the counts are old
 };
 
-/// Finds answers in a stream of bytes, wherever it is cut. Whatever is not an answer (noise, torn
-/// and overlong lines, words, fractions, numbers beyond 32 bits) is passed over: an answer is the
-/// text from the last '[' to the next ']', eight whole numbers with a comma between two.
+/// Finds answers in a byte stream, however it is split. Anything else (noise, torn or overlong
+/// lines, words, fractions, numbers beyond 32 bits) is skipped: an answer is the text from the last
+/// '[' to the next ']', eight integers separated by commas.
 class ReplyReader {
  public:
-  /// True where this byte completes an answer.
+  /// True if this byte completes an answer.
   bool push(char byte, EncoderReply& reply) noexcept;
 
-  /// Bracketed texts that were no answer.
+  /// Number of bracketed texts that were no answer.
   uint64_t rejected() const noexcept { return rejected_; }
 
  private:

@@ -19,22 +19,26 @@
 namespace haptic {
 namespace {
 
-constexpr double kMaxForce = 5;  // [N], of the design (devices.md 1.2.3)
+constexpr double kMaxForce = 5;  // [N], limit of the design
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer that has not come by then is lost
-constexpr int64_t kAskAgainMostNs = 100 * kMs;  // of a silent device: it will have to read them all
-constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // a line may have been under way
-constexpr int64_t kGreetingNs = 2000 * kMs;
-constexpr int64_t kGreetingRoundNs = 50 * kMs;
-constexpr int64_t kStopNs = 40 * kMs;  // a device may be held up as long as the hand is promised
-constexpr int64_t kStopWaitNs = 5 * kMs;
+constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer later than this is lost
+constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which will have to read all
+                                                // lines
+constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin for a line that was under
+                                                              // way
+constexpr int64_t kGreetingNs = 2000 * kMs;                   // limit for the first answer
+constexpr int64_t kGreetingRoundNs = 50 * kMs;                // per attempt
+constexpr int64_t kStopNs = 40 * kMs;     // bound of stop(), within which the hand is promised zero
+                                          // by then all errors of colliding lines are in
+constexpr int64_t kStopWaitNs = 5 * kMs;  // per attempt
 constexpr int64_t kQuietNs =
     2 * kMs;  // then every line that met another one has been complained of
 constexpr int kReadsPerTick = 4;
 constexpr size_t kBytesPerRead = 256;
-constexpr int64_t kHeldUpNs = 5 * kMs;      // between two reads, before hapticd may let go
+constexpr int64_t kHeldUpNs = 5 * kMs;      // between two reads, after which hapticd may have
+                                            // released the device
 constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
-constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: no arm, but noise
+constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no arm
 
 bool is_plausible(const EncoderReply& reply) {
   return reply.model == kWoodenHapticsModel &&
@@ -42,7 +46,7 @@ bool is_plausible(const EncoderReply& reply) {
                      [](int32_t n) { return n >= -kMostCounts && n <= kMostCounts; });
 }
 
-/// What the first encoder may say before the calibration button is pressed.
+/// Whether the first encoder may report this before the calibration button is pressed.
 bool may_be_invented(int32_t count) {
   return std::abs(count - kSineMiddle) <= kSineAmplitude;
 }
@@ -66,13 +70,13 @@ std::string WoodenHaptics::description() const {
          std::string(homed_ ? "homed" : "NOT HOMED: rest the arm at home, press its button");
 }
 
-/// A device that is not there must be known before anything is real time.
+/// Waits for the first answer, before anything is real time.
 void WoodenHaptics::greet(const std::string& path) {
   EncoderReply reply;
   const int64_t give_up_ns = now_ns() + kGreetingNs;
   while (!gone_ && now_ns() < give_up_ns) {
     ask({}, false);
-    // an error here is the rest of what an earlier program left behind
+    // an error here is a remnant of an earlier program
     if (!wait_for_answer(now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
     if (reply.model != kWoodenHapticsModel) {
       throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
@@ -103,13 +107,13 @@ bool WoodenHaptics::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
   return false;
 }
 
-/// The name of a node is free for the device's return once nobody holds the old one open.
+/// Closes the node: its name is free for the device's return only when nobody holds it open.
 void WoodenHaptics::hang_up() {
   gone_ = true;
   node_.reset();
 }
 
-/// The newest answer to a question; false when none has come. Bounded work.
+/// Takes the newest answer to a question; false if none has come. Bounded work.
 bool WoodenHaptics::receive(EncoderReply& newest) {
   bool any = false, heard = false;
   EncoderReply reply;
@@ -117,7 +121,7 @@ bool WoodenHaptics::receive(EncoderReply& newest) {
   for (int i = 0; i < kReadsPerTick && !gone_; ++i) {
     const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) break;
-    // nothing, not even "try again": the node has hung up
+    // neither data nor EAGAIN: the node has hung up
     if (n <= 0) hang_up();
     for (ssize_t k = 0; k < n; ++k) {
       if (!reader_.push(bytes[static_cast<size_t>(k)], reply)) continue;
@@ -133,13 +137,13 @@ bool WoodenHaptics::receive(EncoderReply& newest) {
   return any;
 }
 
-/// Whether this answer says where the arm is now.
+/// Whether this answer gives the present position of the arm.
 bool WoodenHaptics::accept(const EncoderReply& reply) {
   if (reply.error != 0 || !is_plausible(reply)) {
     ++errors_;
     return false;
   }
-  // a firmware that waits for its button repeats what it was sent
+  // a firmware that waits for its button repeats the current it was sent
   if (!homed_) homed_ = !(may_be_invented(reply.counts[0]) && reply.counts[1] == currents_[0]);
   if (homed_ && !match_.is_settled()) {
     if (doubted_ns_ == 0) doubted_ns_ = now_ns_;
@@ -169,8 +173,8 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   started_ = true;
   EncoderReply reply;
   const bool answered = receive(reply) && accept(reply);
-  // after a silence the first answer may be to an old line: the next one is to a zero, so that zero
-  // is what the motors hold when the force returns
+  // after a silence the first answer may be to an old line; the next is to a zero, so the motors
+  // hold zero when the force returns
   const bool fresh = answered && (!lost_ || returning_);
   returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
   if (fresh) {
@@ -186,12 +190,12 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
       noise_.restart();
     }
     noise_.add({reply.counts[0], reply.counts[1], reply.counts[2]}, first_asked_ns_, now_ns_);
-    // how far the hand has come since is judged over the longer time
+    // the older instant: bounds the hand's motion over the longer time
     last_.t_ns = first_asked_ns_;
     moved_ = true;
   }
   const bool silent = tick.now_ns - answered_ns_ > kDeviceSilenceNs;
-  // held up here for so long that the firmware has put the motors off: no step back to full force
+  // after such a delay the firmware has switched the motors off: no step back to full force
   const bool let_go = moved_ && tick.now_ns - asked_ns_ > kLetGoNs;
   lost_ = silent || gone_ || let_go || returning_;
   const auto flag = [](bool holds, DeviceFlag which) { return holds ? uint32_t{which} : 0; };
@@ -202,7 +206,7 @@ bool WoodenHaptics::read(const TickTime& tick, DeviceState& state) {
   return fresh;
 }
 
-/// Shortened as one vector, so that the force keeps its direction.
+/// Scales the whole vector, so the force keeps its direction.
 Milliamperes WoodenHaptics::currents_for(const Vec3& force_B) {
   const double size = norm(force_B);
   saturated_ = !(size <= max_force_);
@@ -223,12 +227,12 @@ void WoodenHaptics::write(const Wrench& F_B) {
   if (gone_ || (awaiting_ && now_ns_ - asked_ns_ < patience_ns_)) return;
   patience_ns_ = awaiting_ ? std::min(2 * patience_ns_, kAskAgainMostNs) : kAskAgainNs;
   Milliamperes currents = currents_for(F_B.f);
-  // zero is then the last of what waits for its return, and of lines that wait the firmware obeys
-  // the last at most
+  // a zero is then the last of the waiting lines, of which the firmware obeys at most the last
   if (lost_) currents = {};
-  // a number that no encoder repeats by chance twice; the motors are off, and it is 13 mN at most
+  // an encoder is unlikely to repeat this number twice; the motors are off, and it is at most 13 mN
   if (!homed_) currents = {static_cast<int32_t>(1 + ++probe_ % 7), 0, 0};
-  // not to a silent device, which must find a zero when it wakes, nor before the zero of a return
+  // no challenge to a silent device, which must find a zero when it wakes, nor before that zero is
+  // answered
   ask(currents, homed_ && !returning_ && (!awaiting_ || heard_));
 }
 
@@ -237,9 +241,9 @@ bool WoodenHaptics::ask(const Milliamperes& currents, bool may_challenge) {
   heard_ = false;
   const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
   if (n < 0 && errno != EAGAIN && errno != EINTR) hang_up();
-  // unanswered, the next answer may be to either question
+  // while one is unanswered, the next answer may be to either question
   if (!awaiting_) first_asked_ns_ = now_ns_;
-  // a line cut short by a full queue is dropped by the firmware, like one that never left
+  // a line truncated by a full queue is dropped by the firmware, as if never sent
   awaiting_ = n > 0;
   asked_ns_ = now_ns_;
   if (n != static_cast<ssize_t>(command.size)) return false;
@@ -247,8 +251,8 @@ bool WoodenHaptics::ask(const Milliamperes& currents, bool may_challenge) {
   return true;
 }
 
-/// The firmware drops a line that meets another one and complains of each: what is under way comes
-/// to its end before zero is said, and once more until it is confirmed.
+/// Colliding lines are dropped and answered with errors: waits for what is under way, then sends
+/// zero until it is confirmed.
 void WoodenHaptics::stop() {
   EncoderReply reply;
   const int64_t give_up_ns = haptic::now_ns() + kStopNs;

@@ -45,9 +45,9 @@ class Option {
   Option& one_of(const std::vector<std::string>& words);
   /// `kind` is the placeholder in the help text.
   Option& check(const Check& check, const std::string& kind = "");
-  /// The help text shows the value that the variable has now.
+  /// Shows the variable's present value as default in the help text.
   Option& show_default();
-  /// The help text shows this as the default.
+  /// Shows this text as default in the help text.
   Option& show_default(const std::string& text);
   Option& needs(const std::string& option);
   Option& excludes(const std::string& option);
@@ -74,8 +74,8 @@ class Command {
   Option option(const std::string& name, T& value, const std::string& help);
   Option flag(const std::string& name, bool& value, const std::string& help);
 
-  /// A quantity, as "80 mm"; a bare number is meant in `bare_unit`, of which the help text is to
-  /// speak. `value` is in SI units. What is wrong is told as parse_quantity() does.
+  /// A quantity such as "80 mm"; a number without unit is taken in `bare_unit`, which the help text
+  /// should mention. `value` is in SI units. Problems are reported as by parse_quantity().
   Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
                   const std::string& help, const std::string& bare_unit = "");
   /// A list of quantities.
