@@ -10,7 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kFifoPriority = 80;
+constexpr int kFifoPriority = 80;  // contact has 60
 
 int run(const ChildArguments& arguments) {
   Child<ServoChannels> child(arguments);

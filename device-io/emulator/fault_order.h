@@ -21,8 +21,7 @@ enum class EmulatorFault : int {
 
 /// [answers], one second at 1 kHz
 inline constexpr size_t kLateAnswers = 1000;
-inline constexpr int32_t kNoiseCounts = 60;  // largest deviation, uniformly distributed: 3 mm at
-                                             // the tip
+inline constexpr int32_t kNoiseCounts = 60;  // largest deviation, uniform: 3 mm at the tip
 
 /// Half a turn of the first body, the other two level: from the middle of the workspace to the far
 /// side of the foot, arm stretched. 0.67 m, the largest distance of this arm.

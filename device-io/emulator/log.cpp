@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPeriodNs = 5'000'000;
+constexpr int64_t kPeriodNs = 5'000'000;  // between writes to the file
 constexpr const char* kHeader =
     "t_ns,event,motors_on,commands,rejected,watchdog,a_mA,b_mA,c_mA,fx_N,fy_N,fz_N,x_m,y_m,z_m,"
     "e0,e1,e2,answered0,answered1,answered2,first0,first1,first2\n";

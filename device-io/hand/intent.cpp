@@ -10,9 +10,8 @@ namespace haptic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kReachShare = 0.25;  // of stroke_time, for reach and for lift; slide takes the
-                                      // rest
-constexpr double kTravelShare = 0.5;  // of stroke_time, in addition to it
+constexpr double kReachShare = 0.25;                // of stroke_time, for reach and for lift each
+constexpr double kTravelShare = 0.5;                // of stroke_time, in addition to it
 constexpr double kCycleShare = 1 + kTravelShare;    // period of a cycle over stroke_time
 constexpr double kTremorLow = 8, kTremorHigh = 12;  // [Hz]
 constexpr uint64_t kTremorStream = ~uint64_t{0};    // number of no stroke

@@ -10,9 +10,9 @@ namespace {
 // [counts/ns²]: 100 m/s² at the tip, where a count is at least 33 µm. Arms reach half of that in a
 // throw; a slap of 1.5 m/s on 1000 N/m with 0.25 kg is 95 m/s²; the motors reach 5 N / 0.15 kg
 constexpr double kMostAcceleration = 3e-12;
-constexpr double kRounding = 1;   // quantisation of the steps [counts]
-constexpr int kDoubtOfTurn = 32;  // plausible samples that make up for one implausible one
-constexpr int kNoise = 8 * kDoubtOfTurn;
+constexpr double kRounding = 1;           // quantisation of the steps [counts]
+constexpr int kDoubtOfTurn = 32;          // plausible samples that make up for one implausible one
+constexpr int kNoise = 8 * kDoubtOfTurn;  // eight implausible samples
 
 }  // namespace
 

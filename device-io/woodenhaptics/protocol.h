@@ -14,13 +14,11 @@
 /// error, so a line is sent only when the one before is answered. An answer with an error repeats
 /// the counts of the last valid line. After 100 ms without a valid line the motors are switched
 /// off.
-/// are off.
 namespace haptic {
 
-inline constexpr int32_t kWoodenHapticsModel = 3;          // 1: Polhem, 2: vintage Phantom
-inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;  // larger values count as zero
-inline constexpr int64_t kFirmwareWatchdogNs =
-    100'000'000;  // motors off after this long without a valid line
+inline constexpr int32_t kWoodenHapticsModel = 3;            // 1: Polhem, 2: vintage Phantom
+inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;    // larger values count as zero
+inline constexpr int64_t kFirmwareWatchdogNs = 100'000'000;  // without a valid line
 
 /// Before its calibration button is pressed, a firmware may report e0 = 8000 + 4000 sin(0.0002 n),
 /// e1 = the first current it was sent, and keep the motors off.

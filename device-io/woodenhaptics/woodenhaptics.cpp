@@ -22,21 +22,16 @@ namespace {
 constexpr double kMaxForce = 5;  // [N], limit of the design
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer later than this is lost
-constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which will have to read all
-                                                // lines
-constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin for a line that was under
-                                                              // way
+constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which has to read them all
+constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin: a line may be under way
 constexpr int64_t kGreetingNs = 2000 * kMs;                   // limit for the first answer
 constexpr int64_t kGreetingRoundNs = 50 * kMs;                // per attempt
-constexpr int64_t kStopNs = 40 * kMs;     // bound of stop(), within which the hand is promised zero
-                                          // by then all errors of colliding lines are in
-constexpr int64_t kStopWaitNs = 5 * kMs;  // per attempt
-constexpr int64_t kQuietNs =
-    2 * kMs;  // then every line that met another one has been complained of
-constexpr int kReadsPerTick = 4;
+constexpr int64_t kStopNs = 40 * kMs;                         // within which zero force is promised
+constexpr int64_t kStopWaitNs = 5 * kMs;                      // per attempt
+constexpr int64_t kQuietNs = 2 * kMs;  // all errors of colliding lines are in
+constexpr int kReadsPerTick = 4;       // together at most 1 KiB: bounded work
 constexpr size_t kBytesPerRead = 256;
-constexpr int64_t kHeldUpNs = 5 * kMs;      // between two reads, after which hapticd may have
-                                            // released the device
+constexpr int64_t kHeldUpNs = 5 * kMs;      // after it hapticd may have released the device
 constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no arm
 

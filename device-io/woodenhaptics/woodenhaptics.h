@@ -78,8 +78,7 @@ class WoodenHaptics final : public Device {
   int64_t asked_ns_ = 0;        // of the line under way
   int64_t first_asked_ns_ = 0;  // of the first unanswered line
   int64_t answered_ns_ = 0;     // of the read that last found a valid answer
-  int64_t doubted_ns_ = 0;      // of the first read since then with answers that do not match; 0:
-                                // none
+  int64_t doubted_ns_ = 0;      // of the first mismatched read since then; 0: none
   int64_t excused_ns_ = 0;      // until then answers may belong to lines sent by hapticd
   int64_t patience_ns_ = 0;     // for the line under way
   uint64_t errors_ = 0;

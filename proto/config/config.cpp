@@ -37,11 +37,9 @@ constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};  // [Hz]
 constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
-constexpr Range kSimRates{50, 1e3};     // [Hz]; poses are extrapolated for at most 20 ms:
-                                        // kMaxExtrapolation
+constexpr Range kSimRates{50, 1e3};     // [Hz]; kMaxExtrapolation is 20 ms
 constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
-constexpr Range kCurrents{0, 6, true};  // [A]; the firmware of a WoodenHaptics treats larger values
-                                        // as zero
+constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_session(Section& root, SessionConfig& config) {
   root.require("session", "[session] with name = \"bunny\"");

@@ -106,7 +106,7 @@ struct HeightImage {
   uint32_t width = 0, height = 0;
   std::array<uint8_t, kMaxSide * kMaxSide> grey{};
 };
-inline constexpr uint32_t kMaxImages = 4;
+inline constexpr uint32_t kMaxImages = 4;  // limits the size of SessionConfig
 
 /// Surface texture of an object, in the object's frame.
 struct TextureConfig {
@@ -148,8 +148,7 @@ struct PartConfig {
 struct ShapeConfig {
   Name name{};
   Path mesh{};              // absolute; or "primitive:box", "primitive:sphere", "primitive:peg" …
-  double unit = 0;          // metres per file unit; 0: any, scaled so that the longest side is
-                            // `size`
+  double unit = 0;          // metres per file unit; 0: any, scaled to `size`
   double size = 0;          // longest side of the bounding box [m]
   uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
   uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
@@ -253,8 +252,7 @@ struct SessionConfig {
   double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
   double sim_rate = 120;            // [Hz]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // limit while a mesh is baked [bytes]
-  uint32_t realtime = 1;                           // 0: run without real-time priority and locked
-                                                   // memory
+  uint32_t realtime = 1;                           // 0: no real-time priority or locked memory
   Renderer renderer = Renderer::kGodObject3;
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   VoxelConfig voxel;

@@ -37,8 +37,7 @@ constexpr int kMostAccepted = 16;         // per turn; commands are served in be
 constexpr size_t kMostOfStranger = 16;    // connections per user, except owner and root
 constexpr size_t kMostOfStrangers = 64;   // connections of all such users
 constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that such users cannot take
-constexpr rlim_t kKeptForChildren = 48;   // that no client can take: three restarts need about
-                                          // thirty
+constexpr rlim_t kKeptForChildren = 48;   // kept for children: three restarts need about thirty
 constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // for a place in the queue
 constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have left old generations
 constexpr const char* kSystemFolder = "/run/hapticd";

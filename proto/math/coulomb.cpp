@@ -9,14 +9,11 @@ namespace {
 
 constexpr int kMaxRounds = 60;      // of the fixed point
 constexpr int kMaxCuts = 60;        // cutting planes per cone and round
-constexpr double kWanted = 1e-12;   // relative tolerance of cone violation and of the change per
-                                    // round
+constexpr double kWanted = 1e-12;   // relative tolerance of cones and of the change per round
 constexpr double kAccepted = 1e-8;  // accepted where rounding stops both from shrinking
-constexpr double kRounder = 1e-5;   // tolerated cone violation, relative to the change in the last
-                                    // round
+constexpr double kRounder = 1e-5;   // tolerance of cones, relative to the last change
 constexpr double kWorst = 0.5;      // cones are cut if violated by at least this share of the worst
-constexpr double kMuchWorse = 10;   // residual ratio between rounds at which Broyden's estimate is
-                                    // reset
+constexpr double kMuchWorse = 10;   // growth of the residual that resets Broyden's estimate
 
 double norm(const Vec6& y) {
   return std::sqrt(dot(y, y));

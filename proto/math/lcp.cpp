@@ -8,8 +8,7 @@ namespace haptic {
 namespace {
 
 constexpr double kRounding = 1e-11;  // of a, relative to the terms it is the sum of
-constexpr double kDependent = 1e-9;  // response to a unit force, relative to the rows' own
-                                     // responses
+constexpr double kDependent = 1e-9;  // response to a unit force, relative to A_dd
 constexpr double kSettled = 1e-13;   // change of an a in a sweep, relative likewise
 constexpr double kAccepted = 1e-10;  // residual of a, relative to b
 constexpr int kPivotsPerRow = 20;    // pivot limit per row; a handful is usual

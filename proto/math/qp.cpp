@@ -10,8 +10,7 @@ namespace {
 constexpr int kMaxIterations = 100;   // rows added or dropped
 constexpr double kFeasible = 1e-13;   // violation, relative to the terms it is the difference of
 constexpr double kDependent = 1e-10;  // independent part of a row, relative to the row
-constexpr double kCancelled = 0.25;   // share of a squared length left by orthogonalisation, below
-                                      // which it is repeated
+constexpr double kCancelled = 0.25;   // remaining squared length below which a split is repeated
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kFarthest = 100;  // acceptable motion out of overlaps, in multiples of the deepest
 

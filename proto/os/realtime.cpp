@@ -17,8 +17,7 @@
 namespace haptic {
 namespace {
 
-constexpr rlim_t kRunawayLimitUs = 2'000'000;  // SIGXCPU after FIFO without a sleep for this long
-                                               // [µs]
+constexpr rlim_t kRunawayLimitUs = 2'000'000;  // [µs] of FIFO without a sleep: SIGXCPU
 constexpr size_t kPage = 4096;
 
 bool has_ipc_lock() noexcept {

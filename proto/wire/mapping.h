@@ -11,8 +11,7 @@ struct DeviceMap {
   Pose X_WB;                   // device base in the scene (places and turns the workspace)
   double motion_scale = 1;     // s: scene metres per device metre
   double force_scale = 1;      // φ: device newtons per scene newton
-  Pose X_HT;                   // tool on the grip, in scene metres; gives the lever arm of the
-                               // torque
+  Pose X_HT;                   // tool on the grip, in scene metres; lever arm of the torque
   int32_t clutch_button = -1;  // bit that re-indexes the workspace while held; −1: none
   uint32_t reserved = 0;
 };

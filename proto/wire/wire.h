@@ -12,9 +12,9 @@
 /// handle, T tool, O object. proto/wire/schema.h describes the same layout as text.
 namespace haptic {
 
-inline constexpr uint32_t kMaxObjects = 16;
-inline constexpr uint32_t kMaxContacts = 64;
-inline constexpr uint32_t kAbiMajor = 7;  // raise it when any struct below changes
+inline constexpr uint32_t kMaxObjects = 16;   // per scene
+inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
+inline constexpr uint32_t kAbiMajor = 7;      // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
@@ -59,10 +59,8 @@ enum ServoFlag : uint32_t {
   kServoTorqueDropped = 1u << 12,  // the device has no torque actuators
   kServoStopped = 1u << 13,        // last frame: the loop has ended with a zero wrench
   kServoDisarmed = 1u << 14,       // waits for the dead-man button or `hapt arm`; zero wrench
-  kServoTooFast = 1u << 15,        // handle exceeded the velocity limit and is not yet slow; zero
-                                   // wrench
-  kServoSlewing = 1u << 16,        // growth of the force is rate-limited by slew and the hand's
-                                   // motion
+  kServoTooFast = 1u << 15,        // handle exceeded the velocity limit, not yet slow; zero wrench
+  kServoSlewing = 1u << 16,        // force rate-limited by slew and the hand's motion
   kServoThermal = 1u << 17,        // the motors' thermal budget lowers the limit
   kServoPassivity = 1u << 18,      // the passivity controller damps
   kServoWorkspaceEdge = 1u << 19,  // the soft edge of the workspace pushes
@@ -160,8 +158,8 @@ struct ContactSet {
   std::array<double, kMaxObjects> clearance;
   double free_fraction;  // free part of the way to the tool [0, 1]
   uint32_t n_contacts;
-  uint32_t n_active;  // point proxy: the first n_active are the active set; 6-DoF: number of
-                      // touching contacts
+  uint32_t n_active;  // point proxy: size of the active set, which comes first; 6-DoF: number
+                      // touching
   std::array<Contact, kMaxContacts> contacts;
   Wrench F0_W;               // on the tool about its origin, of all points touching wrench_object
   std::array<double, 36> K;  // derivative of F0_W by a small motion of the tool, in W

@@ -19,8 +19,7 @@ constexpr int kFifoPriority = 90;  // above the servo's 80
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookNs = 2 * kMs;        // longest period of the checks
 constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
-constexpr int64_t kTryAgainNs = 200 * kMs;  // between attempts to reopen the node of a missing
-                                            // device
+constexpr int64_t kTryAgainNs = 200 * kMs;  // between attempts to reopen a missing device
 
 FileDescriptor duplicate(const FileDescriptor& fd) {
   return FileDescriptor(fd.is_open() ? fcntl(fd.get(), F_DUPFD_CLOEXEC, 0) : -1);

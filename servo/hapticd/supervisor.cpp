@@ -28,15 +28,13 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookPeriodNs = 20 * kMs;       // of events and heartbeats
 constexpr int64_t kControlPeriodNs = 100 * kMs;   // a late reader of the ring soon finds a frame
-constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // between log lines while the servo waits for the
-                                                  // first contact
+constexpr int64_t kTellWaitingNs = 10'000 * kMs;  // between log lines before the first contact
 constexpr int64_t kEchoPeriodNs = 2 * kMs;        // while a client waits for the servo's echo
 constexpr int64_t kEchoPatienceNs = 1000 * kMs;   // until that client gets an error
 constexpr int64_t kServoStopNs = 1000 * kMs;      // for the servo alone, part of kStopNs
 constexpr int64_t kStopNs = 2000 * kMs;           // then children are killed
-constexpr int64_t kLongestRestNs = 5 * kMs;   // a tenth of the 50 ms a contact's replacement may
-                                              // take
-constexpr int64_t kRetryStartNs = 500 * kMs;  // if the kernel has no resources for a process
+constexpr int64_t kLongestRestNs = 5 * kMs;       // a tenth of the restart of a contact
+constexpr int64_t kRetryStartNs = 500 * kMs;      // if the kernel has no resources for a process
 constexpr int64_t kSpareAfterNs = 500 * kMs;  // after contact's start, when its meshes are baked
 constexpr const char* kSpareName = "contact0 spare";
 constexpr int kMostDeathsUnborn = 8;  // about five seconds of attempts

@@ -9,11 +9,11 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kMinHold = 20 * kMs;
-constexpr int64_t kMaxHold = 100 * kMs;
-constexpr int64_t kFade = 50 * kMs;
-constexpr double kReopenTime = 0.050;  // [s]
-constexpr int kFreshSetsToReopen = 5;
+constexpr int64_t kMinHold = 20 * kMs;   // a set is at full weight at least this long
+constexpr int64_t kMaxHold = 100 * kMs;  // and at most this long
+constexpr int64_t kFade = 50 * kMs;      // duration of the fade
+constexpr double kReopenTime = 0.050;    // duration of the ramp up [s]
+constexpr int kFreshSetsToReopen = 5;    // after a complete fade
 
 void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
   const bool news = !age.any || !arrival.same_writer || arrival.seq != age.last_seq;

@@ -38,8 +38,7 @@ struct CouplingInput {
   Vec3 proxy_W;
   Vec3 tool_velocity_W;
   Vec3 proxy_velocity_W;
-  double share = 1;  // of the damper, 0 to 1; a fading contact shortens the spring, so it must
-                     // scale the damper too
+  double share = 1;  // of the damper, 0 to 1: it must fade along with the spring
 };
 Vec3 coupling_force(const Coupling& coupling, const CouplingInput& input);
 

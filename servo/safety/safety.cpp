@@ -14,8 +14,7 @@ constexpr double kJumpMargin = 2e-3;    // encoder steps and jitter of the time 
 constexpr double kCalm = 0.1;           // slow enough to start again [m/s]
 constexpr double kThermalTime = 10;     // time constant of the thermal low-pass [s]
 constexpr double kThermalBand = 0.2;    // last part of the budget, over which the limit falls
-constexpr double kEdgeShare = 0.3;      // largest force of the workspace edge, as a share of
-                                        // max_force
+constexpr double kEdgeShare = 0.3;      // largest force of the workspace edge over max_force
 constexpr double kEdgeWidth = 5e-3;     // way over which the edge's spring reaches that [m]
 constexpr double kBelow = 1 - 0x1p-50;  // slightly less than 1: rounding must not exceed a limit
 

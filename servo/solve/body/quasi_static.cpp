@@ -7,10 +7,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostHalvings = 20;  // of the line search: a hard contact may begin right at the
-                                   // + relative; energies are not known any better
-constexpr double kEnergyRounding = 1e-14;
-constexpr double kStillTurning = 1e-3;  // first regularisation, relative to the stiffness
+constexpr int kMostHalvings = 20;  // a hard contact may begin right at the start of a long step
+constexpr double kEnergyRounding = 1e-14;  // relative; energies are not known any better
+constexpr double kStillTurning = 1e-3;     // first regularisation, relative to the stiffness
 
 struct Balance {
   BodyWrench sum;

@@ -61,8 +61,7 @@ struct BodySolution {
   int n_pushing = 0;                         // contacts that push the proxy
   std::array<Wrench, kMaxObjects> push_W{};  // of each object on the proxy, at the tool's origin
   Vec3 held_back_W;                          // offset of the tool's origin that friction holds
-  bool finite = true;                        // false: the contacts were not finite; nothing is
-                                             // rendered
+  bool finite = true;                        // false: contacts not finite, nothing is rendered
   bool converged = true;
 };
 
