@@ -200,7 +200,7 @@ enum class Braking : uint32_t {
 /// Maps, field and points of the detector `voxel`.
 struct VoxelConfig {
   double size = 1e-3;           // edge of a voxel and of a cell of the field [m]
-  double band = 4e-3;           // stored band of the field on either side of the surface [m]
+  double band = 4e-3;           // distance from the surface within which the field is exact [m]
   double point_spacing = 1e-3;  // of the tool's points [m]
   double stiffness = 1000;      // per point [N/m]
   double braking = 0;           // of approaching points [N·s/m]

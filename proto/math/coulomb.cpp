@@ -8,7 +8,7 @@ namespace haptic {
 namespace {
 
 constexpr int kMaxRounds = 60;      // of the fixed point
-constexpr int kMaxCuts = 60;        // cutting planes per cone and round
+constexpr int kMaxCuts = 60;        // rounds of cutting planes in each of these
 constexpr double kWanted = 1e-12;   // relative tolerance of cones and of the change per round
 constexpr double kAccepted = 1e-8;  // accepted where rounding stops both from shrinking
 constexpr double kRounder = 1e-5;   // tolerance of cones, relative to the last change

@@ -158,8 +158,7 @@ struct ContactSet {
   std::array<double, kMaxObjects> clearance;
   double free_fraction;  // free part of the way to the tool [0, 1]
   uint32_t n_contacts;
-  uint32_t n_active;  // point proxy: size of the active set, which comes first; 6-DoF: number
-                      // touching
+  uint32_t n_active;  // point: the first n_active are the active set; 6-DoF: number touching
   std::array<Contact, kMaxContacts> contacts;
   Wrench F0_W;               // on the tool about its origin, of all points touching wrench_object
   std::array<double, 36> K;  // derivative of F0_W by a small motion of the tool, in W

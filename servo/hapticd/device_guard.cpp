@@ -123,7 +123,7 @@ void DeviceGuard::run() {
   ReleaseSchedule schedule;
   bool helpless = false;
   for (int64_t looked_ns = now_ns(); !ending_;) {
-    // a helpless servo's pidfd stays readable: it may end this wait only once
+    // wakes at the servo's end; not again, since its pidfd stays readable
     pollfd ended{helpless ? -1 : watched->pidfd.get(), POLLIN, 0};
     const timespec wait{0, look_ns};
     ppoll(&ended, 1, &wait, nullptr);

@@ -22,8 +22,8 @@ class FreeSpace {
   /// is not known to be free.
   double left_at(const Pose& X_WC) const;
 
-  /// Where the straight motion from X_WG to X_WC leaves the free poses; empty if none is known or
-  /// `otherwise` is nearer to X_WC.
+  /// The last pose known to be free on the straight motion from X_WG to X_WC; empty if none is
+  /// known or `otherwise` is nearer to X_WC.
   std::optional<Pose> nearest_to(const Pose& X_WC, const Pose& otherwise) const;
 
  private:

@@ -48,7 +48,7 @@ bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
   return solve(A, h * (f + h * (wrench.by_motion * body.V_WC)), change);
 }
 
-/// With contacts, of which those push that do so at the end of the step.
+/// With the contacts that push at the end of the step.
 bool implicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWrench& wrench,
                      std::span<const SoftContact> contacts, double h, Twist& change) {
   std::array<ContactRow, kMaxContacts> rows;

@@ -100,7 +100,7 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   if (tick.contacts != nullptr) {
     SoftCarry carry = tick.carry;
     carry.stiffness = model.contact_stiffness;
-    // a massless quasi-static proxy has nothing to balance dampers or the rest of a wrench
+    // without mass and velocity, dampers have no effect and the rest of a wrench no counterweight
     const bool is_still = model.solver == SoftSolver::kQuasiStatic;
     carry.damping = is_still ? 0 : model.contact_damping;
     contacts = carry_soft_contacts(*tick.contacts, model.tool, carry);
