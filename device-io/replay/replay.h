@@ -20,9 +20,8 @@ class HandCurve {
   /// The state at t_ns; t_ns of the result is the instant of its pose.
   ///   - Within 1 µs of a sample: that sample, bit for bit.
   ///   - Between two samples, cubic: position by the Hermite cubic with the slopes of the parabola
-  ///     through three neighbours (Catmull–Rom for unequal times, C¹), orientation by slerp along
-  ///       the
-  ///     shorter arc, twist the derivative of both; grip interpolated, buttons held.
+  ///     through three neighbours (Catmull–Rom for unequal times, C¹), orientation by slerp, the
+  ///     shorter way; twist the derivative of both; grip interpolated, buttons held.
   ///   - Between two samples, hold: the earlier one.
   ///   - In a gap longer than max_gap: its first sample at rest, kDeviceHeld.
   ///   - After the last sample: that one at rest, kDeviceHeld | kDeviceEnded.

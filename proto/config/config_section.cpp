@@ -12,8 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr double kUnitTolerance = 1e-3;  // of the length of a typed quaternion
-constexpr size_t kLongestReason = 240;   // [characters] of a parser message, which may quote the
-                                         // file
+constexpr size_t kLongestReason = 240;   // of a parser message, which may quote the file
 
 /// Levenshtein distance: insertions, deletions and substitutions that turn a into b.
 size_t edit_distance(std::string_view a, std::string_view b) {

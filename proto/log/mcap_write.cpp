@@ -23,7 +23,7 @@ using namespace mcap;
 namespace {
 
 constexpr size_t kChunkBytes = 256 << 10;  // a chunk is written at this size
-constexpr int kZstdLevel = 1;              // the fastest
+constexpr int kZstdLevel = 1;              // the fastest standard level
 
 using Buffer = std::vector<char>;
 

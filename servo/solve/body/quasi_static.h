@@ -8,7 +8,6 @@ namespace haptic {
 
 struct QuasiStaticStep {
   double max_travel = 0;    // trust region: bound of any point's motion per iteration; 0: none [m]
-                            // none
   int max_iterations = 5;   // Newton iterations
   double tolerance = 1e-9;  // of the residual, relative to the largest force that acts
 };
