@@ -14,13 +14,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kUlp = 1.2e-7F;
 constexpr double kFloats = 1e-6;
 constexpr float kWayStep = 1 / 32767.F;
-// of a gap along a direction in steps: of itself, and of the half diagonals of both boxes
+// errors of a gap from the rounding of its direction to steps: relative, and in half diagonals of
+// both boxes
 constexpr float kWayError = 1e-4F;
 constexpr double kWayRounding = 2e-4;
 
 using Short8 [[gnu::vector_size(16)]] = int16_t;
 
-/// Moves the bounds of one, and says which are to be asked.
+/// Moves the bounds of one leaf pair, and marks the triangles to be measured.
 HAPTIC_INLINE void move_one(LeafBounds& bounds, const MovedFloats& moved, float least,
                             float before) {
   const std::array<float, 3>& c = bounds.centre_B;
@@ -38,7 +39,7 @@ HAPTIC_INLINE void move_one(LeafBounds& bounds, const MovedFloats& moved, float 
       is += way[axis] * __builtin_convertvector(steps, Float8);
     }
     std::memcpy(&bounds.at_least[k], &is, sizeof is);
-    // not-a-number is asked
+    // not-a-number is measured, too
     asked |= lanes8::lanes_of(~((is > least) & (was > before))).bits() << k;
   }
   bounds.asked = static_cast<uint16_t>(asked);
@@ -87,7 +88,7 @@ Vec3 LeafBounds::way_A(size_t k) const {
 
 void move_along(std::vector<LeafBounds>& bounds, const PoseChange& change, double least,
                 double before, std::vector<uint32_t>& asked) {
-  constexpr size_t kAtOnce = 64;  // that stay in the nearest cache
+  constexpr size_t kAtOnce = 64;  // records that fit in the L1 cache
   const MovedFloats moved(change);
   const float bound = round_up_distance(least), bound_before = round_up_distance(before);
   for (size_t first = 0; first < bounds.size(); first += kAtOnce) {

@@ -49,7 +49,7 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     measure_added();
   }
   const auto is_too_near = [&] { return result.found && result.at_least < search.least; };
-  // each level opens one branch into two
+  // each level replaces one branch by two
   std::array<Branch, 2 * kMaxTreeDepth + 2> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {{0, 0}, apart({0, 0})};

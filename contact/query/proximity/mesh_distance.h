@@ -12,24 +12,23 @@ namespace haptic {
 struct MeshDistance {
   bool found = false;
   NearPair nearest;     // in A
-  double at_least = 0;  // no two points are nearer [m]; the distance itself, the limit, or a bound
-  size_t n_boxes = 0;   // pairs of them that were compared
+  double at_least = 0;  // lower bound of the distance [m]: the distance itself, the limit, or less
+  size_t n_boxes = 0;   // box tests
 };
 
-/// Where a search for the distance of two meshes may end early.
+/// Conditions for ending a search for the distance of two meshes early.
 struct DistanceSearch {
-  double limit = std::numeric_limits<double>::infinity();  // what is further is not found [m]
-  const TrianglePair* witness = nullptr;  // a pair that was near before, asked first
-  double share = 1;  // what is no nearer than this share of what was found is not looked at
-  double least = 0;  // once something nearer is found nothing more is, and at_least is 0 [m]
-  size_t most_boxes = std::numeric_limits<size_t>::max();  // pairs of them that are compared
+  double limit = std::numeric_limits<double>::infinity();  // pairs farther apart are not found [m]
+  const TrianglePair* witness = nullptr;  // a pair that was near before: tested first (warm start)
+  double share = 1;  // prunes boxes that are no nearer than this share of the best distance
+  double least = 0;  // stops at the first pair nearer than this; at_least is then 0 [m]
+  size_t most_boxes = std::numeric_limits<size_t>::max();  // budget of box tests
 };
 
-/// Distance of the surfaces of two meshes with B at X_AB in A, 0 where they meet, by branch and
-/// bound over both trees, the nearer half first. Once it knows that the distance is beyond the
-/// limit nothing is found. With a share below 1, or where the boxes come to an end, the nearest
-/// that was found may not be the nearest, and at_least is a lower bound, of the limit too. Nothing
-/// for a pose that is not finite.
+/// Distance of the surfaces of two meshes with B at X_AB in A, 0 where they meet: branch and bound
+/// over both trees, the nearer half first. Nothing is found if the distance exceeds the limit. With
+/// a share below 1, or when the budget ends, the pair found may not be the nearest; at_least is a
+/// lower bound in any case. Nothing for a pose that is not finite.
 MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                            const DistanceSearch& search);
 

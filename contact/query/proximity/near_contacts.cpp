@@ -15,14 +15,14 @@ Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, TrianglePart par
   return {FeatureKind::kFace, triangle};
 }
 
-/// Between these features, which must be apart.
+/// Contact of these two features, which must be apart.
 NearContact contact_between(const Feature& a, const Feature& b, const TrianglePair& triangles,
                             const TriangleDistance& at) {
   const Vec3 normal_A = (at.point_b - at.point_a) / at.distance;
   return {at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b), triangles};
 }
 
-/// The corner of a face that is not on this edge.
+/// The corner of a face that is opposite this edge.
 uint32_t apex_of(const TriangleMesh& mesh, uint32_t face, uint32_t edge) {
   const Triangle& edges = mesh.triangle_edges[face];
   const auto side =
@@ -54,7 +54,8 @@ NearContacts::NearContacts(const MeshShape& shape_A, const MeshShape& shape_B)
   kept_.reserve(kRoom);
 }
 
-/// Each edge of a triangle adds its end to its start; where a border ends both ways are needed.
+/// Neighbours of each vertex. Both directions of each edge are added: a border edge has one
+/// triangle only.
 NearContacts::Rings NearContacts::rings_of(const TriangleMesh& mesh) {
   std::vector<std::array<uint32_t, 2>> ends;
   for (const Triangle& t : mesh.triangles) {
@@ -75,11 +76,11 @@ NearContacts::Rings NearContacts::rings_of(const TriangleMesh& mesh) {
   return rings;
 }
 
-/// Whether no neighbour of the feature is nearer to what lies along the normal, and that is in
-/// front of it.
+/// Whether the feature is locally nearest to a point along the normal, and that point is in front
+/// of it.
 bool NearContacts::is_nearest(const Side& side, const Feature& feature, const Vec3& point,
                               const Vec3& normal, double slack) {
-  // in the frame of the mesh
+  // into the frame of the mesh
   const Pose* X = side.X_AM;
   const Vec3 n = X == nullptr ? normal : rotate(conjugate(X->q), normal);
   const TriangleMesh& mesh = side.mesh;
@@ -120,7 +121,7 @@ void NearContacts::add(const NearPair& pair, const TriangleDistance& at, const P
   minima_.push_back(contact);
 }
 
-/// Faces that are parallel: each part of one may be as near as any other.
+/// Parallel faces: several pairs of their features may be equally near.
 void NearContacts::add_all_parts(const NearPair& pair, const Pose& X_AB,
                                  const NearContactOptions& options) {
   const Corners a = corners_of(shape_A_.mesh, pair.triangles.a);
@@ -159,7 +160,7 @@ NearContactSet NearContacts::reduce(std::span<const NearPair> pairs, const Pose&
   return result;
 }
 
-/// One of each feature, the nearest first.
+/// Keeps the nearest contact of each pair of features, then sorts by distance.
 void NearContacts::sort_minima() {
   std::sort(minima_.begin(), minima_.end(), [](const NearContact& p, const NearContact& q) {
     return p.feature != q.feature ? p.feature < q.feature : p.distance < q.distance;
@@ -173,7 +174,8 @@ void NearContacts::sort_minima() {
   });
 }
 
-/// Keeps one of those that stand for each other; says how near the first is that has no room.
+/// Merges similar contacts, the nearest first; returns the distance of the first that finds no
+/// room, else ∞ [m].
 double NearContacts::thin(const NearContactOptions& options) {
   const double cosine = std::cos(options.normal), reach = options.place * size_;
   kept_.clear();

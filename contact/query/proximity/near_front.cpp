@@ -9,13 +9,14 @@
 namespace haptic {
 namespace {
 
-constexpr double kRaise = 0.5;   // of the slack that a parent must keep
-constexpr double kWays = 8;      // like this one, which is enough too
-constexpr double kLeave = 2;     // bands that triangles are apart before leaves are tried as one
-constexpr size_t kPasses = 512;  // in which each pair is asked once whether it may be closed
-constexpr size_t kBoxesAsked = 3000;  // for any near pair, before the front is
-constexpr double kMostWay = 1e3;      // beyond it floats count [m]
-constexpr double kAxes = 1e-5;        // of boxes in floats
+constexpr double kRaise = 0.5;  // least share of the children's slack that a parent must keep
+constexpr double kWays = 8;     // a slack of so many steps like the last one suffices, too
+constexpr double kLeave =
+    2;  // bands that a leaf pair must be apart before one plane replaces its bounds
+constexpr size_t kPasses = 512;       // updates in which each pair is tested once for merging
+constexpr size_t kBoxesAsked = 3000;  // box tests of any_near_pair before it updates the front
+constexpr double kMostWay = 1e3;  // [m]; a longer step rebuilds the front: floats become too coarse
+constexpr double kAxes = 1e-5;    // relative error of axes in float
 
 std::vector<Corners> corners_in_order(const MeshShape& shape) {
   std::vector<Corners> corners;
@@ -34,7 +35,7 @@ Vec3 to_vec(const std::array<float, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// Largest distance along a unit vector among the corners of a leaf, in its own frame.
+/// Largest coordinate along a unit vector among the corners of a leaf, in the frame of its mesh.
 double furthest(const std::vector<Corners>& corners, const ObbNode& leaf, const Vec3& way) {
   double most = -std::numeric_limits<double>::infinity();
   for (uint32_t k = 0; k < leaf.count; ++k) {
@@ -87,7 +88,7 @@ std::span<const NearPair> NearFront::update(const Pose& X_AB, double band) {
   return near_;
 }
 
-/// Of those that are known at this pose.
+/// The near pairs of the current pose, for a band that is no wider.
 std::span<const NearPair> NearFront::nearer_than(double band) {
   if (band < band_) std::erase_if(near_, [&](const NearPair& p) { return p.at.distance > band; });
   band_ = band;
@@ -96,7 +97,7 @@ std::span<const NearPair> NearFront::nearer_than(double band) {
 
 std::span<const NearPair> NearFront::follow(const RigidMotion& motion, const Pose& X_AB,
                                             double band) {
-  // bounds that were kept for a narrower band say too little of the way
+  // bounds kept for a narrower band say too little about the motion
   if (!is_fresh_ && band > band_) update(X_AB_, band);
   const ObbSweep sweep = sweep_between(motion, 0, 1);
   sweep_ = &sweep;
@@ -105,7 +106,7 @@ std::span<const NearPair> NearFront::follow(const RigidMotion& motion, const Pos
   return near;
 }
 
-/// An empty front: the roots.
+/// Starts a new front from the roots.
 void NearFront::begin() {
   pairs_.assign(2, {});
   planes_.clear();
@@ -115,14 +116,14 @@ void NearFront::begin() {
   open(0);
 }
 
-/// What was given up in this pass may be used again: none of it is to be looked at any more.
+/// Nodes freed in this update can be reused from now on: nothing refers to them any more.
 void NearFront::retire() {
   unused_.insert(unused_.end(), retired_.begin(), retired_.end());
   retired_.clear();
 }
 
-/// Triangles that may be near now, or were at the pose before where the way is not quite straight,
-/// are asked.
+/// Moves the bounds of all leaf pairs, and queues the triangles that may be near now or, in
+/// follow(), may have been near at the previous pose.
 void NearFront::move_leaves() {
   const double before = sweep_ != nullptr ? band_ : -std::numeric_limits<double>::infinity();
   looked_at_.clear();
@@ -139,8 +140,8 @@ void NearFront::move_leaves() {
   }
 }
 
-/// What was opened for good reasons long ago may be closed again: a few are asked in each pass,
-/// from the last one on, since who takes their place has had its turn.
+/// Amortised coarsening: tests 1/512 of the front per update for merging into the parent. Goes from
+/// the end to the front: the entry that replaces a removed one has been tested already.
 void NearFront::close_some() {
   const auto some_of = [](size_t n, size_t& asked, const auto& ask) {
     const size_t end = n - std::min(n, asked), most = n / kPasses + 1;
@@ -157,7 +158,7 @@ void NearFront::close_some() {
   });
 }
 
-/// The front is larger than caches: what comes soon is fetched ahead.
+/// The front exceeds the caches, so entries are prefetched.
 void NearFront::visit_expired() {
   constexpr size_t kPairsAhead = 16, kNodesAhead = 8, kCornersAhead = 4;
   const size_t n = expired_.size();
@@ -174,7 +175,7 @@ void NearFront::visit_expired() {
   expired_.clear();
 }
 
-/// Of leaves.
+/// For leaf pairs.
 void NearFront::prefetch_corners(const NodePair& nodes) const {
   if (!is_leaves(nodes)) return;
   for (const Corners* corners :
@@ -187,11 +188,11 @@ void NearFront::prefetch_corners(const NodePair& nodes) const {
 }
 
 void NearFront::visit(uint32_t index, const Vec3& normal_A) {
-  // a parent may stand for it since
+  // may have been merged into its parent since
   if (pairs_[index].state != State::kFar) return;
   ++work_.visited;
   const NodePair nodes = pairs_[index].nodes;
-  // what a turn has used up may be there still
+  // the bound is conservative for rotations: compute the actual gap first
   const double gap = gap_along(nodes, normal_A, boxes_, X_AB_);
   if (gap > band_) {
     planes_.set_gap(index, gap);
@@ -226,7 +227,7 @@ void NearFront::open(uint32_t index) {
   }
 }
 
-/// Nothing is known but how many there are.
+/// New bounds without any knowledge: all triangles are measured.
 void NearFront::begin_leaves(uint32_t index) {
   const NodePair nodes = pairs_[index].nodes;
   const ObbNode &a = node_a(nodes), &b = node_b(nodes);
@@ -239,12 +240,12 @@ void NearFront::begin_leaves(uint32_t index) {
   ask(bounds);
 }
 
-/// Those of its triangles that are asked wait to be measured.
+/// Queues the triangles of a leaf pair that must be measured.
 void NearFront::ask(const LeafBounds& bounds) {
   const uint32_t index = bounds.pair;
   const unsigned asked = bounds.asked;
   const ObbNode &a = node_a(pairs_[index].nodes), &b = node_b(pairs_[index].nodes);
-  // may give the bounds of others up, and move these
+  // this may free bounds of other pairs, which moves the ones given here
   if (batch_.n + LeafBounds::kPairs > DistanceBatch::kRoom) measure_waiting();
   leaves_[n_leaves_++] = index;
   for (uint32_t k = 0; k < LeafBounds::kPairs; ++k) {
@@ -277,13 +278,13 @@ void NearFront::measure_waiting() {
     if (distance2 <= band_ * band_) near_.push_back({triangles, measured(batch_, i)});
   }
   batch_.n = 0;
-  // all that were looked at since the last time are measured now
+  // every leaf pair queued since the last call has been measured
   for (size_t i = 0; i < n_leaves_; ++i) leave_leaves(leaves_[i]);
   n_leaves_ = 0;
 }
 
-/// Where all triangles are far, one plane may do for them, if it tells nearly as much: across the
-/// way of the nearest two.
+/// Replaces the bounds of a leaf pair by one plane, normal to the direction of its nearest
+/// triangles, if its gap is nearly as large as that of the triangles.
 void NearFront::leave_leaves(uint32_t index) {
   const Pair& pair = pairs_[index];
   const LeafBounds& bounds = bounds_[pair.below];
@@ -299,7 +300,7 @@ void NearFront::leave_leaves(uint32_t index) {
   raise(index, plane);
 }
 
-/// The last ones take the place of its bounds.
+/// Frees the bounds of a leaf pair; the last ones take their place.
 void NearFront::end_leaves(uint32_t index) {
   const uint32_t below = pairs_[index].below;
   pairs_[bounds_.back().pair].below = below;
@@ -307,7 +308,7 @@ void NearFront::end_leaves(uint32_t index) {
   bounds_.pop_back();
 }
 
-/// Lets the parent wait for it and its other half, and its parent for that, where they can.
+/// Merges the pair and its sibling into their parent, and so on upwards while that is possible.
 void NearFront::raise(uint32_t index, SlidingPlane plane) {
   for (auto of_parent = close(index, plane.gap); of_parent; of_parent = close(index, plane.gap)) {
     index = pairs_[index].parent;
@@ -316,8 +317,8 @@ void NearFront::raise(uint32_t index, SlidingPlane plane) {
   wait_far(index, plane);
 }
 
-/// Gives a pair and its other half up where the parent is far enough too: as far as half of what
-/// they have left, or a few ways like this one. Returns its plane.
+/// Removes a pair and its sibling if the parent's slack is at least kRaise of theirs, or kWays
+/// steps like the last one. Returns the parent's plane.
 std::optional<SlidingPlane> NearFront::close(uint32_t index, double gap) {
   if (index == 0 || pairs_[index ^ 1].state != State::kFar) return {};
   const double left = kRaise * (gap - band_);
@@ -325,7 +326,7 @@ std::optional<SlidingPlane> NearFront::close(uint32_t index, double gap) {
   const NodePair& parent = pairs_[pairs_[index].parent].nodes;
   const Apart now = apart(parent);
   const double ways = kWays * change_.most(now.plane.centre_B, now.plane.radius);
-  // the other half may not have been looked at since the pose before: so is_far must hold
+  // the sibling may not have been tested since the previous pose, so is_far must hold
   if (now.plane.gap - band_ <= std::min(left, ways) || !is_far(parent, now)) return {};
   for (const uint32_t half : {index, index ^ 1}) {
     if (planes_.has(half)) planes_.take_out(half);
@@ -369,7 +370,7 @@ NearFront::Apart NearFront::apart(const NodePair& nodes) {
   return result;
 }
 
-/// How far both are apart along a unit vector [m]: leaves as their triangles, others as boxes.
+/// Gap along a unit vector [m]: of the triangles of two leaves, of the boxes of other nodes.
 double NearFront::gap_along(const NodePair& nodes, const Vec3& normal_A, const BoxDistance& boxes,
                             const Pose& X_AB) const {
   const ObbNode &a = node_a(nodes), &b = node_b(nodes);
@@ -379,8 +380,9 @@ double NearFront::gap_along(const NodePair& nodes, const Vec3& normal_A, const B
          furthest(corners_A_, a, normal_A);
 }
 
-/// Whether boxes that are so far apart now were so on the way here too: across the same plane, or
-/// as far as they go, or by the axes of both.
+/// Whether two nodes are farther apart than the band and, in follow(), stayed apart along the whole
+/// motion: because none of their points moved far enough, because the same plane separated them
+/// before, or by the swept box test.
 bool NearFront::is_far(const NodePair& nodes, const Apart& apart) const {
   if (!(apart.plane.gap > band_)) return false;
   if (sweep_ == nullptr) return true;
@@ -390,8 +392,8 @@ bool NearFront::is_far(const NodePair& nodes, const Apart& apart) const {
          !boxes_may_meet(node_a(nodes).box, node_b(nodes).box, *sweep_);
 }
 
-/// Whether two measured triangles were apart at the pose before too, across the same way: then so
-/// they were between. What that leaves open is no proof that they met.
+/// Whether two measured triangles were separated at the previous pose by the same direction; then
+/// they were apart all along the motion. False does not prove that they met.
 bool NearFront::was_apart(size_t i, size_t corners_A, size_t corners_B) const {
   const double distance = std::sqrt(batch_.distance_squared[i]), least = 0.5 * band_;
   if (!(distance > least) || !(batch_.gap[i] > least * distance)) return false;

@@ -11,38 +11,39 @@
 
 namespace haptic {
 
-/// near_pairs from pose to pose. It remembers the front of the double descent: the pairs of nodes
-/// that were too far apart to be opened, with a plane between them and how far apart they are
-/// across it, and in pairs of leaves that no plane keeps apart one between each two triangles. All
-/// planes go along with B at once; sliding past each other uses nothing up. A pair is looked at
-/// again when its gap is used up. Siblings that are both far are replaced by their parent. Fronts
-/// as in Klosowski et al. 1998 and Ehmann & Lin 2001, witnesses instead of tests on every step as
-/// in Chung & Wang 1996. Room for the corners of both meshes is made at construction; that for the
-/// front and its pairs grows until it has held the largest.
+/// near_pairs with temporal coherence: keeps the front of the bounding-volume-tree traversal, that
+/// is the pairs of nodes too far apart to be opened, each with a separating plane and the gap
+/// across it. Leaf pairs that no single plane separates keep one plane per pair of triangles. All
+/// planes are moved along with B at once; sliding along a plane does not consume its gap. A pair is
+/// tested again only when its gap is consumed; two far siblings are merged into their parent.
+/// Fronts as in Klosowski et al. 1998 and Ehmann & Lin 2001; kept separating planes instead of a
+/// test in every step as in Chung & Wang 1996. The corners of both meshes are copied at
+/// construction; the front and its pairs allocate until they have held the largest.
 class NearFront {
  public:
-  /// Views of both shapes must outlive it.
+  /// The arrays that both shapes view must outlive it.
   NearFront(const MeshShape& shape_A, const MeshShape& shape_B);
 
-  /// The same set as near_pairs, in an order of its own, until the next call.
+  /// The same set as near_pairs, in unspecified order, valid until the next call.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
-  /// The same at this pose, the end of a motion that begins at the pose of the update before (to
-  /// roundings), and what may have met on the way: while no point of B is as far as half the band
-  /// off the straight line between its ends, no two triangles did but the suspects. Costs more the
-  /// longer the way is. Of a first update nothing is known: is_first().
+  /// As update, at the end of a motion that begins at the pose of the previous update (up to
+  /// rounding); also finds the triangles that may have met on the way. As long as no point of B
+  /// deviates from the straight line between its end points by half the band or more, only the
+  /// suspects can have met. The cost grows with the length of the motion. Says nothing about a
+  /// motion that leads to a first update: see is_first().
   std::span<const NearPair> follow(const RigidMotion& motion, const Pose& X_AB, double band);
   std::span<const TrianglePair> suspects() const { return suspects_; }
   bool is_first() const { return is_fresh_; }
 
-  /// Whether there is any: the pair of last time is asked first, then a short search from scratch,
-  /// and only where that does not end either the front is brought up to date.
+  /// Whether there is any near pair. Tests the pair found last time first, then searches from
+  /// scratch with a budget, and updates the front only if that is inconclusive.
   bool any_near_pair(const Pose& X_AB, double band);
 
-  /// Begins anew: nothing is remembered.
+  /// Discards the front; the next update starts from the roots.
   void forget() { is_fresh_ = true; }
 
-  /// What the last update came to.
+  /// Cost of the last update: node pairs visited, box tests, triangle pairs measured.
   struct Work {
     size_t visited = 0, boxes = 0, triangles = 0;
   };
@@ -56,10 +57,10 @@ class NearFront {
   struct Pair {
     NodePair nodes;
     uint32_t parent = kNone;
-    uint32_t below = kNone;  // open: the first of its halves; leaves: their bounds
+    uint32_t below = kNone;  // open: its first child; leaves: index of their bounds
     State state = State::kUnused;
   };
-  /// Two boxes, and the plane between them.
+  /// Lower bound of the distance of two boxes, and the plane that separates them.
   struct Apart {
     double at_least = 0;  // [m]
     SlidingPlane plane;
@@ -93,16 +94,16 @@ class NearFront {
   const ObbNode& node_b(const NodePair& nodes) const { return shape_B_.tree.nodes[nodes.b]; }
 
   MeshShape shape_A_, shape_B_;
-  std::vector<Corners> corners_A_, corners_B_;  // in the order of the trees
-  double reach_B_ = 0;                          // of B from its origin [m]
-  std::vector<Pair> pairs_;                     // halves of a pair side by side, the root first
-  SlidingPlanes planes_;                        // of pairs that are far
-  std::vector<LeafBounds> bounds_;              // of leaves
-  std::vector<uint32_t> unused_, retired_;      // halves, by the first: for others, from now on
+  std::vector<Corners> corners_A_, corners_B_;  // in tree order
+  double reach_B_ = 0;                      // largest distance of a vertex of B from its origin [m]
+  std::vector<Pair> pairs_;                 // siblings adjacent, the root first
+  SlidingPlanes planes_;                    // of the far pairs
+  std::vector<LeafBounds> bounds_;          // of the leaf pairs
+  std::vector<uint32_t> unused_, retired_;  // first of two siblings: free; freed in this update
   std::vector<SlidingPlanes::UsedUp> expired_;
-  std::vector<uint32_t> looked_at_;                      // leaves
-  size_t n_leaves_asked_ = 0, n_planes_asked_ = 0;       // of those that may be closed
-  std::array<uint32_t, DistanceBatch::kRoom> leaves_{};  // whose triangles wait
+  std::vector<uint32_t> looked_at_;                      // leaf pairs
+  size_t n_leaves_asked_ = 0, n_planes_asked_ = 0;       // cursors of the amortised coarsening
+  std::array<uint32_t, DistanceBatch::kRoom> leaves_{};  // leaf pairs whose triangles are in batch_
   size_t n_leaves_ = 0;
   std::vector<NearPair> near_;
   std::vector<TrianglePair> suspects_;
@@ -117,7 +118,7 @@ class NearFront {
   BoxDistance boxes_{Pose{}}, boxes_before_{Pose{}};
   double band_ = 0;
   bool is_fresh_ = true;
-  const ObbSweep* sweep_ = nullptr;  // of the motion that is followed
+  const ObbSweep* sweep_ = nullptr;  // of the motion in follow(), else null
   TrianglePair nearest_;
   bool has_nearest_ = false;
 };

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kAll = ~size_t{0};
 
-/// Pairs that wait for their distances.
+/// Pairs of triangles whose distances are to be measured together.
 struct Waiting {
   DistanceBatch batch;
   std::array<TrianglePair, DistanceBatch::kRoom> pairs;
@@ -29,7 +29,7 @@ bool measure_waiting(Waiting& waiting, const Pose& X_AB, double band, OnNear&& o
   return true;
 }
 
-/// False where it was ended before it had seen all, by on_near or for the number of boxes.
+/// False if on_near or the budget of box tests ended the descent early.
 template <class OnNear>
 bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
              size_t most_boxes, OnNear&& on_near) {

@@ -9,24 +9,24 @@
 
 namespace haptic {
 
-/// A triangle of A and one of B that are near, and how they lie, in A.
+/// A triangle of A and one of B that are near, and their closest points, in A.
 struct NearPair {
   TrianglePair triangles;
   TriangleDistance at;
 };
 
-/// All pairs of triangles of two meshes no further apart than the band [m], with B at X_AB in A:
-/// both trees at once, the larger box opened first. Writes at most out.size(), in the order of the
-/// trees, and returns how many there are. None for a pose or band that is not finite, or a band
-/// below 0.
+/// All pairs of triangles of two meshes at a distance of at most the band [m], with B at X_AB in A:
+/// descends both trees at once, the larger box opened first. Writes at most out.size() pairs, in
+/// tree order, and returns how many there are. None for a pose or band that is not finite, or a
+/// band below 0.
 size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
                   std::span<NearPair> out);
 
-/// Whether there is any; ends with the first.
+/// Whether there is any near pair; stops at the first.
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band);
 
-/// The same with an end: kUnknown once so many pairs of boxes have been compared.
+/// The same with a budget: kUnknown after `most_boxes` box tests.
 enum class AnyNear { kNone, kFound, kUnknown };
 AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                        double band, size_t most_boxes, TrianglePair& found);

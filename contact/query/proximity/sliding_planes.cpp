@@ -12,11 +12,11 @@ namespace haptic {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kRounding = 1e-14;  // of places in double, of their size
-constexpr double kFloats = 1e-6;     // of a way in floats, of its length
+constexpr double kRounding = 1e-14;  // relative error of places in double
+constexpr double kFloats = 1e-6;     // relative error of a displacement in float
 constexpr float kUlp = 1.2e-7F;
-constexpr double kNormal = 1e-6;  // of a gap, as its normal is no unit vector
-// ‖R' − R‖ is 1/√2 of its Frobenius norm, as both are rotations
+constexpr double kNormal = 1e-6;  // relative error of a gap: normals are shorter than 1 by as much
+// ‖R' − R‖ is 1/√2 of its Frobenius norm, since both are rotations
 constexpr double kSpectral = 0.70710679;
 
 HAPTIC_INLINE Float8 row(const std::array<float, 8>& values) {
@@ -35,7 +35,7 @@ HAPTIC_WIDE void move_all(std::span<SlidingPlaneBlock> blocks, const MovedFloats
                                           moved.turn[1][axis] * y + moved.turn[2][axis] * z);
     }
     std::memcpy(&block.gap, &gap, sizeof gap);
-    // not-a-number counts as used up
+    // not-a-number counts as consumed
     block.used_up = lanes8::lanes_of(~(gap > least)).bits();
   }
 }
@@ -103,7 +103,7 @@ void SlidingPlanes::set_gap(uint32_t owner, double gap) {
   block_of(slot).gap[slot % SlidingPlaneBlock::kPlanes] = static_cast<float>((1 - kNormal) * gap);
 }
 
-/// The last one takes its place.
+/// The last plane takes its slot.
 void SlidingPlanes::take_out(uint32_t owner) {
   const uint32_t slot = slot_of_[owner], last = --n_;
   SlidingPlaneBlock &to = block_of(slot), &from = block_of(last);
@@ -129,7 +129,7 @@ double SlidingPlanes::gap(uint32_t owner) const {
 }
 
 void SlidingPlanes::move(const PoseChange& change, double least, std::vector<UsedUp>& used_up) {
-  constexpr size_t kAtOnce = 64;  // blocks that stay in the nearest cache
+  constexpr size_t kAtOnce = 64;  // blocks that fit in the L1 cache
   const MovedFloats moved(change);
   const float bound = round_up_distance(least);
   for (size_t first = 0; first < blocks_.size(); first += kAtOnce) {

@@ -10,23 +10,23 @@
 
 namespace haptic {
 
-/// How a mesh B has gone in A from one pose to another: x_A' − x_A = way + turn x_B.
+/// Displacement of a mesh B in A between two poses: x_A' − x_A = way + turn x_B.
 struct PoseChange {
-  Vec3 way;             // of its origin [m]
-  Mat3 turn;            // R_AB' − R_AB
-  double angle = 0;     // at least how far that moves any unit vector
-  double rounding = 0;  // of a place in floats that goes along [m]
+  Vec3 way;          // displacement of B's origin [m]
+  Mat3 turn;         // R_AB' − R_AB
+  double angle = 0;  // upper bound of ‖R_AB' − R_AB‖, the displacement per distance from the origin
+  double rounding = 0;  // of a displaced point in float, at most [m]
 
   PoseChange() = default;
-  /// `reach`: of B from its origin [m].
+  /// `reach`: largest distance of a point of B from its origin [m].
   PoseChange(const Pose& from_AB, const Pose& to_AB, double reach);
 
   Vec3 of(const Vec3& point_B) const { return way + turn * point_B; }
-  /// At least how far any point of a ball has gone [m].
+  /// Upper bound of the displacement of any point in a ball [m].
   double most(const Vec3& centre_B, double radius) const;
 };
 
-/// The same in floats; the fourth lane is never looked at.
+/// The same in float; the fourth lane is unused.
 struct MovedFloats {
   Lanes way, turn[3];  // its columns
   float angle, rounding;
@@ -37,16 +37,16 @@ struct MovedFloats {
   }
 };
 
-/// A plane between a piece of A and a piece of B, across its normal: how far they are apart along
-/// it, at least.
+/// A separating plane of a piece of A and a piece of B, with a lower bound of the gap along its
+/// normal.
 struct SlidingPlane {
-  Vec3 normal_A;      // from A to B; a unit vector, or up to 1e-6 shorter
+  Vec3 normal_A;      // from A to B; length between 1 − 1e-6 and 1
   double gap = 0;     // [m]
-  Vec3 centre_B;      // of a ball around the piece of B
+  Vec3 centre_B;      // bounding ball of the piece of B
   double radius = 0;  // [m]
 };
 
-/// Eight of them side by side, in floats.
+/// Eight planes as a structure of arrays, in float.
 struct alignas(32) SlidingPlaneBlock {
   static constexpr size_t kPlanes = 8;
   using Row = std::array<float, kPlanes>;
@@ -54,27 +54,27 @@ struct alignas(32) SlidingPlaneBlock {
   std::array<Row, 3> normal_A, centre_B;
   Row radius, gap;
   std::array<uint32_t, kPlanes> owner;
-  uint32_t used_up = 0;  // a bit for each, in the last move
+  uint32_t used_up = 0;  // bit k: the last move consumed the gap of plane k
 };
 
-/// Many such planes, moved along all at once when B goes somewhere:
+/// Separating planes that are all moved along at once when B moves:
 ///   gap' = gap + n·(c' − c) − ‖R' − R‖ r,
-/// with c the centre and r the radius of the ball. What slides along its plane uses nothing up, and
-/// a turn only what the size of the piece makes of it. A gap below 0 says nothing. Each plane
-/// belongs to an owner, by number.
+/// with centre c and radius r of the ball. Sliding along a plane does not consume its gap; a
+/// rotation consumes only what the radius of the piece makes it displace. A gap below 0 carries no
+/// information. Each plane belongs to an owner, given by number.
 class SlidingPlanes {
  public:
   void clear();
   size_t size() const { return n_; }
   bool has(uint32_t owner) const { return owner < slot_of_.size() && slot_of_[owner] != kNone; }
 
-  /// Replaces the one it has. The normal is what a float makes of it: see rounded().
+  /// Adds the plane of an owner, or replaces it. The normal must be one that rounded() returns.
   void put(uint32_t owner, const SlidingPlane& plane);
   void set_gap(uint32_t owner, double gap);
   void take_out(uint32_t owner);
 
   double gap(uint32_t owner) const;
-  /// Of the k-th, in an order that changes whenever one is taken out.
+  /// Owner of the k-th plane; take_out() changes the order.
   uint32_t owner(size_t k) const {
     const auto slot = static_cast<uint32_t>(k);
     return block_of(slot).owner[slot % SlidingPlaneBlock::kPlanes];
@@ -84,13 +84,13 @@ class SlidingPlanes {
     uint32_t owner;
     std::array<float, 3> normal_A;
   };
-  /// Appends all that are no more than `least` [m] apart at the end.
+  /// Moves all planes, and appends those whose gap is then at most `least` [m].
   void move(const PoseChange& change, double least, std::vector<UsedUp>& used_up);
 
-  /// Fetches what put() and take_out() need.
+  /// Prefetches what put() and take_out() need.
   void prefetch(uint32_t owner) const { __builtin_prefetch(&slot_of_[owner], 1); }
 
-  /// The unit vector that is kept for this one.
+  /// The unit vector rounded to float, as it is stored.
   static Vec3 rounded(const Vec3& normal);
 
  private:
@@ -101,7 +101,7 @@ class SlidingPlanes {
     return blocks_[slot / SlidingPlaneBlock::kPlanes];
   }
 
-  std::vector<SlidingPlaneBlock> blocks_;  // lanes that are not in use are infinitely far apart
+  std::vector<SlidingPlaneBlock> blocks_;  // unused lanes have an infinite gap
   uint32_t n_ = 0;
   std::vector<uint32_t> slot_of_;
 };

@@ -19,14 +19,14 @@ struct TrianglePair {
 
 /// The corners of a triangle of the mesh.
 Corners corners_of(const TriangleMesh& mesh, uint32_t triangle);
-/// The same in A; rounded once, so that neighbours still share their corners.
+/// The same, moved to A; each vertex is rounded once, so that neighbouring triangles still share
+/// corners.
 Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB);
 
-/// All pairs of triangles of two meshes that meet (triangles_meet: touching and coplanar count)
-/// with B at X_AB in A: both trees at once, the larger box opened first. Exact for the corners of
-/// B as corners_of rounds them. Writes at most out.size(), in the order of the trees, and returns
-/// how many there are (more than out.size(): the rest did not fit). None for a pose that is not
-/// finite.
+/// All pairs of triangles of two meshes that meet (triangles_meet: touching and coplanar count),
+/// with B at X_AB in A: descends both trees at once, the larger box opened first (Gottschalk, Lin,
+/// Manocha 1996). Exact for the corners of B as corners_of rounds them. Writes at most out.size()
+/// pairs, in tree order, and returns how many there are. None for a pose that is not finite.
 size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                       std::span<TrianglePair> out);
 
