@@ -7,9 +7,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of the speed
+constexpr double kRounding = 1e-12;  // relative, of the speed
 
-/// Of the fastest point, per unit of time [m].
+/// Upper bound of the speed of any vertex, per unit of time [m].
 double fastest(const TriangleMesh& mesh, const RigidMotion& motion) {
   double radius2 = 0;
   for (const Vec3& v : mesh.vertices) {
@@ -32,7 +32,7 @@ Advancement advance(const MeshShape& shape_A, const MeshShape& shape_B, const Ri
   bool has_witness = false;
   while (result.steps < options.steps) {
     ++result.steps;
-    // what is further than all that is left of the way is never met
+    // pairs farther apart than the rest of the way cannot meet
     const double rest = speed * (1 - result.time);
     const MeshDistance apart =
         mesh_distance(shape_A, shape_B, motion.at(result.time), rest + options.tolerance,

@@ -6,18 +6,18 @@
 namespace haptic {
 namespace {
 
-// beyond, the multiples of π that an angle lies between cannot be told
+// [rad]; beyond, multiples of π cannot be located in double
 constexpr double kMostAngle = 1e6;
-constexpr double kUnsure = 1e-9;  // of a multiple of π so far out [1]
+constexpr double kUnsure = 1e-9;  // uncertainty of a multiple of π at kMostAngle [π]
 
-/// Whether a multiple k π with k = first + 2 n lies between, or may.
+/// Whether the interval contains, or may contain, a multiple k π with k = first + 2 n.
 bool may_hold(const Interval& angle, double first) {
   const double low = (angle.lo / std::numbers::pi - first) / 2 - kUnsure,
                high = (angle.hi / std::numbers::pi - first) / 2 + kUnsure;
   return std::floor(high) >= std::ceil(low);
 }
 
-/// The library is off by less than a step; so is what is rounded outward.
+/// The library is off by less than an ulp, so the bounds are rounded outward twice.
 Interval between_ends(double a, double b) {
   return {std::max(rounded_down(rounded_down(std::min(a, b))), -1.0),
           std::min(rounded_up(rounded_up(std::max(a, b))), 1.0)};

@@ -9,9 +9,9 @@
 
 namespace haptic {
 
-/// All reals from lo to hi. Of every operation the result holds what exact arithmetic gives for any
-/// choice from the operands, as long as nothing overflows: ends are rounded outward, by less than
-/// three steps of doubles.
+/// All reals from lo to hi. The result of every operation contains the exact result for any choice
+/// from the operands, unless something overflows: bounds are rounded outward, by less than three
+/// ulps.
 struct Interval {
   double lo = 0, hi = 0;
 
@@ -24,8 +24,8 @@ struct Interval {
   constexpr bool operator==(const Interval&) const = default;
 };
 
-/// Below, above what rounding to nearest has made v of: half a step is |v|/2⁵³, and one of the
-/// smallest numbers.
+/// Lower and upper bound of a value rounded to nearest: its error is at most |v|/2⁵³, or the
+/// smallest denormal.
 constexpr double rounded_down(double v) {
   return v - ((v < 0 ? -v : v) * 0x1p-52 + std::numeric_limits<double>::denorm_min());
 }
@@ -55,7 +55,7 @@ constexpr Interval operator*(const Interval& a, const Interval& b) {
                  std::max(std::max(ll, lh), std::max(hl, hh)));
 }
 
-/// The tight one: [−1, 2]² = [0, 4], where the product of two would say [−2, 4].
+/// Tighter than the product: [−1, 2]² = [0, 4], not [−2, 4].
 constexpr Interval squared(const Interval& a) {
   const double ll = a.lo * a.lo, hh = a.hi * a.hi;
   const bool has_zero = a.contains(0);
@@ -68,8 +68,8 @@ constexpr Interval magnitude(const Interval& a) {
   return {0, std::max(-a.lo, a.hi)};
 }
 
-/// Over all angles in it, with range analysis: the ends, and ±1 where it holds a multiple of π
-/// [rad].
+/// Range over all angles of the interval: the values at its ends, and ±1 if it contains a multiple
+/// of π [rad].
 Interval cos(const Interval& angle);
 Interval sin(const Interval& angle);
 
@@ -78,7 +78,7 @@ struct Interval3 {
 
   constexpr Interval3() = default;
   constexpr Interval3(const Interval& a, const Interval& b, const Interval& c) : x(a), y(b), z(c) {}
-  constexpr Interval3(const Vec3& v) : x(v.x), y(v.y), z(v.z) {}  // NOLINT: as a number is
+  constexpr Interval3(const Vec3& v) : x(v.x), y(v.y), z(v.z) {}  // NOLINT: a vector is an interval
 
   constexpr bool contains(const Vec3& v) const {
     return x.contains(v.x) && y.contains(v.y) && z.contains(v.z);

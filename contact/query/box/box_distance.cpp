@@ -8,10 +8,10 @@
 namespace haptic {
 namespace {
 
-// axes in floats are orthonormal to 5e-6, which slanting axes show five times as large
+// relative error: float axes are orthonormal to 5e-6, which oblique axes amplify five-fold
 constexpr float kSlack = 5e-5F;
-constexpr double kRounding = 1e-14;
-constexpr float kLeastSine2 = 0.04F;  // of axes that are no longer nearly parallel
+constexpr double kRounding = 1e-14;   // relative error of positions in double
+constexpr float kLeastSine2 = 0.04F;  // sin² of the angle below which axes count as parallel
 
 Lanes everywhere(float x) {
   return Lanes{x, x, x, x};
@@ -34,7 +34,7 @@ Vec3 centre_of(const CompactObb& box) {
   return {box.centre_O[0], box.centre_O[1], box.centre_O[2]};
 }
 
-/// A box in lanes; the fourth lane is never looked at.
+/// A box as vectors; the fourth lane is unused.
 struct BoxLanes {
   Lanes columns[3], half;
 
@@ -54,7 +54,8 @@ Lanes after_next(Lanes v) {
   return __builtin_shufflevector(v, v, 2, 0, 1, 3);
 }
 
-/// Largest squared gap along axis i of a crossed with the axes of b; rows[i][j]: axis i along j.
+/// Largest squared gap along axis i of a crossed with the axes of b; rows[i][j]: component of axis
+/// i along axis j.
 template <int i>
 Lanes gap2_across(Lanes t, Lanes h, Lanes g, const Lanes* rows) {
   constexpr int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
@@ -75,24 +76,24 @@ BoxDistance::BoxDistance(const Pose& X_AB)
   }
 }
 
-/// What all axes of two boxes say.
+/// The gaps of two boxes along all axes.
 struct BoxDistance::Gaps {
   BoxLanes box_a;
-  Lanes t, r[3], rows[3];   // from a to b along a's axes; b's axes along them and a's along b's
-  Lanes t_b, gap_a, gap_b;  // along b's axes; along faces
-  Lanes across[3];          // squared, along axis i of a crossed with those of b
+  Lanes t, r[3], rows[3];               // from a to b in a's axes; b's axes in a's, and a's in b's
+  Lanes t_b, gap_a, gap_b;              // from a to b in b's axes; gaps along faces
+  Lanes across[3];                      // squared, along axis i of a crossed with those of b
   float faces_a, faces_b, most_across;  // squared
   double at_least;
 
   Vec3 way_A() const;
 };
 
-/// From centre to centre, in A.
+/// From centre to centre, in A [m].
 Vec3 BoxDistance::way_between(const CompactObb& a, const CompactObb& b) const {
   return p_AB_ + R_AB_ * centre_of(b) - centre_of(a);
 }
 
-/// Of a distance that is found in floats [m].
+/// Error of a distance computed in float [m].
 double BoxDistance::rounding_of(const CompactObb& a, const CompactObb& b) const {
   const float size = a.half[0] + a.half[1] + a.half[2] + b.half[0] + b.half[1] + b.half[2];
   return static_cast<double>(kSlack * size) +
@@ -106,7 +107,7 @@ BoxDistance::Gaps BoxDistance::gaps(const CompactObb& a, const CompactObb& b) co
   const Lanes t = box_a.columns[0] * everywhere(static_cast<float>(way.x)) +
                   box_a.columns[1] * everywhere(static_cast<float>(way.y)) +
                   box_a.columns[2] * everywhere(static_cast<float>(way.z));
-  // columns of b's axes along a's: r[j][i]
+  // b's axes in a's: r[j][i]
   Lanes r[3];
   for (int j = 0; j < 3; ++j) {
     const Lanes axis{box_b.columns[0][j], box_b.columns[1][j], box_b.columns[2][j], 0};
@@ -144,11 +145,11 @@ BoxDistance::Gaps BoxDistance::gaps(const CompactObb& a, const CompactObb& b) co
           std::max(gap - rounding_of(a, b), 0.0)};
 }
 
-/// Along the axis with the largest gap: the way between a box and the one around the other, or the
-/// product of two axes.
+/// Direction of the largest gap: between a box and the box around the other, or a cross product of
+/// two axes.
 Vec3 BoxDistance::Gaps::way_A() const {
   const auto with_sign_of = [](Lanes size, Lanes v) { return v < 0 ? -size : size; };
-  Lanes way = with_sign_of(gap_a, t);  // along a's axes
+  Lanes way = with_sign_of(gap_a, t);  // in a's axes
   if (faces_b > faces_a) way = turned(r, with_sign_of(gap_b, t_b));
   if (most_across > std::max(faces_a, faces_b)) {
     int i = 0, j = 0;

@@ -7,26 +7,26 @@
 
 namespace haptic {
 
-/// How far boxes of two trees are apart at least, with B at X_AB in A: the largest gap along the 15
-/// separating axes of Gottschalk, Lin, Manocha 1996, those along the faces of one box taken
-/// together (the distance to the upright box around the other). In floats from what the boxes have
-/// of them on, and never more than the distance of what they hold.
+/// Lower bound of the distance of boxes of two trees, with B at X_AB in A: the largest gap along
+/// the 15 separating axes of Gottschalk, Lin, Manocha 1996, with the face axes of each box combined
+/// (the distance to the axis-aligned box, in its frame, around the other). Computed in float once
+/// the boxes' relative position is known; never more than the distance of what they contain.
 class BoxDistance {
  public:
   explicit BoxDistance(const Pose& X_AB);
 
-  /// [m], 0 where nothing is known.
+  /// [m], 0 if unknown.
   double at_least(const CompactObb& a, const CompactObb& b) const;
 
-  /// The same, and a direction in A in which they are about that far apart: of any length, from A
-  /// to B; 0 where they are not.
+  /// The same, and a direction in A along which they are about that far apart: not normalised, from
+  /// A to B; 0 if they are not apart.
   struct Separation {
     double at_least = 0;  // [m]
     Vec3 way_A;
   };
   Separation separation(const CompactObb& a, const CompactObb& b) const;
 
-  /// How far they are apart along a unit vector in A, at least [m]; negative where they overlap.
+  /// Gap along a unit vector in A, at least [m]; negative if they overlap.
   double along(const Vec3& normal_A, const CompactObb& a, const CompactObb& b) const;
 
  private:
@@ -38,7 +38,7 @@ class BoxDistance {
   Mat3 R_AB_;
   Vec3 p_AB_;
   Lanes columns_AB_[3];
-  double rounding_;  // of places in double [m]
+  double rounding_;  // of positions in double [m]
 };
 
 }  // namespace haptic

@@ -6,31 +6,31 @@
 namespace haptic {
 namespace {
 
-// axes in floats are orthonormal to 1e-6; each of the tests below adds a few such errors
+// relative: float axes are orthonormal to 1e-6, and each test adds a few such errors
 constexpr double kAxisSlack = 1e-5;
-constexpr double kRounding = 1e-14;  // of coordinates in double, moved
-constexpr double kMuchTurn = 0.05;   // in half a sweep [rad]: spheres are asked before boxes
+constexpr double kRounding = 1e-14;  // relative, of moved coordinates in double
+constexpr double kMuchTurn = 0.05;   // [rad] per half sweep, above which spheres are tested first
 
 double size_of(const CompactObb& box) {
   return static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) +
          static_cast<double>(box.half[2]);
 }
 
-/// Sum of the components: a bound of the norm that takes no root.
+/// 1-norm: a bound of the norm without a square root.
 double sum_of(const Vec3& v) {
   return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z);
 }
 
-/// Written so that what is not a number takes nothing away.
+/// Written so that not-a-number removes nothing.
 void keep_within(SweepWindow& window, double middle, double half) {
   if (middle - half > window.enter) window.enter = middle - half;
   if (middle + half < window.leave) window.leave = middle + half;
 }
 
-/// Leaves the times s at which |place + s speed| ≤ reach; true where none is left. Written so that
-/// what is not a number takes nothing away.
+/// Intersects the window with the times s at which |place + s speed| ≤ reach; true if nothing is
+/// left. Not-a-number removes nothing.
 bool narrow(SweepWindow& window, double place, double speed, double reach) {
-  // most that are apart are so all the way
+  // most pairs that are apart are so for the whole sweep
   if (std::fabs(place) - reach > std::fabs(speed)) return window.enter = 2, true;
   if (speed == 0) return false;
   const double middle = -place / speed, half = reach / std::fabs(speed);
@@ -38,10 +38,10 @@ bool narrow(SweepWindow& window, double place, double speed, double reach) {
   return window.is_empty();
 }
 
-/// Two boxes half-way, in A.
+/// Two boxes in the middle of the sweep, in A.
 struct Halfway {
   Obb box_a, box_b;
-  Vec3 apart, lever;  // from a's centre and from that of the turn to b's centre
+  Vec3 apart, lever;  // from a's centre, and from the centre of rotation, to b's centre
   Vec3 way;           // of b's centre until the end, to first order
   double rounding;    // [m]
 };
@@ -58,14 +58,15 @@ Halfway halfway(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep)
   return at;
 }
 
-/// The times s at which |apart + s way| is no more than both radii. Written as `narrow` is.
+/// The times s at which |apart + s way| is at most the sum of the radii. Handles not-a-number as
+/// narrow does.
 SweepWindow window_of_spheres(const Halfway& at, double angle) {
   const double bent = 0.5 * angle * angle * norm(at.lever);
   const double reach = norm(at.box_a.half) + norm(at.box_b.half) + bent + at.rounding;
   const double apart = norm(at.apart), way2 = norm_squared(at.way), way = std::sqrt(way2);
   constexpr SweepWindow kNever{2, -2};
   if (apart - reach > way) return kNever;
-  // within reach all the way
+  // within reach during the whole sweep
   if (!(apart + way > reach)) return {};
   const double rest2 = reach * reach - norm_squared(cross(at.apart, at.way)) / way2;
   if (rest2 < 0) return kNever;
@@ -98,7 +99,8 @@ SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, cons
 
 SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
   const Halfway at = halfway(a, b, sweep);
-  // turns that widen all axes leave spheres as they are; else they cost more than they tell
+  // rotation widens the reach along all axes, but not that of spheres; without it the sphere test
+  // is not worth its cost
   SweepWindow window;
   if (sweep.angle > kMuchTurn) window = window_of_spheres(at, sweep.angle);
   if (window.is_empty()) return window;

@@ -6,21 +6,21 @@
 
 namespace haptic {
 
-/// A mesh B at rest in A, or the stretch of its motion around a pose: every point of it is within
-/// its velocity's way there, give or take what the turn bends it.
+/// A mesh B at rest in A, or a stretch of its motion linearised about its middle: each point
+/// deviates from its linearised way by no more than the bend of the rotation.
 struct ObbSweep {
-  Mat3 R_AB;  // half-way
+  Mat3 R_AB;  // in the middle
   Vec3 p_AB;
-  Vec3 centre_A;       // of the turn, half-way
-  Vec3 way_A, turn_A;  // from half-way to the end: of the centre [m], about it [rad]
+  Vec3 centre_A;       // of rotation, in the middle
+  Vec3 way_A, turn_A;  // from the middle to the end: of the centre [m], about it [rad]
   double angle = 0;    // |turn_A|
 };
 
 ObbSweep at_rest(const Pose& X_AB);
-/// Of the tool T (B) past the object O (A), between two times.
+/// Of the tool T (as B) past the object O (as A), between two times.
 ObbSweep sweep_between(const RigidMotion& motion, double from, double to);
 
-/// When two bodies may have a point in common, in halves of the sweep: −1 at its start, 1 at its
+/// When two bodies may have a common point, in half lengths of the sweep: −1 at its start, 1 at its
 /// end.
 struct SweepWindow {
   double enter = -1, leave = 1;
@@ -28,17 +28,17 @@ struct SweepWindow {
   bool is_empty() const { return enter > leave; }
 };
 
-/// The times at which a box of A and one of B may meet. No triangle in one meets a triangle in the
-/// other at any other time; boxes that are apart by 1e-5 of their size may be said to meet. Along
-/// each of the 15 separating axes of Gottschalk, Lin, Manocha 1996, as they are half-way, the boxes
-/// are apart while |t·L + s d·L| > reach + ρ|θ| + r θ²/2, with d the way of b's centre, ρ half its
-/// diagonal, r its largest distance from the centre of the turn: what Taylor's rule leaves of the
-/// motion in place of intervals (Redon, Kheddar, Coquillart 2002). Where b turns much their spheres
-/// are asked first.
+/// The times at which a box of A and one of B may meet. At any other time no triangle in one meets
+/// a triangle in the other; boxes apart by less than 1e-5 of their size may be reported as meeting.
+/// Along each of the 15 separating axes L of Gottschalk, Lin, Manocha 1996, taken in the middle,
+/// the boxes are apart while |t·L + s d·L| > reach + ρ|θ| + r θ²/2, with d the displacement of b's
+/// centre, ρ half its diagonal, and r its largest distance from the centre of rotation: a Taylor
+/// bound of the motion instead of interval arithmetic (Redon, Kheddar, Coquillart 2002). If b
+/// rotates much, bounding spheres are tested first.
 SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 
-/// The same for the spheres around both boxes: they are apart while |c + s d| > ρ_a + ρ_b +
-/// r θ²/2, with c the way from centre to centre. A turn of b about its own centre costs nothing.
+/// The same for the spheres around both boxes: they are apart while |c + s d| > ρ_a + ρ_b + r θ²/2,
+/// with c the vector between the centres. Rotation of b about its own centre does not matter.
 SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 
 /// Whether the boxes may meet at all.
@@ -46,15 +46,15 @@ inline bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSw
   return !when_boxes_may_meet(a, b, sweep).is_empty();
 }
 
-/// A node of each tree, by number.
+/// Indices of a node of each tree.
 struct NodePair {
   uint32_t a = 0, b = 0;
 };
 
-/// Both halves of the pair: the larger box is opened, a leaf never; not for two leaves.
+/// Splits the pair in two: opens the larger box, or the one that is not a leaf. Not for two leaves.
 std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B);
 
-/// Pairs that wait in a descent through both trees, each level opening one into two.
+/// Room of the stack in a traversal of both trees: each level replaces one pair by two.
 inline constexpr size_t kMaxWaitingPairs = 2 * kMaxTreeDepth + 2;
 
 }  // namespace haptic

@@ -17,7 +17,7 @@ RigidMotion motion_between(const Pose& from_OT, const Pose& to_OT, const Vec3& c
 }
 
 MotionStretch stretch_of(const RigidMotion& motion, double from, double to, double reach) {
-  // some sixty roundings, each of half a step of the largest number
+  // about sixty roundings, each half an ulp of the largest number
   constexpr double kRoundings = 64 * 0x1p-53;
   const double largest =
       4 * reach + norm(motion.centre_O) + norm(motion.way_O) + norm(motion.centre_T);
@@ -26,7 +26,7 @@ MotionStretch stretch_of(const RigidMotion& motion, double from, double to, doub
 
 double off_the_chord(const RigidMotion& motion, double distance, double time) {
   const double angle = motion.angle * time;
-  // the arc of a half turn or more may be as far from its chord as its radius, or twice
+  // an arc of half a turn or more deviates from its chord by up to its radius, or twice that
   return angle < 3 ? distance * std::min(angle * angle / 8, 1.0) : 2 * distance;
 }
 

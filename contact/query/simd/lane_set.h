@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// A set of lanes; taken out one by one: for (LaneSet s = …; s.any(); s.pop()) use(s.first()).
+/// A set of lanes, iterated as: for (LaneSet s = …; s.any(); s.pop()) use(s.first()).
 class LaneSet {
  public:
   explicit LaneSet(uint32_t bits) : bits_(bits) {}

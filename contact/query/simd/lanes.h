@@ -9,15 +9,15 @@
 
 namespace haptic {
 
-/// Two doubles, four floats or integers, eight or sixteen small ones: what one instruction computes
-/// at a time. A comparison answers −1 for yes in each lane.
+/// 128-bit vectors: two doubles, four floats or integers, eight or sixteen small integers. A
+/// comparison gives −1 for true in each lane.
 using Pair [[gnu::vector_size(16)]] = double;
 using Lanes [[gnu::vector_size(16)]] = float;
 using IntLanes [[gnu::vector_size(16)]] = int32_t;
 using ShortLanes [[gnu::vector_size(16)]] = int16_t;
 using ByteLanes [[gnu::vector_size(16)]] = int8_t;
 
-/// From memory, or the same bits as another kind of lanes.
+/// Loads from memory, or reinterprets the bits of another vector.
 template <class V>
 V load_lanes(const void* p) {
   V v;
@@ -35,7 +35,7 @@ inline Lanes magnitude(Lanes v) {
   return load_lanes<Lanes>(&bits);
 }
 
-/// Each of the first eight bytes twice, as one small integer; of the last eight.
+/// Each of the first eight bytes doubled into a 16-bit integer; doubled_high: the last eight.
 inline ShortLanes doubled_low(ByteLanes v) {
   const ByteLanes twice =
       __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
@@ -47,7 +47,7 @@ inline ShortLanes doubled_high(ByteLanes v) {
   return load_lanes<ShortLanes>(&twice);
 }
 
-/// Bit 2 i: the answer in lane i.
+/// Bit 2 i: lane i is true.
 inline unsigned bits_of(ShortLanes answers) {
 #if defined(__SSE2__)
   using Bytes [[gnu::vector_size(16)]] = char;

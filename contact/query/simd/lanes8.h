@@ -6,7 +6,7 @@
 
 #include "contact/query/simd/lane_set.h"
 
-// twice the width where the processor has it; sanitizers do not stand the choice at load time
+// 256-bit code where the processor has AVX2; sanitizers cannot handle function multiversioning
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define HAPTIC_WIDE __attribute__((target_clones("avx2", "default"), flatten))
 #else
@@ -14,7 +14,7 @@
 #endif
 #define HAPTIC_INLINE __attribute__((always_inline)) inline
 
-// the lanes are never passed: all that takes them is inlined
+// vectors are never passed in calls: all functions that take them are inlined
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace haptic {
@@ -24,14 +24,16 @@ using Int8 [[gnu::vector_size(32)]] = int32_t;
 
 namespace lanes8 {
 
-inline constexpr float kSumError = 1e-5F;  // of a sum of squares
-inline constexpr float kError = 2;         // steps: one of the leaf, and the roundings of the point
-// of the longest vector in play, squared: what the products of a triangle cancel, not too thin
+inline constexpr float kSumError = 1e-5F;  // relative error of a sum of squares
+inline constexpr float kError = 2;  // error of a distance, in quantisation steps of the leaf: one
+                                    // of the leaf, one for rounding the point
+// cancellation error of the triangle formulas, relative to the largest squared length, unless too
+// thin
 inline constexpr float kCancelled = 5e-5F;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 HAPTIC_INLINE Float8 splat(float x) {
-  // by way of integers, of which g++ 12 makes one instruction
+  // via integers, which g++ 12 compiles to one instruction
   int32_t i;
   std::memcpy(&i, &x, sizeof i);
   const Int8 bits{i, i, i, i, i, i, i, i};
@@ -112,12 +114,12 @@ HAPTIC_INLINE Vec8 operator*(Float8 s, const Vec8& v) {
   return {s * v.x, s * v.y, s * v.z};
 }
 
-/// Where along start + 2 slope u + curvature u² it is least, for u in [0, 1].
+/// u in [0, 1] that minimises start + 2 slope u + curvature u².
 HAPTIC_INLINE Float8 least_at(Float8 slope, Float8 curvature) {
   return smaller(larger(-slope / curvature, splat(0)), splat(1));
 }
 
-/// How much that is: a squared distance along a side.
+/// The minimum itself: a squared distance to a side.
 HAPTIC_INLINE Float8 least_along(Float8 start, Float8 slope, Float8 curvature) {
   const Float8 u = least_at(slope, curvature);
   return start + u * (2 * slope + curvature * u);

@@ -8,20 +8,20 @@ namespace haptic {
 namespace {
 
 constexpr int kMostSteps = 48;
-constexpr double kShortOf = 1 - 1e-9;  // of a step, for its own rounding
+constexpr double kShortOf = 1 - 1e-9;  // shortens a step by more than its rounding
 
-/// The side of [0, 1] on which x is.
+/// x limited to [0, 1].
 double clamped(double x) {
   return std::clamp(x, 0.0, 1.0);
 }
 
-/// Of p to the segment from 0 to e.
+/// Parameter in [0, 1] of the point of the segment 0 … e that is closest to p.
 double closest_on_segment(const Vec3& p, const Vec3& e) {
   const double ee = norm_squared(e);
   return ee > 0 ? clamped(dot(p, e) / ee) : 0;
 }
 
-/// On the two sides at 0 and the third of the triangle 0, e, f.
+/// Closest point to p on the border of the triangle 0, e, f.
 std::array<double, 2> closest_on_sides(const Vec3& p, const Vec3& e, const Vec3& f) {
   const double u = closest_on_segment(p, e), v = closest_on_segment(p, f),
                w = closest_on_segment(p - e, f - e);
@@ -36,19 +36,20 @@ std::array<double, 2> closest_on_sides(const Vec3& p, const Vec3& e, const Vec3&
   return *nearest;
 }
 
-/// Least of n·F over the domain.
+/// Minimum of n·F over the features.
 double least_along(const Vec3& n, const Slice& s, bool is_triangle) {
   const double e = std::max(dot(n, s.e), 0.0), f = std::max(dot(n, s.f), 0.0);
   return dot(n, s.base) - (is_triangle ? std::max(e, f) : e + f);
 }
 
-/// A direction that keeps two features apart, and by how much.
+/// A separating direction and its gap.
 struct Parting {
   Vec3 n;
   double gap, distance;
 };
 
-/// That of their closest points; where they are so near that rounding decides it, their normal.
+/// The direction between the closest points; where rounding dominates it, the normal of both
+/// features.
 Parting part(const Slice& s, bool is_triangle) {
   const auto [u, v] = closest_of(s, is_triangle);
   const Vec3 way = s.base - u * s.e - v * s.f;
@@ -82,7 +83,7 @@ std::array<double, 2> closest_of(const Slice& slice, bool is_triangle) {
     if (!is_flat && u >= 0 && v >= 0 && u + v <= area) return {u / area, v / area};
     return closest_on_sides(p, e, f);
   }
-  // two segments (Ericson 2005, §5.1.9): u on the lines, v for it, u again for v within its side
+  // two segments (Ericson 2005, §5.1.9): u on the lines, v for that u, u again for the clamped v
   const double u = is_flat ? 0 : clamped((pe * ff - pf * ef) / area);
   const double v = ff > 0 ? clamped((pf - u * ef) / ff) : 0;
   return {ee > 0 ? clamped((pe - v * ef) / ee) : 0, v};
@@ -99,7 +100,7 @@ Advance advance(const FeaturePath& path, double tolerance) {
     const double gap = parting.gap - rounding;
     if (!(gap > 0)) return {t, Advance::End::kUnknown};
     horizon = std::min(2 * horizon, path.end() - t);
-    // where the way bends by more than a part of the gap, not so far at once
+    // shorten the step while the path bends by more than a quarter of the gap
     while (path.deviation(horizon) > 0.25 * gap && horizon > 0) horizon *= 0.5;
     if (!(horizon > 0)) return {t, Advance::End::kUnknown};
     const double bend = path.deviation(horizon);
@@ -112,7 +113,8 @@ Advance advance(const FeaturePath& path, double tolerance) {
       here = there;
       continue;
     }
-    // to where the line ends, or is as near as is asked for: what has met is to part again
+    // to where the interpolation vanishes or reaches half of `near`, but by at least a quarter of
+    // the room: features that touched must be able to separate
     const double room = gap - bend;
     t += kShortOf * horizon * std::max(room - 0.5 * near, 0.25 * room) / (gap - left);
     here = path.at(t);

@@ -8,8 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kRoom = 512;            // of boxes that wait
-constexpr double kPerAxis = 0.57735026;  // 1/√3
+constexpr size_t kRoom = 512;            // boxes in the queue
+constexpr double kPerAxis = 0.57735026;  // 1/√3: tolerance per axis
 
 struct Range {
   double lo = std::numeric_limits<double>::infinity(), hi = -lo;
@@ -24,19 +24,20 @@ struct Linear {
   double b, e, f;
 };
 
-/// The largest of u e over u0 ≤ u ≤ u1 and where e is off by no more than the error.
+/// Maximum of u e over u0 ≤ u ≤ u1, with e uncertain by `error`.
 double most_of(double e, double error, double u0, double u1) {
   return (e + error) * (e + error > 0 ? u1 : u0);
 }
 
-/// Of b − u e − v f over u and v of the box. Errors go with the terms they belong to: at u = 0 that
-/// of e counts nothing, so that what is apart by less than a rounding of e is told apart.
+/// Widens a range by b − u e − v f over u and v of the box. Each error is multiplied by its
+/// parameter: at u = 0 that of e does not count, so features closer than a rounding of e can still
+/// be separated.
 void widen(const Linear& at, const Linear& off, const Box& box, Range& range) {
   const double most_u = most_of(at.e, off.e, box.u0, box.u1),
                most_v = most_of(at.f, off.f, box.v0, box.v1),
                least_u = -most_of(-at.e, off.e, box.u0, box.u1),
                least_v = -most_of(-at.f, off.f, box.v0, box.v1);
-  // four roundings of what is added
+  // four roundings of the sum
   constexpr double kSum = 8 * kHalfStep;
   const double size = std::fabs(at.b) + off.b;
   range.lo = std::min(range.lo, at.b - off.b - most_u - most_v -
@@ -49,14 +50,14 @@ bool is_apart(const Range& range) {
   return range.lo > 0 || range.hi < 0;
 }
 
-/// What is known of F in a box.
+/// Bounds of F in a box.
 struct Look {
   bool may_meet;
-  double size;  // the largest width of F along an axis
-  int across;   // 0: t, 1: u, 2: v: what F changes most with
+  double size;  // largest width of F along an axis [m]
+  int across;   // variable that F changes most with: 0 t, 1 u, 2 v
 };
 
-/// Along the normal of both features half-way: of what lies flat the axes say little.
+/// Along the normal of both features half-way; axes separate flat boxes poorly.
 bool is_apart_along_normal(const SliceErrors& off, const Slice& s0, const Slice& s1,
                            const Box& box) {
   const Vec3 n = cross(s0.e + s1.e, s0.f + s1.f);
@@ -104,7 +105,7 @@ Look look_at(const FeaturePath& path, const Box& box) {
   return look;
 }
 
-/// The later half of a box; what is left of it is the earlier.
+/// Splits off the later half of a box.
 Box halve(Box& box, int across) {
   Box later = box;
   if (across == 0) {
@@ -117,13 +118,13 @@ Box halve(Box& box, int across) {
   return later;
 }
 
-/// Boxes that wait, the earliest on top.
+/// Priority queue of boxes, the earliest on top.
 struct Waiting {
   struct Entry {
     Box box;
     Look look;
   };
-  std::array<Entry, kRoom> entries;  // not set until pushed: it is large
+  std::array<Entry, kRoom> entries;  // uninitialised until pushed: it is large
   size_t n = 0;
 
   static bool is_later(const Entry& a, const Entry& b) { return a.box.t0 > b.box.t0; }
@@ -148,7 +149,7 @@ BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint
   uint32_t looked = 1;
   while (waiting.n > 0) {
     auto [box, seen] = waiting.pop();
-    // no box begins earlier; sizes are along each axis
+    // no other box begins earlier
     if (seen.size <= kPerAxis * tolerance) return {box.t0, true, false};
     if (looked + 2 > budget || waiting.n + 2 > kRoom) return {box.t0, true, true};
     const Box later = halve(box, seen.across);

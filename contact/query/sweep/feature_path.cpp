@@ -7,8 +7,8 @@
 namespace haptic {
 namespace {
 
-/// Differences of coordinates are rounded by what they are, not by where; between two of them once
-/// more.
+/// Error of a difference of coordinates, and of the interpolation between two of them: relative to
+/// the difference, not to the coordinates.
 Vec3 error_of(const Vec3& a, const Vec3& b) {
   return 8 * kHalfStep *
          Vec3{std::max(std::fabs(a.x), std::fabs(b.x)), std::max(std::fabs(a.y), std::fabs(b.y)),

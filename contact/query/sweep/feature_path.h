@@ -7,20 +7,20 @@
 
 namespace haptic {
 
-inline constexpr double kHalfStep = 0x1p-53;  // what one rounding adds, in parts
+inline constexpr double kHalfStep = 0x1p-53;  // relative error of one rounding
 
-/// A corner that goes straight from one place to another in a time from 0 to 1, all in one frame.
+/// A point that moves linearly over time 0 to 1.
 struct SweptPoint {
   Vec3 from, to;
 };
 
-/// Two features at a time: F(u, v) = base − u e − v f is where one is seen from the other, u, v ≥ 0
-/// and u + v ≤ 1 for a vertex and a face, u, v ≤ 1 for two edges. They meet where F = 0.
+/// Two features at one time: their difference F(u, v) = base − u e − v f, with u, v ≥ 0 and u + v ≤
+/// 1 for a vertex and a face, 0 ≤ u, v ≤ 1 for two edges. They meet where F = 0.
 struct Slice {
   Vec3 base, e, f;
 };
 
-/// How far base, e and f may be off along each axis where they are computed [m].
+/// Bounds of the rounding errors of base, e and f, per axis [m].
 struct SliceErrors {
   Vec3 base, e, f;
 };
@@ -28,13 +28,14 @@ struct SliceErrors {
 /// Two features along a motion.
 class FeaturePath {
  public:
-  /// Corners that go straight: base = p − a, e = b − a, f = c − a of a vertex and a face.
+  /// For points that move linearly. A vertex p and a face a, b, c: base = p − a, e = b − a, f = c −
+  /// a.
   static FeaturePath of_vertex_and_face(const SweptPoint& vertex,
                                         const std::array<SweptPoint, 3>& face);
-  /// base = a0 − b0, e = a0 − a1, f = b1 − b0 of two edges.
+  /// Two edges: base = a0 − b0, e = a0 − a1, f = b1 − b0.
   static FeaturePath of_edges(const std::array<SweptPoint, 2>& a,
                               const std::array<SweptPoint, 2>& b);
-  /// The same of a tool that moves past still features; the stretch must outlive the path.
+  /// The same for a rigid tool that moves past fixed features; the stretch must outlive the path.
   static FeaturePath of_vertex_and_face(const MotionStretch& stretch, const Vec3& vertex_T,
                                         const std::array<Vec3, 3>& face_O);
   static FeaturePath of_face_and_vertex(const MotionStretch& stretch,
@@ -43,7 +44,8 @@ class FeaturePath {
                               const std::array<Vec3, 2>& edge_O);
 
   Slice at(double t) const;
-  /// Between two times so far apart a corner is off the straight way between its places by no more.
+  /// Deviation of a corner from the straight line between its places at two times this far apart,
+  /// at most [m].
   double deviation(double time) const;
 
   double begin() const { return begin_; }
@@ -54,11 +56,11 @@ class FeaturePath {
   bool is_triangle() const { return is_triangle_; }
 
  private:
-  /// What of a slice moves with the tool, and what stays.
+  /// The parts of a slice that move with the tool, and those that are fixed.
   struct Turning {
     const MotionStretch* stretch;
     Vec3 point_T, e_T, f_T;
-    double sign;  // of the point in the base
+    double sign;  // of the point within base
     Vec3 base_O, e_O, f_O;
   };
   FeaturePath(const Slice& from, const Slice& to, bool is_triangle);
@@ -68,7 +70,7 @@ class FeaturePath {
   Slice from_, to_;
   double begin_ = 0, end_ = 1;
   Turning turning_{};
-  double furthest_ = 0;  // corner from the centre of the turn [m]
+  double furthest_ = 0;  // largest distance of a corner from the centre of rotation [m]
   SliceErrors errors_;
   bool is_triangle_;
 };

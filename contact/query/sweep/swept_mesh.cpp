@@ -7,8 +7,8 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostStretches = 256;
-constexpr double kTimeRounding = 1e-12;
+constexpr int kMostStretches = 256;      // of one motion, bounds the work
+constexpr double kTimeRounding = 1e-12;  // of times, in half lengths of a sweep
 
 double reach_of(const TriangleMesh& mesh) {
   double most = 0;
@@ -18,7 +18,7 @@ double reach_of(const TriangleMesh& mesh) {
   return most;
 }
 
-/// Mean diagonal of the boxes of leaves.
+/// Mean diagonal of the boxes of the leaves [m].
 double leaf_size(const ObbTree& tree) {
   double sum = 0;
   size_t n = 0;
@@ -39,12 +39,13 @@ bool is_finite(const RigidMotion& motion) {
 
 struct SweptMesh::Search {
   const SweptPairOptions& options;
-  MotionStretch stretch;  // ends where the first meeting so far is
+  MotionStretch stretch;  // from the start of the search to the first meeting so far
   ObbSweep sweep;
   double sweep_from, sweep_to;
   MeshMeeting found;
 
-  /// In halves of the sweep: nothing later is asked about.
+  /// Time of the first meeting so far, in half lengths of the sweep from its middle: later windows
+  /// are pruned.
   double latest() const {
     return 2 * (stretch.to - sweep_from) / (sweep_to - sweep_from) - 1 + kTimeRounding;
   }
@@ -58,7 +59,7 @@ SweptMesh::SweptMesh(const MeshShape& object, const MeshShape& tool)
       reach_(std::max(reach_of(object.mesh), reach_of(tool.mesh))),
       leaf_size_(leaf_size(object.tree) + leaf_size(tool.tree)) {}
 
-/// From the centre of the turn to the furthest point of the tool [m].
+/// From the centre of rotation to the farthest corner of the tool's bounding box [m].
 double SweptMesh::lever_of(const RigidMotion& motion) const {
   const Vec3 &lower = tool_.mesh.lower, &upper = tool_.mesh.upper, &centre = motion.centre_T;
   const Vec3 lever{std::max(upper.x - centre.x, centre.x - lower.x),
@@ -118,14 +119,14 @@ void SweptMesh::descend(Search& search) const {
     }
     const std::array<NodePair, 2> halves = opened(pair, object_.tree, tool_.tree);
     const std::array windows{look(halves[0]), look(halves[1])};
-    // the earlier on top: what it finds may leave the other out
+    // the earlier on top: its meeting may prune the other
     const size_t later = windows[0].enter > windows[1].enter ? 0 : 1;
     push(halves[later], windows[later]);
     push(halves[1 - later], windows[1 - later]);
   }
 }
 
-/// So many that what turning bends in each is small beside a leaf.
+/// Number of stretches such that the bend of the motion in each is small in proportion to a leaf.
 int SweptMesh::stretches_of(const RigidMotion& motion) const {
   const double bent = leaf_size_ > 0 ? std::sqrt(lever_of(motion) / leaf_size_) : 0;
   const double per_angle = std::max(5.0, bent);

@@ -9,36 +9,35 @@
 
 namespace haptic {
 
-/// When a tool that moves may first touch an object.
+/// When a moving tool may first touch an object.
 struct MeshMeeting {
-  double time = 1;         // the surfaces are apart at any time before: never late
-  bool meets = false;      // false: they are apart all the way
-  bool is_proven = false;  // within the tolerance of each other there, to a tolerance of time;
-                           // else the budget of a pair of features has ended its search
-  TrianglePair pair;       // of the object (a) and of the tool (b), that may meet first
+  double time = 1;         // the surfaces are apart at every earlier time: never late
+  bool meets = false;      // false: they are apart along the whole motion
+  bool is_proven = false;  // the surfaces are within the tolerance there; else a budget ended the
+                           // search of a pair
+  TrianglePair pair;       // of the object (a) and of the tool (b)
 };
 
-/// Continuous collision of two triangle meshes, the tool in rigid motion past the object: the
-/// earliest time at which a vertex may meet a face or an edge an edge (Redon, Kheddar, Coquillart
-/// 2002). Surfaces, not bodies: a tool that begins inside is apart until it leaves. They are to be
-/// apart at first: where an edge passes through a face already (triangle_pairs tells), that is not
-/// seen until features meet.
+/// Continuous collision detection of two triangle meshes, the tool in rigid motion past the object:
+/// the earliest time at which a vertex may meet a face, or an edge an edge (Redon, Kheddar,
+/// Coquillart 2002). It treats surfaces, not solids: a tool that begins inside is apart until it
+/// leaves. The surfaces must be apart at the start: an edge that already passes through a face (see
+/// triangle_pairs) goes unnoticed until features meet.
 ///
-/// Both OBB trees at once, over stretches of the motion that are short beside the boxes, earliest
-/// first; every meeting ends the time that is still asked about, for all that follows; the pair
-/// that met last time is asked first, which may only change by how much within the tolerance an
-/// answer is early. Works on any soup of triangles. Allocates only when it is
-/// made; bounded by the number of pairs of triangles and the budget of each pair of features.
+/// Traverses both OBB trees at once, over stretches of the motion that are short in proportion to
+/// the boxes, earliest first; every meeting found shortens the time that remains to be searched.
+/// The pair that met last is tested first (warm start), which only changes by how much, within the
+/// tolerance, an answer is early. Works on any triangle soup. Allocates at construction only; the
+/// work is bounded by the number of pairs of triangles times the budget of a pair of features.
 class SweptMesh {
  public:
-  /// Views: both shapes must outlive this.
+  /// The arrays that both shapes view must outlive it.
   SweptMesh(const MeshShape& object, const MeshShape& tool);
 
-  /// Of the tool along the motion, with the object still. A motion that is not finite meets at 0,
-  /// unproven.
+  /// For a fixed object. A motion that is not finite gives a meeting at 0, unproven.
   MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options);
 
-  /// The same among these pairs alone, where others are known not to meet.
+  /// The same for these pairs only; the caller knows that no others meet.
   MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options,
                              std::span<const TrianglePair> pairs);
 
@@ -52,8 +51,8 @@ class SweptMesh {
 
   MeshShape object_, tool_;
   FeatureOwners object_owners_, tool_owners_;
-  double reach_;      // no coordinate of either is larger [m]
-  double leaf_size_;  // a typical diagonal of the leaves of both [m]
+  double reach_;      // bound of all coordinates of both shapes [m]
+  double leaf_size_;  // sum of the mean leaf diagonals of both shapes [m]
   std::optional<TrianglePair> witness_;
 };
 

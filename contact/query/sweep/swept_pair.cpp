@@ -29,10 +29,10 @@ std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
 
 struct Range {
   double least, most;
-  double sum = 0;  // not finite where a place is not
+  double sum = 0;  // not finite if any coordinate is not
 };
 
-/// Of the places of a feature along one axis of space.
+/// Range of a feature's coordinates along one axis, over the whole motion.
 template <size_t N>
 Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
   Range range{corners[0].from.*axis, corners[0].from.*axis};
@@ -46,7 +46,7 @@ Range range_of(const std::array<SweptPoint, N>& corners, double Vec3::*axis) {
   return range;
 }
 
-/// Whether an axis of space keeps the places of one feature from those of the other, exactly.
+/// Whether a coordinate axis separates the two features along the whole motion; exact.
 template <size_t N, size_t M>
 bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoint, M>& other) {
   bool is_beside = false;

@@ -10,37 +10,35 @@
 namespace haptic {
 
 struct SweptPairOptions {
-  // nearer than this, and than half of what it was where the stretch begins, may count as meeting
-  // [m]
+  // features nearer than this, or than half their distance at the start of the stretch, may count
+  // as meeting [m]
   double tolerance = 1e-6;
-  // boxes of time and place looked at to tell what only comes near from what meets; 0: what comes
-  // as near as the tolerance meets
+  // most boxes of (t, u, v) to distinguish a near miss from a meeting; 0: whatever comes within the
+  // tolerance meets
   uint32_t budget = 0;
 };
 
 /// When two features may first meet.
 struct SweptMeeting {
-  double time = 0;         // they are apart at any time before: never late
-  bool is_proven = false;  // they are within the tolerance of each other there; else the search was
-                           // cut short
+  double time = 0;         // they are apart at every earlier time: never late
+  bool is_proven = false;  // they are within the tolerance there; else the search was cut short
 };
 
-/// A vertex and a face, where they may meet: none is a proof that they do not. First they are
-/// advanced as far as they are sure to be apart (feature_advance.h); where that ends near, boxes of
-/// time and place tell whether they meet, if there is a budget (feature_boxes.h). Bounded,
-/// allocates nothing.
+/// First meeting of a vertex and a face; nullopt proves that they do not meet. Advances as far as
+/// they are proven apart (feature_advance.h); where that ends close to contact, bisection over time
+/// and place decides if there is a budget (feature_boxes.h). Bounded; allocates nothing.
 std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
                                                 const SweptPairOptions& options);
 
-/// The same of two edges; parallel ones are no special case.
+/// The same for two edges; parallel ones need no special case.
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b,
                                               const SweptPairOptions& options);
 
-/// The same of features of a rigid tool that moves past still ones of an object, in O, with times
-/// of the whole motion. Between two times a point is off the straight line by what its distance
-/// from the centre allows; halving time makes that four times smaller.
+/// The same for features of a rigid tool that moves past fixed ones of an object, in O, with times
+/// of the whole motion. Between two times a point deviates from the straight line by an amount that
+/// depends on its distance from the centre; half the time gives a quarter of it.
 std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
                                                 const std::array<Vec3, 3>& face_O,
                                                 const SweptPairOptions& options);

@@ -13,14 +13,14 @@
 namespace haptic {
 namespace {
 
-// a box this much too far may be so by rounding only
+// factor of distances, covers the rounding of boxes
 constexpr double kBoundSlack = kCompactSlack;
-constexpr double kSquareSlack = 1e-12;    // the same for a squared distance near the radius
-constexpr double kRelativeSlack = 1e-14;  // the same for a height, of the coordinates
+constexpr double kSquareSlack = 1e-12;  // the same, relative, of squared distances near the radius
+constexpr double kRelativeSlack = 1e-14;  // the same for heights, relative to the coordinates
 
-/// Earliest t ≥ 0 with |m + t d| = radius, coming nearer. Written so that nothing cancels: the
-/// discriminant from the point of nearest approach, the root for a centre that starts just outside.
-/// False when it never does.
+/// Earliest t ≥ 0 with |m + t d| = radius while approaching. Avoids cancellation: the discriminant
+/// is taken at the point of nearest approach, the root in the form that is exact for a centre just
+/// outside. False if there is none.
 bool enters_ball(const Vec3& m, const Vec3& d, double radius, double& t) {
   const double approach = -dot(m, d), c = norm_squared(m) - radius * radius;
   if (!(approach > 0)) return false;
@@ -44,7 +44,7 @@ bool lies_over(const std::array<Vec3, 3>& corners, const Vec3& n, const Vec3& q)
   return true;
 }
 
-/// One triangle and the earliest hit with it so far.
+/// One triangle, and the earliest hit so far.
 struct TriangleSweep {
   const TriangleMesh& mesh;
   const SweptSphere& sphere;
@@ -60,7 +60,7 @@ struct TriangleSweep {
   }
   Vec3 centre_at(double at) const { return sphere.from_O + at * d_O; }
 
-  /// Whether what is nearest at m from the start is further than the sphere gets until t.
+  /// Whether an obstacle nearest at offset m from the start is out of the sphere's reach up to t.
   bool is_too_far(const Vec3& m) const {
     const double way = t * length * kBoundSlack, radius2 = sphere.radius * sphere.radius;
     return norm_squared(m) - radius2 > way * (2 * sphere.radius + way) + kSquareSlack * radius2;
@@ -101,7 +101,8 @@ struct TriangleSweep {
     const std::array<Vec3, 3> corners{mesh.vertices[tri[0]], mesh.vertices[tri[1]],
                                       mesh.vertices[tri[2]]};
     const Vec3& n = mesh.face_normals[triangle];
-    // most triangles: the sphere stays on one side of all corners (a sliver's normal is rounding)
+    // rejects most triangles: the sphere stays on one side of all corners (with an allowance, since
+    // the normal of a sliver is mostly rounding)
     const auto [low, high] =
         std::minmax({dot(n, corners[0]), dot(n, corners[1]), dot(n, corners[2])});
     const double from = dot(n, sphere.from_O), to = dot(n, centre_at(t));
@@ -117,7 +118,7 @@ struct TriangleSweep {
   }
 };
 
-/// One query under way.
+/// State of one query.
 class SphereSearch {
  public:
   SphereSearch(const MeshShape& shape, const SweptSphere& sphere)
@@ -143,7 +144,7 @@ class SphereSearch {
         const uint32_t triangle = leaf.triangle[lanes.first()];
         if (triangle != known) test(triangle);
       }
-      // what lies behind the best hit is of no interest any more
+      // what lies behind the best hit no longer matters
       if (best_.t < t) way = way_to_hit();
     });
   }
@@ -159,8 +160,8 @@ class SphereSearch {
     return {sphere_.from_O, best_.t * d_O_, sphere_.radius, furthest};
   }
 
-  /// Whether a plane keeps the triangle further off than the radius all the way to the earliest
-  /// hit: across the line from the start to the point nearest to it.
+  /// Whether the triangle is out of reach up to the earliest hit: separated by a plane normal to
+  /// the line from the start to its closest point.
   bool is_out_of_reach(uint32_t triangle) const {
     const Vec3 u =
         sphere_.from_O - closest_on_triangle(shape_.mesh, triangle, sphere_.from_O).point;

@@ -5,27 +5,27 @@
 
 namespace haptic {
 
-/// A sphere whose centre moves along a straight way in O.
+/// A sphere whose centre moves along a straight line in O.
 struct SweptSphere {
   Vec3 from_O, to_O;
   double radius = 0;  // > 0 [m]
 };
 
-/// First triangle that the sphere runs into: the earliest hit of its centre with the configuration
-/// space obstacle of a triangle, which is two offset faces, three edge cylinders and three vertex
-/// spheres (Ruspini, Kolarov, Khatib 1997). Surfaces are one-sided: only a centre in front of the
-/// face, or of the pseudo-normal of the edge or vertex, is stopped, and only when it comes nearer.
-/// A sphere that overlaps already is hit at t = 0 where it would go deeper. The three kinds of
-/// obstacle overlap at their seams, so that there are no cracks; t is exact up to rounding. Ties go
-/// to the lower triangle index. The witness first, then the patch tree along the way up to the
-/// earliest hit.
+/// First triangle that the sphere runs into: the earliest hit of its centre with the
+/// configuration-space obstacle of a triangle, which is two offset faces, three edge cylinders and
+/// three vertex spheres (Ruspini, Kolarov, Khatib 1997). Surfaces are one-sided: only a centre in
+/// front of the face, or of the pseudo-normal of the edge or vertex, is stopped, and only if it
+/// approaches. A sphere that already overlaps is hit at t = 0 if it would go deeper. The three
+/// kinds of obstacle overlap at their seams, so there are no cracks; t is exact up to rounding.
+/// Ties go to the lower triangle index. Tests the witness first (warm start), then traverses the
+/// patch tree along the way up to the earliest hit.
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere,
                             SegmentWitness& witness);
 
 /// Without a witness; the same answer.
 SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere);
 
-/// The sphere against one triangle, on the part of its way up to t; where true, t is the hit. The
+/// The sphere against one triangle, up to fraction t of its way; if true, t is set to the hit. The
 /// same arithmetic as first_sphere_hit.
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t);

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-/// Along a direction: whether a triangle that goes from one place to another is beyond a still one.
+/// Whether a direction separates the swept triangle from the fixed one.
 bool is_apart(const Vec3& axis, const SweptTriangle& tool, const Corners& face_O) {
   const auto along = [&](const Corners& c) {
     return std::array{dot(axis, c[0]), dot(axis, c[1]), dot(axis, c[2])};

@@ -9,27 +9,28 @@
 
 namespace haptic {
 
-/// A triangle of the tool along a stretch of its motion.
+/// A triangle of the tool over a stretch of its motion.
 struct SweptTriangle {
   Corners corners_T;
   Corners from_O, to_O;  // at the ends of the stretch
-  double off = 0;        // how far a point may be off the straight way between them [m]
+  double off = 0;        // deviation of a point from the straight line between them, at most [m]
 };
 
 SweptTriangle swept(const Corners& corners_T, const MotionStretch& stretch);
 
-/// False: the triangles do not meet along the stretch, told by an axis of space or by the plane of
-/// either triangle.
+/// False: a coordinate axis or the normal of either triangle separates them along the whole
+/// stretch.
 bool may_meet(const SweptTriangle& tool, const Corners& face_O);
 
-/// Which of the features of two triangles are asked about, three vertices and three edges each.
+/// Which features of two triangles are tested here: each vertex and edge belongs to one triangle of
+/// its mesh (Curtis, Tamstorf, Manocha 2008).
 struct AskedFeatures {
   const FeatureOwners &tool, &object;
   uint32_t triangle_T, triangle_O;
 };
 
-/// First meeting of a triangle of the tool with one of the object, among the features the two
-/// answer for: each vertex with the other's face, each edge with each edge.
+/// First meeting of a triangle of the tool with one of the object, over the features that the two
+/// own: each vertex with the other's face, each edge with each edge.
 std::optional<SweptMeeting> first_meeting(const MotionStretch& stretch, const SweptTriangle& tool,
                                           const Corners& face_O, const AskedFeatures& asked,
                                           const SweptPairOptions& options);

@@ -33,10 +33,10 @@ struct Lanes3 {
   return {_mm256_set1_pd(v.x), _mm256_set1_pd(v.y), _mm256_set1_pd(v.z)};
 }
 
-/// Where four points are along one axis.
+/// Cells of four points along one axis.
 struct Along {
-  __m256d share;   // of the cell
-  __m128i cell;    // from the lower border
+  __m256d share;   // place within the cell, in cells
+  __m128i cell;    // from the lower border of the field
   __m256d inside;  // a mask
 };
 
@@ -44,13 +44,14 @@ struct Along {
   const __m256d zero = _mm256_setzero_pd();
   const __m256d inside = _mm256_and_pd(_mm256_cmp_pd(q, zero, _CMP_GE_OQ),
                                        _mm256_cmp_pd(q, _mm256_set1_pd(last), _CMP_LE_OQ));
-  // what is outside or no number ends at the border: gathers stay in the field
+  // points outside, and not-a-number, are clamped to the border: gathers stay within the field
   const __m256d kept = _mm256_min_pd(_mm256_max_pd(q, zero), _mm256_set1_pd(last - 1));
   const __m128i cell = _mm256_cvttpd_epi32(kept);
   return {q - _mm256_cvtepi32_pd(cell), cell, inside};
 }
 
-/// Two neighbours along x at each corner, interpolated; in units of the band.
+/// Interpolates along x at one corner of the cell; the two neighbours are adjacent. In units of the
+/// band.
 [[gnu::target("avx2"), gnu::always_inline]] inline __m256d edge(const FieldBrick* bricks,
                                                                 __m256i offset, int node,
                                                                 __m256d x) {
@@ -61,14 +62,14 @@ struct Along {
   return _mm256_cvtepi32_pd(low) + x * _mm256_cvtepi32_pd(rise);
 }
 
-/// Of points i to i + 3 as many as there are.
+/// Samples points i to i + 3, as far as they exist.
 [[gnu::target("avx2")]] void look_up_four(const DistanceField& field, const Pose& X_OT, size_t i,
                                           FieldBatch& batch) {
   const Lanes3 u = everywhere(X_OT.q.vector()), p = everywhere(X_OT.p);
   const Lanes3 a{_mm256_cvtps_pd(_mm_loadu_ps(&batch.x[i])),
                  _mm256_cvtps_pd(_mm_loadu_ps(&batch.y[i])),
                  _mm256_cvtps_pd(_mm_loadu_ps(&batch.z[i]))};
-  // as X_OT * p_T, operation by operation
+  // X_OT * p_T, in the same order of operations
   const __m256d two = _mm256_set1_pd(2), w = _mm256_set1_pd(X_OT.q.w);
   Lanes3 t = cross(u, a);
   t = {two * t.x, two * t.y, two * t.z};

@@ -15,15 +15,15 @@ struct FieldBatch {
   size_t n = 0;
   std::array<float, kRoom> x{}, y{}, z{};  // in T [m]
   std::array<double, kRoom> distance{};    // what was found [m]
-  uint64_t near = 0;                       // a bit for each that is near
+  uint64_t near = 0;                       // bit i: point i is within the band
 
   FieldDistance found(size_t i) const { return {distance[i], (near >> i & 1) != 0}; }
 };
 
-/// Fills in what the field says at each point, moved in double: sample_distance, to the bit. Four
-/// points at a time where the processor has AVX2.
+/// Samples the field at each point of the batch, moved in double; bit-identical to sample_distance.
+/// Four points at a time with AVX2.
 void look_up(const DistanceField& field, const Pose& X_OT, FieldBatch& batch);
-/// The same one by one.
+/// The same without vector instructions.
 void look_up_one_by_one(const DistanceField& field, const Pose& X_OT, FieldBatch& batch);
 
 }  // namespace haptic

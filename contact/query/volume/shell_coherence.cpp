@@ -8,16 +8,16 @@
 namespace haptic {
 namespace {
 
-// half the diagonal of a cell: an interpolation of distances is off by no more; and a little for
-// the rounding of what is stored
+// error of an interpolated distance, in cells: half the diagonal √3/2, rounded up for the
+// quantisation of the stored values
 constexpr double kFieldError = 0.87;
-// of the interpolation, on its way by the same rounding
+// Lipschitz constant of the interpolation: √3, rounded up likewise
 constexpr double kSteepest = 1.74;
-constexpr double kFarthest = 1e3;  // that is added up [m]
+constexpr double kFarthest = 1e3;  // [m]; beyond, the sums are too inexact
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// How far the corner went that went furthest: |ΔR p + Δt| is convex in p, so no point between them
-/// went further.
+/// Largest travel of a point of the shell: |ΔR p + Δt| is convex in p, so its maximum is at a
+/// corner of the bounding box.
 double travel_between(const Pose& before, const Pose& after, std::span<const Vec3> corners_T) {
   double travel = 0;
   for (const Vec3& p_T : corners_T) {
@@ -42,13 +42,13 @@ ShellCoherence::ShellCoherence(const Pointshell& shell)
 }
 
 void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
-  // a little more, for what is rounded away
+  // rounded up
   const double travel = travel_between(coherence.X_OT, X_OT, coherence.corners_T) * (1 + 1e-12) +
                         1e-15 * (1 + coherence.slack);
   coherence.slack += kSteepest * travel;
-  // a longer reach finds what is free now as a way nearer would
+  // an increased reach acts like an approach by the same distance
   coherence.wear += travel + std::max(reach - coherence.reach, 0.0);
-  // of sums that large, or of no number, too much is rounded away
+  // large or non-finite sums are not exact enough
   const bool is_exact = coherence.slack < kFarthest && coherence.wear < kFarthest;
   if (coherence.is_fresh || !is_exact) {
     std::fill(coherence.free_until.begin(), coherence.free_until.end(), 0.0);
@@ -63,14 +63,14 @@ void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
 
 double way_to(double reach, const FieldDistance& at, double cell) {
   const double less = at.distance - reach;
-  // of what is far the true distance is known
+  // outside the band the value is a bound of the true distance
   if (!at.is_near) return less - kFieldError * cell;
   return std::max(less / kSteepest, less - 2 * kFieldError * cell);
 }
 
 double low_end(const DistanceField& field, const FieldDistance& at) {
   if (at.is_near) return at.distance;
-  // of what is far the true distance is known, which changes by no more than the travel
+  // outside the band the true distance is known, whose Lipschitz constant is 1
   const double low = at.distance - kFieldError * field.cell, beyond = low - field.band;
   return beyond > 0 ? field.band + kSteepest * beyond : low;
 }

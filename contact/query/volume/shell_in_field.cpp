@@ -9,11 +9,13 @@
 namespace haptic {
 namespace {
 
-constexpr uint32_t kFewOf = 2;  // one in so many of a node's children are few
+constexpr uint32_t kFewOf =
+    2;  // children are few if at most one in so many of a node's must be tested
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNotAsked = kInfinite;
-constexpr double kRounding = 1e-12;  // of sums of all that was ever travelled [m]
-constexpr size_t kPatchLevels = 2;   // above the points; a node there holds at most a batch of them
+constexpr double kRounding = 1e-12;  // rounding of the accumulated slack [m]
+constexpr size_t kPatchLevels =
+    2;  // levels between patches and points; a patch has at most a batch of points
 
 /// Points of the shell that are looked up together.
 struct PointBatch {
@@ -24,7 +26,7 @@ struct PointBatch {
   void add(uint32_t point) { points[at.n++] = point; }
 };
 
-/// The search under way.
+/// State of one search.
 struct Search {
   const DistanceField& field;
   const Pointshell& shell;
@@ -33,18 +35,18 @@ struct Search {
   ShellCoherence* coherence;
   std::span<ShellVisit> visited;
   std::span<ShellTouch> touches;
-  uint32_t first_patch = 0;  // node
+  uint32_t first_patch = 0;  // index of the first node that is a patch
   ShellAnswer answer = {};
   size_t n_visited = 0;
   PointBatch batch = {};
-  /// Nodes in order, and whether each is in the batch.
+  /// Nodes in order, and whether their points are in the batch.
   struct Candidate {
     uint32_t node = 0;
     bool is_asked = false;
   };
   std::array<Candidate, FieldBatch::kRoom> candidates = {};
   size_t n_candidates = 0;
-  /// Where the points of a patch are in the batch: all that may be nearer than `cut`.
+  /// The range of a patch in the batch: all its points that may be nearer than `cut`.
   struct Patch {
     uint32_t node = 0;
     size_t begin = 0, end = 0;
@@ -52,7 +54,7 @@ struct Search {
   };
   std::array<Patch, FieldBatch::kRoom> patches = {};
   size_t n_patches = 0;
-  uint32_t spare = 0;  // of the budget, for second looks
+  uint32_t spare = 0;  // budget left for second look-ups
 
   bool is_free(uint32_t index) const {
     return coherence != nullptr && coherence->wear < coherence->free_until[index];
@@ -60,8 +62,8 @@ struct Search {
   bool is_in_vain(uint32_t index) const {
     return index > 0 && coherence != nullptr && coherence->wear < -coherence->free_until[index];
   }
-  /// Until when what is so clear of the reach is free; negative: until when what is not clear is
-  /// asked in vain.
+  /// Travel at which this node must be tested again. Positive: it is farther than `reach` by
+  /// `clear`. Negative: it is closer, and testing it before then cannot change that.
   double until(double clear) const {
     return clear > 0 ? coherence->wear + clear : clear - coherence->wear;
   }
@@ -72,8 +74,8 @@ struct Search {
     return n;
   }
 
-  /// Whether most of a node's children are free though it is not: then the others are asked in its
-  /// place. Below patches there are points alone.
+  /// Whether most children of a node are free although the node is not: then its other children are
+  /// tested instead of it. Not for patches: below them are points.
   bool has_few_to_ask(uint32_t index) const {
     const ShellNode& node = shell.nodes[index];
     return index < first_patch && kFewOf * children_to_ask(node) <= node.n_children;
@@ -89,7 +91,7 @@ struct Search {
     answer.tested += static_cast<uint32_t>(at.n);
   }
 
-  /// Has a node looked up, together with those that come next, or kept as it is.
+  /// Queues a node for look-up, or as one that is known to be near.
   void visit(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
     const bool is_asked = !is_in_vain(index) && !has_few_to_ask(index);
@@ -98,7 +100,7 @@ struct Search {
     if (n_candidates == candidates.size()) finish_nodes();
   }
 
-  /// Keeps of the candidates what may have anything within reach.
+  /// Looks the queue up, and keeps the nodes that may have points within reach.
   void finish_nodes() {
     look_up_batch(batch);
     size_t asked = 0;
@@ -110,7 +112,7 @@ struct Search {
       const FieldDistance at = batch.at.found(asked++);
       const double clear =
           way_to(query.reach, at, field.cell) - static_cast<double>(shell.nodes[index].radius);
-      // which are clear cannot be foretold: written in any case, counted where it is kept
+      // branch-free, since the outcome is unpredictable: always written, counted if kept
       visited[n_visited] = {index, at.distance};
       n_visited += clear > 0 ? 0 : 1;
       if (coherence != nullptr) coherence->free_until[index] = until(clear);
@@ -118,8 +120,8 @@ struct Search {
     batch.at.n = n_candidates = 0;
   }
 
-  /// Nodes of the next level, below these; where some of the budget is reserved, as far as the rest
-  /// goes.
+  /// Queues the children of these nodes; stops where the budget less `reserved` ends, if anything
+  /// is reserved.
   void ask_nodes(std::span<const ShellVisit> parents, size_t reserved) {
     for (const ShellVisit& parent : parents) {
       const ShellNode& node = shell.nodes[parent.node];
@@ -129,7 +131,7 @@ struct Search {
         if (coherence != nullptr) free_until = std::min(free_until, coherence->free_until[k]);
         if (!is_free(k)) visit(k);
       }
-      // a node whose children are all free is so as long as they are
+      // a node is free as long as all its children are
       if (coherence != nullptr && coherence->wear < free_until) {
         coherence->free_until[parent.node] = free_until;
       }
@@ -147,21 +149,22 @@ struct Search {
     const double least = cut + coherence->slack + kRounding;
     size_t n = to.at.n;
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
-      // which are near cannot be foretold either
+      // branch-free, as in finish_nodes
       to.points[n] = i;
       n += low[i] < least ? 1 : 0;
     }
     to.at.n = n;
   }
 
-  /// Nearer than this are the points of a patch that touch, and the nearest of the others.
+  /// Distance below which points of a patch matter [m]: those that touch, and the nearest of the
+  /// others.
   double cut_of(uint32_t index) const {
     if (coherence == nullptr) return query.reach;
     return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));
   }
 
-  /// Points below these nodes: what is within reach is told. False where there is no more room, or
-  /// where no more than `reserved` of the budget is left.
+  /// Looks up the points of these nodes, and reports those within reach. False if there is no room
+  /// left, or if the budget less `reserved` ends.
   bool ask_points(std::span<const ShellVisit> nodes, size_t reserved) {
     for (const ShellVisit& visit : nodes) {
       const ShellNode& node = shell.nodes[visit.node];
@@ -183,8 +186,8 @@ struct Search {
     return finish_patches();
   }
 
-  /// What the budget leaves beside these nodes goes into what will be known of what is below: so
-  /// those that are near come to be fewer.
+  /// Spends what these nodes leave of the budget on bounds for their children, so that fewer need
+  /// testing in the next queries.
   void learn(std::span<const ShellVisit> nodes, bool are_patches) {
     if (coherence == nullptr) return;
     const size_t kept = n_visited;
@@ -197,7 +200,7 @@ struct Search {
     answer.n = 0;
   }
 
-  /// A node without a point that may be within reach is free as long as they are.
+  /// A node is free as long as none of its points may be within reach.
   void note_free(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
     const auto first = coherence->low.begin() + node.first;
@@ -221,7 +224,7 @@ struct Search {
     }
   }
 
-  /// Tells of the points of a patch that touch, and of the nearest of the others.
+  /// Reports the points of a patch that touch, and the nearest of the others.
   bool tell_of(const Patch& patch, const PointBatch& points) {
     const ShellNode& node = shell.nodes[patch.node];
     ShellTouch nearest{0, node.count, query.reach};
@@ -253,7 +256,8 @@ struct Search {
     return true;
   }
 
-  /// The nearest before has gone, or touches: any other may be it.
+  /// The bound of the nearest point failed, since that point has moved away or touches: looks up
+  /// all candidates of the patch.
   bool look_again(uint32_t index) {
     spare -= shell.nodes[index].count;
     PointBatch again;
@@ -264,7 +268,7 @@ struct Search {
 
   uint32_t budget_left() const { return query.budget - std::min(query.budget, answer.tested); }
 
-  /// How many points of these nodes are to be asked; no further than the budget.
+  /// Number of points of these nodes that need a look-up; stops counting at the budget.
   uint32_t points_to_ask(std::span<const ShellVisit> nodes) const {
     uint32_t n = 0;
     PointBatch may_be_near;
@@ -275,11 +279,11 @@ struct Search {
     return n;
   }
 
-  /// Whether all points below these nodes are within the budget; what is left then is to spare.
+  /// Whether all points of these nodes are within the budget; sets `spare`.
   bool affords_points(std::span<const ShellVisit> nodes) {
     size_t all = 0;
     for (const ShellVisit& visit : nodes) all += shell.nodes[visit.node].count;
-    // counted one by one only where that may matter
+    // the exact number only if it may decide
     const uint32_t to_ask =
         all <= budget_left() / 2 ? static_cast<uint32_t>(all) : points_to_ask(nodes);
     if (to_ask > budget_left()) return false;
@@ -296,8 +300,8 @@ struct Search {
     return n <= query.budget;
   }
 
-  /// Tells of nodes, of which each stands for all below; those that were kept without are looked up
-  /// first, as far as the budget goes.
+  /// Reports nodes as representatives of their subtrees; those that were not looked up are now, as
+  /// far as the budget allows.
   bool tell_of_nodes(std::span<ShellVisit> kept) {
     const auto is_unknown = [&](const ShellVisit& visit) { return visit.distance == kNotAsked; };
     for (auto visit = kept.begin(); visit != kept.end();) {
@@ -329,10 +333,10 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches) {
   if (shell.nodes.empty() || field.index.empty()) return {};
-  // of what is not finite the way across could not be told
+  // travel to a pose that is not finite is undefined
   if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
-  const size_t last = shell.levels.size() - 2;  // the points
+  const size_t last = shell.levels.size() - 2;  // level of the points
   Search search{.field = field,
                 .shell = shell,
                 .X_OT = X_OT,
@@ -344,7 +348,7 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   ShellAnswer& answer = search.answer;
   if (!search.is_free(0)) search.visit(0);
   search.finish_nodes();
-  // level by level, the nodes that nothing keeps from being looked into
+  // level by level, over the nodes that could not be excluded
   for (size_t begin = 0; begin < search.n_visited; ++answer.level) {
     const size_t end = search.n_visited;
     const std::span<ShellVisit> nodes = visited.subspan(begin, end - begin);
@@ -354,7 +358,7 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
       answer.level = last;
       break;
     }
-    // a level is begun only where it can be ended
+    // a level is begun only if it can be completed
     if (are_patches || !search.affords_nodes(nodes)) {
       search.learn(nodes, are_patches);
       search.tell_of_nodes(nodes);

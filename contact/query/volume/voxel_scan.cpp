@@ -13,7 +13,7 @@ namespace haptic {
 namespace {
 
 #if defined(__x86_64__)
-/// For each set of eight lanes their numbers in order, a byte each.
+/// For each set of eight lanes, their indices in order, one byte each.
 constexpr std::array<uint64_t, 256> kLanesOf = [] {
   std::array<uint64_t, 256> table{};
   for (size_t set = 0; set < table.size(); ++set) {
@@ -25,23 +25,23 @@ constexpr std::array<uint64_t, 256> kLanesOf = [] {
   return table;
 }();
 
-/// A block of points under way, from where each is to what is there.
+/// A block of points between address computation and look-up.
 struct Block {
   static constexpr uint32_t kPoints = 64;
   alignas(32) std::array<uint32_t, kPoints> place;  // of the brick in the index
-  alignas(32) std::array<uint32_t, kPoints> word;   // within the brick, then what it holds
+  alignas(32) std::array<uint32_t, kPoints> word;   // index of the word in the brick, then the word
   alignas(32) std::array<uint32_t, kPoints> shift;  // of the voxel in the word; 32: outside
 };
 
-/// Eight points at a time where that is arithmetic; what it leads to is loaded one by one, which
-/// keeps more loads in flight than gathers do, and is not slowed down where processors guard these.
+/// Eight points at a time for the arithmetic; the loads are scalar: they keep more misses in flight
+/// than gathers, and are not affected by the microcode mitigations of gathers.
 class LaneScan {
  public:
   [[gnu::target("avx2"), gnu::always_inline]] LaneScan(const Voxmap& map, const Pointshell& shell,
                                                        const ShellInVoxels& at)
       : map_(map),
         shell_(shell),
-        // x and y of a brick are multiplied as 16 bits each: 4096 voxels a side fit
+        // x and y of a brick are multiplied as 16-bit numbers: 4096 voxels per side fit
         row_(_mm256_set1_epi32(map.bricks[0] << 16 | 1)),
         layer_(_mm256_set1_epi32(map.bricks[0] * map.bricks[1])) {
     const Limits limits = limits_of(map.bricks, kBrickSide);
@@ -52,7 +52,7 @@ class LaneScan {
     }
   }
 
-  /// As long as there is room for a block. Leaves the next point in `i`.
+  /// Runs as long as there is room for a block. Sets `i` to the next point.
   [[gnu::target("avx2,popcnt"), gnu::always_inline]] size_t run(uint32_t& i, uint32_t end,
                                                                 std::span<VoxelHit> hits,
                                                                 size_t n) const {
@@ -84,7 +84,7 @@ class LaneScan {
                          _mm256_add_ps(_mm256_mul_ps(r[2], z), translation_[row]));
   }
 
-  /// Where the points i … i + 7 are, from place j of the block on.
+  /// Addresses of the points i … i + 7, stored from index j of the block on.
   [[gnu::target("avx2"), gnu::always_inline]] void locate(uint32_t i, uint32_t j,
                                                           Block& block) const {
     const __m256 x = _mm256_loadu_ps(&shell_.x[i]), y = _mm256_loadu_ps(&shell_.y[i]),
@@ -98,13 +98,13 @@ class LaneScan {
       voxel[k] = _mm256_cvttps_epi32(q);
     }
     const __m256i mask = _mm256_castps_si256(inside);
-    // who is outside looks at the first brick, and sees nothing of it
+    // points outside read the first brick, and are masked by their shift
     store(block.place, j, _mm256_and_si256(mask, place_of(voxel)));
     const __m256i seven = _mm256_set1_epi32(kBrickSide - 1);
     const __m256i in_x = _mm256_and_si256(voxel[0], seven),
                   in_y = _mm256_and_si256(voxel[1], seven),
                   in_z = _mm256_and_si256(voxel[2], seven);
-    // four words a layer, two rows of x in a word
+    // four words per layer, two rows of x in a word
     store(block.word, j, _mm256_add_epi32(_mm256_slli_epi32(in_z, 2), _mm256_srli_epi32(in_y, 1)));
     const __m256i odd = _mm256_and_si256(in_y, _mm256_set1_epi32(1));
     const __m256i shift =
@@ -112,7 +112,7 @@ class LaneScan {
     store(block.shift, j, _mm256_or_si256(shift, _mm256_andnot_si256(mask, _mm256_set1_epi32(32))));
   }
 
-  /// Of the bricks in the index.
+  /// Index of the brick of each point.
   [[gnu::target("avx2"), gnu::always_inline]] __m256i place_of(const __m256i (&voxel)[3]) const {
     const __m256i x = _mm256_srai_epi32(voxel[0], kBrickBits),
                   y = _mm256_srai_epi32(voxel[1], kBrickBits),
@@ -130,7 +130,7 @@ class LaneScan {
     }
   }
 
-  /// Those of eight that are not free, to the front and without a branch on which they are.
+  /// Compacts the points of eight that are not free, without branches.
   [[gnu::target("avx2,popcnt"), gnu::always_inline]] size_t take(uint32_t i, uint32_t j,
                                                                  const Block& block,
                                                                  std::span<VoxelHit> hits,
@@ -156,7 +156,7 @@ class LaneScan {
   __m256i row_, layer_;
   __m256 rotation_[9], translation_[3], limits_[3];
 };
-/// Of its own, so that the constants of the scan stay in registers.
+/// A function of its own, so that the constants stay in registers.
 [[gnu::target("avx2,popcnt")]] size_t scan_lanes(const Voxmap& map, const Pointshell& shell,
                                                  const ShellInVoxels& at, uint32_t& i, uint32_t end,
                                                  std::span<VoxelHit> hits, size_t n) {
@@ -196,7 +196,7 @@ size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxe
 #if defined(__x86_64__)
   if (path == ScanPath::kLanes) n = scan_lanes(map, shell, at, i, first + count, hits, n);
 #endif
-  // what the lanes left over
+  // the rest
   return scan_one_by_one(map, limits_of(map.bricks, kBrickSide), shell, at, i, first + count, hits,
                          n);
 }

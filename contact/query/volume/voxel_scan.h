@@ -16,24 +16,24 @@ struct VoxelHit {
   Voxel voxel() const { return static_cast<Voxel>(packed & 3u); }
 };
 
-/// From the frame T of a shell into the voxels of a map: q = R p + t, in voxels, in float.
+/// Transform from the frame T of a shell to voxels of a map, in float: q = R p + t, in voxels.
 struct ShellInVoxels {
-  std::array<float, 9> rotation;  // row major, over the voxel's size
+  std::array<float, 9> rotation;  // row major, divided by the voxel size
   std::array<float, 3> translation;
 };
 ShellInVoxels shell_in_voxels(const Voxmap& map, const Pose& X_OT);
 
-/// Which way the points are looked up; the result is the same to the bit. Lanes are used as long as
-/// there is room for 64 hits more.
+/// Implementation of the look-up; the results are bit-identical. kLanes needs room for 64 more
+/// hits, else falls back to kScalar.
 enum class ScanPath { kScalar, kLanes };
 
-/// kLanes where the processor has AVX2.
+/// kLanes if the processor has AVX2.
 ScanPath fastest_scan();
 
 /// Looks up the voxels of the points first … first + count − 1, in order, and appends those that
-/// are not free to `hits` from place `n` on, as far as there is room for all of them. Returns the
-/// new number. Points are rounded to float in voxels: off by at most 1e-4 of a voxel in a map of
-/// 1024. Points outside the map are free. What lies in `hits` beyond the new number is undefined.
+/// are not free to `hits` from index `n` on, as long as there is room. Returns the new number of
+/// hits. Points are rounded to float in voxels, an error of at most 1e-4 voxel in a map of 1024
+/// voxels. Points outside the map are free. `hits` beyond the new number is undefined.
 size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxels& at,
                    uint32_t first, uint32_t count, ScanPath path, std::span<VoxelHit> hits,
                    size_t n);
