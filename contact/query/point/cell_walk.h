@@ -10,14 +10,14 @@
 
 namespace haptic {
 
-/// The part of a segment within a cell, for the batches of that cell.
+/// The part of a segment within a cell, prepared for the batches of that cell.
 class CellProbe {
  public:
   CellProbe() = default;
-  /// Ends in cells from the centre of the cell; beyond its borders by rounding only.
+  /// End points in cells, relative to the centre of the cell; outside it by rounding only.
   CellProbe(const Vec3& a, const Vec3& b) {
     const IntLanes from = in_units(a), to = in_units(b);
-    // an end is rounded to half a unit
+    // end points are rounded to half a unit
     const IntLanes highest = (from > to ? from : to) + 1, lowest = (from < to ? from : to) - 1;
     const IntLanes beyond[] = {highest & 0xff, -lowest & 0xff};
     const IntLanes spread_high = four_times(beyond[0]), spread_low = four_times(beyond[1]);
@@ -29,7 +29,7 @@ class CellProbe {
     to_ = {broadcast<0>(to_twice), broadcast<1>(to_twice), broadcast<2>(to_twice)};
   }
 
-  /// Which triangles of the batch the segment may meet in this cell; bits as bits_of.
+  /// Which triangles of the batch the segment may meet in this cell; bits as in bits_of.
   unsigned may_meet(const TriangleBatch& batch) const {
     const char* rows = reinterpret_cast<const char*>(&batch);
     const ByteLanes beside = (load_lanes<ByteLanes>(rows) > bounds_[0]) |
@@ -50,17 +50,17 @@ class CellProbe {
  private:
   static IntLanes in_units(const Vec3& v) {
     const Lanes cells{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
-    // to truncate what is positive is to round down
+    // truncation rounds down once the value is positive
     constexpr int kUp = 2 * kCellUnits;
     return __builtin_convertvector(cells * (2 * kCellUnits) + (kUp + 0.5f), IntLanes) - kUp;
   }
   static ByteLanes bytes_of(IntLanes v) { return load_lanes<ByteLanes>(&v); }
-  /// Each byte in all four places.
+  /// Each byte copied to all four places.
   static IntLanes four_times(IntLanes v) {
     const IntLanes pair = v | (v << 8);
     return pair | (pair << 16);
   }
-  /// Each as a pair of small integers.
+  /// Each as a pair of 16-bit integers.
   static IntLanes twice(IntLanes v) { return (v & 0xffff) | (v << 16); }
   template <int kLane>
   static ShortLanes broadcast(IntLanes v) {
@@ -68,14 +68,14 @@ class CellProbe {
     return load_lanes<ShortLanes>(&all);
   }
 
-  std::array<ByteLanes, 3> bounds_;  // x y, z −x, −y −z, as the rows of a batch
+  std::array<ByteLanes, 3> bounds_;  // x y, z −x, −y −z: same layout as the rows of a batch
   std::array<ShortLanes, 3> from_, to_;
 };
 
-/// Walk from cell to cell along a segment (3-D DDA; Amanatides & Woo 1987).
+/// Traversal of the cells along a segment (3-D DDA; Amanatides & Woo 1987).
 class CellWalk {
  public:
-  /// False where the segment leaves the indices of the grid or would cross too many cells.
+  /// False if the segment leaves the index range of the grid or would cross too many cells.
   bool start(const HashGrid& grid, const Vec3& from_O, const Vec3& d_O) {
     p_ = grid.cells_per_metre * (from_O - grid.lower_O);
     d_ = grid.cells_per_metre * d_O;
@@ -105,20 +105,20 @@ class CellWalk {
 
   uint64_t key() const { return cell_key(index_); }
 
-  /// Where along the segment this cell ends.
+  /// Fraction of the segment at which it leaves this cell.
   double exit() const { return std::min({exit_[0], exit_[1], exit_[2], 1.0}); }
 
-  /// The part in this cell, up to fraction `end` of the whole.
+  /// The part within this cell, up to fraction `end` of the segment.
   CellProbe probe(double end) const {
     const Vec3 centre{index_[0] + 0.5, index_[1] + 0.5, index_[2] + 0.5};
     return {(p_ - centre) + entry_ * d_, (p_ - centre) + std::min(exit(), end) * d_};
   }
 
-  /// On to the next cell; false at the end.
+  /// Goes to the next cell; false at the end.
   bool advance() {
     if (crossings_-- == 0) return false;
     entry_ = exit();
-    // selections, not branches: nobody can predict which border comes next
+    // branch-free: which border comes next is unpredictable
     const bool x = exit_[0] <= exit_[1] && exit_[0] <= exit_[2];
     const bool y = !x && exit_[1] <= exit_[2];
     const std::array<bool, 3> crossed{x, y, !x && !y};
@@ -131,11 +131,11 @@ class CellWalk {
 
  private:
   static constexpr double kNever = 2;
-  static constexpr int kMostCrossings = 64;  // a longer way is shorter through the tree
+  static constexpr int kMostCrossings = 64;  // longer segments are faster through the tree
 
   Vec3 p_, d_;  // in cells, from the corner of the grid
   double entry_ = 0;
-  int crossings_;  // borders ahead
+  int crossings_;  // borders left to cross
   std::array<int32_t, 3> index_, step_;
   std::array<double, 3> exit_, per_step_;
 };

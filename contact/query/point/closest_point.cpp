@@ -12,18 +12,18 @@
 namespace haptic {
 namespace {
 
-constexpr double kReach = 10;            // triangles: a longer move is a jump
-constexpr double kAhead = 3;             // moves like the last that a front is made for
-constexpr double kRest = 0.3;            // triangles: what it is made for at least
-constexpr double kRoundings = 1 - 1e-9;  // of the sums that prove a front
-constexpr size_t kBatch = 4;             // leaves looked at side by side
+constexpr double kReach = 10;            // in triangle sizes: a longer move is a jump
+constexpr double kAhead = 3;             // moves like the last one for which a front is made
+constexpr double kRest = 0.3;            // least distance a front is made for, in triangle sizes
+constexpr double kRoundings = 1 - 1e-9;  // covers the rounding in the test of a front
+constexpr size_t kBatch = 4;             // leaves processed together
 
 struct Waiting {
-  float distance_squared;  // at least
+  float distance_squared;  // lower bound
   uint32_t child;
 };
 
-/// Patches still to be looked at, the nearest of a node last.
+/// Stack of patches; among the children of a node the nearest is on top.
 struct Waitlist {
   std::array<Waiting, (kMaxPatchDepth + kFrontNodes) * kPatchLanes> patches;
   size_t size = 0;
@@ -49,11 +49,11 @@ struct Waitlist {
 
 /// A triangle that may be the nearest.
 struct Candidate {
-  float at_least;  // its distance
+  float at_least;  // of its distance [m]
   uint32_t triangle;
 };
 
-/// The search for the nearest triangle; among equally near ones for the lowest index.
+/// Search for the nearest triangle; among equally near ones, the one with the lowest index.
 class NearestSearch {
  public:
   HAPTIC_INLINE NearestSearch(const MeshShape& shape, const PatchProbe& probe, double max_distance,
@@ -63,19 +63,19 @@ class NearestSearch {
     lower_limit(limit);
   }
 
-  /// Everything below the root, nearest first.
+  /// Searches the whole tree, nearest first.
   HAPTIC_INLINE void search_all() {
     open(0);
     drain();
   }
 
-  /// Everything below some nodes.
+  /// Searches below some nodes.
   HAPTIC_INLINE void search_below(std::span<const uint32_t> nodes) {
     for (const uint32_t node : nodes) open(node);
     drain();
   }
 
-  /// Settles it in double among the candidates; false where there is nothing.
+  /// Decides among the candidates in double; false if there is nothing.
   HAPTIC_INLINE bool finish_search() {
     settle();
     return triangle_ != kNoFace;
@@ -93,8 +93,7 @@ class NearestSearch {
     waiting_.add(lanes, distance_squared, node, shape_.patches);
   }
 
-  /// Leaves are looked at side by side, and before more nodes are opened: they tell how near the
-  /// nearest is.
+  /// Processes leaves in batches, before it opens more nodes: they tighten the limit.
   HAPTIC_INLINE void drain() {
     for (;;) {
       std::array<const PatchLeaf*, kBatch> batch;
@@ -144,7 +143,7 @@ class NearestSearch {
     }
   }
 
-  /// Looks the candidates up in the mesh.
+  /// Computes the distances of the candidates in double.
   HAPTIC_INLINE void settle() {
     size_t n = 0;
     for (size_t i = 0; i < n_candidates_; ++i) {
@@ -170,7 +169,7 @@ class NearestSearch {
 
   const MeshShape& shape_;
   const PatchProbe& probe_;
-  double best_ = 0;  // squared
+  double best_ = 0;  // squared [m²]
   float limit_ = 0, limit_squared_ = 0;
   uint32_t triangle_ = kNoFace;
   OnTriangle on_{};
@@ -181,7 +180,7 @@ class NearestSearch {
 
 }  // namespace
 
-/// The search that begins where the witness says.
+/// Search that starts from the witness.
 class WitnessedSearch {
  public:
   HAPTIC_INLINE WitnessedSearch(const MeshShape& shape, const Vec3& p_O, ClosestWitness& witness)
@@ -195,7 +194,7 @@ class WitnessedSearch {
       witness_.clearance_ = 0;
       return remember(closest_point(shape_, probe_.p_O, max_distance));
     }
-    // what was found last is still there
+    // the point found last time gives an upper bound
     const float limit = std::min(round_up_distance(max_distance),
                                  round_up_distance(norm(probe_.p_O - witness_.point_O_)));
     if (!proves(static_cast<double>(limit))) {
@@ -220,13 +219,13 @@ class WitnessedSearch {
     return closest;
   }
 
-  /// Whether all that is no further than this lies below the front: by the triangle inequality.
+  /// Whether everything within this distance lies below the front, by the triangle inequality.
   HAPTIC_INLINE bool proves(double distance) const {
     return norm(probe_.p_O - witness_.centre_O_) + distance < kRoundings * witness_.clearance_;
   }
 
-  /// A new front around the point: the nodes of the deepest level on which few hold all that is no
-  /// further than the radius.
+  /// New front around the point: the deepest level at which at most kFrontNodes nodes contain
+  /// everything within the radius.
   HAPTIC_INLINE void collect(double radius) {
     const float limit = limit_squared(round_up_distance(radius));
     witness_.centre_O_ = probe_.p_O;
@@ -240,7 +239,7 @@ class WitnessedSearch {
     }
   }
 
-  /// The next level of the front; false where there is none or it does not fit.
+  /// The next level of the front; false if it does not fit or reaches leaves.
   HAPTIC_INLINE bool collect_below(float limit, std::array<uint32_t, kFrontNodes>& below,
                                    size_t& n) const {
     for (size_t i = 0; i < witness_.n_nodes_; ++i) {

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace lanes8 {
 
-/// A point in steps of the leaf from its origin, eight times.
+/// A point in quantisation steps of the leaf, relative to its origin, broadcast to eight lanes.
 HAPTIC_INLINE Vec8 in_steps(const PatchLeaf& leaf, const Vec3& p_O) {
   const float per_step = 1 / leaf.step;
   const auto from_origin = [&](int k) {
@@ -17,7 +17,7 @@ HAPTIC_INLINE Vec8 in_steps(const PatchLeaf& leaf, const Vec3& p_O) {
   return {from_origin(0), from_origin(1), from_origin(2)};
 }
 
-/// A corner of each triangle, in the same steps.
+/// Corner i of each triangle, in the same steps.
 HAPTIC_INLINE Vec8 corner(const PatchLeaf& leaf, size_t i) {
   const Int8 word = load<Int8>(leaf.corners[i]);
   return {__builtin_convertvector(word & 1023, Float8),
@@ -27,7 +27,7 @@ HAPTIC_INLINE Vec8 corner(const PatchLeaf& leaf, size_t i) {
 
 }  // namespace lanes8
 
-/// patches_near, to be inlined where the lanes are wide.
+/// patches_near, inlined into functions compiled for AVX2.
 HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& probe,
                                    float limit_squared, Facing facing, Float8& distance_squared) {
   using namespace lanes8;
@@ -40,7 +40,7 @@ HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& prob
     box += outside * outside;
     along += load<Float8>(node.axis[k]) * splat(probe.at[k]);
   }
-  // how far the point is in front of the lowest of the slab, and behind the highest
+  // distance in front of the lowest plane of the slab, and behind the highest
   const Float8 slack = splat(probe.slack);
   const Float8 front = along - load<Float8>(node.low) + slack;
   const Float8 back = load<Float8>(node.high) - along + slack;
@@ -52,7 +52,7 @@ HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& prob
     const Float8 cos_squared = load<Float8>(node.cos_squared);
     Float8 above = larger(front, back);
     if (facing == Facing::kFront) {
-      // beyond 45° a pit seen from behind may count as seen from the front
+      // beyond 45° the back of a pit may count as its front
       above = cos_squared > splat(0.5F) ? larger(front, splat(0)) : above;
     }
     dropped |= above * above < cos_squared * distance_squared;
@@ -60,12 +60,12 @@ HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& prob
   return lanes_of(~dropped);
 }
 
-/// Between what and what the triangles of a leaf are away [m].
+/// Lower and upper bounds of the distances to the triangles of a leaf [m].
 HAPTIC_INLINE void bound_triangles(const PatchLeaf& leaf, const PatchProbe& probe, Float8& at_least,
                                    Float8& at_most) {
   using namespace lanes8;
   const Vec8 p = in_steps(leaf, probe.p_O);
-  // |p − a − s ab − t ac|² is a quadratic in (s, t): least inside the triangle or on a side
+  // |p − a − s ab − t ac|² is quadratic in (s, t): its minimum is in the face or on a side
   const Vec8 a = corner(leaf, 0);
   const Vec8 ab = corner(leaf, 1) - a, ac = corner(leaf, 2) - a, pa = a - p;
   const Float8 bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
@@ -90,7 +90,7 @@ HAPTIC_INLINE void bound_triangles(const PatchLeaf& leaf, const PatchProbe& prob
   at_most = is_empty | is_thin ? splat(kInfinity) : at_most;
 }
 
-/// Those that may be no further than `limit`: what is not a number stays.
+/// Triangles that may be within `limit`; not-a-number counts as near.
 HAPTIC_INLINE LaneSet lanes_near(const PatchLeaf& leaf, Float8 at_least, float limit) {
   using namespace lanes8;
   return lanes_of(~(at_least > splat(limit)) & (load<Int8>(leaf.triangle) != -1));

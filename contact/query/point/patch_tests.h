@@ -6,14 +6,14 @@
 
 namespace haptic {
 
-/// Which points of a patch are asked for: any, those locally nearest to the point, or of these
-/// those that have it in front.
+/// Which points of a patch are searched: any; local minima of the distance; local minima seen from
+/// the front.
 enum class Facing { kAny, kEitherSide, kFront };
 
-/// A point made ready for the tests, in float rounded the safe way.
+/// A point prepared for the tests, in float with conservative rounding.
 struct PatchProbe {
   explicit PatchProbe(const Vec3& p) : p_O(p) {
-    constexpr float kUlp = 1.2e-7F;  // a whole rounding
+    constexpr float kUlp = 1.2e-7F;  // an ulp of 1
     for (int k = 0; k < 3; ++k) {
       const auto row = static_cast<size_t>(k);
       const auto x = static_cast<float>(p[k]);
@@ -28,13 +28,14 @@ struct PatchProbe {
   float slack = 0;  // of axis·p
 };
 
-/// Patches no further than `limit` that may hold a point asked for. Keeps too many, never too few.
+/// Patches within `limit` that may contain a point searched for. Conservative: keeps too many,
+/// never too few.
 LaneSet patches_near(const PatchNode& node, const PatchProbe& probe, float limit, Facing facing);
 
-/// Triangles of the leaf that may be no further than `limit`. Keeps too many, never too few.
+/// Triangles of the leaf that may be within `limit`. Conservative.
 LaneSet triangles_near(const PatchLeaf& leaf, const PatchProbe& probe, float limit);
 
-/// Every leaf below the nodes of which `near(node)` keeps lanes, in no order that matters.
+/// Visits every leaf below the nodes of which `near(node)` keeps lanes, in unspecified order.
 template <class Near, class Visit>
 void for_each_near_leaf(const PatchTree& tree, Near&& near, Visit&& visit) {
   std::array<uint32_t, kMaxPatchDepth * kPatchLanes> waiting;
@@ -54,13 +55,13 @@ void for_each_near_leaf(const PatchTree& tree, Near&& near, Visit&& visit) {
   }
 }
 
-/// The float no less than a distance.
+/// A float no less than the distance.
 inline float round_up_distance(double distance) {
   constexpr float kUlp = 1.2e-7F;
   return static_cast<float>(distance) * (1 + kUlp) + 1e-18F;
 }
 
-/// What is to be compared with the squared distances of patches.
+/// Limit for squared distances of patches, rounded up.
 inline float limit_squared(float limit) {
   constexpr float kSumError = 1e-5F;
   return limit * limit * (1 + kSumError);

@@ -31,14 +31,14 @@ void prefetch(const void* p) {
   __builtin_prefetch(p);
 }
 
-/// One query under way.
+/// State of one query.
 struct Search {
   const MeshShape& shape;
   const SegmentView& view;
   Vec3 from_O, d_O;
   SegmentHit best;
-  uint32_t known = kNoFace;  // a triangle that has been tested
-  size_t slot = 0;           // of a cell that may come next
+  uint32_t known = kNoFace;  // the triangle of the witness, already tested
+  size_t slot = 0;           // hint for the next cell
 
   void test(uint32_t triangle) {
     const auto& [a, b, c] = shape.mesh.triangles[triangle];
@@ -49,7 +49,7 @@ struct Search {
     best = {true, t, triangle};
   }
 
-  /// The triangles of the cells along the way, up to the first hit.
+  /// Tests the triangles of the cells along the segment, up to the first hit.
   void walk_cells(CellWalk& walk) {
     std::array<CellAhead, kAhead> ahead;
     for (bool more = true; more;) {
@@ -78,7 +78,7 @@ struct Search {
     }
   }
 
-  /// What the boxes do not keep out.
+  /// The triangles that pass the box tests.
   void find_candidates(std::span<CellAhead> cells, Candidates& candidates) const {
     size_t n = 0;
     for (CellAhead& cell : cells) {
@@ -90,14 +90,14 @@ struct Search {
       }
       cell.end = n;
     }
-    // corners that are needed at once come as fast
+    // of a single cell the corners are needed at once: prefetching gains nothing
     if (cells.size() == 1) return;
     for (const uint32_t t : std::span(candidates).first(n)) {
       for (const uint32_t v : shape.mesh.triangles[t]) prefetch(&shape.mesh.vertices[v]);
     }
   }
 
-  /// In the order of the walk; true where it ends in one of these cells.
+  /// In the order of the walk; true if the search ends in one of these cells.
   bool test_cells(std::span<const CellAhead> cells, const Candidates& candidates) {
     size_t i = 0;
     for (const CellAhead& cell : cells) {
@@ -111,7 +111,7 @@ struct Search {
     return false;
   }
 
-  /// Every triangle of a cell, without a look at its box.
+  /// Tests every triangle of a cell without its box.
   void test_cell(const GridCell& cell) {
     for (const TriangleBatch& batch : cell.batches) {
       for (size_t i = 0; i < kBatch; ++i) {
@@ -141,7 +141,7 @@ struct Search {
     }
   }
 
-  /// The tree by the spheres around its boxes.
+  /// Traverses the tree with bounding spheres.
   void descend_spheres() {
     const Vec3 middle_O = from_O + 0.5 * d_O;
     const double half = 0.5 * norm(d_O);
@@ -151,7 +151,7 @@ struct Search {
     });
   }
 
-  /// Node `root` and everything below it.
+  /// Tests everything below `root`.
   void descend(uint32_t root, SegmentProbe& probe) {
     // one sibling waits per level
     std::array<uint32_t, kMaxTreeDepth + 1> stack;
@@ -162,7 +162,7 @@ struct Search {
       if (!probe.meets(node.box)) continue;
       if (node.count > 0) {
         for (const uint32_t t : shape.tree.order.subspan(node.first, node.count)) test(t);
-        // what lies behind the best hit is of no interest any more
+        // what lies behind the best hit no longer matters
         if (best.hit) probe.cut(from_O, d_O, best.t);
         continue;
       }

@@ -11,48 +11,48 @@ struct SegmentHit {
   uint32_t triangle = 0;
 };
 
-/// What the query before found: the likely answer of the next one. Only a hint, and harmless when
-/// it is wrong, stale or of another mesh.
+/// Result of the previous query, tested first (warm start). Only a hint: harmless if wrong, stale
+/// or of another mesh.
 struct SegmentWitness {
   uint32_t triangle = kNoFace;
-  size_t slot = 0;  // of the grid: the cell where the search ended, in place of a node of a tree
+  size_t slot = 0;  // grid cell in which the search ended
 };
 
-/// First triangle that the segment from → to (both in O) enters through its front side
-/// (n·(to−from) < 0). Each vertex is projected along the segment with one rounding that all its
-/// triangles share; on these points the edge volumes have exact signs and are exactly
-/// antisymmetric, so no segment slips between two triangles that share an edge or a vertex (after
-/// Woop, Benthin, Wald 2013, with the sign decided by the remainders where theirs is zero). A
+/// First triangle that the segment from → to (both in O) enters through its front side (n·(to−from)
+/// < 0). Each vertex is projected along the segment with one rounding that all its triangles share;
+/// on the projected points the edge functions have exact signs and are exactly antisymmetric, so no
+/// segment slips between two triangles that share an edge or a vertex (after Woop, Benthin, Wald
+/// 2013, with the sign taken from the remainders of the products where theirs is zero). A
 /// zero-length segment hits nothing. Ties go to the lower triangle index.
 ///
 /// H-Collide (Gregory, Lin, Gottschalk, Taylor 2000): the witness first, then the cells along the
-/// segment with the boxes in each, up to the first hit; long segments and meshes without a grid
-/// take the OBB tree. Boxes are tested in small numbers, rounded so that none is missed.
+/// segment with the boxes in each, up to the first hit; long segments and meshes without a grid use
+/// the OBB tree. Boxes are tested in 8-bit integers, rounded conservatively.
 SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O,
                      SegmentWitness& witness);
 
 /// Without a witness; the same answer.
 SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
 
-/// The other columns of the paper's table; the same answers, for comparison.
+/// Methods compared in H-Collide; the answers are identical.
 enum class SegmentSearch {
   kHybrid,  // first_hit
-  kGrid,    // every triangle of every cell along the segment
+  kGrid,    // tests every triangle of every cell along the segment
   kTree,    // the OBB tree from its root
-  kNaive    // the same tree by the spheres around its boxes, not ended by a hit
+  kNaive    // the same tree with bounding spheres, without stopping at a hit
 };
 SegmentHit first_hit_by(SegmentSearch search, const MeshShape& shape, const Vec3& from_O,
                         const Vec3& to_O);
 
-/// Cells along a segment whose memory is asked for before the first is waited for.
+/// Cells along a segment that are prefetched together.
 inline constexpr size_t kAhead = 4;
 
-/// Segment against one triangle; the same arithmetic as first_hit. t is meaningful where true.
+/// Segment against one triangle; the same arithmetic as first_hit. t is valid if true.
 bool segment_enters_triangle(const Vec3& from_O, const Vec3& to_O, const Vec3& a, const Vec3& b,
                              const Vec3& c, double& t);
 
-/// Whether the segment meets the box; in floats, and a segment that passes it by less than
-/// 1e-5 of the largest coordinate may count as meeting it.
+/// Whether the segment meets the box; in float: a segment that misses it by less than 1e-5 of the
+/// largest coordinate may count as meeting it.
 bool segment_meets_box(const Vec3& from_O, const Vec3& to_O, const CompactObb& box);
 
 }  // namespace haptic

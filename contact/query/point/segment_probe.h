@@ -11,14 +11,14 @@
 
 namespace haptic {
 
-/// Largest coordinate: what roundings are in proportion to.
+/// Largest coordinate: rounding errors are proportional to it.
 inline double largest_coordinate(const Vec3& v) {
   return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
-/// The segment looked at along itself: its dominant axis is z, and a shear takes it onto the z axis
-/// (Woop, Benthin, Wald 2013). Each vertex is rounded once, the same for all its triangles, so what
-/// follows is exact geometry on one slightly moved mesh: no cracks.
+/// The view along the segment: its dominant axis becomes z, and a shear maps it onto the z axis
+/// (Woop, Benthin, Wald 2013). Each vertex is rounded once, the same for all its triangles, so
+/// everything after is exact geometry of one slightly perturbed mesh: no cracks.
 class SegmentView {
  public:
   /// False for a zero-length (or not finite) segment, which hits nothing.
@@ -42,7 +42,7 @@ class SegmentView {
     const double u = facing_ * edge_area(b.xy, c.xy), v = facing_ * edge_area(c.xy, a.xy),
                  w = facing_ * edge_area(a.xy, b.xy);
     const double area = u + v + w;
-    // on an edge both neighbours are hit, never none; one branch, as any of these is a surprise
+    // on an edge both neighbours are hit, never none; one branch, since all of these are rare
     if ((u > 0) | (v > 0) | (w > 0) | (area == 0)) return false;
     t = (u * (a.z * t_per_z_) + v * (b.z * t_per_z_) + w * (c.z * t_per_z_)) / area;
     return t >= 0 && t <= 1;
@@ -61,9 +61,9 @@ class SegmentView {
     return {(Pair{at(vertex_O, x_), at(vertex_O, y_)} - from_xy_) - xy_per_z_ * z, z};
   }
 
-  /// Twice the signed area of (segment, a, b): the edge volume over the length of the segment. The
-  /// sign is exact and exactly antisymmetric: rounding is monotone, and where the two products
-  /// round to the same number their remainders decide.
+  /// Twice the signed area of (segment, a, b): the edge function. Its sign is exact and exactly
+  /// antisymmetric: rounding is monotone, and where both products round to the same number their
+  /// remainders decide.
   static double edge_area(Pair a, Pair b) {
     const Pair products = a * __builtin_shufflevector(b, b, 1, 0);
     const double p = products[0], q = products[1];
@@ -73,11 +73,12 @@ class SegmentView {
   int x_, y_, z_;  // axes in cyclic order, the dominant one last
   Pair from_xy_, xy_per_z_;
   double from_z_, t_per_z_;
-  double facing_;  // −1 where the segment runs down its axis: front areas are negative for both
+  double
+      facing_;  // −1 if the segment runs against its axis: front areas are negative in both cases
 };
 
-/// A segment prepared for many boxes, in floats: it keeps out only what the segment misses whatever
-/// the roundings.
+/// A segment prepared for many boxes, in float; conservative: rejects only boxes that the segment
+/// misses regardless of rounding.
 class SegmentProbe {
  public:
   /// `reach`: largest coordinate of the segment and of the boxes.
@@ -86,7 +87,7 @@ class SegmentProbe {
     cut(from_O, d_O, 1);
   }
 
-  /// Only the part up to fraction t of the way from_O → from_O + d_O.
+  /// Restricts it to the part up to fraction t of from_O → from_O + d_O.
   void cut(const Vec3& from_O, const Vec3& d_O, double t) {
     const Vec3 half_O = (0.5 * t) * d_O, middle_O = from_O + half_O;
     middle_ = {static_cast<float>(middle_O.x), static_cast<float>(middle_O.y),
@@ -107,13 +108,13 @@ class SegmentProbe {
     const Lanes w = x * half_[0] + y * half_[1] + z * half_[2];
     const Lanes h = magnitude(w), t = load_lanes<Lanes>(box.half.data()) + slack_;
     const Lanes normals = magnitude(m * next(w) - next(m) * w);
-    // the fourth lane is what lies next in the node: computed along, never looked at
+    // the fourth lane holds the next member of the node: computed, but unused
     const IntLanes apart =
         (magnitude(m) > h + t) | (normals > t * next(h) + next(t) * h + cross_slack_);
     return (apart[0] | apart[1] | apart[2]) == 0;
   }
 
-  /// Whether the centre of box a comes before that of b along the way.
+  /// Whether the centre of box a comes before that of b along the segment.
   bool reaches_first(const CompactObb& a, const CompactObb& b) const {
     float along = 0;
     for (size_t i = 0; i < 3; ++i) along += half_[i] * (b.centre_O[i] - a.centre_O[i]);
@@ -121,7 +122,7 @@ class SegmentProbe {
   }
 
  private:
-  // 2⁻²⁴ for each rounding of a coordinate and of its turn or shear, at most twice as large
+  // 2⁻²⁴ for each rounding of a coordinate, its rotation and its shear, doubled
   static constexpr double kSlack = 36 * 0x1p-24;
 
   /// y z x

@@ -9,8 +9,8 @@
 namespace haptic {
 namespace {
 
-/// False where a triangle next to this one shows that the closest point `on` it is not a locally
-/// nearest one of the surface, or the point lies behind its face.
+/// False if a neighbouring triangle shows that the closest point `on` is not a local minimum, or if
+/// the point lies behind its face.
 bool neighbours_agree(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle& on,
                       const Vec3& p_O) {
   if (on.kind == FeatureKind::kFace) {
@@ -27,7 +27,7 @@ bool neighbours_agree(const TriangleMesh& mesh, uint32_t triangle, const OnTrian
          (on.kind == FeatureKind::kEdge || agrees_across((on.index + 2) % 3));
 }
 
-/// Appends what triangles_within and triangles_facing are about, as far as there is room.
+/// Common part of triangles_within and triangles_facing.
 size_t collect(const MeshShape& shape, const Vec3& p_O, double radius, Facing facing,
                std::span<ClosestPoint> out) {
   if (shape.patches.nodes.empty() || !(radius > 0) || !is_finite(p_O)) return 0;

@@ -9,8 +9,8 @@ using namespace lanes8;
 
 namespace {
 
-constexpr float kUlp = 1.2e-7F;      // a whole rounding
-constexpr float kWayRoundings = 32;  // of the largest coordinate, in the sums of a way's tests
+constexpr float kUlp = 1.2e-7F;      // an ulp of 1
+constexpr float kWayRoundings = 32;  // ulps of the largest coordinate that the tests may be off
 
 HAPTIC_INLINE Vec8 splat3(float x, float y, float z) {
   return {splat(x), splat(y), splat(z)};
@@ -19,8 +19,8 @@ HAPTIC_INLINE Vec8 load_rows(const std::array<PatchNode::Lanes, 3>& rows) {
   return {load<Float8>(rows[0]), load<Float8>(rows[1]), load<Float8>(rows[2])};
 }
 
-/// Whether a plane across u stays between a sphere of that reach and what is `gap` away along u
-/// (times |u|) from where it starts, all the way d.
+/// Whether a plane normal to u separates a moving sphere of radius `reach` from something at
+/// distance `gap` along u (times |u|) from its start, during the whole displacement d.
 HAPTIC_INLINE Int8 stays_off(const Vec8& u, Float8 gap, const Vec8& d, Float8 reach) {
   const Float8 least = gap + smaller(dot(u, d), splat(0));
   return (least > splat(0)) & (least * least > dot(u, u) * reach * reach);

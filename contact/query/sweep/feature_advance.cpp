@@ -113,8 +113,8 @@ Advance advance(const FeaturePath& path, double tolerance) {
       here = there;
       continue;
     }
-    // to where the interpolation vanishes or reaches half of `near`, but by at least a quarter of
-    // the room: features that touched must be able to separate
+    // to where the interpolation falls to half of `near`, but by at least a quarter of the room:
+    // features that touched must be able to separate
     const double room = gap - bend;
     t += kShortOf * horizon * std::max(room - 0.5 * near, 0.25 * room) / (gap - left);
     here = path.at(t);

@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-/// Closest point of the segment a b; side and corner numbers as in TriangleMesh.
+/// Closest point of one side; sides and corners numbered as in TriangleMesh.
 OnTriangle closest_on_side(const Vec3& p, const std::array<Vec3, 3>& corners, uint32_t side) {
   const uint32_t next = (side + 1) % 3;
   const Vec3 ab = corners[next] - corners[side];
@@ -16,7 +16,7 @@ OnTriangle closest_on_side(const Vec3& p, const std::array<Vec3, 3>& corners, ui
   return {corners[side] + (along / length_squared) * ab, FeatureKind::kEdge, side};
 }
 
-/// The nearest of the three sides: for triangles without area, where the regions mean nothing.
+/// Closest point of the three sides: a triangle without area has no Voronoi regions.
 OnTriangle closest_on_border(const Vec3& p, const std::array<Vec3, 3>& corners) {
   OnTriangle best = closest_on_side(p, corners, 0);
   for (const uint32_t side : {1u, 2u}) {

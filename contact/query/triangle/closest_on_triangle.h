@@ -7,7 +7,7 @@ namespace haptic {
 
 enum class FeatureKind : uint32_t { kFace = 0, kEdge = 1, kVertex = 2 };
 
-/// What the closest point lies on; `index` counts faces, edges or vertices of the mesh.
+/// What a closest point lies on; `index` counts faces, edges or vertices of the mesh.
 struct Feature {
   FeatureKind kind = FeatureKind::kFace;
   uint32_t index = 0;
@@ -16,8 +16,7 @@ struct Feature {
   uint64_t id() const { return (static_cast<uint64_t>(kind) << 62) | index; }
 };
 
-/// Angle-weighted normal of a feature: which side of the surface is outside (Bærentzen & Aanæs
-/// 2005).
+/// Angle-weighted normal of a feature; it tells inside from outside (Bærentzen & Aanæs 2005).
 const Vec3& pseudo_normal(const TriangleMesh& mesh, const Feature& feature);
 
 struct ClosestPoint {
@@ -26,10 +25,10 @@ struct ClosestPoint {
   Vec3 point_O;
   Feature feature;
   uint32_t triangle = 0;
-  bool inside = false;  // behind the pseudo-normal of the feature (closed meshes)
+  bool inside = false;  // behind the pseudo-normal of the feature (closed meshes only)
 };
 
-/// Where on a triangle: corner or side `index`, numbered as in TriangleMesh, or the face.
+/// Place on a triangle: corner or side `index`, numbered as in TriangleMesh, or the face.
 struct OnTriangle {
   Vec3 point;
   FeatureKind kind;
@@ -37,13 +36,13 @@ struct OnTriangle {
 };
 
 /// Closest point of one triangle by the Voronoi regions of its corners, sides and face (Ericson
-/// 2005, §5.1.5); without area, the closest of its sides.
+/// 2005, §5.1.5); for a triangle without area, of its sides.
 OnTriangle closest_on_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p_O);
 
 /// The corner, side or face as a feature of the mesh.
 Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle& on);
 
-/// The same with feature, distance and side of the surface.
+/// The full result: feature, distance and side of the surface.
 ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,
                                        const OnTriangle& on, const Vec3& p_O);
 ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,

@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 constexpr double kHalfUlp = 0x1p-53;
-// Shewchuk's bounds of the rounding of the plain determinants, of the sum of their sizes
+// error bounds of the determinants, relative to the sum of the magnitudes (Shewchuk 1997)
 constexpr double kSpatialBound = (7 + 56 * kHalfUlp) * kHalfUlp;
 constexpr double kPlanarBound = (3 + 16 * kHalfUlp) * kHalfUlp;
 
@@ -17,8 +17,8 @@ int sign(double a) {
   return a > 0 ? 1 : a < 0 ? -1 : 0;
 }
 
-/// A sum of doubles that nothing is rounded away from: parts that do not overlap, growing in size
-/// (Shewchuk 1997, GROW-EXPANSION with zeros left out). Never more parts than were added.
+/// An exact sum of doubles: non-overlapping components of increasing magnitude (Shewchuk 1997,
+/// GROW-EXPANSION with zeros eliminated). Never more components than were added.
 struct Expansion {
   std::array<double, 96> part;
   size_t n = 0;
@@ -52,7 +52,7 @@ struct Expansion {
       add_product(-s * a[i], b[k], c[j]);
     }
   }
-  /// The last part is larger than all others together.
+  /// The last component exceeds the sum of all others.
   int sign_of() const { return n > 0 ? sign(part[n - 1]) : 0; }
 };
 

@@ -9,8 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMaxVisited = 32;
-constexpr double kTurnCosine = 0.906;  // cos 25°: beyond, a plane is felt as a ghost wall
+constexpr size_t kMaxVisited = 32;  // triangles of a walk
+constexpr double kTurnCosine =
+    0.906;  // cos 25°: a plane that extends beyond is felt as a wall where there is nothing
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
@@ -19,7 +20,7 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return norm(p - (a + t * ab));
 }
 
-/// Whether the face lies more below the plane of normal_O through a than above it.
+/// Whether the face lies more below the plane with normal_O through a than above it.
 bool falls_away(const TriangleMesh& mesh, uint32_t face, const Vec3& normal_O, const Vec3& a) {
   double lowest = 0, highest = 0;
   for (const uint32_t v : mesh.triangles[face]) {
@@ -34,7 +35,7 @@ uint32_t neighbour_across(const TriangleMesh& mesh, uint32_t triangle, size_t si
   return faces[0] == triangle ? faces[1] : faces[0];
 }
 
-/// The triangles of a walk.
+/// The triangles of the walk so far.
 class Visited {
  public:
   explicit Visited(uint32_t first) {
@@ -44,7 +45,7 @@ class Visited {
   size_t size() const { return size_; }
   uint32_t operator[](size_t i) const { return triangles_[i]; }
   void add(uint32_t triangle) { triangles_[size_++] = triangle; }
-  /// Four at a time: this is asked more often than anything else.
+  /// Four at a time: this is the hot spot.
   bool holds(uint32_t triangle) const {
     const IntLanes wanted = static_cast<int32_t>(triangle) - IntLanes{};
     IntLanes found{};
@@ -66,7 +67,7 @@ double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& poi
   Visited visited(triangle);
   double extent = kMaxExtent;
 
-  // breadth first over triangles that still follow the plane
+  // breadth first over triangles that follow the plane
   for (size_t head = 0; head < visited.size() && extent > kMinExtent; ++head) {
     const Triangle& corners = mesh.triangles[visited[head]];
     for (size_t side = 0; side < 3; ++side) {
@@ -76,7 +77,7 @@ double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& poi
       const bool turns = next != kNoFace && dot(mesh.face_normals[next], normal_O) < kTurnCosine;
       if (turns && !falls_away(mesh, next, normal_O, a)) continue;
       const bool follows = next != kNoFace && !turns && visited.size() < kMaxVisited;
-      // as long as nothing limits the plane, the side is near enough if its end is
+      // while nothing limits the plane, testing the end of the side suffices
       if (follows && extent == kMaxExtent && norm_squared(point_O - a) < kMaxExtent * kMaxExtent) {
         visited.add(next);
         continue;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kMaxFan = 64;  // faces around one corner
 
-/// A face and which of its corners is the pivot of the walk.
+/// A face, and which of its corners is the pivot of the walk.
 struct Corner {
   uint32_t triangle;
   size_t corner;
@@ -24,7 +24,7 @@ Vec3 weighted_normal(const TriangleMesh& mesh, const Corner& at) {
 }
 
 /// The next face around the pivot, over the side after it (turn = 0) or before it (turn = 2); false
-/// at a border and at a crease.
+/// at a border or a crease.
 bool turn_around(const TriangleMesh& mesh, size_t turn, double crease_cosine, Corner& at) {
   const uint32_t vertex = mesh.triangles[at.triangle][at.corner];
   const auto& faces = mesh.edge_faces[mesh.triangle_edges[at.triangle][(at.corner + turn) % 3]];
@@ -43,7 +43,7 @@ Vec3 corner_normal(const TriangleMesh& mesh, uint32_t triangle, size_t corner,
   Corner at = start;
   int left = kMaxFan;
   while (left-- > 0 && turn_around(mesh, 0, crease_cosine, at)) {
-    if (at.triangle == triangle) return normalized(sum);  // all the way round
+    if (at.triangle == triangle) return normalized(sum);  // closed fan
     sum += weighted_normal(mesh, at);
   }
   at = start;
@@ -64,7 +64,7 @@ Vec3 shading_normal(const TriangleMesh& mesh, uint32_t triangle, const Vec3& poi
   for (size_t i = 0; i < 3; ++i) {
     const Vec3& a = mesh.vertices[tri[(i + 1) % 3]];
     const Vec3& b = mesh.vertices[tri[(i + 2) % 3]];
-    // twice the area over the opposite side: the barycentric coordinate but for a factor
+    // twice the area of the opposite sub-triangle: the barycentric coordinate times a constant
     const double share = std::max(dot(n, cross(a - point_O, b - point_O)), 0.0);
     sum += share * corner_normal(mesh, triangle, i, crease_cosine);
   }

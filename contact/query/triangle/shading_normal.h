@@ -5,11 +5,11 @@
 
 namespace haptic {
 
-/// Normal for force shading at point_O on a triangle: its three corner normals, interpolated in the
-/// barycentric coordinates of the point, unit. A corner normal is the angle-weighted mean over the
-/// faces around the corner that hang together with the triangle through edges that turn by less
-/// than the crease angle (given as its cosine); a walk of at most 64 faces each way. Source: Phong
-/// 1975, as used by Ruspini et al. 1997.
+/// Unit normal for force shading at point_O on a triangle: its three corner normals, interpolated
+/// in barycentric coordinates. A corner normal is the angle-weighted mean over the faces around the
+/// corner that connect to the triangle through edges that turn by less than the crease angle (given
+/// as its cosine); a walk of at most 64 faces each way. Source: Phong 1975, as used by Ruspini,
+/// Kolarov, Khatib 1997.
 Vec3 shading_normal(const TriangleMesh& mesh, uint32_t triangle, const Vec3& point_O,
                     double crease_cosine);
 

@@ -34,12 +34,12 @@ Vec3 on_side(const Corners& c, int side, double along) {
   return from + along * (to - from);
 }
 
-/// The point of the plane of the triangle below a corner, `height` normals above it.
+/// The projection of a corner onto the plane of the triangle; `height` is in lengths of its normal.
 Vec3 below(const Corners& c, const Vec3& corner, double height) {
   return corner - height * haptic::cross(c[1] - c[0], c[2] - c[1]);
 }
 
-/// Places and parts in words.
+/// Result with closest points and parts.
 TriangleDistance described(const Corners& a, const Corners& b, double distance2, int parts,
                            double along_a, double along_b) {
   const double distance = std::sqrt(distance2);
@@ -59,13 +59,14 @@ HAPTIC_WIDE uint64_t measure_by_four(const Pose& X_AB, DistanceBatch& batch) {
   return measure_lanes<Double4>(X_AB, batch);
 }
 
-/// By as many at a time as the processor has lanes for.
+/// As many at a time as the processor supports.
 uint64_t measure_wide(const Pose& X_AB, DistanceBatch& batch) {
   static const bool has_eight = can_measure_by_eight();
   return has_eight ? measure_by_eight(X_AB, batch) : measure_by_four(X_AB, batch);
 }
 
-/// Whether a side of a passes through the inside of b by more than any rounding: most that meet do.
+/// Whether a side of a passes through the interior of b by more than any rounding; true of most
+/// pairs that meet.
 bool surely_pierces(const Prepared<double>& a, const Prepared<double>& b) {
   constexpr double kSure = 1e-9;
   double height[3];
@@ -90,7 +91,7 @@ bool is_thin(const Prepared<double>& t) {
   return !(t.normal2 > kLeastSine2 * t.length2[0] * t.length2[1]);
 }
 
-/// triangles_meet, mostly without asking.
+/// triangles_meet, mostly without the exact test.
 bool meet(const Corners& a, const Corners& b) {
   const Prepared<double> side_a = prepared(a), side_b = prepared(b);
   if (!is_thin(side_a) && !is_thin(side_b)) {

@@ -8,40 +8,39 @@
 
 namespace haptic {
 
-/// What of a triangle carries a closest point: corner i, side i (from corner i to (i + 1) % 3), or
-/// the face.
+/// The part of a triangle that carries a closest point: corner i, side i (from corner i to (i + 1)
+/// % 3), or the face.
 enum class TrianglePart : uint8_t { kCorner0, kCorner1, kCorner2, kSide0, kSide1, kSide2, kFace };
 
-/// How far two triangles are apart, and where. Where they meet the distance is 0 and the points are
-/// the closest of their borders and corners, no common point.
+/// Distance and closest points of two triangles. If they meet, the distance is 0, and the points
+/// are the closest of their borders and corners, not a common point.
 struct TriangleDistance {
   double distance = 0;  // [m]
   Vec3 point_a, point_b;
   TrianglePart part_a = TrianglePart::kFace, part_b = TrianglePart::kFace;
 };
 
-/// Distance of two triangles: the least of nine pairs of sides and six of a corner and a face, 0
-/// where they meet (triangles_meet, exact). As the closest points of disjoint convex bodies lie on
-/// planes that separate them, those found show by themselves that the triangles are apart, and
-/// only where they do not is the exact test asked. To 1e-8 of the size of the triangles where they
-/// nearly touch on nearly parallel sides, else to a few roundings. A triangle without area is its
-/// border.
+/// Distance of two triangles: the least of nine pairs of sides and six of a corner and a face, 0 if
+/// they meet (triangles_meet, exact). Closest points of disjoint convex bodies define a separating
+/// plane, so those found usually prove that the triangles are apart; only otherwise is the exact
+/// test needed. Accurate to 1e-8 of the size of the triangles where nearly parallel sides nearly
+/// touch, else to a few roundings. A triangle without area is its border.
 TriangleDistance triangle_distance(const Corners& a, const Corners& b);
 
-/// The same of each pair of parts by itself: nine of sides, and of corners those that are over the
-/// other face. Returns how many there are. Meeting is not asked.
+/// The distance of each pair of parts: nine of sides, and of each corner that lies over the other
+/// face. Returns their number. Does not test whether they meet.
 inline constexpr size_t kTrianglePartPairs = 15;
 size_t distances_of_parts(const Corners& a, const Corners& b,
                           std::array<TriangleDistance, kTrianglePartPairs>& out);
 
-/// Many pairs of triangles side by side.
+/// Pairs of triangles in structure-of-arrays layout.
 struct DistanceBatch {
   static constexpr size_t kRoom = 64;
   using Lanes = std::array<double, kRoom>;
   size_t n = 0;
-  std::array<Lanes, 9> a{}, b{};  // corners, coordinate after coordinate, those of b in B
-  // what was found; then the corners of b are in A. The way goes from a to b, in A; the gap is how
-  // far the planes across it through both triangles are apart, times its length
+  std::array<Lanes, 9> a{}, b{};  // corners, coordinate by coordinate, those of b in B
+  // results; the corners of b are then in A. `way` goes from a to b, in A; `gap` is the distance,
+  // times |way|, of the planes normal to it through both triangles
   Lanes distance_squared{}, gap{}, parts{}, along_a{}, along_b{};
   std::array<Lanes, 3> way{};
 
@@ -51,11 +50,11 @@ struct DistanceBatch {
   Corners corners_b(size_t i) const;
 };
 
-/// Fills in the distance of each pair with B at X_AB in A: what triangle_distance says of the
-/// corners in A (X_AB * p), to the bit. Four at a time where the processor has AVX2.
+/// Computes the distance of each pair with B at X_AB in A: bit-identical to triangle_distance with
+/// the corners moved to A (X_AB * p). Eight at a time with AVX-512, four with AVX2.
 void measure(const Pose& X_AB, DistanceBatch& batch);
 
-/// Distance, places and parts of one that was measured, in A.
+/// Distance, closest points and parts of pair i, in A.
 TriangleDistance measured(const DistanceBatch& batch, size_t i);
 
 }  // namespace haptic

@@ -7,15 +7,16 @@
 #include "contact/query/simd/lanes8.h"
 #include "contact/query/triangle/triangle_distance.h"
 
-/// The distance of one pair of triangles, or of four or eight at a time: the same operations in the
-/// same order for any Real, a double or a vector of doubles. All of it is inlined into functions of
-/// the instruction set that they are for.
+/// Distance of one pair of triangles, or of four or eight at a time: the same operations in the
+/// same order for any Real, a double or a vector of doubles. All functions are inlined into callers
+/// compiled for an instruction set.
 namespace haptic::triangle_lanes {
 
-// pairs of parts: sides 3 i + j, then corners of b on the face of a, then corners of a on that of b
+// indices of pairs of parts: sides 3 i + j, then corners of b over the face of a, then corners of a
+// over that of b
 inline constexpr int kSidePairs = 9, kFaceOfB = 12;
 
-/// Three coordinates of one triangle, or of four.
+/// Three coordinates of one triangle, or of several.
 template <class Real>
 struct Vec {
   Real x, y, z;
@@ -45,7 +46,7 @@ template <class Real>
 HAPTIC_INLINE Real all(double value) {
   return Real{} + value;
 }
-/// 0 for what is not a number.
+/// Limits x to [0, 1]; not-a-number gives 0.
 template <class Real>
 HAPTIC_INLINE Real within_unit(const Real& x) {
   const Real above = x > all<Real>(0) ? x : all<Real>(0);
@@ -64,12 +65,12 @@ HAPTIC_INLINE Real larger(const Real& a, const Real& b) {
   return a > b ? a : b;
 }
 
-/// A triangle with what all its pairs need.
+/// A triangle with everything that its pairs share.
 template <class Real>
 struct Prepared {
-  Vec<Real> p[3], d[3];  // corners; side i goes from corner i along d
+  Vec<Real> p[3], d[3];  // corners and sides: side i goes from corner i along d
   Real length2[3], per_length2[3];
-  Vec<Real> normal, inward[3];  // in the plane, from side i
+  Vec<Real> normal, inward[3];  // in the plane, normal to side i
   Real normal2, per_normal2;
 };
 
@@ -91,7 +92,7 @@ HAPTIC_INLINE Prepared<Real> prepared(const Vec<Real>& p0, const Vec<Real>& p1,
   return t;
 }
 
-/// The nearest pair of parts so far: how near, which, where, and the way from a to b.
+/// The nearest pair of parts so far: squared distance, index, parameters, and vector from a to b.
 template <class Real>
 struct Nearest {
   Real distance2, parts, along_a, along_b;
@@ -109,8 +110,8 @@ HAPTIC_INLINE void replace(Nearest<Real>& best, const Mask& where, const Nearest
   best.way.z = where ? other.way.z : best.way.z;
 }
 
-/// Side i of a and side j of b: the closest points of their lines, each moved into its side in
-/// turn (Ericson 2005, §5.1.9).
+/// Side i of a and side j of b: the closest points of their lines, each clamped to its side in turn
+/// (Ericson 2005, §5.1.9).
 template <class Real>
 HAPTIC_INLINE Nearest<Real> between_sides(const Prepared<Real>& a, int i, const Prepared<Real>& b,
                                           int j) {
@@ -124,7 +125,7 @@ HAPTIC_INLINE Nearest<Real> between_sides(const Prepared<Real>& a, int i, const 
   return {dot(way, way), all<Real>(3 * i + j), s, t, way};
 }
 
-/// A corner over the face of t, where it is over it; `sign` 1 where the face is a's.
+/// A corner and the face of t, if the corner lies over it; `sign` is 1 if the face is a's.
 template <class Real>
 HAPTIC_INLINE void try_face(Nearest<Real>& best, const Prepared<Real>& t, const Vec<Real>& corner,
                             int parts, double sign) {
@@ -155,8 +156,8 @@ HAPTIC_INLINE Nearest<Real> nearest_parts(const Prepared<Real>& a, const Prepare
   return best;
 }
 
-/// How far b is in front of a along the way between them, times its length: more than 0 is a proof
-/// that they do not meet, and the square of the distance where the way is right.
+/// Gap of a and b along the vector between them, times its length: positive proves that they are
+/// apart; the squared distance if the vector is exact.
 template <class Real>
 HAPTIC_INLINE Real gap_along(const Prepared<Real>& a, const Prepared<Real>& b,
                              const Vec<Real>& way) {
@@ -166,7 +167,7 @@ HAPTIC_INLINE Real gap_along(const Prepared<Real>& a, const Prepared<Real>& b,
   return smaller(smaller(b0, b1), b2) - larger(larger(a1, a2), all<Real>(0));
 }
 
-/// Whether the gap is a proof that they are apart.
+/// Whether the gap proves that they are apart.
 template <class Real>
 HAPTIC_INLINE auto is_apart(const Real& gap, const Real& distance2) {
   return gap > all<Real>(0.5) * distance2;
@@ -189,7 +190,7 @@ HAPTIC_INLINE void store(const Vec<Real>& v, DistanceBatch::Lanes* lanes, size_t
   store(v.x, lanes[0], i), store(v.y, lanes[1], i), store(v.z, lanes[2], i);
 }
 
-/// Corner of b as X_AB * p, operation by operation, and kept so.
+/// Corner of b as X_AB * p, in the same order of operations; stored.
 template <class Real>
 HAPTIC_INLINE Vec<Real> move_corner(const Pose& X_AB, DistanceBatch::Lanes* corner, size_t i) {
   const Vec<Real> p = load<Real>(corner, i);
@@ -202,7 +203,7 @@ HAPTIC_INLINE Vec<Real> move_corner(const Pose& X_AB, DistanceBatch::Lanes* corn
   return moved;
 }
 
-/// All of a batch but for what only the exact test can tell: a bit for each of those.
+/// Measures a batch; returns a bit for each pair that needs the exact test.
 template <class Real>
 HAPTIC_INLINE uint64_t measure_lanes(const Pose& X_AB, DistanceBatch& batch) {
   constexpr size_t kWidth = sizeof(Real) / sizeof(double);

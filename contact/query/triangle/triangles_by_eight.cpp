@@ -6,8 +6,8 @@
 #include "contact/query/simd/lanes8.h"
 
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// for this kernel alone, and as a whole: g++ 12 takes vectors of eight apart that are inlined into
-// a function of their instruction set from one of another
+// for the whole file: g++ 12 splits vectors of eight when it inlines them into a function with
+// another target
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512vl,avx512dq")
 #include "contact/query/triangle/triangle_lanes.h"

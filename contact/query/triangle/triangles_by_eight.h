@@ -5,11 +5,11 @@
 
 namespace haptic {
 
-/// Whether the processor has AVX-512, and this build does not watch memory.
+/// Whether the processor has AVX-512, and the build has no memory sanitizer.
 bool can_measure_by_eight();
 
-/// All of a batch but for what only the exact test can tell (measure): a bit for each of those.
-/// Where it cannot, all of them.
+/// Measures a batch; returns a bit for each pair that needs the exact test. Without AVX-512: all
+/// bits.
 uint64_t measure_by_eight(const Pose& X_AB, DistanceBatch& batch);
 
 }  // namespace haptic

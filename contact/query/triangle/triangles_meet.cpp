@@ -22,7 +22,7 @@ bool all_in_plane(const Signs& s) {
   return s[0] == 0 && s[1] == 0 && s[2] == 0;
 }
 
-/// Whether the line from p to q, not in the plane of the face, passes its outline inside or on it.
+/// Whether the line from p to q, not in the plane of the face, passes inside its outline or on it.
 bool passes_inside(const Vec3& p, const Vec3& q, const Corners& face) {
   bool left = false, right = false;
   for (size_t i = 0; i < 3; ++i) {
@@ -34,7 +34,7 @@ bool passes_inside(const Vec3& p, const Vec3& q, const Corners& face) {
 }
 
 /// Whether an edge of `corners` meets the face; `sides` are sides_of(face, corners). Edges in the
-/// plane of the face are left out: where they meet it, an edge beside them or one of the face does.
+/// plane of the face are skipped: where they meet it, an adjacent edge or one of the face does.
 bool edge_meets(const Corners& corners, const Signs& sides, const Corners& face) {
   for (size_t i = 0; i < 3; ++i) {
     const size_t j = (i + 1) % 3;
@@ -54,7 +54,7 @@ Flat without_axis(const Corners& corners, int axis) {
   return flat;
 }
 
-/// Whether an edge of a, which turns by `turn`, has all of b on its outer side.
+/// Whether an edge of a, whose orientation is `turn`, has all of b on its outer side.
 bool edge_separates(const Flat& a, int turn, const Flat& b) {
   for (size_t i = 0; i < 3; ++i) {
     bool all_outside = true;
@@ -66,7 +66,8 @@ bool edge_separates(const Flat& a, int turn, const Flat& b) {
   return false;
 }
 
-/// In one plane: seen along an axis from which neither is a line, no edge separates them.
+/// Coplanar triangles: projected along an axis that degenerates neither, they meet if no edge
+/// separates them.
 bool meet_in_plane(const Corners& a, const Corners& b) {
   for (int axis = 0; axis < 3; ++axis) {
     const Flat flat_a = without_axis(a, axis), flat_b = without_axis(b, axis);

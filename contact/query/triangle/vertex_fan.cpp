@@ -4,14 +4,15 @@
 namespace haptic {
 namespace {
 
-constexpr double kOver = 1.0 / 32;  // of the way around: over the surface
+constexpr double kOver =
+    1.0 / 32;  // height above the surface, as a share of the distance from the vertex
 
 struct FanCorner {
   uint32_t triangle;
   size_t corner;
 };
 
-/// To the triangle across one of its sides at the vertex; false beyond a border.
+/// Steps to the triangle across a side at the vertex; false at a border.
 bool turn(const TriangleMesh& mesh, uint32_t vertex, size_t side, FanCorner& at) {
   const auto& faces = mesh.edge_faces[mesh.triangle_edges[at.triangle][side]];
   const uint32_t other = faces[0] == at.triangle ? faces[1] : faces[0];
