@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint32_t kAllFree = 0, kAllInterior = 1;
 
-/// A number in the tree for each brick of the map; those that are all one are one.
+/// Index in the tree for each brick of the map; uniform bricks are shared.
 std::vector<uint32_t> take_bricks(const Voxmap& map, VoxelTreeData& tree) {
   tree.bricks.assign(map.data.begin(), map.data.begin() + 2);
   std::vector<uint32_t> number_of(map.data.size());

@@ -14,18 +14,18 @@ namespace haptic {
 inline constexpr int kTreeSide = 8;  // children along an edge of a node: 2^N, N = 3
 inline constexpr size_t kTreeChildren = kTreeSide * kTreeSide * kTreeSide;
 
-/// Numbers of the bricks of a node, x fastest.
+/// Brick indices of a node, x fastest.
 using TreeNode = std::array<uint32_t, kTreeChildren>;
 
-/// A voxmap as a generalised octree of fixed depth three with 512 children a node (McNeely,
-/// Puterbaugh, Troy 1999): three loads for any voxel, memory for the nodes and bricks that are not
-/// all free or all interior. The root has as many children as the map is long, 8³ for 512 voxels,
-/// so that the depth is three for any size. A view.
+/// A voxmap as a generalised octree of fixed depth three with 512 children per node (McNeely,
+/// Puterbaugh, Troy 1999): three loads per voxel, memory only for nodes and bricks that are neither
+/// all free nor all interior. The root has as many children as the map needs, 8³ for 512 voxels, so
+/// the depth is three for any size. A view.
 struct VoxelTree {
   VoxelIndex roots{};                  // children of the root along each axis
-  std::span<const uint32_t> root;      // node of each, x fastest
+  std::span<const uint32_t> root;      // node of each child, x fastest
   std::span<const TreeNode> nodes;     // the first two are all free and all interior
-  std::span<const VoxelBrick> bricks;  // as well
+  std::span<const VoxelBrick> bricks;  // likewise
 
   /// kFree beyond the map.
   Voxel at(const VoxelIndex& i) const {
@@ -37,7 +37,7 @@ struct VoxelTree {
     const size_t place =
         (above(2) * static_cast<size_t>(roots[1]) + above(1)) * static_cast<size_t>(roots[0]) +
         above(0);
-    // the bricks of a node are numbered like the voxels of a brick
+    // bricks of a node are numbered like the voxels of a brick
     const uint32_t child =
         voxel_in_brick({i[0] >> kBrickBits, i[1] >> kBrickBits, i[2] >> kBrickBits});
     return bricks[nodes[root[place]][child]].at(voxel_in_brick(i));
@@ -57,7 +57,7 @@ struct VoxelTreeData {
   }
 };
 
-/// The same map in a tree; start-up only. Empty where the map is.
+/// The same map as a tree; at start-up only. Empty if the map is.
 VoxelTreeData build_voxel_tree(const Voxmap& map);
 
 /// scan_voxels of a map, in its tree, one point after the other: `at` is that of the map.

@@ -12,23 +12,23 @@
 
 namespace haptic {
 
-/// What the detector needs of one object.
+/// What the voxel detector needs of one object.
 struct VoxelObject {
   Voxmap map;
   DistanceField field;
 };
 
-/// What a session's bodies are made of; the spans must outlive the model.
+/// Shapes for the 6-DoF renderers of a session; the spans must outlive the model.
 struct BodyShapes {
   MeshShape tool;                    // in T; empty: a point
-  std::vector<VoxelObject> volumes;  // of each object of the session; empty: no maps
+  std::vector<VoxelObject> volumes;  // per object of the session; empty: no maps
   Pointshell shell;                  // of the tool
 };
 
-/// What a session touches, ready for queries; views, their owner must outlive the model.
+/// All shapes that a session touches, ready for queries; views, whose owner must outlive the model.
 struct ContactShapes {
   ContactShapes() = default;
-  /// Of a session whose tool is a point.
+  /// For a session whose tool is a point.
   template <std::convertible_to<std::span<const MeshShape>> Meshes>
   ContactShapes(const Meshes& meshes) {
     const std::span<const MeshShape> all = meshes;

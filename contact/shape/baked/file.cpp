@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kArrays = 20;
 
-/// What is not an array, as an array of one.
+/// Scalars, as an array of one.
 struct Facts {
   Vec3 lower, upper;
   uint64_t closed = 0;
@@ -19,7 +19,7 @@ struct Facts {
   double cell = 0;
 };
 
-/// Calls f on each array, in the order of the file.
+/// Calls f for each array, in the order of the file.
 template <class Content, class F>
 void for_each_array(Content& content, F&& f) {
   auto& mesh = content.shape.mesh;
@@ -91,7 +91,7 @@ void check_grid(const HashGrid& grid, size_t n_faces, size_t n_nodes) {
                   "a cell out of range");
     n_free += slot.count == 0;
   }
-  // a search ends at a free slot
+  // a look-up ends at a free slot
   require_baked(n_free > 0, "a grid without a free slot");
   require_baked(
       std::all_of(grid.roots.begin(), grid.roots.end(), [&](uint32_t i) { return i < n_nodes; }) &&
@@ -115,7 +115,7 @@ void check_patches(const PatchTree& patches, const TriangleMesh& mesh) {
         require_baked((child & ~kPatchLeaf) < patches.leaves.size(), "a patch out of range");
         continue;
       }
-      // children come after their one parent: no cycles, and depths in one pass
+      // children come after their only parent: no cycles, and depths in one pass
       require_baked(child > i && child < patches.nodes.size() && depth[child] == 0 &&
                         depth[i] + 1 < kMaxPatchDepth,
                     "broken patches");

@@ -11,13 +11,13 @@
 
 namespace haptic {
 
-/// What a baked file holds; views into its bytes.
+/// Contents of a baked file; views into its bytes. `eye_…`: the mesh for display.
 struct BakedContent {
   MeshShape shape;
   std::span<const Vec3> eye_vertices;
   std::span<const Vec3> eye_normals;
   std::span<const Triangle> eye_triangles;
-  std::span<const char> notes;  // text of whoever baked it
+  std::span<const char> notes;  // text from baking
 };
 
 /// One block of all arrays.
@@ -25,8 +25,8 @@ std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,
 /// offsets, that every index is in range, that the trees are trees of at most kMaxTreeDepth and
-/// kMaxPatchDepth and that every search in the grid ends: a query on what passed cannot leave the
-/// arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
+/// kMaxPatchDepth, and that every look-up in the grid ends: queries on a checked file cannot leave
+/// the arrays. `bytes` must be 8-byte aligned. Throws BakedFileError.
 BakedContent view_baked(std::span<const std::byte> bytes, uint64_t key,
                         const RunBoth& run_both = run_in_turn);
 

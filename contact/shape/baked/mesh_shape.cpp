@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kCellEdges = 1.75;
+constexpr double kCellEdges = 1.75;  // cell size of the grid in mean edge lengths
 
 }  // namespace
 

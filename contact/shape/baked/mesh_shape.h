@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// What a query needs of one object. Without a grid every first hit takes the tree.
+/// Everything that queries need of one object. Without a grid, segment queries use the tree.
 struct MeshShape {
   TriangleMesh mesh;
   ObbTree tree;
@@ -17,7 +17,7 @@ struct MeshShape {
   PatchTree patches;
 };
 
-/// The same, owning its arrays: views hold while it lives, moved or not.
+/// The same, owning its arrays: views stay valid while it lives, even if moved.
 struct MeshShapeData {
   MeshData mesh;
   ObbTreeData tree;
@@ -27,8 +27,8 @@ struct MeshShapeData {
   MeshShape view() const { return {mesh.view(), tree.view(), grid.view(), patches.view()}; }
 };
 
-/// A shape of a mesh that is right as it is; start-up only. The grid's cells are 1.75 mean edges:
-/// what baking, which measures, chooses as a rule.
+/// A shape from a mesh that needs no repair; at start-up only. The cells of the grid are 1.75 mean
+/// edges: what baking, which measures costs, usually chooses.
 MeshShapeData build_shape(Soup soup);
 
 }  // namespace haptic

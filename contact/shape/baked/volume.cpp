@@ -11,14 +11,14 @@ constexpr size_t kArrays = 14;
 constexpr size_t kUniformBricks = 2;      // all free and all interior, in every map
 constexpr int32_t kMostBricks = 1 << 10;  // along a side: 4096 voxels and their margin
 
-/// What is not an array, as an array of one.
+/// Scalars, as an array of one.
 struct Facts {
   Vec3 map_lower, field_lower;
   double voxel = 0, cell = 0, band = 0, spacing = 0, radius = 0;
   std::array<int32_t, 3> map_bricks{}, field_bricks{};
 };
 
-/// Calls f on each array, in the order of the file.
+/// Calls f for each array, in the order of the file.
 template <class Content, class F>
 void for_each_array(Content& content, F&& f) {
   auto& shell = content.shell;
@@ -33,7 +33,7 @@ Facts facts_of(const VolumeContent& c) {
           c.shell.spacing, c.shell.radius,  c.map.bricks, c.field.bricks};
 }
 
-/// Whether so many places are a box of bricks that a file can hold.
+/// Whether the number of places is that of a box of bricks of valid size.
 bool is_box(const std::array<int32_t, 3>& bricks, size_t places) {
   for (const int32_t n : bricks) {
     if (n < 1 || n > kMostBricks) return false;
@@ -68,8 +68,8 @@ void check_field(const DistanceField& field) {
       "a brick of the field out of range");
 }
 
-/// A node's points are there, no more than there are cubes in one of 2^height times their edge, for
-/// which a search has room; and its children are the next ones in order.
+/// Whether the points of a node exist and are no more than the cubes within one of 2^height times
+/// their edge (the room of a search), and its children are the next in order.
 bool is_sound(const ShellNode& node, size_t height, size_t n_points, size_t next_child) {
   const uint64_t cubes = uint64_t{1} << std::min<size_t>(3 * height, 63);
   return node.count > 0 && node.count <= cubes && node.first <= n_points &&
@@ -89,7 +89,7 @@ void check_shell(const Pointshell& shell) {
                     std::is_sorted(shell.levels.begin(), shell.levels.end()),
                 "a shell with broken levels");
   for (size_t level = 0; level + 1 < shell.levels.size(); ++level) {
-    // every node is the child of one: a search has room for each of them once
+    // every node is the child of exactly one: a search has room for each node once
     const size_t next = shell.levels[level + 1];
     size_t child = next;
     const size_t height = shell.levels.size() - 2 - level;  // above the points

@@ -8,8 +8,8 @@
 
 namespace haptic {
 
-/// What the detector `voxel` needs of a body: of an object the map and the field, of the tool the
-/// shell. What is not there is empty.
+/// Data of the detector `voxel` for a body: map and field of an object, shell of the tool. Missing
+/// parts are empty.
 struct VolumeContent {
   Voxmap map;
   DistanceField field;
@@ -20,8 +20,8 @@ struct VolumeContent {
 std::vector<std::byte> write_volume(const VolumeContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks that every voxel and node has its
-/// brick and every node of the shell its points and children, which come after it, level by level:
-/// a query on what passed cannot leave the arrays. `bytes` must be 8-byte aligned. Throws
+/// brick, and that every node of the shell has its points and, after it, its children, level by
+/// level: queries on a checked file cannot leave the arrays. `bytes` must be 8-byte aligned. Throws
 /// BakedFileError.
 VolumeContent view_volume(std::span<const std::byte> bytes, uint64_t key,
                           const RunBoth& run_both = run_in_turn);

@@ -8,10 +8,9 @@
 
 namespace haptic {
 
-/// Which triangle answers for each vertex and each edge of a mesh: one of those that share it. Two
-/// features need to be asked about only where the two triangles that answer for them come near each
-/// other, three to four times fewer questions than by all pairs of triangles (Curtis, Tamstorf,
-/// Manocha 2008).
+/// Assigns each vertex and each edge of a mesh to one of the triangles that share it. Two features
+/// need to be tested only if the triangles that own them come near each other: three to four times
+/// fewer tests than for all pairs of triangles (Curtis, Tamstorf, Manocha 2008).
 class FeatureOwners {
  public:
   explicit FeatureOwners(const TriangleMesh& mesh);  // start-up only
@@ -21,7 +20,7 @@ class FeatureOwners {
   bool has_edge(uint32_t triangle, int i) const { return ((bits_[triangle] >> (3 + i)) & 1) != 0; }
 
  private:
-  std::vector<uint8_t> bits_;  // of each triangle
+  std::vector<uint8_t> bits_;  // per triangle: bits 0–2 vertices, 3–5 edges
 };
 
 }  // namespace haptic

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Rings of vertices from the lower to the upper height; returns the first vertex.
+/// Adds rings of vertices from the lower to the upper height; returns the index of the first.
 uint32_t add_side(Soup& soup, const RadiusAt& radius, double z_lower, double z_upper,
                   const PartGrid& grid) {
   const auto first = static_cast<uint32_t>(soup.vertices.size());
@@ -30,7 +30,7 @@ void add_quad(Soup& soup, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   soup.triangles.push_back({a, c, d});
 }
 
-/// The faces between the rings of a side, seen from outside or from the axis.
+/// The faces between the rings of a side, facing outwards or towards the axis.
 void close_side(Soup& soup, uint32_t first, const PartGrid& grid, bool faces_out) {
   for (uint32_t k = 0; k < grid.along; ++k) {
     for (uint32_t i = 0; i < grid.around; ++i) {
@@ -39,7 +39,8 @@ void close_side(Soup& soup, uint32_t first, const PartGrid& grid, bool faces_out
       if (faces_out) {
         add_quad(soup, a, b, c, d);
       } else {
-        // cut along the same diagonal as from outside: two threads lie one within the other
+        // the same diagonal as on an outer side: the triangles of two nested threads must
+        // correspond
         add_quad(soup, a, d, c, b);
       }
     }
@@ -56,19 +57,19 @@ double radius_of_hexagon(double across_flats, double theta) {
   return 0.5 * across_flats / std::cos(off);
 }
 
-/// Depth of the thread there, from 0 at its foot to 1 at its crest.
+/// Relative height of the thread, from 0 at its root to 1 at its crest.
 double thread_at(double pitch, double theta, double z) {
   constexpr double kCut = 0.7;
   const double wave = std::cos(2 * kPi * z / pitch - theta);
   return 0.5 * (1 + std::clamp(wave / kCut, -1.0, 1.0));
 }
 
-/// tan α − α.
+/// Involute function tan α − α.
 double involute(double alpha) {
   return std::tan(alpha) - alpha;
 }
 
-/// Half the angle of a tooth at a radius, seen from the axis.
+/// Half the angle of a tooth at a radius, seen from the axis [rad].
 double half_tooth(const Gear& gear, double r) {
   constexpr double kPressure = 20 * kPi / 180;
   const double pitch_radius = 0.5 * gear.module * gear.teeth;
@@ -78,7 +79,7 @@ double half_tooth(const Gear& gear, double r) {
   return at_pitch + involute(kPressure) - involute(alpha);
 }
 
-/// Radius of a gear at an angle: foot, tip, or on the flank by bisection.
+/// Radius of a gear at an angle: root, tip, or on the flank by bisection.
 double gear_radius(const Gear& gear, double theta) {
   const double pitch_radius = 0.5 * gear.module * gear.teeth;
   const double foot = pitch_radius - 1.25 * gear.module, tip = pitch_radius + gear.module;

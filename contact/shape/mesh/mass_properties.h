@@ -6,15 +6,15 @@
 
 namespace haptic {
 
-/// A body filled evenly with a density of 1 kg/m³.
+/// Mass properties of a body of uniform density 1 kg/m³.
 struct MassProperties {
-  double volume = 0;                                  // [m³], and the mass
-  Vec3 centre_O;                                      // of mass
+  double volume = 0;                                  // [m³]; numerically the mass
+  Vec3 centre_O;                                      // centre of mass
   Mat3 inertia_O{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};  // about the centre, axes of O [m⁵]
 };
 
-/// Of a closed mesh that faces outwards, by tetrahedra over its triangles: exact but for rounding.
-/// I = tr(C) 1 − C, C = ∫ r rᵀ about the centre.
+/// Of a closed, outward-oriented mesh, by tetrahedra over its triangles: exact up to rounding. I =
+/// tr(C) 1 − C, C = ∫ r rᵀ about the centre.
 MassProperties mass_properties(const TriangleMesh& mesh);
 
 }  // namespace haptic

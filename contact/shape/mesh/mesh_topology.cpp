@@ -31,7 +31,7 @@ std::vector<Side> sorted_sides(const std::vector<Triangle>& triangles) {
   return sides;
 }
 
-/// Makes one edge of side a and, where there is one, its partner b.
+/// Adds the edge of side a and of its partner b, if there is one.
 void add_edge(MeshData& mesh, const Side& a, const Side* b) {
   const auto edge = static_cast<uint32_t>(mesh.edge_faces.size());
   mesh.edge_faces.push_back({a.face, b != nullptr ? b->face : kNoFace});
@@ -47,7 +47,7 @@ void build_edges(MeshData& mesh) {
   const std::vector<Side> sides = sorted_sides(mesh.triangles);
   std::vector<const Side*> forward, backward;
   for (size_t i = 0; i < sides.size();) {
-    // all sides on the same two vertices: two in a manifold mesh
+    // all sides with the same two vertices: two in a manifold mesh
     forward.clear();
     backward.clear();
     size_t end = i;
@@ -90,7 +90,7 @@ void build_normals(MeshData& mesh) {
     const auto [left, right] = mesh.edge_faces[e];
     const Vec3& n_left = mesh.face_normals[left];
     const Vec3 sum = right == kNoFace ? n_left : n_left + mesh.face_normals[right];
-    // two faces folded onto each other have no mean direction: either side will do
+    // two faces folded onto each other have no mean direction: choose one
     mesh.edge_normals[e] = norm_squared(sum) > 0 ? normalized(sum) : n_left;
   }
 }

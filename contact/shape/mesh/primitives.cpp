@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// The twelve vertices (0, ±1, ±φ) and its cyclic permutations, and the twenty faces.
+/// The twelve vertices, cyclic permutations of (0, ±1, ±φ), and the twenty faces.
 Soup make_icosahedron() {
   const double phi = (1 + std::sqrt(5.0)) / 2;
   return {{{-1, phi, 0},
@@ -29,7 +29,7 @@ Soup make_icosahedron() {
            {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
 }
 
-/// Each triangle into four through the midpoints of its sides, pushed out to the unit sphere.
+/// Splits each triangle into four at the midpoints of its sides, projected onto the unit sphere.
 Soup subdivide(const Soup& coarse) {
   Soup fine{coarse.vertices, {}};
   fine.triangles.reserve(4 * coarse.triangles.size());
@@ -49,8 +49,8 @@ Soup subdivide(const Soup& coarse) {
   return fine;
 }
 
-/// Vertices of a geodesic sphere, shared between the faces of the icosahedron: each is known by
-/// the corners it is mixed from and their weights.
+/// Vertices of a geodesic sphere, shared between the faces of the icosahedron; identified by the
+/// corners they are interpolated from, with weights.
 class GeodesicVertices {
  public:
   GeodesicVertices(uint32_t f, const Soup& icosahedron, Soup& soup)
@@ -59,7 +59,7 @@ class GeodesicVertices {
   uint32_t at(const Triangle& face, uint32_t i, uint32_t j) {
     using Part = std::array<uint32_t, 2>;  // corner, weight
     Key key{Part{face[0], f_ - i - j}, Part{face[1], i}, Part{face[2], j}};
-    // a corner without weight is none
+    // corners with weight 0 do not count
     for (Part& part : key) part = part[1] == 0 ? Part{} : part;
     std::sort(key.begin(), key.end());
     const auto [known, fresh] =

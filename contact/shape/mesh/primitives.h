@@ -18,7 +18,7 @@ Soup make_box(const Vec3& extent);
 /// Geodesic sphere at the origin: 20·4ⁿ triangles with vertices on the sphere.
 Soup make_icosphere(double radius, uint32_t subdivisions);
 
-/// Sphere of radius 1 at the origin from an icosahedron whose sides are cut into f parts: 20 f²
+/// Unit sphere at the origin, from an icosahedron whose sides are divided into f parts: 20 f²
 /// triangles.
 Soup make_geodesic(uint32_t f);
 

@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-/// Of a density of 1 kg/m³.
+/// Mass properties at a density of 1 kg/m³.
 MassProperties filled_box(const Vec3& lower, const Vec3& upper) {
   const Vec3 d = upper - lower;
   MassProperties box;
@@ -39,7 +39,7 @@ ToolBody tool_body(const TriangleMesh& mesh, const ToolConfig& config) {
   for (const Vec3& v : mesh.vertices) {
     body.radius = std::max(body.radius, norm(v - body.centre_T));
   }
-  // a flat or pointed thing still turns: as if its mass were at its rim
+  // a flat or pointed tool must be able to rotate: as if its mass were at its rim
   if (body.inertia_T == Vec3{}) {
     const double ring = body.mass * body.radius * body.radius;
     body.inertia_T = {ring, ring, ring};

@@ -6,10 +6,10 @@
 
 namespace haptic {
 
-/// The tool as a rigid body, with the mass, inertia or density that its config gives. What is not
-/// given is that of a body filled evenly; a mesh that is not closed has no inside and stands for
-/// its bounding box. The ball is about the centre of mass. Products of inertia are left out: the
-/// moments are about the axes of T.
+/// The tool as a rigid body, with the mass, inertia or density of its config. Missing values are
+/// those of a body of uniform density; a mesh that is not closed has no inside, and its bounding
+/// box is used. The bounding ball is about the centre of mass. Products of inertia are neglected:
+/// the moments are about the axes of T.
 ToolBody tool_body(const TriangleMesh& mesh, const ToolConfig& config);
 
 }  // namespace haptic

@@ -10,16 +10,16 @@
 namespace haptic {
 
 using Triangle = std::array<uint32_t, 3>;  // vertices, counter-clockwise seen from outside
-inline constexpr uint32_t kNoFace = ~0u;   // the other side of a border edge
+inline constexpr uint32_t kNoFace = ~0u;   // second face of a border edge
 
-/// Indexed triangle mesh in its object frame O [m]. A view: the arrays live in a baked file or in a
+/// Indexed triangle mesh in its object frame O [m]. A view: the arrays belong to a baked file or a
 /// MeshData. Normals are unit vectors, outward.
 struct TriangleMesh {
   std::span<const Vec3> vertices;
   std::span<const Triangle> triangles;
   std::span<const Vec3> face_normals;
   std::span<const Triangle> triangle_edges;             // edge i joins vertices i and (i+1)%3
-  std::span<const std::array<uint32_t, 2>> edge_faces;  // kNoFace second on a border
+  std::span<const std::array<uint32_t, 2>> edge_faces;  // second is kNoFace on a border
   std::span<const uint32_t> vertex_valence;             // triangles around each vertex
   // angle-weighted pseudo-normals: their sign tells inside from outside (Bærentzen & Aanæs 2005)
   std::span<const Vec3> edge_normals;

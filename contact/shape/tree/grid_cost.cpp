@@ -9,10 +9,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostGridBytes = 54;  // of 120 a triangle; the trees have the rest
-constexpr size_t kSample = 4096;
+constexpr double kMostGridBytes =
+    54;                           // per triangle, of a budget of 120; the rest is for the trees
+constexpr size_t kSample = 4096;  // triangles
 
-/// Cells that the boxes around triangles reach into, on average over a sample.
+/// Mean number of cells that a triangle reaches into, over a sample.
 double mean_reach(const TriangleMesh& mesh, double cell) {
   const size_t stride = std::max<size_t>(1, mesh.triangles.size() / kSample);
   size_t cells = 0, n = 0;
@@ -35,7 +36,7 @@ double mean_area(const TriangleMesh& mesh) {
 
 ValidInterval valid_interval(const QueryCosts& costs, double n_triangles) {
   const double box = costs.batch / kBatch, ratio = box / costs.triangle;
-  // the lower limit is a fixed point; the iteration contracts for M above a few
+  // fixed-point iteration; it contracts for M above a few
   double lower = 8;
   for (int i = 0; i < 60; ++i) lower = std::max(1.0, 2 * std::log2(lower) * ratio + 1 + ratio);
   return {lower, n_triangles / std::exp2(costs.lookup / (2 * box))};
@@ -57,7 +58,7 @@ std::vector<GridChoice> weigh_cells(const TriangleMesh& mesh, const QueryCosts& 
     const double batches = choice.triangles / kBatch + 0.5;
     choice.cost =
         (1 + 1.5 * kTickLength / cell) * (costs.lookup + batches * costs.batch) + costs.triangle;
-    // a slot in three is taken on average
+    // a third of the slots is used on average
     choice.bytes_per_triangle =
         cells_per_triangle * (3 * sizeof(GridSlot) + batches * sizeof(TriangleBatch));
     choices.push_back(choice);

@@ -11,22 +11,22 @@ namespace haptic {
 namespace {
 
 constexpr double kOverlap = 1e-6;              // of a cell, on every side
-constexpr size_t kMostRoots = 8;               // more boxes are worth a box around them
-constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread is not worth its start
-constexpr double kMostCellsAround = 512;
-constexpr double kMostCellsCounted = 1 << 12;  // of one triangle; beyond, the box around it will do
+constexpr size_t kMostRoots = 8;               // more roots are merged into their parents
+constexpr size_t kPieceOfTriangles = 1 << 14;  // below, a thread does not pay off
+constexpr double kMostCellsAround = 512;       // per triangle on average; a finer grid is not built
+constexpr double kMostCellsCounted = 1 << 12;  // per triangle; beyond, its bounding box is used
 
 using Index = std::array<int32_t, 3>;
 
 using Corners = std::array<Vec3, 3>;
 
-/// A triangle that reaches into a cell; `cell` is first its key, then its number.
+/// A triangle that reaches into a cell; `cell` is first its key, then its index.
 struct Entry {
   uint64_t cell;
   uint32_t triangle;
 };
 
-/// In units of cells, from the corner of the grid.
+/// In cells, from the corner of the grid.
 Corners in_cells(const TriangleMesh& mesh, uint32_t triangle, const HashGridData& grid) {
   Corners corners;
   for (size_t i = 0; i < 3; ++i) {
@@ -44,18 +44,18 @@ struct IndexBox {
   Index lower, upper;
 };
 
-/// The cells around a triangle.
+/// Range of cells around a triangle.
 IndexBox cells_around(const Corners& corners) {
   const Vec3 overlap{kOverlap, kOverlap, kOverlap};
   const auto index_of = [](const Vec3& v) {
     return Index{static_cast<int32_t>(v.x), static_cast<int32_t>(v.y), static_cast<int32_t>(v.z)};
   };
-  // the margin keeps all of it positive: to truncate is to round down
+  // the margin keeps everything positive, so truncation rounds down
   return {index_of(component_min(corners[0], component_min(corners[1], corners[2])) - overlap),
           index_of(component_max(corners[0], component_max(corners[1], corners[2])) + overlap)};
 }
 
-/// Calls f with each cell that the triangle reaches into.
+/// Calls f for each cell that the triangle reaches into.
 template <class F>
 void for_each_cell(const Corners& corners, F&& f) {
   const auto [lower, upper] = cells_around(corners);
@@ -69,7 +69,7 @@ void for_each_cell(const Corners& corners, F&& f) {
   }
 }
 
-/// Whether the boxes around the triangles span so many cells that sorting them would not end.
+/// Whether the bounding boxes of the triangles span so many cells that sorting would take too long.
 bool is_too_fine(const TriangleMesh& mesh, const HashGridData& grid) {
   double cells = 0;
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -81,7 +81,7 @@ bool is_too_fine(const TriangleMesh& mesh, const HashGridData& grid) {
   return cells > kMostCellsAround * static_cast<double>(mesh.triangles.size());
 }
 
-/// Which cells these triangles reach into.
+/// The cells that these triangles reach into.
 std::vector<Entry> sort_triangles(const TriangleMesh& mesh, std::span<const uint32_t> triangles,
                                   const HashGridData& grid, const RunBoth& run_both) {
   std::vector<Entry> entries;
@@ -102,8 +102,8 @@ std::vector<Entry> sort_triangles(const TriangleMesh& mesh, std::span<const uint
   return entries;
 }
 
-/// Counts the triangles of each cell and replaces the keys of the entries by numbers of cells, in
-/// the order of their first triangle.
+/// Counts the triangles of each cell, and replaces the keys of the entries by cell indices, in the
+/// order of their first triangle.
 std::vector<GridSlot> number_cells(std::vector<Entry>& entries) {
   std::vector<GridSlot> cells;
   std::vector<uint32_t> table(std::bit_ceil(entries.size() + 1), ~0u);
@@ -120,7 +120,7 @@ std::vector<GridSlot> number_cells(std::vector<Entry>& entries) {
   return cells;
 }
 
-/// Parent of each pair of siblings, by (first − 1)/2.
+/// Parent of each pair of siblings, at index (first − 1)/2.
 std::vector<uint32_t> parents_of(const ObbTree& tree) {
   std::vector<uint32_t> parents(tree.nodes.size() / 2);
   for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
@@ -140,7 +140,7 @@ std::vector<uint32_t> leaves_of(const ObbTree& tree) {
   return leaves;
 }
 
-/// Replaces pairs of siblings by their parent while there are more than a few roots.
+/// Replaces pairs of siblings by their parent while there are more than kMostRoots roots.
 void join_siblings(std::vector<uint32_t>& roots, std::span<const uint32_t> parents) {
   for (bool joined = true; joined && roots.size() > kMostRoots;) {
     std::sort(roots.begin(), roots.end());
@@ -156,7 +156,7 @@ void join_siblings(std::vector<uint32_t>& roots, std::span<const uint32_t> paren
   }
 }
 
-/// The subtrees that hold these triangles.
+/// The subtrees that contain these triangles.
 void add_roots(std::vector<uint32_t>& out, std::span<const uint32_t> triangles,
                std::span<const uint32_t> leaf_of, std::span<const uint32_t> parents) {
   std::vector<uint32_t> roots;
@@ -171,7 +171,7 @@ int8_t in_units(double value, double (*round)(double)) {
   return static_cast<int8_t>(round(std::clamp(value, -0.5, 0.5) * (2 * kCellUnits)));
 }
 
-/// Place `i` of a batch: a triangle seen from the centre of the cell.
+/// Fills place `i` of a batch with a triangle relative to the centre of the cell.
 void fill_place(TriangleBatch& batch, size_t i, uint32_t triangle, const Corners& corners) {
   batch.triangle[i] = triangle;
   const Vec3 lower = component_min(corners[0], component_min(corners[1], corners[2]));
@@ -192,7 +192,7 @@ void fill_place(TriangleBatch& batch, size_t i, uint32_t triangle, const Corners
     nearest = std::min(nearest, dot(rounded, v));
     furthest = std::max(furthest, dot(rounded, v));
   }
-  // the ends of a segment are rounded to half a unit
+  // the end points of a segment are rounded to half a unit
   const double slack = 0.51 * sum + 1;
   const auto bound = [](double value) {
     return static_cast<int16_t>(std::clamp(value, -32767.0, 32767.0));
@@ -217,7 +217,7 @@ void add_batches(HashGridData& grid, const TriangleMesh& mesh, uint64_t key,
   }
 }
 
-/// Gives each cell what it holds.
+/// Stores the contents of each cell.
 void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<const Entry> entries,
                 const TriangleMesh& mesh, const ObbTree& tree) {
   std::vector<uint32_t> triangles(entries.size()), next(cells.size());
@@ -244,7 +244,7 @@ void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<cons
   }
 }
 
-/// The slots of the hash table; at most half of them are taken, so that most searches end at once.
+/// Hash table with at most half of its slots used, so that most look-ups need one probe.
 std::vector<GridSlot> hash_cells(std::span<const GridSlot> cells) {
   std::vector<GridSlot> slots(std::bit_ceil(2 * cells.size() + 1));
   for (const GridSlot& cell : cells) {
@@ -271,7 +271,7 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
   grid.cell = cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};
   if (is_too_fine(mesh, grid)) return HashGridData{};
-  // in the order of the tree: neighbours in space come one after the other
+  // in tree order: neighbours in space follow each other
   std::vector<Entry> entries = sort_triangles(mesh, tree.order, grid, run_both);
   std::vector<GridSlot> cells = number_cells(entries);
   fill_cells(grid, cells, entries, mesh, tree);

@@ -13,24 +13,25 @@ namespace haptic {
 
 /// Slot of the hash table. `count` 0: free.
 struct GridSlot {
-  uint64_t key = 0;    // of the cell, whole: two cells on one slot are told apart
+  uint64_t key = 0;    // of the cell, complete: collisions are detected
   uint32_t first = 0;  // into HashGrid::batches, or ::roots for a crowded cell
   uint32_t count : 31 = 0;
   uint32_t is_crowded : 1 = 0;
 };
 
 inline constexpr size_t kBatch = 8;
-inline constexpr uint32_t kCrowded = 128;  // triangles in a cell; more are worth a tree
-inline constexpr int kCellUnits = 120;     // half a cell in the units of its triangles
+inline constexpr uint32_t kCrowded =
+    128;                                // triangles per cell; beyond, the cell refers to the tree
+inline constexpr int kCellUnits = 120;  // quantisation: half a cell in units of its batches
 
-inline constexpr int8_t kFreePlace = 127;  // beyond every box: a cell ends at kCellUnits
+inline constexpr int8_t kFreePlace = 127;  // marks a free place: larger than any box
 
-/// What eight triangles of a cell keep within, seen from its centre in units of cell/(2
-/// kCellUnits): a box, and a slab along the normal. All of it is rounded outwards.
+/// Bounds of eight triangles within a cell, relative to its centre, in units of cell/(2
+/// kCellUnits): a box, and a slab along the normal. Rounded outwards.
 struct TriangleBatch {
   using Bytes = std::array<int8_t, kBatch>;
-  std::array<Bytes, 3> lower, minus_upper;  // of the box, which ends at the borders of the cell
-  std::array<Bytes, 3> normal;              // of the slab, times 127
+  std::array<Bytes, 3> lower, minus_upper;        // of the box, clipped to the cell
+  std::array<Bytes, 3> normal;                    // of the slab, scaled by 127
   std::array<int16_t, kBatch> nearest, furthest;  // normal·point
   std::array<uint32_t, kBatch> triangle;
 
@@ -39,41 +40,40 @@ struct TriangleBatch {
 };
 static_assert(sizeof(TriangleBatch) == 17 * kBatch);
 
-/// What a cell holds: batches of its triangles, or, where there are many, subtrees.
+/// Contents of a cell: batches of its triangles or, if crowded, subtrees.
 struct GridCell {
   std::span<const TriangleBatch> batches;
   std::span<const uint32_t> roots;
 };
 
 /// Uniform grid in a hash table (H-Collide; Gregory, Lin, Gottschalk, Taylor 2000). The tree of a
-/// cell is flat: the thin boxes of its triangles, eight to a batch. A crowded cell holds the roots
-/// of those subtrees of the mesh's OBB tree that hold its triangles. A view.
+/// cell is flat: boxes and slabs of its triangles, eight per batch. A crowded cell has the roots of
+/// those subtrees of the mesh's OBB tree that contain its triangles. A view.
 struct HashGrid {
   Vec3 lower_O;     // corner of the cell (0, 0, 0)
   double cell = 0;  // edge of a cell [m]
   double cells_per_metre = 0;
-  std::span<const GridSlot> slots;  // a power of two of them, linear probing; empty: no grid
+  std::span<const GridSlot> slots;  // power of two, linear probing; empty: no grid
   std::span<const TriangleBatch> batches;
-  std::span<const uint32_t> roots;  // nodes of the tree
+  std::span<const uint32_t> roots;  // nodes of the OBB tree
 
-  /// Nothing for a cell without triangles.
+  /// Empty for a cell without triangles.
   GridCell find(uint64_t key) const { return at(slot_of(key)); }
-  /// Where the cell lies in the table; a free slot for one without triangles. `likely` is looked at
-  /// first: only a hint.
+  /// Slot of a cell; a free slot for one without triangles. `likely` is probed first: only a hint.
   size_t slot_of(uint64_t key, size_t likely = 0) const;
   GridCell at(size_t slot) const;
 };
 
-inline constexpr int kGridBits = 21;  // of a cell index: h = x + y n + z n² with n = 2²¹
+inline constexpr int kGridBits = 21;  // bits per cell index: h = x + y n + z n² with n = 2²¹
 
 inline uint64_t cell_key(const std::array<int32_t, 3>& index) {
   return static_cast<uint64_t>(index[0]) | static_cast<uint64_t>(index[1]) << kGridBits |
          static_cast<uint64_t>(index[2]) << 2 * kGridBits;
 }
 
-/// First slot where a key may lie, of a power of two.
+/// Home slot of a key; the number of slots is a power of two.
 inline size_t first_slot(uint64_t key, size_t n_slots) {
-  // the upper half of the product depends on all of the key, the lower half on x alone
+  // the upper half of the product depends on the whole key, the lower half on x alone
   const uint64_t scrambled = key * 0x9e3779b97f4a7c15;
   return static_cast<size_t>(scrambled ^ scrambled >> 32) & (n_slots - 1);
 }
@@ -93,7 +93,7 @@ inline GridCell HashGrid::at(size_t slot) const {
   return {batches.subspan(first, count), {}};
 }
 
-/// Cells that lie around the bounds of the mesh, so that a probe just outside meets empty cells.
+/// Empty cells around the bounds of the mesh, so that a probe just outside stays in the grid.
 inline constexpr int kGridMargin = 16;
 
 struct HashGridData {
@@ -105,18 +105,18 @@ struct HashGridData {
   HashGrid view() const { return {lower_O, cell, 1 / cell, slots, batches, roots}; }
 };
 
-/// Sorts the triangles of a mesh into cells of that size; start-up only. Cells overlap by a
-/// millionth of their size, which covers every rounding of a walk through them. The same grid
-/// whatever run_both does. Empty where the mesh is, or where a cell is too small to be counted
-/// (2²¹ along a side, 2⁻³⁰ of the largest coordinate) or the boxes around the triangles span more
-/// than 512 cells on average.
+/// Sorts the triangles of a mesh into cells of this size; at start-up only. Cells overlap by a
+/// millionth of their size, which covers every rounding of a traversal. The result does not depend
+/// on run_both. Empty if the mesh is, if a cell is too small to be indexed (2²¹ per side, 2⁻³⁰ of
+/// the largest coordinate), or if the boxes around the triangles span more than 512 cells on
+/// average.
 HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
                              const RunBoth& run_both = run_in_turn);
 
-/// How many cells of that size a triangle reaches into, wherever the grid begins.
+/// Number of cells of this size that a triangle reaches into.
 size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell);
 
-/// Mean over the sides of all triangles: the seed's cell size.
+/// Mean over the sides of all triangles [m]: the cell size of Gregory et al. 2000.
 double mean_edge_length(const TriangleMesh& mesh);
 
 }  // namespace haptic

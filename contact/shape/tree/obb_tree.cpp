@@ -12,23 +12,24 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kFullLeaves = 64;  // sets up to this size are split so that leaves are full
-// from here on halves only: 2³² triangles need 32 more levels
+constexpr size_t kFullLeaves = 64;  // sets up to this size are split such that leaves are full
+// deeper nodes are split at the median: 2³² triangles need at most 32 more levels
 constexpr int kHalvingDepth = kMaxTreeDepth - 32;
 constexpr uint32_t kIndexMask = (1u << 28) - 1;
-constexpr int kBranchingDepth = 4;          // 16 pieces keep a few processors busy to the end
-constexpr size_t kBranchingSize = 1 << 12;  // below, a thread is not worth its start
-constexpr double kBoxPad = 1e-14;  // of the largest coordinate: ~45 roundings of a projection
+constexpr int kBranchingDepth = 4;          // 16 pieces of work
+constexpr size_t kBranchingSize = 1 << 12;  // triangles; below, a thread does not pay off
+constexpr double kBoxPad = 1e-14;  // of the largest coordinate: about 45 roundings of a projection
 
-/// A triangle by value: the build sorts these, so that each level reads memory in order.
+/// A triangle by value: the build sorts these, so each level reads memory sequentially.
 struct Item {
   Vec3 p[3];
   uint32_t index;
   Vec3 centroid() const { return (p[0] + p[1] + p[2]) / 3.0; }
 };
 
-/// Area-weighted mean and covariance of the points of the triangles (Gottschalk 1996):
-/// C = Σ Aᵢ/12 (9 m mᵀ + p pᵀ + q qᵀ + r rᵀ) / ΣAᵢ − µ µᵀ, about the first corner: no cancellation.
+/// Area-weighted mean and covariance of the triangles' surface (Gottschalk, Lin, Manocha 1996), C =
+/// Σ Aᵢ/12 (9 m mᵀ + p pᵀ + q qᵀ + r rᵀ) / ΣAᵢ − µ µᵀ, relative to the first corner to avoid
+/// cancellation.
 struct Moments {
   Vec3 mean;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -42,7 +43,7 @@ Moments area_moments(std::span<const Item> items) {
     xx += weight * v.x * v.x, xy += weight * v.x * v.y, xz += weight * v.x * v.z;
     yy += weight * v.y * v.y, yz += weight * v.y * v.z, zz += weight * v.z * v.z;
   };
-  // zero-area triangles must still count: a soup may consist of nothing else
+  // without any area all triangles count equally
   for (const bool use_area : {true, false}) {
     for (const Item& item : items) {
       const Vec3 p = item.p[0] - origin, q = item.p[1] - origin, r = item.p[2] - origin;
@@ -65,7 +66,7 @@ Moments area_moments(std::span<const Item> items) {
   return moments;
 }
 
-/// A box in double while it is fitted; R_BO is already what floats can hold.
+/// A box while it is fitted, in double; R_BO is already rounded to float.
 struct FittedBox {
   Mat3 R_BO;
   Vec3 half;
@@ -88,17 +89,17 @@ Mat3 to_axes(const Eigen::Matrix3d& eigenvectors) {
   return R;
 }
 
-/// Principal axes, longest spread first.
+/// Principal axes, the largest variance first.
 Mat3 principal_axes(const Eigen::Matrix3d& covariance) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
   const Mat3 R = to_axes(solver.eigenvectors());
-  // the closed form fails where spreads are equal or vanish; the iteration does not
+  // the closed form fails for equal or vanishing variances; the iterative solver does not
   if (std::fabs(norm(R.row[0]) + norm(R.row[1]) + norm(R.row[2]) - 3) < 1e-9) return R;
   return to_axes(solver.compute(covariance).eigenvectors());
 }
 
-/// Tight box along the principal axes, about what floats can hold of axes and centre.
+/// Tight box along the principal axes, for axes and centre as rounded to float.
 FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pad) {
   FittedBox box;
   const Mat3 R = principal_axes(moments.covariance);
@@ -106,7 +107,7 @@ FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pa
     const std::array<float, 3> column = to_floats(R.column(j));
     std::copy(column.begin(), column.end(), box.compact.columns_BO.begin() + 3 * j);
   }
-  // read back from the floats: what was rounded is what is measured with
+  // read back: extents are measured along the rounded axes
   box.R_BO = box.compact.unpacked().R_BO;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 lower{kInfinity, kInfinity, kInfinity}, upper = -lower;
@@ -135,8 +136,9 @@ Vec3 longest_axis(const FittedBox& box) {
   return box.R_BO.row[h.x >= h.y && h.x >= h.z ? 0 : h.y >= h.z ? 1 : 2];
 }
 
-/// Partitions the items along the axis at the mean; returns the size of the first part, in
-/// [1, n − 1]. Halves by rank where the mean does not separate; small parts fill whole leaves.
+/// Partitions the items along the axis at the mean; returns the size of the first part, in [1, n −
+/// 1]. Splits at the median if the mean does not separate; small sets are split such that leaves
+/// are full.
 size_t split(std::span<Item> items, const Vec3& axis, const Vec3& mean, bool halve) {
   const double cut = dot(axis, mean);
   const auto place = [&](const Item& item) { return dot(axis, item.centroid()); };
@@ -163,7 +165,7 @@ ObbNode make_node(const FittedBox& box, size_t first, size_t count) {
   return node;
 }
 
-/// What splitting a set of triangles comes to.
+/// Box and split of a set of triangles.
 struct Split {
   FittedBox box;
   size_t n_first = 0;  // 0: a leaf
@@ -177,7 +179,7 @@ Split split_items(std::span<Item> items, int depth, double pad) {
   return result;
 }
 
-/// Fills node `index` and everything below it; `offset` is where the items lie in the order.
+/// Fills node `index` and its subtree; `offset` is the position of the items in the order.
 void build_node(std::vector<ObbNode>& nodes, std::span<Item> items, size_t index, size_t offset,
                 int depth, double pad) {
   const Split parts = split_items(items, depth, pad);
@@ -192,7 +194,7 @@ void build_node(std::vector<ObbNode>& nodes, std::span<Item> items, size_t index
   build_node(nodes, items.subspan(n), first + 1, offset + n, depth + 1, pad);
 }
 
-/// Appends what lies below the root of a subtree, its inner nodes moved along.
+/// Appends the nodes of a subtree below its root, with child indices shifted.
 void append_below_root(std::vector<ObbNode>& nodes, std::span<const ObbNode> subtree, size_t root) {
   const size_t shift = nodes.size() - 1;
   const auto moved = [&](ObbNode node) {
@@ -203,7 +205,7 @@ void append_below_root(std::vector<ObbNode>& nodes, std::span<const ObbNode> sub
   std::transform(subtree.begin() + 1, subtree.end(), std::back_inserter(nodes), moved);
 }
 
-/// A tree of its own, root first; the upper levels branch into work that can run at the same time.
+/// Builds a subtree with its own indices, root first; the upper levels branch into parallel work.
 std::vector<ObbNode> build_branching(std::span<Item> items, size_t offset, int depth, double pad,
                                      const RunBoth& run_both) {
   std::vector<ObbNode> nodes(1);

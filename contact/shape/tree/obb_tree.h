@@ -19,22 +19,22 @@ struct Obb {
   Vec3 half;  // half extents along its axes [m]
 };
 
-/// An oriented box in a cache line with its node: in floats, rounded so that it holds what it was
-/// fitted to. R_BO is orthonormal to 1e-6 only: whoever measures distances in its frame allows for
-/// that (kCompactSlack); whether something is inside or meets the box needs no allowance. Where
-/// floats do not reach, R_BO is zero, half is infinite and the box keeps nothing out.
+/// An oriented box that shares a cache line with its node: in float, rounded so that it contains
+/// what it was fitted to. R_BO is orthonormal to 1e-6 only, so distances measured in its frame need
+/// an allowance (kCompactSlack); containment and overlap tests need none. Outside the range of
+/// float, R_BO is zero, half is infinite, and the box excludes nothing.
 struct CompactObb {
-  std::array<float, 9> columns_BO{};  // R_BO, column after column
+  std::array<float, 9> columns_BO{};  // R_BO, column by column
   std::array<float, 3> half{};        // half extents along its axes [m]
   std::array<float, 3> centre_O{};
 
   Obb unpacked() const;
 };
 
-/// (1 + what a length grows by when it is turned by R_BO of a CompactObb)², rounded up.
+/// factor for squared lengths measured in the frame of a CompactObb: bounds their error
 inline constexpr double kCompactSlack = 1 + 1e-5;
 
-/// Node of the tree: an inner node's children are `first` and `first + 1`; a leaf holds `count`
+/// Node of the tree: the children of an inner node are `first` and `first + 1`; a leaf has `count`
 /// entries of ObbTree::order from `first`.
 struct ObbNode {
   CompactObb box;
@@ -52,8 +52,9 @@ struct ObbTree {
   std::span<const uint32_t> order;  // triangle indices, grouped by leaf
 };
 
-inline constexpr int kMaxTreeDepth = 64;  // build_obb_tree never goes deeper: traversal stacks
-inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // nodes count in 28 bits
+inline constexpr int kMaxTreeDepth =
+    64;  // never exceeded by build_obb_tree; size of traversal stacks
+inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // node indices have 28 bits
 
 struct ObbTreeData {
   std::vector<ObbNode> nodes;
@@ -61,18 +62,18 @@ struct ObbTreeData {
   ObbTree view() const { return {nodes, order}; }
 };
 
-/// Runs both pieces of work, at the same time where it can.
+/// Runs both functions, in parallel if it can.
 using RunBoth =
     std::function<void(const std::function<void()>& first, const std::function<void()>& second)>;
 
-/// One piece after the other.
+/// Runs one after the other.
 inline void run_in_turn(const std::function<void()>& first, const std::function<void()>& second) {
   first();
   second();
 }
 
-/// Builds the tree; start-up only. Falls back to a median split where the mean does not separate.
-/// The same tree whatever `run_both` does. Throws std::length_error for more than
+/// Builds the tree; at start-up only. Falls back to a median split where the mean does not
+/// separate. The result does not depend on `run_both`. Throws std::length_error for more than
 /// kMaxTreeTriangles.
 ObbTreeData build_obb_tree(const TriangleMesh& mesh, const RunBoth& run_both = run_in_turn);
 

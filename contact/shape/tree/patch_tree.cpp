@@ -11,12 +11,14 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
-constexpr double kPad = 1e-14;       // of the largest coordinate: ~45 roundings of a closest point
-constexpr double kThinnest = 1e-9;   // of the largest coordinate: below, a normal is noise
-constexpr double kConeSlack = 5e-3;  // widens cones against rounding of directions [rad]
-constexpr double kAxisLength = 1 - 1e-6;  // stays at most 1 when rounded to float
-constexpr double kThinnestInFloat = 0.1;  // height of a triangle over its longest side
-constexpr size_t kExactTriangles = 64;    // larger patches are bounded through their children
+constexpr double kPad = 1e-14;  // of the largest coordinate: about 45 roundings of a closest point
+constexpr double kThinnest =
+    1e-9;  // of the largest coordinate: normals of thinner triangles are noise
+constexpr double kConeSlack = 5e-3;       // [rad]; widens cones against rounding of directions
+constexpr double kAxisLength = 1 - 1e-6;  // so that it is at most 1 after rounding to float
+constexpr double kThinnestInFloat =
+    0.1;  // least ratio of the height of a triangle to its longest side
+constexpr size_t kExactTriangles = 64;  // larger patches are bounded by merging their children
 
 float round_down(double x) {
   const auto f = static_cast<float>(x);
@@ -27,13 +29,13 @@ float round_up(double x) {
   return -round_down(-x);
 }
 
-/// Directions within an angle of an axis; cos ≤ 0 stands for all directions.
+/// Directions within an angle of an axis; cos ≤ 0: all directions.
 struct Cone {
   Vec3 axis;
   double cos = -1;
 };
 
-/// cos of the angle at `axis` that holds a cone: the sum of two angles below 90°.
+/// cos of the angle about `axis` that contains a cone: the sum of two angles below 90°.
 double cos_holding(const Vec3& axis, const Cone& cone) {
   const double cos = std::min(dot(axis, cone.axis), 1.0);
   if (!(cos > 0) || !(cone.cos > 0)) return -1;
@@ -41,7 +43,7 @@ double cos_holding(const Vec3& axis, const Cone& cone) {
   return cos * cone.cos - sines;
 }
 
-/// cos of an angle widened by the slack.
+/// cos of an angle widened by kConeSlack.
 double cos_widened(double cos) {
   if (!(cos > 0)) return -1;
   return cos * std::cos(kConeSlack) -
@@ -52,12 +54,12 @@ double longest_side(const std::array<Vec3, 3>& p) {
   return std::max({norm(p[1] - p[0]), norm(p[2] - p[1]), norm(p[0] - p[2])});
 }
 
-/// Whether the least height of a triangle is no more than thinnest: its normal means nothing.
+/// Whether the smallest height of a triangle is at most `thinnest`: its normal is unreliable.
 bool is_thin(const std::array<Vec3, 3>& p, double thinnest) {
   return !(norm(cross(p[1] - p[0], p[2] - p[0])) > thinnest * longest_side(p));
 }
 
-/// What bounds a patch, before it is rounded.
+/// Bounds of a patch, before rounding.
 struct Patch {
   Vec3 lower{kInfinity, kInfinity, kInfinity}, upper = -lower;
   double low = kInfinity, high = -kInfinity;
@@ -97,7 +99,7 @@ class Builder {
     uint32_t triangle;
   };
 
-  /// Of each vertex, the cone of the faces around it; all directions on a border.
+  /// Per vertex, the cone of the normals around it; all directions on a border.
   void build_cones(double thinnest) {
     for (size_t v = 0; v < cones_.size(); ++v) cones_[v] = {mesh_.vertex_normals[v], 1};
     for (size_t f = 0; f < mesh_.triangles.size(); ++f) {
@@ -113,7 +115,7 @@ class Builder {
     }
   }
 
-  /// Brings those that come first along the longest axis to the front, n of them.
+  /// Partitions the items along their longest axis: the n lowest come first.
   void cut(size_t begin, size_t end, size_t n) {
     std::array<float, 3> lower = items_[begin].centre, upper = lower;
     for (size_t i = begin; i < end; ++i) {
@@ -130,7 +132,7 @@ class Builder {
     });
   }
 
-  /// Cuts the items into n_parts of nearly the same size; ends receives where each ends.
+  /// Partitions the items into n_parts of nearly equal size; `ends` receives their ends.
   void cut_into(size_t begin, size_t end, size_t n_parts, size_t* ends) {
     if (n_parts == 1) {
       *ends = end;
@@ -143,7 +145,7 @@ class Builder {
     cut_into(middle, end, n_parts - n_left, ends + n_left);
   }
 
-  /// The fewest lanes that hold n triangles in subtrees of the least height.
+  /// The smallest number of lanes for n triangles in subtrees of minimum height.
   static size_t count_parts(size_t n) {
     size_t capacity = kPatchLanes;
     while (capacity * kPatchLanes < n) capacity *= kPatchLanes;
@@ -158,7 +160,7 @@ class Builder {
       const auto origin = static_cast<double>(leaf.origin[static_cast<size_t>(k)]);
       side = std::max(side, patch.upper[k] - origin);
     }
-    // never nothing: a leaf may be a point
+    // positive even if the leaf is a point
     leaf.step = round_up(std::max(side / kPatchSteps, 1e-30));
     leaf.triangle.fill(kNoFace);
     for (auto& corner : leaf.corners) corner.fill({});
@@ -189,7 +191,7 @@ class Builder {
     }
   }
 
-  /// Box and normals of the triangles themselves.
+  /// Tight bounds, from the triangles.
   Patch measure(size_t begin, size_t end) const {
     Patch patch;
     for (size_t i = begin; i < end; ++i) {
@@ -212,7 +214,7 @@ class Builder {
     return patch;
   }
 
-  /// The same from the patches it is made of: looser, and no second look at every triangle.
+  /// Bounds from those of the parts: looser, but without visiting every triangle.
   static Patch merge(std::span<const Patch> parts) {
     Patch patch;
     for (const Patch& part : parts) {
@@ -233,10 +235,10 @@ class Builder {
     return patch;
   }
 
-  /// The axis as it will be stored: in float.
+  /// The axis as it will be stored: rounded to float.
   static void set_axis(Patch& patch) {
     const Vec3 n = kAxisLength * normalized(patch.normal_sum);
-    // by way of memory: g++ 12.2 -O2 forgets to round where it may pair the components
+    // volatile, because g++ 12.2 -O2 omits the rounding when it vectorises the components
     const volatile float x = static_cast<float>(n.x), y = static_cast<float>(n.y),
                          z = static_cast<float>(n.z);
     patch.cone = {{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)}, 1};
@@ -257,7 +259,7 @@ class Builder {
 
   static PatchNode empty_node() {
     PatchNode node;
-    constexpr float kNowhere = 1e18f;  // its square is still a float
+    constexpr float kNowhere = 1e18f;  // its square is still finite in float
     for (size_t k = 0; k < 3; ++k) {
       node.lower[k].fill(kNowhere);
       node.upper[k].fill(kNowhere);
@@ -270,7 +272,7 @@ class Builder {
     return node;
   }
 
-  /// Appends the node of these items and everything below it.
+  /// Appends the node of these items and its subtree.
   Patch build_node(size_t begin, size_t end) {
     const auto index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.push_back(empty_node());

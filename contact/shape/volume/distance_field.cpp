@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kPieceOfBricks = 64;  // below, a thread is not worth its start
+constexpr size_t kPieceOfBricks = 64;  // below, a thread does not pay off
 
 using Place = std::array<int32_t, 3>;
 
@@ -27,12 +27,12 @@ Vec3 corner_of(const DistanceFieldData& field, const Place& i) {
   return field.lower_O + (kFieldSide * field.cell) * Vec3{1.0 * i[0], 1.0 * i[1], 1.0 * i[2]};
 }
 
-/// Half the diagonal of a brick.
+/// Half the diagonal of a brick [m].
 double reach_of(double cell) {
   return 0.5 * std::sqrt(3.0) * kFieldSide * cell;
 }
 
-/// f for each of n pieces, by halves on two threads.
+/// Calls f for each of n pieces, split over two threads.
 void for_halves(size_t first, size_t n, const RunBoth& run_both,
                 const std::function<void(size_t)>& f) {
   if (!run_both || n <= kPieceOfBricks) {
@@ -47,7 +47,8 @@ void for_halves(size_t first, size_t n, const RunBoth& run_both,
 
 void fill_brick(const DistanceFieldData& field, const Place& place, const SignedDistance& distance,
                 FieldBrick& brick) {
-  // a whole number of cells from the corner of the field: borders of two bricks agree to the bit
+  // indices count from the corner of the field: the borders of neighbouring bricks are
+  // bit-identical
   for (int z = 0; z < kFieldNodes; ++z) {
     for (int y = 0; y < kFieldNodes; ++y) {
       for (int x = 0; x < kFieldNodes; ++x) {
@@ -62,9 +63,9 @@ void fill_brick(const DistanceFieldData& field, const Place& place, const Signed
   }
 }
 
-/// A cell, and where in it.
+/// A cell, and the place within it.
 struct InCell {
-  const int16_t* nodes = nullptr;  // at its lower corner; null: the distance is a bound
+  const int16_t* nodes = nullptr;  // at its lower corner; null: only a bound is known
   double x = 0, y = 0, z = 0;      // [cells]
   double bound = 0;                // [m]
 };
@@ -72,18 +73,19 @@ struct InCell {
 constexpr int kY = kFieldNodes, kZ = kFieldNodes * kFieldNodes;
 
 double bound_beyond(const DistanceField& field, const Vec3& q) {
-  // the surface is at least a band within the border
+  // the surface is at least a band inside the border
   Vec3 beyond;
   for (int k = 0; k < 3; ++k) {
     const double last = field.bricks[static_cast<size_t>(k)] * kFieldSide;
     const double cells = std::max({0.0, -q[k], q[k] - last});
     beyond[k] = cells > 0 ? field.cell * cells + field.band : 0;
   }
-  // no place at all is far too
+  // not-a-number counts as far
   return std::max(norm(beyond), field.band);
 }
 
-/// The middle of a brick is as far as it is; what is not stored is beyond the band.
+/// Bound from the exact distance at the middle of the brick; bricks without data are beyond the
+/// band.
 double bound_far(const DistanceField& field, size_t number, const Place& place, const Vec3& q) {
   const Vec3 middle = kFieldSide * Vec3{place[0] + 0.5, place[1] + 0.5, place[2] + 0.5};
   const auto at_middle = static_cast<double>(field.middle[number]);
@@ -109,7 +111,7 @@ InCell cell_at(const DistanceField& field, const Vec3& p_O) {
   return {&field.data[brick].nodes[static_cast<size_t>(node)], q.x - x, q.y - y, q.z - z, 0};
 }
 
-/// From the corner `at` of the cell to the next along x, in units of the band.
+/// Interpolation along x from the corner `at` of the cell, in units of the band.
 double along(const InCell& c, int at) {
   return c.nodes[at] + c.x * (c.nodes[at + 1] - c.nodes[at]);
 }

@@ -12,34 +12,34 @@
 namespace haptic {
 
 inline constexpr int kFieldSide = 8;                // cells along an edge of a brick
-inline constexpr int kFieldNodes = kFieldSide + 1;  // with the shared border
+inline constexpr int kFieldNodes = kFieldSide + 1;  // with the border shared with the next brick
 
-/// The nodes of 8 × 8 × 8 cells, x fastest, in units of band/kFieldUnits; two spare ones at the
-/// end, so that pairs along x can be loaded as one.
+/// The nodes of 8 × 8 × 8 cells, x fastest, in units of band/kFieldUnits; padded at the end, so
+/// that pairs along x can be loaded as one word.
 struct FieldBrick {
   std::array<int16_t, kFieldNodes * kFieldNodes * kFieldNodes + 7> nodes{};
 };
 
-inline constexpr double kFieldUnits = 32767;  // of the band
+inline constexpr double kFieldUnits = 32767;  // per band
 inline constexpr uint32_t kNoFieldBrick = ~0u;
 
-/// Signed distance to a closed mesh, negative inside, in O: trilinear between nodes near the
+/// Signed distance to a closed mesh, negative inside, in O: trilinear interpolation near the
 /// surface, a bound elsewhere (Barbič & James 2008, in sparse bricks). A view.
 struct DistanceField {
   Vec3 lower_O;     // node (0, 0, 0)
   double cell = 0;  // [m]
-  double band = 0;  // what is stored is cut at ± this [m]
+  double band = 0;  // stored distances are clamped to ± this [m]
   std::array<int32_t, 3> bricks{};
   std::span<const uint32_t> index;  // brick of each place, x fastest; kNoFieldBrick: far
   std::span<const float> middle;    // distance at the middle of each place [m]
   std::span<const FieldBrick> data;
 };
 
-/// What the field says at a point.
+/// The field at a point.
 struct FieldSample {
-  double distance = 0;   // [m]
-  Vec3 gradient_O;       // of the trilinear interpolation, zero where it is far
-  bool is_near = false;  // false: a bound, |φ| ≥ |distance| ≥ band, of the right sign
+  double distance = 0;  // [m]
+  Vec3 gradient_O;      // of the trilinear interpolation; zero if far
+  bool is_near = false;  // false: `distance` is a bound of the right sign, |φ| ≥ |distance| ≥ band
 };
 
 /// The same without the gradient.
@@ -48,10 +48,10 @@ struct FieldDistance {
   bool is_near = false;
 };
 
-/// Trilinear, continuous within the band: nodes on the border of two bricks are the same in both.
-/// Beyond the field: outside, at least as far as its border.
+/// Trilinear, continuous within the band: neighbouring bricks share the nodes on their border.
+/// Outside the field the bound is the distance to its border plus the band, or more.
 FieldSample sample_field(const DistanceField& field, const Vec3& p_O);
-/// Its distance, to the bit.
+/// The distance of sample_field, bit-identical.
 FieldDistance sample_distance(const DistanceField& field, const Vec3& p_O);
 
 struct DistanceFieldData {
@@ -71,15 +71,15 @@ struct DistanceFieldData {
 
 struct DistanceFieldOptions {
   double cell = 1e-3;    // [m]
-  double band = 4e-3;    // [m]; bricks nearer to the surface than this are stored whole
+  double band = 4e-3;    // [m]; bricks nearer to the surface than this are stored
   double margin = 4e-3;  // around the mesh, at least the band [m]
 };
 
-/// Exact signed distance to the mesh from a point.
+/// Exact signed distance from a point to the mesh [m].
 using SignedDistance = std::function<double(const Vec3& p_O)>;
 
-/// Bakes the field of a closed mesh with these bounds; start-up only. `progress` is called with the
-/// share done, from 0 to 1. Distances are asked for from two threads where run_both has them.
+/// Bakes the field of a closed mesh with these bounds; at start-up only. `progress` is called with
+/// the share done, from 0 to 1. `distance` is called from two threads if run_both uses them.
 DistanceFieldData build_distance_field(const Vec3& lower_O, const Vec3& upper_O,
                                        const SignedDistance& distance,
                                        const DistanceFieldOptions& options,

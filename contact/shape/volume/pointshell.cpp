@@ -7,19 +7,19 @@
 namespace haptic {
 namespace {
 
-constexpr double kSamplesAcross = 3;      // of a cube
-constexpr double kMostSamples = 1 << 12;  // along the side of one triangle
-constexpr double kTie = 1e-6;             // [cubes²]
-constexpr double kRoundUp = 1 + 1e-6;
+constexpr double kSamplesAcross = 3;      // per cube
+constexpr double kMostSamples = 1 << 12;  // along a side of one triangle
+constexpr double kTie = 1e-6;             // [cubes²]; closer distances count as equal
+constexpr double kRoundUp = 1 + 1e-6;     // covers the rounding of lengths to float
 
 struct Sample {
   uint64_t code;      // Morton code of its cube
-  double off_middle;  // squared, in units of kTie
+  double off_middle;  // squared distance from the middle of the cube, in units of kTie
   uint32_t triangle;
   Vec3 p;
 };
 
-/// Every third bit of the result is one of v.
+/// Spreads the bits of v to every third bit.
 uint64_t spread_bits(uint64_t v) {
   v &= 0x1fffff;
   v = (v | v << 32) & 0x1f00000000ffff;
@@ -34,13 +34,14 @@ Sample sample_at(const Vec3& p, uint32_t triangle, const Vec3& lower, double spa
   const Vec3 cube{std::floor(q.x), std::floor(q.y), std::floor(q.z)};
   const auto bits = [](double v) { return spread_bits(static_cast<uint64_t>(std::max(v, 0.0))); };
   const uint64_t code = bits(cube.x) | bits(cube.y) << 1 | bits(cube.z) << 2;
-  // faces that share a corner or an edge tie there: rounding must not choose between them
+  // faces that share a corner or an edge tie there: rounding must not decide
   const double off_middle = norm_squared(q - cube - Vec3{0.5, 0.5, 0.5});
   return {code, std::round(off_middle / kTie), triangle, p};
 }
 
-/// Corner of the first cube. The cubes lie evenly about the middle of the mesh, so that what is
-/// symmetric has symmetric points, and such that its outermost faces are off the borders of cubes.
+/// Corner of the first cube. The cubes are centred on the middle of the mesh, so that symmetric
+/// meshes get symmetric points, and are placed such that its outermost faces do not lie on their
+/// borders.
 Vec3 first_cube(const TriangleMesh& mesh, double spacing) {
   const auto along = [&](double lower, double upper) {
     const double half = 0.5 * (upper - lower) / spacing, part = half - std::floor(half);
@@ -52,7 +53,7 @@ Vec3 first_cube(const TriangleMesh& mesh, double spacing) {
   return {along(a.x, b.x), along(a.y, b.y), along(a.z, b.z)};
 }
 
-/// Samples on a grid over the triangle, its corners and middle among them.
+/// Samples on a grid over the triangle, including its corners and its centroid.
 void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& lower, double spacing,
                      std::vector<Sample>& out) {
   const auto& [ia, ib, ic] = mesh.triangles[triangle];
@@ -69,7 +70,7 @@ void sample_triangle(const TriangleMesh& mesh, uint32_t triangle, const Vec3& lo
   out.push_back(sample_at((a + b + c) / 3, triangle, lower, spacing));
 }
 
-/// One sample of each cube, in Morton order.
+/// One sample per cube, in Morton order.
 std::vector<Sample> choose_samples(const TriangleMesh& mesh, double spacing) {
   std::vector<Sample> samples;
   const Vec3 lower = first_cube(mesh, spacing);
@@ -111,7 +112,7 @@ float ball_around(const PointshellData& shell, uint32_t point, uint32_t first, u
   return radius;
 }
 
-/// The parents of a level: neighbours whose cubes lie in one cube of twice the edge.
+/// The parents of a level: nodes whose cubes lie in the same cube of twice the edge.
 std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector<Sample>& samples,
                                   const std::vector<ShellNode>& children, int level) {
   std::vector<ShellNode> parents;
@@ -123,7 +124,7 @@ std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector
     parent.first_child = begin;
     parent.n_children = end - begin;
     parent.count = children[end - 1].first + children[end - 1].count - parent.first;
-    // the child's point with the smallest ball around all
+    // the child's point that has the smallest ball around all points
     for (uint32_t k = begin; k < end; ++k) {
       const float radius = ball_around(shell, children[k].point, parent.first, parent.count);
       if (k > begin && radius >= parent.radius) continue;
@@ -135,7 +136,7 @@ std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector
   return parents;
 }
 
-/// The levels from the finest to the one that is a single node, stored the other way round.
+/// Builds the levels from the finest to the root; stored root first.
 void build_levels(PointshellData& shell, const std::vector<Sample>& samples) {
   std::vector<std::vector<ShellNode>> levels(1);
   for (uint32_t i = 0; i < samples.size(); ++i) levels[0].push_back({i, 1, 0, 0, i, 0});

@@ -9,13 +9,13 @@
 namespace haptic {
 namespace {
 
-constexpr double kSlack = 1e-6;  // of a voxel
+constexpr double kSlack = 1e-6;  // voxels by which the triangle–box test is widened
 constexpr uint32_t kAllFree = 0, kAllInterior = 1;
 
 constexpr std::array<VoxelIndex, 6> kFaces{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-/// A map under construction: a brick of its own for each place that is written to.
+/// A map under construction: each place that is written to gets its own brick.
 class Builder {
  public:
   explicit Builder(VoxmapData& map) : map_(map) {
@@ -56,7 +56,7 @@ class Builder {
   VoxmapData& map_;
 };
 
-/// Every voxel that the triangle meets, once.
+/// Marks every voxel that the triangle meets; appends the new ones.
 void scan_triangle(const std::array<Vec3, 3>& corners, Builder& map,
                    std::vector<VoxelIndex>& surface) {
   const Vec3 slack = kSlack * Vec3{1, 1, 1};
@@ -92,8 +92,8 @@ std::vector<VoxelIndex> scan_surface(const TriangleMesh& mesh, const VoxmapData&
   return surface;
 }
 
-/// Flood from the corner of the map: bricks without surface as a whole, the others voxel by voxel.
-/// What it does not reach becomes interior.
+/// Flood fill from the corner of the map: bricks without surface as a whole, the others voxel by
+/// voxel. What it does not reach becomes interior.
 class Flood {
  public:
   Flood(VoxmapData& map, Builder& builder)
@@ -135,7 +135,7 @@ class Flood {
     open_.push_back(i);
   }
 
-  /// An empty brick is crossed at once: on to the bricks around it.
+  /// An empty brick is crossed at once, to the bricks around it.
   void cross_brick(const VoxelIndex& i) {
     const VoxelIndex corner{i[0] & -kBrickSide, i[1] & -kBrickSide, i[2] & -kBrickSide};
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -152,7 +152,7 @@ class Flood {
     }
   }
 
-  /// The 64 voxels of a brick's side that begins at `first`, across an axis.
+  /// Reaches the 64 voxels of a side of a brick, from `first` on, normal to an axis.
   void reach_side(const VoxelIndex& first, size_t axis) {
     const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     for (int a = 0; a < kBrickSide; ++a) {
@@ -186,7 +186,7 @@ class Flood {
   std::vector<VoxelIndex> open_;
 };
 
-/// The free voxels around these become proximity.
+/// Turns the free neighbours of these voxels into proximity.
 std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, Builder& map) {
   std::vector<VoxelIndex> ring;
   for (const VoxelIndex& i : surface) {
@@ -212,7 +212,7 @@ VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) 
   const Vec3 side = (mesh.upper - mesh.lower) / options.size;
   if (!(std::max({side.x, side.y, side.z}) <= kMostVoxels)) return map;
   map.size = options.size;
-  // room for the offset, a ring around it, and free voxels for the flood
+  // room for the offset, a ring around it, and free voxels for the flood fill
   const int margin = options.offset_layers + 3;
   map.lower_O = mesh.lower - margin * options.size * Vec3{1, 1, 1};
   for (size_t k = 0; k < 3; ++k) {

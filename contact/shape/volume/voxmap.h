@@ -12,7 +12,7 @@ namespace haptic {
 
 inline constexpr double kMostVoxels = 4096;  // along a side of a map
 
-/// What a voxel is, in two bits.
+/// State of a voxel, in two bits.
 enum class Voxel : uint8_t { kFree = 0, kInterior = 1, kSurface = 2, kProximity = 3 };
 
 using VoxelIndex = std::array<int32_t, 3>;
@@ -36,15 +36,16 @@ struct VoxelBrick {
   bool operator==(const VoxelBrick&) const = default;
 };
 
-/// Number of a voxel within its brick.
+/// Index of a voxel within its brick.
 inline uint32_t voxel_in_brick(const VoxelIndex& i) {
   constexpr int kMask = kBrickSide - 1;
   return static_cast<uint32_t>((i[2] & kMask) << 2 * kBrickBits | (i[1] & kMask) << kBrickBits |
                                (i[0] & kMask));
 }
 
-/// Space around a mesh in cubes of one size (McNeely, Puterbaugh, Troy 1999), in sparse bricks: two
-/// loads for any voxel, memory for the bricks that are not all free or all interior. A view.
+/// The space around a mesh in cubes of equal size (McNeely, Puterbaugh, Troy 1999), in sparse
+/// bricks: two loads per voxel, memory only for bricks that are neither all free nor all interior.
+/// A view.
 struct Voxmap {
   Vec3 lower_O;     // corner of voxel (0, 0, 0)
   double size = 0;  // edge of a voxel [m]
@@ -90,15 +91,16 @@ struct VoxmapData {
 
 struct VoxmapOptions {
   double size = 1e-3;     // of a voxel [m]
-  int offset_layers = 2;  // by which the surface is moved outwards; see build_voxmap
+  int offset_layers = 2;  // layers by which the surface is offset outwards; see build_voxmap
 };
 
-/// Bakes the map of a mesh; start-up only. Every voxel that a triangle meets is surface (exact
-/// triangle–box test, a millionth of a voxel wider); what a flood from outside through faces does
-/// not reach is interior; free 26-neighbours of the surface are proximity. Then so many times:
-/// proximity becomes surface, surface becomes interior, and a new ring becomes proximity: forces
-/// begin before the real surfaces can touch. An open mesh has no interior but its own voxels: ask
-/// mesh.closed first. Empty where the mesh is, or where a side has more than kMostVoxels.
+/// Bakes the map of a mesh; at start-up only. Every voxel that a triangle meets is surface (exact
+/// triangle–box test, widened by a millionth of a voxel); what a flood fill from outside through
+/// faces does not reach is interior; free 26-neighbours of the surface are proximity. Then,
+/// `offset_layers` times, proximity becomes surface, surface becomes interior, and a new ring
+/// becomes proximity: forces begin before the real surfaces can touch. An open mesh has no interior
+/// except its own voxels: check mesh.closed first. Empty if the mesh is, or if a side has more than
+/// kMostVoxels.
 VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options);
 
 }  // namespace haptic
