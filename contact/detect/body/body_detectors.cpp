@@ -10,18 +10,19 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostPairs = 1 << 14;       // of triangles that meet, in one step
-constexpr size_t kClustersAnObject = 16;     // of triangles
-constexpr double kClusterShare = 0.25;       // radius of a cluster of triangles, of the tool's
-constexpr double kClusterVoxels = 5;         // radius of a cluster of points
-constexpr uint32_t kAnyNumber = 0xffffffff;  // of points in a step
+constexpr size_t kMostPairs = 1 << 14;    // pairs of triangles that meet, per step
+constexpr size_t kClustersAnObject = 16;  // clusters per object from triangles
+constexpr double kClusterShare =
+    0.25;  // radius of a cluster from triangles, as a share of the tool's radius
+constexpr double kClusterVoxels = 5;         // radius of a cluster from points, in voxels
+constexpr uint32_t kAnyNumber = 0xffffffff;  // unlimited budget
 
 void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
                   const VoxelQuestion& question, ContactSet& set) {
   for (uint32_t object = 0; object < objects.size(); ++object) {
     const Pose& X_WO = question.X_WO[object];
     std::array<PushCluster, kClustersAnObject> clusters;
-    // what the objects before have left is for all that come
+    // the rest of the room is shared by the remaining objects
     const size_t left = (kMaxContacts - set.n_contacts) / (objects.size() - object);
     const size_t room = std::min(clusters.size(), left);
     const ExactAnswer answer =
@@ -42,7 +43,7 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   model.shell = shell;
   model.reading = config.field != 0 ? VoxelForce::kField : VoxelForce::kTangentPlanes;
   model.force.stiffness = config.stiffness;
-  // in the map it is baked
+  // the same offset as in the baked map
   model.force.offset = config.offset_layers * config.size;
   model.clusters.radius = kClusterVoxels * config.size;
   model.budget = config.budget == 0 ? kAnyNumber : config.budget;
@@ -64,7 +65,7 @@ BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes
   model.volumes = shapes.volumes;
   model.voxel = voxel_model(config.voxel, shapes.shell);
   model.voxel.objects = model.volumes;
-  // half a band is gone unseen anyway
+  // motions below half a band need no clearance
   model.clearance = {model.tool, model.body, 0.5 * config.voxel.band, {}};
   for (size_t i = 0; i < model.volumes.size(); ++i) {
     const double layer = push_layer(model.voxel, model.volumes[i], !objects[i].mesh.closed);
@@ -90,7 +91,7 @@ bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, R
   set.X_WG = question.X_WT;
   if (is_voxel) {
     detect_voxel(model.voxel, *state.voxel, question, set);
-    // of what was not looked up nobody knows whether it is inside
+    // points not looked up might be inside
     const bool is_known = (set.flags & kContactIterationLimit) == 0;
     if (!state.voxel->is_outside || !is_known) return true;
     const ClearPose clear =

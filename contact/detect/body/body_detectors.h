@@ -11,34 +11,33 @@
 
 namespace haptic {
 
-/// What the detectors of renderers with six degrees of freedom need; constant after start. Not to
-/// be copied: the voxel detector looks at `volumes` here.
+/// Constant data of the detectors for 6-DoF renderers. Not copyable: voxel.objects views `volumes`.
 struct BodyModel {
   BodyModel() = default;
   BodyModel(BodyModel&&) = default;
   BodyModel& operator=(BodyModel&&) = default;
 
   MeshShape tool;
-  ToolBody body{};  // mass 0: there is no tool
+  ToolBody body{};  // mass 0: no tool
   std::vector<VoxelObject> volumes;
   VoxelModel voxel;
-  ClearanceModel clearance;  // of the voxel detector
+  ClearanceModel clearance;  // for the voxel detector
   ExactOptions exact;
 
   bool has_tool() const { return body.mass > 0; }
   bool has_maps() const { return has_tool() && !volumes.empty(); }
 };
 
-/// The look-ahead of a tool that rests [m].
+/// Least look-ahead, of a tool at rest [m].
 inline constexpr double kLeastBodyReach = 20e-6;
 
-/// The voxel detector as a session has it, without objects.
+/// The voxel detector's options from a session's config, without objects.
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
 
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
                            std::span<const MeshShape> objects);
 
-/// What survives a step, and its room: nothing is allocated later.
+/// State that survives a step, and its buffers: nothing is allocated later.
 struct BodyState {
   BodyState() = default;
   explicit BodyState(const BodyModel& model);
@@ -49,11 +48,10 @@ struct BodyState {
   std::vector<PointPush> pushes;
 };
 
-/// The contacts of a tool with the objects, by the detector of `renderer`: direct6 (all triangles
-/// that meet, in clusters) or voxel. Voxel tells too how far from these contacts there is nothing
-/// that pushes: of the tool where it is, or as far as a free way leads towards the hand at X_WH
-/// (clear_pose). False where the session has no tool or no maps for it:
-/// the set stays as it is.
+/// The contacts of a tool with the objects by the detector of `renderer`: direct6 (all triangles
+/// that meet, clustered) or voxel. Voxel also reports the clearance beyond these contacts, for the
+/// tool where it is or as far as a free path leads towards the hand at X_WH (clear_pose). False,
+/// with the set unchanged, if the session has no tool or no maps for it.
 bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
                    BodyState& state, const VoxelQuestion& question, const Pose& X_WH,
                    ContactSet& set);

@@ -8,20 +8,20 @@
 namespace haptic {
 namespace {
 
-// more than a hand of 2 m/s goes, and turns a tool of 0.1 m at 10 rad/s, in the 0.1 s for which old
-// contacts are rendered [m]
+// [m]; exceeds the motion of a hand at 2 m/s with a tool of 0.1 m rotating at 10 rad/s in the 0.1 s
+// for which old contacts are rendered
 constexpr double kFarthest = 0.5;
-constexpr int kMostSteps = 8;           // a way from 0.1 mm off a wall to 25 mm, doubling
-constexpr size_t kMostBoxes = 1 << 12;  // compared in all, of about 0.05 µs each
+constexpr int kMostSteps = 8;           // doubling, from 0.1 mm to 25 mm
+constexpr size_t kMostBoxes = 1 << 12;  // box tests in all, about 0.05 µs each
 
-/// How far it is at least to the nearest surface, and until each object pushes [m].
+/// Lower bounds of the distances to the nearest surface and to the layer of each object [m].
 struct Room {
   double to_surface = kFarthest;
-  double to_push = kFarthest;  // of the nearest
+  double to_push = kFarthest;  // of the nearest object
   std::array<double, kMaxObjects> clearance{};
 };
 
-/// What a question may still cost, and whether what is near is of no use.
+/// Remaining budget, and whether only large distances are of use.
 struct Effort {
   size_t boxes = kMostBoxes;
   bool is_far_alone = false;
@@ -58,7 +58,7 @@ ClearPose clear_pose(const ClearanceModel& model, ClearanceState& state, std::sp
                      const Pose& from, const Pose& to) {
   const ToolBody& body = model.body;
   Pose X_WT = from;
-  // a tool that is where it is led needs no way
+  // a tool that is at its target needs no path
   Effort effort{kMostBoxes, from == to};
   Room room = room_at(model, state, X_WO, from, effort);
   ClearPose clear{from, room.clearance};
@@ -73,7 +73,7 @@ ClearPose clear_pose(const ClearanceModel& model, ClearanceState& state, std::sp
     }
     const Room next = room_at(model, state, X_WO, X_WT, effort);
     if (next.to_push > 0) clear = {X_WT, next.clearance};
-    // a hand that presses leads nowhere
+    // a hand that presses on makes no progress
     if (!(next.to_push > 0 || next.to_surface > room.to_surface)) break;
     room = next;
   }

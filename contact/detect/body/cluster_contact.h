@@ -6,8 +6,8 @@
 
 namespace haptic {
 
-/// A cluster of pushes on a body, in the frame of its object, as a contact: its own normal, and no
-/// bound (extent 0) where nobody knows how far the object goes on.
+/// The contact for a cluster of pushes, given in the frame of its object: normal of the cluster,
+/// extent 0 (unbounded), since the size of the surface there is unknown.
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT);
 

@@ -12,17 +12,18 @@ namespace haptic {
 namespace {
 
 constexpr size_t kMostClusters = 64;
-constexpr double kNextTo = 0.5;       // of the radius
-constexpr double kSameNormal = 0.95;  // cosine
-constexpr double kFloor = 1e-9;  // weight of a point that just touches, so that it has a place [m]
+constexpr double kNextTo = 0.5;       // share of the radius within which two points are neighbours
+constexpr double kSameNormal = 0.95;  // least cosine between the normals of neighbours
+constexpr double kFloor =
+    1e-9;  // [m]; added to the depth, so that a point that just touches has a weight
 
-/// What is summed while points come in.
+/// Running sums of a cluster.
 struct Gathering {
   Vec3 weighted_point_O, weighted_normal_O;
   double weight = 0;
 };
 
-/// The last few points that were compared with all clusters, and where they went.
+/// The last few points that were compared with all clusters, and their clusters.
 struct Recent {
   struct Place {
     Vec3 point_O, normal_O;
@@ -36,13 +37,13 @@ struct Recent {
   }
 };
 
-/// A force where it pushes, else how near it is.
+/// The force of a push; of approaching points, their nearness.
 double weight_of(const PointPush& push) {
   return push.depth > 0 ? push.stiffness * (push.depth + kFloor)
                         : push.stiffness / (kFloor - push.depth);
 }
 
-/// The first points of clusters, four side by side: most time goes into comparing with them.
+/// The first points of the clusters, four per block: comparing with them takes most of the time.
 class Leaders {
  public:
   void add(const PointPush& push) {
@@ -51,8 +52,8 @@ class Leaders {
     ++n_;
   }
 
-  /// The one a push fits best: with the least |p − p'|² + radius² |n − n'|², of those that are near
-  /// enough and agree where it must fit. kMostClusters: there is none.
+  /// The cluster that a push fits best: the least |p − p'|² + radius² |n − n'|², with must_fit only
+  /// among those within the radius whose normals agree. kMostClusters: none.
   size_t fitting(const PointPush& push, const ClusterOptions& options, bool must_fit) const {
     const auto square = static_cast<float>(options.radius * options.radius),
                least = static_cast<float>(options.least_agreement);
@@ -97,7 +98,7 @@ class Leaders {
   size_t n_ = 0;
 };
 
-/// The cluster of a neighbour that was sorted just before; `none` where there is none.
+/// The cluster of a neighbour that was clustered shortly before; `none` if there is none.
 size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, const Recent& recent,
                        size_t none) {
   const double near = kNextTo * options.radius;
@@ -118,7 +119,7 @@ void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
   gathering.weight += weight;
   cluster.stiffness += push.stiffness;
   ++cluster.count;
-  // of approaching points the nearest
+  // the nearest approaching point
   if (push.depth > 0) return;
   cluster.depth = cluster.count == 1 ? push.depth : std::max(cluster.depth, push.depth);
 }
@@ -141,7 +142,7 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O) {
     }
   }
   for (size_t i = 0; i < 6; ++i) {
-    // of what rounding makes of k wi wj and k wj wi one
+    // symmetrise: use one of the two rounded products
     for (size_t j = 0; j < 6; ++j) {
       const size_t row = std::min(i, j), column = std::max(i, j);
       sum.K(i, j) = -less[row][column / 2][column % 2];
@@ -155,7 +156,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   std::array<Gathering, kMostClusters> gatherings;
   const size_t room = std::min(clusters.size(), gatherings.size());
   size_t n = 0, n_pushing = 0;
-  // what pushes comes first, and never goes without for what approaches
+  // pushing points first: they have priority over approaching ones
   for (const bool approaches : {false, true}) {
     const size_t first = n;
     Leaders leaders;

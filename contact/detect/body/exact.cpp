@@ -11,18 +11,18 @@
 namespace haptic {
 namespace {
 
-// of an edge: what lies over the edge between two faces belongs to both
+// relative to an edge: points over the edge between two faces belong to both
 constexpr double kRim = 1e-9;
-// cosine between normals of what is one plane, cut into triangles
+// least cosine between the normals of coplanar triangles
 constexpr double kOnePlane = 1 - 1e-9;
-constexpr double kParallel = 1e-18;  // squared sine of the angle between edges
+constexpr double kParallel = 1e-18;  // squared sine of the angle below which edges are parallel
 
 struct Face {
   Corners corners;
   Vec3 normal;
 };
 
-/// A triangle cut by three planes.
+/// A triangle clipped by three planes.
 struct Polygon {
   std::array<Vec3, 6> point;
   size_t n = 0;
@@ -44,7 +44,7 @@ Polygon clipped(const Polygon& polygon, const Vec3& wall, const Vec3& from, doub
   return kept;
 }
 
-/// What lies in the prism over the face.
+/// The part of the triangle in the prism over the face.
 Polygon in_prism(const Face& face, const Corners& triangle) {
   Polygon polygon;
   for (const Vec3& p : triangle) polygon.add(p);
@@ -74,7 +74,7 @@ Reach reach_behind(const Face& face, const Corners& triangle, double sign, doubl
     const Vec3& p = polygon.point[i];
     const double depth = dot(face.normal, face.corners[0] - p);
     if (i == 0 || depth > reach.depth) reach.depth = std::max(depth, 0.0), deepest = p;
-    // clipping hands on corners as they are
+    // clipping passes corners on unchanged
     const bool is_corner = p == triangle[0] || p == triangle[1] || p == triangle[2];
     if (is_corner && depth >= 0 && reach.n < kPushesPerPair) push_at(p, depth);
   }
@@ -82,11 +82,11 @@ Reach reach_behind(const Face& face, const Corners& triangle, double sign, doubl
   return reach;
 }
 
-/// An edge between two triangles, in O. The same numbers from either of them: from the lower end,
-/// by coordinates.
+/// An edge between two triangles, in O; directed from the lower end by coordinates, so that both
+/// triangles give identical numbers.
 struct Edge {
   Vec3 from, to;
-  std::array<Vec3, 2> beside;  // the third corners; the same twice on a border
+  std::array<Vec3, 2> beside;  // the third corners; equal on a border
 
   Vec3 way() const { return to - from; }
   /// Whether both triangles lie behind the plane through the edge.
@@ -119,8 +119,8 @@ std::array<Edge, 3> edges_of(const TriangleMesh& mesh, uint32_t triangle, const 
           edge_of(mesh, triangle, 2, X)};
 }
 
-/// Where an edge of the tool passes an edge of the object on its far side, least deep; not found:
-/// depth is infinite.
+/// The least deep crossing of an edge of the tool and an edge of the object on its far side; depth
+/// is infinite if there is none.
 Reach reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge, 3>& of_tool,
                      const Vec3& to_tool, double stiffness) {
   Reach reach;
@@ -133,12 +133,12 @@ Reach reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge
       const double along_e = dot(cross(between, f.way()), axis) / size_squared;
       const double along_f = dot(cross(between, e.way()), axis) / size_squared;
       if (along_e < 0 || along_e > 1 || along_f < 0 || along_f > 1) continue;
-      // of both normals of the two lines the one to the tool's side
+      // of the two normals of both lines, the one towards the tool
       const double sign = dot(axis, to_tool) < 0 ? -1 : 1;
       const Vec3 normal = sign / std::sqrt(size_squared) * axis;
       const double depth = -dot(normal, between);
       if (depth < 0 || depth >= reach.depth) continue;
-      // else the two do not touch there: a face or another edge is in front
+      // else the edges do not touch there: a face or another edge is in front
       if (!e.is_foremost_along(normal) || !f.is_foremost_along(-normal)) continue;
       reach.depth = depth, reach.n = 1;
       reach.pushes[0] = {f.from + along_f * f.way(), normal, depth, stiffness};
@@ -155,7 +155,7 @@ bool place_before(const PointPush& a, const PointPush& b) {
   return key(a) < key(b);
 }
 
-/// Leaves one of the pushes at one point along one normal; returns how many are left.
+/// Keeps one of the pushes at the same point along the same normal; returns the number left.
 size_t merge_sorted(std::span<PointPush> pushes) {
   size_t n = 0, first_here = 0;
   for (const PointPush& push : pushes) {

@@ -8,26 +8,26 @@
 
 namespace haptic {
 
-/// At most so many pushes of one pair: the corners of one triangle.
+/// Most pushes of one pair: the corners of one triangle.
 inline constexpr size_t kPushesPerPair = 3;
 
-/// What the pairs (a: of the object, b: of the tool) push with, in O, each of `stiffness`, always
-/// from object to tool. Of three ways out of a pair the shortest:
+/// The pushes of pairs of triangles that meet (a: of the object, b: of the tool), in O, each of
+/// `stiffness` [N/m], always from object to tool. Of three ways to separate a pair the shortest is
+/// taken:
 ///   the object's face, normal n through f: r = max n·(f − p) over the points p of the tool's
-///     triangle in the prism over the face, out along n;
-///   the tool's face: the same of the object's triangle, out along −n;
-///   an edge of each, u and v, that pass each other with both triangles behind: along n = ±u ×
-///   v/|…|
+///     triangle within the prism over the face, out along n;
+///   the tool's face: the same for the object's triangle, out along −n;
+///   one edge of each, u and v, that cross with both triangles behind: along n = ±u × v/|…|
 ///     by the distance of the two lines.
-/// A face pushes at each corner of the other triangle that lies in the prism behind it, by that
-/// corner's depth n·(f − p), or where none does, at the deepest point there; edges push where they
-/// pass. So depth begins at 0 where two triangles begin to meet, and is as local as they are small;
-/// it ends in a step where one has passed through: the way of direct rendering. The same corner
-/// behind one plane, the same two edges push once, whatever the number of pairs. Sorted by place:
-/// the numbering of triangles does not matter. Writes at most pushes.size(), for which
-/// kPushesPerPair · pairs.size() is always enough, and returns how many there are. Formula of our
-/// own: the three kinds of axes between two convex bodies (Gottschalk, Lin, Manocha 1996), kept to
-/// where the triangles are.
+/// A face pushes at each corner of the other triangle that lies behind it within the prism, with
+/// that corner's depth n·(f − p), or, if there is none, at the deepest point there; edges push
+/// where they cross. So depth begins at 0 where two triangles begin to meet, and is as local as the
+/// triangles are small; it ends with a jump where one has passed through, as always in direct
+/// rendering. The same corner behind the same plane, or the same two edges, push once, whatever the
+/// number of pairs. Sorted by place, so independent of the numbering of triangles. Writes at most
+/// pushes.size(), for which kPushesPerPair · pairs.size() suffices, and returns their number. Our
+/// own formula, from the three kinds of separating axes of two convex bodies (Gottschalk, Lin,
+/// Manocha 1996), restricted to where the triangles are.
 size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT,
                          std::span<const TrianglePair> pairs, double stiffness,
                          std::span<PointPush> pushes);
@@ -37,14 +37,14 @@ struct ExactOptions {
   ClusterOptions clusters;
 };
 
-/// Room for what is between the query and its answer, so that a step allocates nothing.
+/// Buffers between the query and its answer, so that a step allocates nothing.
 struct ExactScratch {
   std::span<TrianglePair> pairs;
   std::span<PointPush> pushes;  // kPushesPerPair for each pair
 };
 
 struct ExactAnswer {
-  size_t n_pairs = 0;     // that meet, whether there was room or not
+  size_t n_pairs = 0;     // pairs that meet, including those without room
   size_t n_pushes = 0;    // in the scratch, before clustering
   size_t n_clusters = 0;  // written
   size_t left_out = 0;    // pairs without room: their pushes are missing
@@ -52,8 +52,8 @@ struct ExactAnswer {
 
 /// All triangles of the tool that meet triangles of the object, as a few contacts:
 /// pushes_from_pairs and cluster_pushes, in O. Each cluster has the stiffness of one push and the
-/// mean push of its points as depth: what is felt depends on how many places touch, not on how
-/// finely they are meshed.
+/// mean push of its points as depth: the force depends on the number of places that touch, not on
+/// the resolution of the mesh.
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
                            const ExactOptions& options, const ExactScratch& scratch,
                            std::span<PushCluster> clusters);

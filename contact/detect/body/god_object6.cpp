@@ -13,31 +13,34 @@ namespace haptic {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kArrived = 0.05;  // of the margin: what is left of a way that is done
-// what a step that ends may leave to the next one: of a way that took much work, and margins
+constexpr double kArrived = 0.05;  // margins: a shorter rest of the way counts as arrived
+// what a step may leave to the next one: a share of a way that took much work, and margins
 constexpr double kRestShare = 0.1, kRest = 5;
-constexpr size_t kMuchWork = 2000;   // pairs looked at
-constexpr double kApart = 0.5;       // of the margin: nearer counts as meeting
-constexpr double kStop = 0.01;       // of the margin: before a meeting
-constexpr int kMostBand = 20;        // powers of two
-constexpr int kLevelsKept = 2;       // that the band may be too wide
-constexpr double kAlmost = 0.999;    // of a limit: within it, roundings included
-constexpr double kBend = 0.4;        // of the band, that a way may be off the straight one
-constexpr double kLongWay = 0.02;    // of the tool: fronts go no further in one move
-constexpr double kWorthwhile = 0.1;  // of the gain hoped for: less ends the moves
-constexpr double kTrustHit = 2;      // of what a move went until it met something: the next one
-constexpr double kTrustFree = 4;     // of a move that met nothing
-constexpr double kLeastTrust = 16;   // margins
-constexpr int kLeastBand = 2;        // four margins: what holds the tool is at one
-constexpr size_t kMostPairs = 800;   // before the band shrinks
-constexpr size_t kFewPairs = 100;    // with which it may grow
-constexpr size_t kMostRows = 128;    // of each object, in one move
-// what stands for each other lies closer here than by default: 64 are for the whole tool
+constexpr size_t kMuchWork = 2000;  // pairs visited by the fronts
+constexpr double kApart = 0.5;      // margins: nearer counts as meeting
+constexpr double kStop = 0.01;      // margins kept before a meeting
+constexpr int kMostBand = 20;       // largest band: 2^20 margins
+constexpr int kLevelsKept = 2;      // hysteresis: levels by which the band may be too wide
+constexpr double kAlmost = 0.999;   // a limit less its rounding
+constexpr double kBend =
+    0.4;  // bands: deviation of a motion from the straight line that fronts can follow
+constexpr double kLongWay =
+    0.02;  // sizes of the tool: longest motion in one move that fronts follow
+constexpr double kWorthwhile =
+    0.1;  // stop when actual/predicted decrease falls below this (trust-region ratio)
+constexpr double kTrustHit = 2;     // after a hit: trust radius = 2 × free path
+constexpr double kTrustFree = 4;    // after a free move: trust radius × 4
+constexpr double kLeastTrust = 16;  // least trust radius, in margins
+constexpr int kLeastBand = 2;       // smallest band, 2^2 margins: active contacts are at one margin
+constexpr size_t kMostPairs = 800;  // near pairs; with more the band shrinks
+constexpr size_t kFewPairs = 100;   // near pairs; with at most so many the band may grow
+constexpr size_t kMostRows = 128;   // of each object, in one move
+// merges over shorter distances than the default, since 64 contacts are for the whole tool
 constexpr NearContactOptions kThinned{.place = 0.01};
-constexpr int kMostStepsBehind = 20;  // 20 ms at 1 kHz: as long as a scene is carried on
-constexpr int kDistancesTried = 10;   // when a free pose is looked for, each twice the last
+constexpr int kMostStepsBehind = 20;  // 20 ms at 1 kHz, as long as a scene is extrapolated
+constexpr int kDistancesTried = 10;   // in the search for a free pose, each twice the one before
 
-/// About the origin of T: it must begin as the rows say, which hold for that turn.
+/// About the origin of T: the motion must begin as the rows assume, which hold for that rotation.
 RigidMotion way_of(const Pose& from, const Pose& to) {
   return motion_between(from, to, {});
 }
@@ -86,7 +89,7 @@ bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   return true;
 }
 
-/// Whether on the way between two poses there is an object of which the first is free.
+/// Whether an object of which the first pose is free lies on the way to the second.
 bool GodObject6::is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W) {
   for (size_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
@@ -117,7 +120,7 @@ bool GodObject6::place_near(std::span<const Pose> X_WO, const Pose& X_WT) {
   if (was_placed_ && !is_across(X_WO, X_WT, before) && place(X_WO, before)) return true;
   double way = reach_ / 32;
   for (int i = 0; i < kDistancesTried; ++i, way *= 2) {
-    // to the 26 neighbours of a cube
+    // the 26 neighbours in a cube
     for (int k = 0; k < 27; ++k) {
       const Vec3 to{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0};
       const Pose beside{X_WT.p + way * normalized(to), X_WT.q};
@@ -136,7 +139,7 @@ void GodObject6::stand_at(const Pose& X_WT) {
   }
 }
 
-/// All pairs within the band, less of it where there are too many.
+/// Updates the pairs within the band; shrinks the band if there are too many.
 void GodObject6::look_around() {
   for (;; --band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
@@ -150,9 +153,9 @@ size_t GodObject6::n_near() const {
   return n;
 }
 
-/// The part of the way to this pose that is free of every object, along the way that these have
-/// gone since. Where it is short and straight the fronts go to its end, and those pairs that they
-/// do not know to be apart all along are asked when they meet; else all are.
+/// The free share of the motion to this pose relative to each object, along the object's own
+/// motion. Short and nearly straight motions are followed by the fronts, and only the pairs that
+/// these cannot prove apart are tested; else all are.
 GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
   const SweptPairOptions options{kApart * options_.margin, 0};
   FreePart free;
@@ -194,7 +197,7 @@ void GodObject6::gather_rows(double most_push) {
   motion_rows_.clear();
   for (uint32_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
-    // whatever is too near, there is room for the contacts of the whole tool
+    // reserves room for the contacts of the whole tool
     row_room_ = rows_.size() + kMostRows - NearContacts::kRoom;
     add_kept(o, i);
     add_too_near(o, i);
@@ -210,8 +213,8 @@ void GodObject6::add_pair(const TrianglePair& triangles, const TriangleDistance&
   add_row(contact_of(obstacles_[object].shape.mesh, tool_.mesh, triangles, at), object, is_kept);
 }
 
-/// What is nearer than it should be holds even where it is thinned out or a neighbour is nearer:
-/// round a corner that close the next surface is met at once.
+/// Pairs nearer than half the margin are constraints even if they would be merged or are no local
+/// minimum: around a corner that close the next surface is met at once.
 void GodObject6::add_too_near(const Obstacle& o, uint32_t object) {
   for (const NearPair& pair : o.near) {
     if (pair.at.distance < kApart * options_.margin) {
@@ -220,8 +223,8 @@ void GodObject6::add_too_near(const Obstacle& o, uint32_t object) {
   }
 }
 
-/// What was met or held it back in this step holds on, however far it is now: else the tool rocks
-/// from one side to the other, and each move forgets what the last one learned.
+/// Pairs that were met or active in this step are retained, however far they are now: else the tool
+/// chatters, and each move discards what the last one learned.
 void GodObject6::add_kept(const Obstacle& o, uint32_t object) {
   for (const TrianglePair& kept : o.kept()) {
     const Corners a_O = corners_of(o.shape.mesh, kept.a);
@@ -240,9 +243,9 @@ ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
   return motion;
 }
 
-/// How much of a motion is asked at once. What goes on far is cut short where it has met something
-/// of late; a short way that turns further goes round a bend that the fronts do not know: no point
-/// is to be off its chord by more than a part of the band, r θ²/8.
+/// The share of a motion that is tried at once. Long motions are limited by the trust radius; the
+/// rotation of short ones such that no point deviates from its chord by more than a share of the
+/// band, r θ²/8, beyond which the fronts cannot follow.
 double GodObject6::share_of(const Twist& motion) const {
   const double length = length_of(motion);
   const double share = std::min(trust_ / length, 1.0);
@@ -251,13 +254,13 @@ double GodObject6::share_of(const Twist& motion) const {
   return std::min(share, longest_turn / norm(motion.w));
 }
 
-/// The first level whose band is as wide as this [m].
+/// The smallest level with a band of at least this length [m].
 int GodObject6::level_of(double length) const {
   const double level = std::ceil(std::log2(std::max(length / options_.margin, 1.0)));
   return std::min(static_cast<int>(level), kMostBand);
 }
 
-/// As far as it is free. Returns the part of the motion gone.
+/// Moves as far as is free. Returns the share of the motion done.
 double GodObject6::advance(const Twist& motion) {
   const Pose to_W = moved(X_WG_, motion);
   const FreePart free = free_part(to_W);
@@ -279,7 +282,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
   result.is_lost = steps_behind_ > kMostStepsBehind;
   for (Obstacle& o : obstacles_) o.n_kept = 0;
   result.is_settled = false;
-  // each change costs a pass over the fronts; a band twice as wide may hold four times as much
+  // each change costs a pass over the fronts; doubling the band may quadruple the pairs
   const int level = std::max(level_of(reach), kLeastBand);
   if (level < band_ - kLevelsKept) --band_;
   look_around();
@@ -295,7 +298,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const Twist way = way_between(X_WG_, led_W);
     const Twist motion = constrained_way(0.5 * options_.k_s * way).a;
     const double length = length_of(motion), before = std::exchange(left, distance_of(way));
-    // the end of the way; or so near to it that pushes to and fro, or the work, are not worth it
+    // arrived; or so near that the decrease or the work is no longer worth it
     const bool is_near = distance_of(motion) <= kRest * options_.margin;
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
     const bool is_small = work_ > kMuchWork && length <= kRestShare * gone_so_far;
@@ -306,7 +309,7 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     gone_so_far += gone * share * length;
     trust_ = gone < 1 ? std::max(kTrustHit * gone * share * length, kLeastTrust * options_.margin)
                       : kTrustFree * trust_;
-    // by the first part of it alone: |x + s a|² ≤ |x|² − s |a|²
+    // predicted from the done share s alone: |x + s a|² ≤ |x|² − s |a|²
     const double step = distance_of(motion);
     hoped = left > 0 ? gone * share * step * step / (2 * left) : 0;
     if (i == 0) result.free_fraction = gone;
@@ -323,7 +326,7 @@ std::span<const GodObjectContact> GodObject6::contacts(const Pose& answered_W) {
     const bool is_active =
         std::find(active_.begin(), active_end, static_cast<int>(k)) != active_end;
     if (rows_[k].is_kept && !is_active) continue;
-    // how far it is kept by: what is broken comes before what is far
+    // slack of the constraint: violated ones come before distant ones
     const double slack = dot(motion_rows_[k].J, way) - motion_rows_[k].b;
     const double rank = is_active ? -kFar : slack < 0 ? slack : rows_[k].at.distance;
     order_.push_back({rank, k});

@@ -7,25 +7,25 @@
 namespace haptic {
 namespace {
 
-// A try costs two passes over the fronts, as a move does; a step takes some ten of those.
-constexpr int kMostTries = 16;  // of parts of the objects' way, in one step
-constexpr int kRounds = 3;      // of a try: each knows what the one before has met
-// pairs that the fronts may look at before no further try begins: a few times what a thread costs
+// an attempt costs two passes over the fronts, as a move does; a step takes about ten of these
+constexpr int kMostTries = 16;  // to follow parts of the objects' motion, in one step
+constexpr int kRounds = 3;      // per attempt; each adds what the one before met as a constraint
+// pairs visited by the fronts after which no attempt begins: a few times the cost of a thread
 constexpr size_t kMostWork = 20'000;
 
 }  // namespace
 
-/// The tool where this object, which it touches or not, would take it.
+/// The pose of the tool if this object carried it along.
 Pose GodObject6::carried_by(size_t object) const {
   const Obstacle& o = obstacles_[object];
   const Pose X_WT = o.X_WO * o.X_OG;
   return {X_WT.p, normalized(X_WT.q)};
 }
 
-/// To this pose, while the objects go to where they are now, if that is free all along.
+/// Moves to this pose, while the objects move to where they now are, if that is free.
 bool GodObject6::goes(const Pose& X_WT) {
   const FreePart free = free_part(X_WT);
-  // the next way begins where it stands, for the fronts too
+  // the next motion begins here, for the fronts as well
   if (free.time == 1) stand_at(X_WT);
   if (free.time < 1 || !free.are_fronts_there) look_around();
   return free.time == 1;
@@ -43,7 +43,7 @@ bool GodObject6::goes_with_any() {
   return false;
 }
 
-/// By the least motion that leaves all contacts their margin where the objects are now.
+/// By the least motion that leaves all contacts their margin where the objects now are.
 bool GodObject6::gives_way() {
   for (int round = 0; round < kRounds; ++round) {
     gather_rows(std::numeric_limits<double>::infinity());
@@ -54,8 +54,8 @@ bool GodObject6::gives_way() {
   return false;
 }
 
-/// Part by part, each half as long as one that failed and twice as long as one that did not. False
-/// where some of the way is left: the objects are then where the tool is free of them.
+/// In parts: half as long after a failure, twice as long after a success. False if a part remains:
+/// the objects are then where the tool is free of them.
 bool GodObject6::gives_way_in_parts(std::span<const Pose> X_WO) {
   for (size_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];
@@ -81,7 +81,7 @@ bool GodObject6::gives_way_in_parts(std::span<const Pose> X_WO) {
   return gone == 1;
 }
 
-/// False where the objects have gone on without it.
+/// False if the objects have moved on without the tool.
 bool GodObject6::follow_objects(std::span<const Pose> X_WO) {
   const auto see_objects = [&] {
     bool any_moved = false;

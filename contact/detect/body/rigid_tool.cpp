@@ -6,8 +6,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kMarginOfRadius = 1e-4;
-constexpr int kPatience = 500;  // steps, half a second at 1 kHz: of waiting for a way that is free
+constexpr double kMarginOfRadius = 1e-4;  // default margin per radius of the tool
+constexpr int kPatience = 500;  // steps, half a second at 1 kHz, that it waits for a free path
 
 Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   const bool by_servo =
@@ -20,7 +20,7 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
   const double crease_cosine = model.crease_cosine[contact.object];
   Contact c{};
   c.tool_point_T = X_TO * at.point_b;
-  // the margin belongs to the object: what is at it touches
+  // the margin counts as part of the object
   c.object_point_O = at.point_a + model.options.margin * at.normal_A;
   c.normal_O = at.normal_A;
   c.shading_normal_O = crease_cosine < 1 ? shading_normal(model.objects[contact.object].mesh,
@@ -31,8 +31,8 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
   return c;
 }
 
-/// Across the way from where the moves were used up to where the tool is led: for a tick it holds
-/// there, which is sticky, but never a hole.
+/// A plane that holds the tool for one tick where the moves were used up, normal to the rest of the
+/// way: this is sticky, but prevents tunnelling.
 Contact hold_of(const ContactSet& set) {
   const Contact* nearest = set.n_contacts > 0 ? set.contacts.data() : nullptr;
   Contact c{};
@@ -68,7 +68,7 @@ void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, Conta
     if (!god_object_.place(X_WO, servo.X_WT)) set.flags |= kContactNoFreePose;
     return;
   }
-  // a contact that was started anew takes it up where the servo has it
+  // a restarted contact continues at the servo's verified pose
   const bool is_known = (servo.flags & kServoNoContactSet) == 0;
   if (is_known && god_object_.place(X_WO, servo.X_WG)) return;
   const bool is_found = god_object_.place_near(X_WO, servo.X_WT);
@@ -79,8 +79,8 @@ void RigidTool::place(const ServoFrame& servo, std::span<const Pose> X_WO, Conta
   }
 }
 
-/// Nothing is felt until a way is found. Where that takes long the tool begins at the hand, without
-/// a force, once that is free.
+/// No force until a path is found; after kPatience steps the tool restarts at the hand, without a
+/// force, once it is free there.
 void RigidTool::wait(const ServoFrame& servo, std::span<const Pose> X_WO, ContactSet& set) {
   const bool is_anew = n_lost_ > kPatience && god_object_.place(X_WO, servo.X_WT);
   set.flags |= is_anew ? kContactReseeded : kContactNoFreePose;
@@ -109,7 +109,7 @@ void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
   }
   set.X_WG = god_object_.X_WG();
   if (move.is_behind) {
-    // planes go on from where the tool is free of them
+    // the planes move on from where the tool is free of the objects
     for (size_t i = 0; i < X_WO.size(); ++i) set.X_WO[i] = god_object_.X_WO(i);
     set.flags |= kContactIterationLimit;
   }

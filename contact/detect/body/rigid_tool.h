@@ -9,39 +9,38 @@
 
 namespace haptic {
 
-/// What the renderers god-object6 and constrained6 need of a session; constant after start.
+/// Constant data of the renderers god-object6 and constrained6.
 struct RigidToolModel {
   std::span<const MeshShape> objects;
   MeshShape tool;
   ToolBody body{};
   GodObject6Options options;
-  std::array<double, kMaxObjects> crease_cosine{};  // smoother edges are shaded; 1: none
-  bool has_friction = false;                        // of any object
+  std::array<double, kMaxObjects> crease_cosine{};  // edges that turn by less are shaded; 1: none
+  bool has_friction = false;                        // any object has friction
 };
 
 GodObject6Options god_object_options(const SessionConfig& config, const ToolBody& body);
 
-/// Leads the verified pose of a rigid tool after each ServoFrame and reports its contacts.
+/// Moves the verified pose of a rigid tool after each ServoFrame, and reports its contacts.
 ///
-/// The god-object is led to the hand; where friction may hold it, and always with constrained
-/// dynamics, to where the servo has its proxy: then contact sweeps from the last verified pose and
-/// the servo projects back. Nothing is felt while the force is closed: the tool is placed where the
-/// hand is, if it is free there. What begins inside is placed at the nearest free pose that is
-/// found, and the set says so.
+/// The target of the god-object is the hand; with friction, and always with constrained dynamics,
+/// it is the servo's proxy: then contact sweeps from the last verified pose, and the servo projects
+/// back. While the force is gated off the tool is placed at the hand if it is free there. A start
+/// inside an object is moved to the nearest free pose found, which the set reports.
 ///
-/// Where objects have gone on and no free way has led the tool after them, the set has the objects
-/// where it is free of them. After 20 such steps nothing is felt, and that is said, until a way is
-/// found, on the side of each object where the tool was last; or, half a second later, until the
-/// hand is where the tool is free, and it begins there without a force.
+/// If the objects have moved on without a free path for the tool, the set shows the objects where
+/// the tool is free of them. After 20 such steps the force is zero, and the set says so, until a
+/// path is found, on the side of each object where the tool was last; or, after another half
+/// second, until the tool is free at the hand, where it starts without a force.
 class RigidTool {
  public:
   explicit RigidTool(const RigidToolModel& model);
 
-  /// Fills in the pose, its contacts and flags; `reach` is how far ahead is looked [m].
+  /// Fills in the pose, its contacts and flags; `reach`: look-ahead [m].
   void answer(const RigidToolModel& model, const ServoFrame& servo, std::span<const Pose> X_WO,
               double reach, ContactSet& set);
 
-  /// The pose is another renderer's: it is placed anew.
+  /// Another renderer has taken over: the next answer places the tool anew.
   void lose() { god_object_.lose(); }
 
  private:
@@ -50,7 +49,7 @@ class RigidTool {
   void report(const RigidToolModel& model, const ServoFrame& servo, ContactSet& set);
 
   GodObject6 god_object_;
-  int n_lost_ = 0;  // steps on end
+  int n_lost_ = 0;  // consecutive steps
 };
 
 }  // namespace haptic

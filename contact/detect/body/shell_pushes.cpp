@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // of a voxel
+const double kHalfDiagonal = 0.5 * std::sqrt(3.0);  // half the diagonal of a voxel, in edges
 
 Vec3 point_T(const Pointshell& shell, uint32_t i) {
   return {static_cast<double>(shell.x[i]), static_cast<double>(shell.y[i]),
@@ -18,8 +18,8 @@ Vec3 normal_T(const Pointshell& shell, uint32_t i) {
           static_cast<double>(shell.nz[i])};
 }
 
-/// Gives every push its share of the stiffness among `touching` points; those that approach, `near`
-/// of them, share as if they touched too: else what is about to be met is far harder than what is.
+/// Scales the pushes by the shared stiffness: `touching` points share among themselves; the `near`
+/// approaching ones as if they touched, too, or they would be far stiffer.
 void share(std::span<PointPush> pushes, const ShellForce& force, double touching, double near) {
   const double of_touching = shared_stiffness(force, touching);
   const double of_near = shared_stiffness(force, touching + near);

@@ -10,18 +10,18 @@
 namespace haptic {
 namespace {
 
-constexpr double kLeastFacing = 0.1;    // cosine between a cluster's normal and the object's
-constexpr double kMostCells = 16;       // that an extent is looked for
-constexpr double kGrowth = 0.35;        // of the distance along a step past an edge
-constexpr double kLeastGradient = 0.1;  // of a field that has a direction
+constexpr double kLeastFacing = 0.1;    // least cosine between a cluster's normal and the object's
+constexpr double kMostCells = 16;       // largest extent, in cells
+constexpr double kGrowth = 0.35;        // least growth of distance per step that marks an edge
+constexpr double kLeastGradient = 0.1;  // least gradient with a meaningful direction
 
-/// What the objects before have left is for all that come.
+/// The rest of the budget is shared by the remaining objects.
 uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
   const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
   return static_cast<uint32_t>(left / (model.objects.size() - object));
 }
 
-/// The points of one object that touch or approach, in its own frame.
+/// The points of one object that touch or approach, in its frame.
 std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                                      const VoxelQuestion& question, uint32_t object,
                                      ContactSet& set) {
@@ -49,22 +49,22 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
   const std::span<const PointPush> pushes(state.pushes.data(), n);
   state.touching += static_cast<uint64_t>(std::count_if(
       pushes.begin(), pushes.end(), [](const PointPush& push) { return push.depth > 0; }));
-  // a tangent plane does not tell how deep
+  // a tangent plane does not bound the depth
   const double layer = model.reading == VoxelForce::kField ? model.force.offset : 0;
   state.is_outside &= std::none_of(pushes.begin(), pushes.end(),
                                    [&](const PointPush& push) { return push.depth > layer; });
   return pushes;
 }
 
-/// Away from the object at a cluster: the field's gradient, else the cluster's own normal.
+/// Direction away from the object at a cluster: the field's gradient, else the cluster's normal.
 Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
   if (shape.field.index.empty()) return cluster.normal_O;
   const Vec3 gradient = sample_field(shape.field, cluster.point_O).gradient_O;
   return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_O;
 }
 
-/// How far around a cluster the object goes on, by doubling steps: where its distance grows by less
-/// than a third of the step in four directions along the plane. 0: there is no field to ask.
+/// How far the object continues around a cluster, by doubling steps: while in four directions along
+/// the plane its distance grows by less than kGrowth of the step. 0: there is no field.
 double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   if (shape.field.index.empty()) return 0;
   const Vec3 n = cluster.normal_O;
@@ -82,7 +82,7 @@ double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   return extent;
 }
 
-/// How the points that approach an object are braked, about the tool's origin, in O.
+/// Braking matrix of the points that approach an object, about the tool's origin, in O.
 Mat6 braking_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
                 std::span<const PointPush> pushes) {
   if (!(model.damping > 0)) return {};
@@ -94,7 +94,7 @@ Mat6 braking_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t
   return braking_matrix(pushes, V_O, X_OW * question.X_WT.p, model.damping, model.braking);
 }
 
-/// The linearised wrench of these points on the tool, about its origin, in W.
+/// Stores the linearised wrench of these points on the tool, about its origin, in W.
 void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32_t object,
                   std::span<const PointPush> pushes, const Mat6& B_O, ContactSet& set) {
   const Pose& X_WO = question.X_WO[object];
@@ -107,7 +107,8 @@ void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32
   set.trust_radius = model.trust_radius;
 }
 
-/// Puts the contacts of the object whose wrench is told first; those of an object are in a row.
+/// Moves the contacts of the object with the wrench to the front; those of an object are
+/// contiguous.
 void put_first(uint32_t object, ContactSet& set) {
   const auto end = set.contacts.begin() + set.n_contacts;
   const auto is_its = [&](const Contact& c) { return c.object == object; };
@@ -123,7 +124,7 @@ double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sh
     // half of a sheet's thickness lies on either side of it
     return (is_sheet ? 0.5 * field.cell : 0) - way_to(model.force.offset, {0, false}, field.cell);
   }
-  // a voxel that is met, those of the layers, and one more that is near
+  // diagonals of the voxel that is met, of the layers, and of a proximity voxel
   return std::sqrt(3.0) * (model.force.offset + 2 * object.map.size);
 }
 
@@ -143,21 +144,19 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
   set.F0_W = {};
   set.K = set.B = {};
   set.trust_radius = 0;
-  // pressed hardest, or where none is, braked hardest
+  // force, or if nothing is pressed, damping
   std::pair hardest{0.0, 0.0};
   for (uint32_t object = 0; object < model.objects.size(); ++object) {
     const auto pushes = pushes_on(model, state, question, object, set);
     std::array<PushCluster, kMaxContacts> clusters;
-    // what the objects before have left is for all that come; where normals across each other had
-    // to share a cluster for want of room, a solver that sees clusters alone would lose their
-    // torque
+    // the rest of the room is shared by the remaining objects; if clusters had to mix normals for
+    // lack of room, a solver that uses clusters alone would lose their torque
     const size_t room = (kMaxContacts - set.n_contacts) / (model.objects.size() - object);
     const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
     if (n == room) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
-      // a side of the tool beside the place where it touches would hold, or pull, a tool that
-      // leaves
+      // a side of the tool beside the place of contact would hold, or pull, a tool that leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
       if (dot(away_O, clusters[i].normal_O) < kLeastFacing) continue;
       Contact& c = set.contacts[set.n_contacts++];

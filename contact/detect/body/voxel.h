@@ -9,30 +9,30 @@
 
 namespace haptic {
 
-/// Where a point's depth is read.
+/// How the depth of a point is computed.
 enum class VoxelForce : uint32_t {
   kField = 0,         // the distance field (Barbič & James 2008)
-  kTangentPlanes = 1  // middles of surface voxels (McNeely, Puterbaugh, Troy 1999)
+  kTangentPlanes = 1  // centres of surface voxels (McNeely, Puterbaugh, Troy 1999)
 };
 
-/// All that is constant.
+/// Constant data of the detector.
 struct VoxelModel {
   Pointshell shell;  // of the tool, in T
   std::span<const VoxelObject> objects;
   VoxelForce reading = VoxelForce::kField;
   ShellForce force;
   ClusterOptions clusters;
-  uint32_t budget = 0xffffffff;  // of points looked up in one step; of a distance field
+  uint32_t budget = 0xffffffff;  // points looked up per step; for distance fields only
   double damping = 0;            // of approaching points, against their velocity [N·s/m]
   Braking braking = Braking::kAlongVelocity;
   double trust_radius = 1e-3;  // of the linearised wrench [m]
 };
 
-/// How far in front of the surface of an object, at most, something pushes a point [m]: the offset,
-/// and what a cell or a voxel may be off by.
+/// Largest distance from the surface of an object at which a point can be pushed [m]: the offset,
+/// plus the error of a cell or a voxel.
 double push_layer(const VoxelModel& model, const VoxelObject& object, bool is_sheet);
 
-/// What survives a step, and its room: nothing is allocated later.
+/// State that survives a step, and its buffers: nothing is allocated later.
 struct VoxelState {
   explicit VoxelState(const VoxelModel& model);
 
@@ -43,26 +43,26 @@ struct VoxelState {
   std::vector<PointPush> pushes;
   uint64_t tested = 0;     // points looked up in the last step
   uint64_t touching = 0;   // points inside an object in the last step
-  bool is_outside = true;  // none can be inside a real surface, though some may touch its layer
+  bool is_outside = true;  // no point can be inside a real surface, though some may be in its layer
 };
 
-/// The question of one step.
+/// Input of one step.
 struct VoxelQuestion {
   Pose X_WT;  // of the tool, or its proxy
   Twist V_WT;
   std::array<Pose, kMaxObjects> X_WO;
   std::array<Twist, kMaxObjects> V_WO;
-  double reach = 1e-3;  // points nearer than this are reported though they do not touch, as far as
-                        // the band goes [m]
+  double reach =
+      1e-3;  // points nearer than this are reported even if they do not touch, up to the band [m]
 };
 
-/// The voxmap–pointshell detector: fills in the contacts of the set (clusters of the points that
+/// The voxmap–pointshell detector. Fills in the contacts of the set (clusters of the points that
 /// touch, then of those that approach; those of wrench_object first), and F0, K, B of all points
 /// that touch the object that is pressed hardest. A point pushes along its own inward normal; the
-/// object's own, by its field, is the contact's shading normal, and clusters that push across it or
-/// against it are told in F0 and K only: as springs they would outlast the touch. A contact's
-/// extent is how far along its plane the object goes on. Sets kContactTruncated where there was no
-/// room, kContactIterationLimit where the budget was short.
+/// object's normal, from its field, is the contact's shading normal, and clusters that push across
+/// or against it are in F0 and K only: as springs they would outlast the touch. A contact's extent
+/// is how far the object continues along its plane. Sets kContactTruncated if there was no room,
+/// kContactIterationLimit if the budget ended.
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set);
 

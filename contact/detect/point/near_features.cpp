@@ -6,9 +6,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // below, the direction to the point is rounding noise [m]
+constexpr double kOnSurface = 1e-12;  // [m]; below, the direction to the point is rounding noise
 
-/// Triangles that must agree before a feature counts as locally nearest.
+/// Number of triangles that must agree before a feature counts as a local minimum.
 size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
   switch (feature.kind) {
     case FeatureKind::kFace:
@@ -30,7 +30,7 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
   const auto begin = scratch.triangles.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(std::min(seen, scratch.triangles.size()));
 
-  // equal features side by side, so that a run counts the triangles that agree
+  // equal features adjacent, so that a run counts the triangles that agree
   std::sort(begin, end, [](const ClosestPoint& a, const ClosestPoint& b) {
     return a.feature.id() != b.feature.id() ? a.feature.id() < b.feature.id()
                                             : a.triangle < b.triangle;

@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// A feature the point may run into next: the surface is locally nearest there.
+/// A feature that the point may run into next: a local minimum of the distance.
 struct NearFeature {
   ClosestPoint closest;
   Vec3 normal_O;  // unit, from the surface to the point
@@ -16,7 +16,7 @@ struct NearFeature {
 
 inline constexpr size_t kMaxNearTriangles = 256;
 
-/// Room for the candidates of one query, so that a step allocates nothing.
+/// Buffers of one query, so that a step allocates nothing.
 struct NearScratch {
   std::array<ClosestPoint, kMaxNearTriangles> triangles;
   std::array<NearFeature, kMaxNearTriangles> features;
@@ -25,12 +25,12 @@ struct NearScratch {
 struct NearResult {
   size_t count = 0;
   bool truncated = false;  // too many triangles: any feature may be missing
-  size_t left_out = 0;     // of the features, the furthest, for want of room
+  size_t left_out = 0;     // the farthest features, for lack of room
 };
 
-/// Local minima of the distance from p_O to the mesh within radius, nearest first: faces seen from
-/// the front, and edges and vertices with p_O inside their normal cone (all triangles around them
-/// agree that they are nearest). Their planes are the ones that may become active; a face beyond a
+/// Local minima of the distance from p_O to the mesh within radius [m], nearest first: faces seen
+/// from the front, and edges and vertices whose normal cone contains p_O (all triangles around them
+/// agree that they are nearest). Their planes are those that may become active; a face beyond a
 /// convex edge is not among them.
 NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
                          NearScratch& scratch, std::span<NearFeature> out);

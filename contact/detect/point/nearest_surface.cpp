@@ -7,8 +7,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kOnSurface = 1e-12;  // below, the direction to the point is rounding noise [m]
-constexpr double kRimCosine = 0.5;    // of an open surface: further aside is past its rim
+constexpr double kOnSurface = 1e-12;  // [m]; below, the direction to the point is rounding noise
+constexpr double kRimCosine =
+    0.5;  // least cosine to the normal of an open surface: points further aside are past its rim
 
 }  // namespace
 

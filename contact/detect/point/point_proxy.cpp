@@ -14,23 +14,25 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSweeps = 48;  // bound of a step; a corner of three facets needs about seven
-constexpr int kMaxSphereSweeps = 192;  // the same where edges and vertices are round
-constexpr size_t kMaxPlanes = 12;      // met in one leg; more are dropped by restarting the leg
-constexpr int kMaxSeedAttempts = 8;    // objects that may overlap where the hand starts
-constexpr double kNoProgress = 1e-3;   // of epsilon
-constexpr int kMaxStalls = 3;          // legs that bring it no nearer before it rests
-constexpr double kLargestBend = 0.5;   // cosine: around more of an edge it rolls in several legs
-constexpr double kLeastRoll = 0.02;    // of the radius: shorter legs around an edge are endless
-constexpr double kFarRest = 0.01;      // of the radius: further on it may pass another rest
-constexpr double kLongestLeap = 2;     // ratio: the same for a crease
-constexpr int kSettlingRounds = 3;     // of tangent planes that turn a little less each time
-constexpr double kClearance = 0.5;     // of epsilon: nearer to a facet than this counts as blocked
-constexpr double kAroundVertex = 1e3;  // of epsilon: where it goes around a vertex, ten times as
-                                       // far as two walls at half a degree hold it off
-constexpr double kLeastReach = 4;      // of that: a way that leads further off than on is none
-constexpr int kMaxLeaves = 8;          // vertices left in a step; one follows another seldom
-constexpr double kBeside = 4;          // of epsilon: further than the proxy stands off
+constexpr int kMaxSweeps = 48;  // sweeps per step; a corner of three facets needs about seven
+constexpr int kMaxSphereSweeps = 192;  // the same for a sphere, whose edges and vertices are round
+constexpr size_t kMaxPlanes = 12;      // per leg; beyond, those that do not push are dropped
+constexpr int kMaxSeedAttempts = 8;    // objects that may overlap at the start
+constexpr double kNoProgress = 1e-3;   // of epsilon: shorter moves are no progress
+constexpr int kMaxStalls = 3;          // legs without progress before the proxy rests
+constexpr double kLargestBend =
+    0.5;  // least cosine between tangent plane and direction to the tool for one leg around an edge
+constexpr double kLeastRoll = 0.02;  // of the radius: least length of a leg around an edge
+constexpr double kFarRest = 0.01;    // of the radius: farther places of rest may lie behind another
+constexpr double kLongestLeap = 2;   // most that a subgoal is extended for a crease, as a ratio
+constexpr int kSettlingRounds = 3;   // iterations of tangent planes in settle()
+constexpr double kClearance = 0.5;   // of epsilon: nearer to a facet counts as blocked
+constexpr double kAroundVertex = 1e3;  // of epsilon: distance at which it goes around a vertex, ten
+                                       // times that at which two walls at half a degree hold it off
+constexpr double kLeastReach = 4;      // least progress beyond a vertex, in distances kAroundVertex
+constexpr int kMaxLeaves = 8;          // vertices left per step; rarely more than one
+constexpr double kBeside =
+    4;  // of epsilon: search radius around the proxy, which stands off by one
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
 
@@ -47,12 +49,12 @@ SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const V
   const SegmentHit hit = scene.radius > 0
                              ? first_sphere_hit(shape, {from_O, to_O, scene.radius}, tried)
                              : first_hit(shape, from_O, to_O, tried);
-  // after a free way it is blocked where it was before
+  // kept after a free sweep: it is probably blocked there again
   if (hit.hit) witness = tried;
   return hit;
 }
 
-/// After so many planes of a leg.
+/// `planes`: number of planes of the leg so far, which selects the witness.
 SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W,
                             size_t planes, Witnesses& witnesses) {
   SceneHit first;
@@ -65,7 +67,7 @@ SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const V
   return first;
 }
 
-/// Where the centre of a proxy at x_W may be: the tangent plane of the facet's obstacle.
+/// Half-space for the centre of a proxy at x_W: the tangent plane of the facet's obstacle.
 HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const Vec3& x_W) {
   const Pose& X_WO = scene.X_WO[plane.object];
   if (scene.radius == 0) {
@@ -79,14 +81,14 @@ HalfSpace tangent_plane(const PointScene& scene, const ProxyPlane& plane, const 
   return {normal_W, dot(normal_W, X_WO * support.point_O) + scene.radius};
 }
 
-/// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end on
-/// the surface to the last bit: such a place is not free for sure, and the next sweep could start
-/// inside. A sphere has no such last bit: what overlaps is hit at once.
+/// A facet that a point at p_W nearly touches, if any. A swept point may graze an edge and end
+/// exactly on the surface: such a place may not be free, and the next sweep might start inside. Not
+/// needed for a sphere: what overlaps it is hit at once.
 SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witnesses) {
   if (scene.radius > 0) return {};
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 p_O = inverse(scene.X_WO[i]) * p_W;
-    // it mostly stands epsilon off: what is found there is where the next search begins
+    // the result is also the warm start of the next search
     const ClosestPoint c =
         closest_point(scene.shapes[i], p_O, kBeside * scene.epsilon, witnesses[i].beside);
     const bool touches = c.found && c.distance <= kClearance * scene.epsilon;
@@ -95,7 +97,7 @@ SceneHit touched_facet(const PointScene& scene, const Vec3& p_W, Witnesses& witn
   return {};
 }
 
-/// The planes met in one leg, kept off the surface by epsilon.
+/// The planes met in one leg, offset by epsilon.
 struct Leg {
   std::array<HalfSpace, kMaxPlanes> half_spaces;
   std::array<ProxyPlane, kMaxPlanes> planes;
@@ -108,7 +110,7 @@ struct Leg {
   }
 };
 
-/// Where the way from → to ends: epsilon in front of the obstacle that was hit, never moving back.
+/// End of the motion from → to: epsilon in front of the obstacle that was hit, never moving back.
 Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W,
                 const Vec3& to_W) {
   double t = 0;
@@ -127,19 +129,19 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
-/// The subgoal, or further that way: where the tool is beside or behind an edge, the nearest point
-/// to it is as near as the tool is to the edge, and the way around would be endless.
+/// The subgoal, extended to at least `roll`: where the tool is beside or behind an edge the subgoal
+/// is only as far as the tool from the edge, and rolling around it would take endless legs.
 Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W, double roll) {
   const Vec3 way_W = subgoal_W - g_W;
   const double way = norm(way_W);
   return way > kNoProgress * scene.epsilon && way < roll ? g_W + (roll / way) * way_W : subgoal_W;
 }
 
-/// Where to go from an edge or vertex: its tangent plane turns while a sphere rolls around it, and
-/// the nearest point to the tool on the plane is but a small part of the way. The line from the
-/// feature through the tool meets the plane in a place from which the way to the tool ends where
-/// the sphere comes to rest. Where the tool is beside or behind the feature the sphere rolls on,
-/// and not in steps as small as the tool is near. The subgoal itself where there is no such bend.
+/// Subgoal at an edge or vertex: its tangent plane turns while a sphere rolls around it, so the
+/// nearest point on the plane is only a small part of the way. The line from the feature through
+/// the tool meets the plane at a place from which the motion towards the tool ends where the sphere
+/// comes to rest. Where the tool is beside or behind the feature the sphere rolls on by a least
+/// step. Returns the given subgoal if there is no such bend.
 Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
                  const Vec3& g_W, const Vec3& p_W, const Vec3& subgoal_W) {
   if (scene.radius == 0) return subgoal_W;
@@ -167,7 +169,7 @@ RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, cons
   return {support.feature.kind, X_WO * support.point_O, rotate(X_WO.q, direction_O)};
 }
 
-/// The place where a sphere comes to rest between the obstacles of some facets.
+/// Where a sphere comes to rest between the obstacles of some facets.
 SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
                         const Vec3& g_W, const Vec3& tool_W) {
   std::array<RoundObstacle, 3> obstacles;
@@ -176,9 +178,9 @@ SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> pla
                         tool_W);
 }
 
-/// The same for a crease of two obstacles or a corner of three, of which one at least is round: the
-/// line from the tool through the place of rest, as far out as the tangent planes ask. In a corner
-/// the sphere touches but two at a time: the third may be one of the leg before.
+/// The same for a crease of two obstacles or a corner of three, at least one of them round: on the
+/// line from the tool through the place of rest, as far out as the tangent planes require. In a
+/// corner the sphere touches only two at a time: the third may be one of the previous leg.
 Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
                    const Vec3& tool_W, const Vec3& subgoal_W) {
   const auto is_round = [&](const ProxyPlane& plane) {
@@ -203,10 +205,10 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
     rest = rest_between(scene, std::span(corner).first(size), g_W, tool_W);
   }
   if (!rest.found) return rolled_on(scene, g_W, subgoal_W, kLeastRoll * scene.radius);
-  // it may stand nearer to one of them than it will rest
+  // the sphere may be nearer to one of them than where it will rest
   const Vec3 out_W = rest.centre_W - tool_W;
   if (norm(out_W) > norm(g_W - tool_W) + scene.epsilon) return subgoal_W;
-  // there already: the subgoal says whether that is where it rests, or the seam of two flat facets
+  // already there: the subgoal decides whether it rests, or is at the seam of two flat facets
   const double way = norm(rest.centre_W - g_W);
   if (way <= kNoProgress * scene.epsilon) return subgoal_W;
   if (way > kFarRest * scene.radius) {
@@ -221,8 +223,8 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   return leap <= kLongestLeap ? tool_W + leap * out_W : subgoal_W;
 }
 
-/// How far in front of a facet's plane the proxy is kept, from the height it has: never lifted, or
-/// two facets would hand it to and fro; only where it begins on the surface it is taken off.
+/// Offset of a facet's plane, given the proxy's height over it: the proxy is not lifted, or two
+/// facets would pass it back and forth; only from the surface itself it is lifted off.
 double stand_off(const PointScene& scene, double height) {
   if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
   return std::min(height, scene.epsilon);
@@ -236,7 +238,7 @@ size_t nearest_corner(const TriangleMesh& mesh, uint32_t triangle, const Vec3& p
   return away(2) < away(nearest) ? 2 : nearest;
 }
 
-/// Too many facets in one leg: forget those that do not push.
+/// The planes of a leg that push.
 Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   Leg kept;
   for (int i = 0; i < goal.n_active; ++i) {
@@ -247,8 +249,8 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   return kept;
 }
 
-/// The nearest surface point where a proxy at p_W has no room: inside a closed object (a surface
-/// without an inside has none), or nearer than its radius.
+/// The nearest surface point if a proxy at p_W overlaps an object: inside a closed one (an open
+/// surface has no inside), or nearer than its radius.
 ClosestPoint overlap(const PointScene& scene, uint32_t object, const Vec3& p_W) {
   const MeshShape& shape = scene.shapes[object];
   if (!shape.mesh.closed && scene.radius == 0) return {};
@@ -258,11 +260,11 @@ ClosestPoint overlap(const PointScene& scene, uint32_t object, const Vec3& p_W) 
   return c.inside || c.distance < scene.radius ? c : ClosestPoint{};
 }
 
-/// Objects that moved over the proxy take it along: in their frame it stays where it was. Two that
-/// press it into each other leave it no free pose.
+/// Objects that moved over the proxy carry it along: it keeps its place in their frame. Two that
+/// squeeze it leave no free pose.
 uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   const Vec3 start_W = proxy.g_W;
-  // the way of the proxy as an object sees it, from before anything moved to now
+  // motion of the proxy in the frame of an object, from before the objects moved
   const auto runs_over = [&](uint32_t i) {
     const Vec3 before_O = inverse(proxy.X_WO[i]) * start_W;
     const Vec3 after_O = inverse(scene.X_WO[i]) * proxy.g_W;
@@ -282,7 +284,7 @@ uint32_t carry_with_objects(const PointScene& scene, PointProxy& proxy) {
   return flags;
 }
 
-/// The way of the proxy towards the tool: leg by leg, each a list of planes met since it began.
+/// The motion of the proxy towards the tool: legs, each with the planes met since it began.
 class Slide {
  public:
   Slide(const PointScene& scene, const Vec3& tool_W, PointProxy& proxy)
@@ -294,36 +296,36 @@ class Slide {
     begin_leg();
   }
 
-  /// One sweep to the subgoal, or one more plane; false when the proxy rests. Out of time it takes
-  /// a plane wherever it is blocked.
+  /// One sweep to the subgoal, or one more plane; false when the proxy rests. Not in time: adds a
+  /// plane wherever it is blocked.
   bool sweeps_on(bool in_time) {
     SceneHit blocked = first_hit_in_scene(scene_, g_W_, goal_.x, leg_.size, witnesses_);
     const Vec3 reached_W = blocked.hit ? stop_short(scene_, blocked, g_W_, goal_.x) : goal_.x;
     const bool gains = !is_nothing(norm(reached_W - g_W_));
-    // where it stands it is clear already
+    // its present place is known to be clear
     const SceneHit touched = gains ? touched_facet(scene_, reached_W, witnesses_) : SceneHit{};
     const bool moved = gains && !touched.hit;
-    // a plane of the leg once more would hold it no better: then what is hit is what is new
+    // a plane that the leg already has changes nothing: then the plane hit counts
     if (touched.hit && !(blocked.hit && leg_.holds(touched.plane))) blocked = touched;
     if (moved) g_W_ = reached_W;
     if (!blocked.hit && (leg_.size == 0 || !moved)) return goes_on_otherwise();
-    // planes hold where they were met, in the order met: elsewhere it tries for the tool itself
-    // again, so that a proxy at rest does not depend on how it came there
+    // planes hold where they were met, in that order: after a move it heads for the tool itself
+    // again, so that its place of rest does not depend on its path
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
       if (!tries_again()) {
         settle();
         return goes_on_otherwise();
       }
-      // on the rest of the same way the same facet is in front
+      // the same facet would be hit on the rest of the way
       if (!towards_tool || !blocked.hit) return true;
     }
     add_plane(blocked.plane);
     return (goal_.converged && !is_nothing(norm(goal_.x - g_W_))) || goes_on_otherwise();
   }
 
-  /// Undoes a leap beyond a bend that has led further away, to go on without; false: nothing to
-  /// undo.
+  /// Undoes an extended subgoal that led farther away, and continues without; false if there is
+  /// nothing to undo.
   bool take_leap_back() {
     const double further = norm(g_W_ - tool_W_) - norm(nearest_W_ - tool_W_);
     if (!leaps_ || further <= scene_.epsilon) return false;
@@ -334,7 +336,7 @@ class Slide {
     return true;
   }
 
-  /// Undoes a way around a vertex that has led no nearer.
+  /// Undoes a detour around a vertex that led no nearer.
   void take_leave_back() {
     if (!left_ || is_much_nearer(g_W_, left_->g_W)) return;
     g_W_ = left_->g_W;
@@ -349,30 +351,30 @@ class Slide {
   bool truncated() const { return truncated_; }
 
  private:
-  /// Whether a is nearer to the tool: |a − tool|² − |b − tool|², of which near a minimum only the
-  /// difference of two places has digits.
+  /// Whether a is nearer to the tool: |a − tool|² − |b − tool|², written without cancellation near
+  /// a minimum.
   bool is_nearer(const Vec3& a_W, const Vec3& b_W) const {
     return dot(a_W - b_W, (a_W - tool_W_) + (b_W - tool_W_)) < 0;
   }
   bool is_nothing(double way) const { return way <= kNoProgress * scene_.epsilon; }
 
-  /// By more than the way around a vertex leads off.
+  /// Nearer by more than the detour around a vertex.
   bool is_much_nearer(const Vec3& a_W, const Vec3& b_W) const {
     return norm(b_W - tool_W_) - norm(a_W - tool_W_) > kAroundVertex * scene_.epsilon;
   }
 
-  /// What is left to try where planes say that it rests.
+  /// What is left to try when the planes say that it rests.
   bool goes_on_otherwise() { return take_leap_back() || leaves_vertex(); }
 
-  /// Whether nothing is met on a way of some epsilons, nor touched at its end.
+  /// Whether a motion of a few epsilon meets nothing, and touches nothing at its end.
   bool is_clear(const Vec3& from_W, const Vec3& to_W) {
     return !first_hit_in_scene(scene_, from_W, to_W, leg_.size, witnesses_).hit &&
            !touched_facet(scene_, to_W, witnesses_).hit;
   }
 
-  /// At a vertex that is neither convex nor concave what is free is no intersection of half-spaces:
-  /// planes of facets that do not touch may hold the proxy though a way leads on between them. It
-  /// goes around the vertex to where the steepest way begins.
+  /// At a vertex that is neither convex nor concave the free space is no intersection of
+  /// half-spaces: planes of facets that do not touch may hold the proxy although there is a way
+  /// between them. Takes it around the vertex to where the steepest direction begins.
   bool leaves_vertex() {
     if (scene_.radius > 0) return false;
     take_leave_back();
@@ -406,8 +408,8 @@ class Slide {
     return false;
   }
 
-  /// Whether it can go to where a way begins: from the nearest of the places around the vertex that
-  /// it sees, and from each to the next.
+  /// Whether it can reach the start of a direction: from the nearest visible place around the
+  /// vertex, and from place to place.
   bool goes_around(const VertexFan& fan, const WayFromVertex& way, const Pose& X_WO) {
     const double around = kAroundVertex * scene_.epsilon;
     const size_t n = fan.places();
@@ -438,7 +440,8 @@ class Slide {
     goal_.x = tool_W_;
   }
 
-  /// Forgets the planes, to try again for the tool itself; false when that leads nowhere any more.
+  /// Drops the planes, to head for the tool itself again; false when that makes no progress any
+  /// more.
   bool tries_again() {
     const bool nearer = is_nearer(g_W_, nearest_W_);
     stalls_ = nearer ? 0 : stalls_ + 1;
@@ -449,8 +452,8 @@ class Slide {
     return true;
   }
 
-  /// Around a crease legs may take turns, each as near to the tool as the stand-off can tell: the
-  /// sphere rests where the planes of all of them hold, if that is free and no further.
+  /// Around a crease legs may alternate, equally near to the tool up to the stand-off: the sphere
+  /// rests where the planes of all of them hold, if that is free and no farther.
   void settle() {
     if (scene_.radius == 0 || before_.size < 2) return;
     Leg all = before_;
@@ -497,9 +500,9 @@ class Slide {
   Vec3& g_W_;
   Witnesses& witnesses_;
   Leg leg_;
-  Leg before_;  // what pushed in the last one with more than one plane
+  Leg before_;  // planes that pushed in the last leg with more than one
   PointProjection goal_;
-  Vec3 nearest_W_;  // to the tool, where a leg ended
+  Vec3 nearest_W_;  // nearest to the tool, of the ends of legs
   int stalls_ = 0;
   bool leaps_ = true;
   struct Left {
@@ -507,7 +510,7 @@ class Slide {
     Leg leg;
     PointProjection goal;
   };
-  std::optional<Left> left_;  // where it stood before the last way around a vertex
+  std::optional<Left> left_;  // state before the last detour around a vertex
   int leaves_ = 0;
   bool truncated_ = false;
 };
@@ -537,7 +540,7 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
     for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
       const ClosestPoint c = overlap(scene, i, proxy.g_W);
       if (!c.found) continue;
-      // out through the nearest surface point: from inside along the facet's normal
+      // out through the nearest surface point; from inside along the facet's normal
       const Vec3 away_O = inverse(scene.X_WO[i]) * proxy.g_W - c.point_O;
       const Vec3 out_O = c.inside || c.distance == 0 ? scene.shapes[i].mesh.face_normals[c.triangle]
                                                      : away_O / c.distance;

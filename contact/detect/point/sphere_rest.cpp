@@ -7,20 +7,21 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSteps = 12;      // Newton's method needs four to six
-constexpr double kSolved = 1e-10;  // of the distance: the error is the square of the last step
-constexpr double kFarStep = 1.0;   // of the distance: a longer one has lost its way
+constexpr int kMaxSteps = 12;  // Newton's method needs four to six
+constexpr double kSolved =
+    1e-10;  // of `distance`: the error is of the order of the square of the last step
+constexpr double kFarStep = 1.0;  // of `distance`: a longer step has diverged
 constexpr size_t kMaxObstacles = 3;
 
-// no more than 3 + 3 unknowns, so nothing is allocated
+// at most 3 + 3 unknowns: nothing is allocated
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
-/// One obstacle seen from a place: how far, which way, and how its distance bends.
+/// One obstacle seen from a place: distance, its gradient, and its curvature.
 struct View {
   double distance = 0;
   Vec3 normal_W;
-  Vec3 flat_W;  // along an edge, whose distance is constant; zero else
+  Vec3 flat_W;  // direction of an edge, along which the distance is constant; else zero
   double bend = 0;
 };
 
@@ -79,7 +80,7 @@ SphereRest rest_in_crease(std::span<const RoundObstacle> obstacles, double dista
     }
     const Vector y = a.partialPivLu().solve(b);
     const Vec3 way_W{y(0), y(1), y(2)};
-    // written so that NaN, from dependent normals, is refused
+    // rejects NaN, from dependent normals
     if (!(norm(way_W) <= kFarStep * distance)) return {};
     x_W += way_W;
     for (size_t k = 0; k < m; ++k) push[k] = y(static_cast<Eigen::Index>(3 + k));

@@ -19,11 +19,11 @@ struct SphereRest {
   Vec3 centre_W;
 };
 
-/// Where a sphere that touches two or three obstacles comes to rest: the local minimum of
-/// |x − tool| at `distance` from all of them, by Newton's method from from_W on
-/// x − tool = Σ λ_i ∇d_i(x), d_i(x) = distance. Not found: it does not converge, an obstacle would
-/// have to pull (λ_i < 0), or the place is no minimum along the crease. Sweeps along tangent planes
-/// reach the same place, but only in the limit.
+/// Where a sphere that touches two or three obstacles comes to rest: the local minimum of |x −
+/// tool| at `distance` from all of them, by Newton's method from from_W on x − tool = Σ λ_i
+/// ∇d_i(x), d_i(x) = distance. Not found: it does not converge, an obstacle would have to pull (λ_i
+/// < 0), or the place is no minimum along the crease. Sweeps along tangent planes converge to the
+/// same place, but only in the limit.
 SphereRest rest_in_crease(std::span<const RoundObstacle> obstacles, double distance,
                           const Vec3& from_W, const Vec3& tool_W);
 
