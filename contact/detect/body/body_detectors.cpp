@@ -10,10 +10,9 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostPairs = 1 << 14;    // pairs of triangles that meet, per step
-constexpr size_t kClustersAnObject = 16;  // clusters per object from triangles
-constexpr double kClusterShare =
-    0.25;  // radius of a cluster from triangles, as a share of the tool's radius
+constexpr size_t kMostPairs = 1 << 14;       // pairs of triangles that meet, per step
+constexpr size_t kClustersAnObject = 16;     // clusters per object from triangles
+constexpr double kClusterShare = 0.25;       // radius of a cluster from triangles, of the tool's
 constexpr double kClusterVoxels = 5;         // radius of a cluster from points, in voxels
 constexpr uint32_t kAnyNumber = 0xffffffff;  // unlimited budget
 

@@ -14,8 +14,7 @@ namespace {
 constexpr size_t kMostClusters = 64;
 constexpr double kNextTo = 0.5;       // share of the radius within which two points are neighbours
 constexpr double kSameNormal = 0.95;  // least cosine between the normals of neighbours
-constexpr double kFloor =
-    1e-9;  // [m]; added to the depth, so that a point that just touches has a weight
+constexpr double kFloor = 1e-9;  // [m]; added to depths: a point that just touches has a weight
 
 /// Running sums of a cluster.
 struct Gathering {

@@ -16,21 +16,18 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kArrived = 0.05;  // margins: a shorter rest of the way counts as arrived
 // what a step may leave to the next one: a share of a way that took much work, and margins
 constexpr double kRestShare = 0.1, kRest = 5;
-constexpr size_t kMuchWork = 2000;  // pairs visited by the fronts
-constexpr double kApart = 0.5;      // margins: nearer counts as meeting
-constexpr double kStop = 0.01;      // margins kept before a meeting
-constexpr int kMostBand = 20;       // largest band: 2^20 margins
-constexpr int kLevelsKept = 2;      // hysteresis: levels by which the band may be too wide
-constexpr double kAlmost = 0.999;   // a limit less its rounding
-constexpr double kBend =
-    0.4;  // bands: deviation of a motion from the straight line that fronts can follow
-constexpr double kLongWay =
-    0.02;  // sizes of the tool: longest motion in one move that fronts follow
-constexpr double kWorthwhile =
-    0.1;  // stop when actual/predicted decrease falls below this (trust-region ratio)
-constexpr double kTrustHit = 2;     // after a hit: trust radius = 2 × free path
-constexpr double kTrustFree = 4;    // after a free move: trust radius × 4
-constexpr double kLeastTrust = 16;  // least trust radius, in margins
+constexpr size_t kMuchWork = 2000;   // pairs visited by the fronts
+constexpr double kApart = 0.5;       // margins: nearer counts as meeting
+constexpr double kStop = 0.01;       // margins kept before a meeting
+constexpr int kMostBand = 20;        // largest band: 2^20 margins
+constexpr int kLevelsKept = 2;       // hysteresis: levels by which the band may be too wide
+constexpr double kAlmost = 0.999;    // a limit less its rounding
+constexpr double kBend = 0.4;        // bands: deviation from a straight line that fronts can follow
+constexpr double kLongWay = 0.02;    // tool sizes: longest motion that fronts follow in one move
+constexpr double kWorthwhile = 0.1;  // least actual/predicted decrease (trust-region ratio)
+constexpr double kTrustHit = 2;      // after a hit: trust radius = 2 × free path
+constexpr double kTrustFree = 4;     // after a free move: trust radius × 4
+constexpr double kLeastTrust = 16;   // least trust radius, in margins
 constexpr int kLeastBand = 2;       // smallest band, 2^2 margins: active contacts are at one margin
 constexpr size_t kMostPairs = 800;  // near pairs; with more the band shrinks
 constexpr size_t kFewPairs = 100;   // near pairs; with at most so many the band may grow

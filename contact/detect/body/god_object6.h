@@ -107,11 +107,10 @@ class GodObject6 {
     SweptMesh sweep;
     NearContacts minima;
     Pose X_WO, X_OG;
-    Pose stood_WO;                   // X_WO when the tool came to X_OG
-    RigidMotion way_WO;              // motion of the object, followed in parts
-    std::span<const NearPair> near;  // at X_OG, within the band
-    std::array<TrianglePair, 32>
-        kept_pairs{};  // ring buffer of the pairs met or active in this step
+    Pose stood_WO;                              // X_WO when the tool came to X_OG
+    RigidMotion way_WO;                         // motion of the object, followed in parts
+    std::span<const NearPair> near;             // at X_OG, within the band
+    std::array<TrianglePair, 32> kept_pairs{};  // ring buffer: met or active in this step
     size_t n_kept = 0;
 
     std::span<const TrianglePair> kept() const {

@@ -52,8 +52,7 @@ struct VoxelQuestion {
   Twist V_WT;
   std::array<Pose, kMaxObjects> X_WO;
   std::array<Twist, kMaxObjects> V_WO;
-  double reach =
-      1e-3;  // points nearer than this are reported even if they do not touch, up to the band [m]
+  double reach = 1e-3;  // points nearer than this are reported, up to the band [m]
 };
 
 /// The voxmap–pointshell detector. Fills in the contacts of the set (clusters of the points that

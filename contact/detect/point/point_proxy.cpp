@@ -20,19 +20,17 @@ constexpr size_t kMaxPlanes = 12;      // per leg; beyond, those that do not pus
 constexpr int kMaxSeedAttempts = 8;    // objects that may overlap at the start
 constexpr double kNoProgress = 1e-3;   // of epsilon: shorter moves are no progress
 constexpr int kMaxStalls = 3;          // legs without progress before the proxy rests
-constexpr double kLargestBend =
-    0.5;  // least cosine between tangent plane and direction to the tool for one leg around an edge
-constexpr double kLeastRoll = 0.02;  // of the radius: least length of a leg around an edge
-constexpr double kFarRest = 0.01;    // of the radius: farther places of rest may lie behind another
-constexpr double kLongestLeap = 2;   // most that a subgoal is extended for a crease, as a ratio
-constexpr int kSettlingRounds = 3;   // iterations of tangent planes in settle()
-constexpr double kClearance = 0.5;   // of epsilon: nearer to a facet counts as blocked
+constexpr double kLargestBend = 0.5;   // least cosine of the bend around an edge taken in one leg
+constexpr double kLeastRoll = 0.02;    // of the radius: least length of a leg around an edge
+constexpr double kFarRest = 0.01;   // of the radius: farther places of rest may lie behind another
+constexpr double kLongestLeap = 2;  // most that a subgoal is extended for a crease, as a ratio
+constexpr int kSettlingRounds = 3;  // iterations of tangent planes in settle()
+constexpr double kClearance = 0.5;  // of epsilon: nearer to a facet counts as blocked
 constexpr double kAroundVertex = 1e3;  // of epsilon: distance at which it goes around a vertex, ten
                                        // times that at which two walls at half a degree hold it off
 constexpr double kLeastReach = 4;      // least progress beyond a vertex, in distances kAroundVertex
 constexpr int kMaxLeaves = 8;          // vertices left per step; rarely more than one
-constexpr double kBeside =
-    4;  // of epsilon: search radius around the proxy, which stands off by one
+constexpr double kBeside = 4;          // of epsilon: search radius; the proxy stands off by one
 
 using Witnesses = std::array<ProxyWitness, kMaxObjects>;
 

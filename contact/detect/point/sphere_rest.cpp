@@ -7,10 +7,9 @@
 namespace haptic {
 namespace {
 
-constexpr int kMaxSteps = 12;  // Newton's method needs four to six
-constexpr double kSolved =
-    1e-10;  // of `distance`: the error is of the order of the square of the last step
-constexpr double kFarStep = 1.0;  // of `distance`: a longer step has diverged
+constexpr int kMaxSteps = 12;      // Newton's method needs four to six
+constexpr double kSolved = 1e-10;  // of `distance`: the error is about the square of the last step
+constexpr double kFarStep = 1.0;   // of `distance`: a longer step has diverged
 constexpr size_t kMaxObstacles = 3;
 
 // at most 3 + 3 unknowns: nothing is allocated

@@ -73,8 +73,7 @@ class SegmentView {
   int x_, y_, z_;  // axes in cyclic order, the dominant one last
   Pair from_xy_, xy_per_z_;
   double from_z_, t_per_z_;
-  double
-      facing_;  // −1 if the segment runs against its axis: front areas are negative in both cases
+  double facing_;  // −1 if the segment runs against its axis: then front areas change sign
 };
 
 /// A segment prepared for many boxes, in float; conservative: rejects only boxes that the segment

@@ -9,10 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kRaise = 0.5;  // least share of the children's slack that a parent must keep
-constexpr double kWays = 8;     // a slack of so many steps like the last one suffices, too
-constexpr double kLeave =
-    2;  // bands that a leaf pair must be apart before one plane replaces its bounds
+constexpr double kRaise = 0.5;        // least share of the children's slack that a parent must keep
+constexpr double kWays = 8;           // a slack of so many steps like the last one suffices, too
+constexpr double kLeave = 2;          // bands between leaves before one plane replaces their bounds
 constexpr size_t kPasses = 512;       // updates in which each pair is tested once for merging
 constexpr size_t kBoxesAsked = 3000;  // box tests of any_near_pair before it updates the front
 constexpr double kMostWay = 1e3;  // [m]; a longer step rebuilds the front: floats become too coarse

@@ -9,9 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMaxVisited = 32;  // triangles of a walk
-constexpr double kTurnCosine =
-    0.906;  // cos 25°: a plane that extends beyond is felt as a wall where there is nothing
+constexpr size_t kMaxVisited = 32;     // triangles of a walk
+constexpr double kTurnCosine = 0.906;  // cos 25°: beyond, a plane is felt where there is nothing
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;

@@ -12,7 +12,6 @@ namespace haptic {
 double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& point_O);
 
 inline constexpr double kMinExtent = 0.5e-3;  // [m]; way of a hand at 0.2 m/s in 2.5 ms
-inline constexpr double kMaxExtent =
-    20e-3;  // [m]; way of a hand at 0.5 m/s in 40 ms (contact at 25 Hz)
+inline constexpr double kMaxExtent = 20e-3;   // [m]; a hand at 0.5 m/s with contact at 25 Hz
 
 }  // namespace haptic

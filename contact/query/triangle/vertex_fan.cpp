@@ -4,8 +4,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kOver =
-    1.0 / 32;  // height above the surface, as a share of the distance from the vertex
+constexpr double kOver = 1.0 / 32;  // height above the surface per distance from the vertex
 
 struct FanCorner {
   uint32_t triangle;

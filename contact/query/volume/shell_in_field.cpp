@@ -9,13 +9,11 @@
 namespace haptic {
 namespace {
 
-constexpr uint32_t kFewOf =
-    2;  // children are few if at most one in so many of a node's must be tested
+constexpr uint32_t kFewOf = 2;  // children are few if at most one in so many needs testing
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNotAsked = kInfinite;
 constexpr double kRounding = 1e-12;  // rounding of the accumulated slack [m]
-constexpr size_t kPatchLevels =
-    2;  // levels between patches and points; a patch has at most a batch of points
+constexpr size_t kPatchLevels = 2;   // between patches and points; a patch fits into a batch
 
 /// Points of the shell that are looked up together.
 struct PointBatch {

@@ -9,9 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostGridBytes =
-    54;                           // per triangle, of a budget of 120; the rest is for the trees
-constexpr size_t kSample = 4096;  // triangles
+constexpr double kMostGridBytes = 54;  // per triangle, of 120; the rest is for the trees
+constexpr size_t kSample = 4096;       // triangles
 
 /// Mean number of cells that a triangle reaches into, over a sample.
 double mean_reach(const TriangleMesh& mesh, double cell) {

@@ -20,9 +20,8 @@ struct GridSlot {
 };
 
 inline constexpr size_t kBatch = 8;
-inline constexpr uint32_t kCrowded =
-    128;                                // triangles per cell; beyond, the cell refers to the tree
-inline constexpr int kCellUnits = 120;  // quantisation: half a cell in units of its batches
+inline constexpr uint32_t kCrowded = 128;  // triangles per cell; beyond, it refers to the tree
+inline constexpr int kCellUnits = 120;     // quantisation: half a cell in units of its batches
 
 inline constexpr int8_t kFreePlace = 127;  // marks a free place: larger than any box
 

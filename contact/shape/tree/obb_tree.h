@@ -52,8 +52,7 @@ struct ObbTree {
   std::span<const uint32_t> order;  // triangle indices, grouped by leaf
 };
 
-inline constexpr int kMaxTreeDepth =
-    64;  // never exceeded by build_obb_tree; size of traversal stacks
+inline constexpr int kMaxTreeDepth = 64;  // never exceeded; size of traversal stacks
 inline constexpr size_t kMaxTreeTriangles = size_t{1} << 27;  // node indices have 28 bits
 
 struct ObbTreeData {

@@ -12,13 +12,11 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 constexpr double kPad = 1e-14;  // of the largest coordinate: about 45 roundings of a closest point
-constexpr double kThinnest =
-    1e-9;  // of the largest coordinate: normals of thinner triangles are noise
+constexpr double kThinnest = 1e-9;        // of the largest coordinate: below, a normal is noise
 constexpr double kConeSlack = 5e-3;       // [rad]; widens cones against rounding of directions
 constexpr double kAxisLength = 1 - 1e-6;  // so that it is at most 1 after rounding to float
-constexpr double kThinnestInFloat =
-    0.1;  // least ratio of the height of a triangle to its longest side
-constexpr size_t kExactTriangles = 64;  // larger patches are bounded by merging their children
+constexpr double kThinnestInFloat = 0.1;  // least height of a triangle per longest side
+constexpr size_t kExactTriangles = 64;    // larger patches are bounded by merging their children
 
 float round_down(double x) {
   const auto f = static_cast<float>(x);

@@ -17,8 +17,7 @@ struct ShellNode {
   uint32_t first = 0, count = 0;             // points of the subtree
   uint32_t first_child = 0, n_children = 0;  // nodes of the next level; none on the finest
   uint32_t point = 0;
-  float radius =
-      0;  // of a ball around that point that contains all points of the subtree, rounded up [m]
+  float radius = 0;  // of a ball around that point with the subtree's points, rounded up [m]
 };
 
 /// Points on the surface of a tool with inward normals (McNeely, Puterbaugh, Troy 1999), in Morton
