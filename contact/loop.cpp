@@ -29,8 +29,8 @@ BakedSession bake_told(const SessionConfig& config) {
   return bake_session(config, told);
 }
 
-/// One step for nobody, so that the first that counts finds its code and its meshes where they are
-/// needed. Waits a while for a question.
+/// Makes one step whose result is discarded, so that code and meshes are in memory for the first
+/// real one. Waits a while for a question.
 void warm_up(const ContactModel& model, ContactState& state,
              RingSource<&ServoChannels::frames>& hand) {
   ServoFrame question{};
@@ -93,7 +93,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   SceneFrame scene{};
   bool any_scene = false;
   const auto look = [&] {
-    // what their dead writers have left is freed once it is read
+    // reading frees the segments of writers that have died
     any_scene |= scenes.latest(scene);
     hand.latest(question);
   };

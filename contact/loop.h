@@ -5,13 +5,14 @@
 
 namespace haptic {
 
-/// What is done with an answer: publish it.
+/// Publishes an answer.
 using ContactPublisher = void (*)(Child<ContactChannels>&, ContactSet&);
 
-/// The whole of haptic-contact: bakes the objects, then answers each new ServoFrame as fast as it
-/// can, and rests a quarter of what each answer took. A spare prepares everything, makes one step
-/// for nobody and waits, with its priority, until its turn has come. Returns the exit code; throws
-/// before the loop alone. haptic-faulty-contact runs the same with a publisher that spoils answers.
+/// The main function of haptic-contact: bakes the objects, then answers each new ServoFrame as soon
+/// as possible, and sleeps for a quarter of the time that each answer took. A spare prepares
+/// everything, makes one warm-up step, and waits with its final priority for its turn. Returns the
+/// exit code; throws only before the loop. haptic-faulty-contact runs the same with a publisher
+/// that corrupts answers.
 int run_contact(const ChildArguments& arguments, ContactPublisher publish);
 
 }  // namespace haptic

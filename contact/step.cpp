@@ -22,7 +22,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   }
   state.last_answered_ns = servo.t_ns;
   double speed = norm(servo.V_WT.v);
-  // a body's rim may be faster than its hand, and its proxy than both
+  // the rim of a body may be faster than the hand, and its proxy faster than both
   if (is_of_body(state.renderer)) {
     const double rim = norm(model.bodies.body.centre_T) + model.bodies.body.radius;
     speed =

@@ -21,11 +21,12 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kEyeTriangles = 20000;
-constexpr double kSizeTolerance = 0.01;  // between the stated and the measured size
-// what is less is 0, so that the fourth powers of lengths, which normals take, do not vanish [m]
+constexpr size_t kEyeTriangles = 20000;  // of the mesh for display
+constexpr double kSizeTolerance = 0.01;  // relative, between the stated and the measured size
+// [m]; smaller coordinates become 0, so that the fourth powers of lengths in normals do not
+// underflow
 constexpr double kSmallestCoordinate = 1e-40;
-constexpr char kGridMark = '\t';  // begins the lines of the report that explain the grid
+constexpr char kGridMark = '\t';  // begins the lines of the stored report that explain the grid
 constexpr std::string_view kPrimitive = "primitive:";
 
 std::string millimetres(double metres) {
@@ -42,10 +43,10 @@ std::string unit_name(double unit) {
   return "of " + millimetres(unit);
 }
 
-/// Of the points that faces use.
+/// Extent of the points that faces use.
 struct Extent {
-  double longest = 0;   // side of the bounding box
-  double furthest = 0;  // coordinate, without its sign
+  double longest = 0;   // longest side of the bounding box
+  double furthest = 0;  // largest coordinate, absolute
 };
 
 /// In file units.
@@ -68,18 +69,19 @@ Extent extent_of(const PolygonSoup& soup, const std::string& file) {
   return {longest, std::max({reach.x, reach.y, reach.z})};
 }
 
-/// Coordinates that no double resolves, and sides whose areas vanish in rounding, are a wrong unit.
+/// Rejects coordinates that double cannot resolve, and sides whose areas vanish in rounding: the
+/// unit is wrong.
 void check_extent(const Extent& extent, double scale, const std::string& file) {
   const auto metres = [](double length) { return quantity_text(length, Dimension::kLength); };
   const std::string mend =
       " at unit " + unit_name(scale) + "; state the right unit, or unit = \"any\" and a size";
-  // written so that what overflows is refused
+  // written so that overflow is rejected
   if (!(scale * extent.furthest <= kMostLength && std::isfinite(extent.longest))) {
     throw MeshError(file + ": its largest coordinate is " + number_text(extent.furthest) +
                     ", at most " + number_text(kMostLength / scale) + " (" + metres(kMostLength) +
                     ") is allowed" + mend);
   }
-  // a mesh that is scaled to the least size is that but for rounding
+  // a mesh scaled to the least size is that up to rounding
   if (!(scale * extent.longest >= (1 - kSizeTolerance) * kMeshSizes.min)) {
     throw MeshError(file + ": its longest side is " + number_text(extent.longest) + ", at least " +
                     number_text(kMeshSizes.min / scale) + " (" + metres(kMeshSizes.min) +
@@ -87,8 +89,8 @@ void check_extent(const Extent& extent, double scale, const std::string& file) {
   }
 }
 
-/// File units to metres. Without a stated size there is nothing to compare with; without unit and
-/// size the numbers are metres.
+/// File units to metres. Compares with the stated size, if any; without unit and size the numbers
+/// are metres.
 void scale_to_metres(PolygonSoup& soup, const ShapeConfig& object, BakeReport& report) {
   const Extent extent = extent_of(soup, report.file);
   const double longest = extent.longest;
@@ -180,8 +182,7 @@ BakedShape shape_in_memory(std::vector<std::byte> bytes, uint64_t key, const std
 uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& path,
                      const ShapeConfig& object) {
   std::ostringstream options;
-  // which sizes are accepted belongs to it: a version that took any of them may have filled the
-  // cache
+  // the accepted sizes are part of the key: a version with other limits may have filled the cache
   options << std::hexfloat << object.unit << " " << object.size << " " << object.allow_open << " "
           << kMeshSizes.min << " " << kMeshSizes.max << " " << kBakeVersion << " "
           << std::filesystem::path(path).extension().string();
@@ -189,7 +190,7 @@ uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& p
   return hash_bytes(file_bytes, hash_bytes(std::as_bytes(std::span(text))));
 }
 
-/// The cached shape, or nothing and, where a cache file was unusable, why.
+/// Opens the cached shape; false if there is none or, with the reason in `problem`, it is unusable.
 bool open_cache(const std::string& path, uint64_t key, const std::string& file, BakedShape& shape,
                 std::string& problem) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return false;
@@ -208,7 +209,7 @@ PartGrid grid_of(const PartConfig& part) {
   return {part.around, part.along};
 }
 
-/// A part of a machine; empty where it is none.
+/// A machine part; empty if the kind is unknown.
 Soup make_part(std::string_view kind, const PartConfig& p) {
   const PegAndHole fit{p.diameter, p.length, p.clearance, p.block};
   const BoltAndNut thread{p.diameter, p.pitch, p.depth, p.length, p.height, p.width, p.clearance};
@@ -248,7 +249,7 @@ MappedFile open_mesh(const std::string& path) {
   }
 }
 
-/// From the cache, else read, checked and put there.
+/// From the cache, else read, checked and cached.
 BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_t memory_limit) {
   const MappedFile file = open_mesh(path);
   const uint64_t key = content_key(file.bytes, path, object);
@@ -261,7 +262,7 @@ BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_
   std::vector<std::byte> bytes = bake_bytes(read_mesh(text, path, memory_limit), object, path, key);
   const std::string refused = write_atomically(cached, bytes);
   shape = shape_in_memory(std::move(bytes), key, path);
-  // about this run, not about the mesh: after what is kept
+  // these concern this run, not the mesh: they are not cached
   if (!problem.empty()) shape.report.lines.push_back(problem);
   if (!refused.empty()) shape.report.lines.push_back(unwritable_cache(refused));
   return shape;

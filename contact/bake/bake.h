@@ -13,12 +13,12 @@
 
 namespace haptic {
 
-/// A mesh that cannot be used: one line "file[:line]: what is wrong; how to mend".
+/// A mesh that cannot be used: one line "file[:line]: what is wrong; how to fix it".
 struct MeshError : MessageError {
   using MessageError::MessageError;
 };
 
-/// What the checks found and what was repaired. Never silent: people read `lines`.
+/// Findings and repairs. Never silent: people read `lines`.
 struct BakeReport {
   std::string file;
   size_t vertices = 0, triangles = 0;
@@ -28,18 +28,18 @@ struct BakeReport {
   size_t degenerate_removed = 0;
   size_t duplicate_removed = 0;
   size_t non_manifold_split = 0;
-  size_t self_intersections = 0;  // pairs
+  size_t self_intersections = 0;  // pairs of faces
   bool reoriented = false;
   double size = 0;  // longest side of the bounding box after scaling [m]
   bool from_cache = false;
   std::vector<std::string> lines;  // one finding each, for people
-  std::vector<std::string> grid;   // how the size of the grid's cells was chosen
+  std::vector<std::string> grid;   // how the cell size of the grid was chosen
 };
 
 /// A shape ready for queries, kept alive by its storage (a mapped cache file or memory).
 struct BakedShape {
   MeshShape shape;
-  // for the eye: decimated, with smooth vertex normals
+  // for display: decimated, with smooth vertex normals
   std::span<const Vec3> eye_vertices;
   std::span<const Vec3> eye_normals;
   std::span<const Triangle> eye_triangles;
@@ -47,11 +47,11 @@ struct BakedShape {
   std::shared_ptr<const void> storage;
 };
 
-/// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder when it was
+/// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder if it was
 /// baked before (key: content, unit, size, options, version). Throws MeshError.
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
 
-/// The same for the bytes of a mesh file that object.mesh only names; nothing is cached.
+/// The same for the bytes of a mesh file; object.mesh is only its name. Nothing is cached.
 BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit);
 
 /// The same for a mesh in memory (generators, tests); nothing is cached.
@@ -59,7 +59,7 @@ BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triang
                      const ShapeConfig& object);
 
 /// Cache folder: $HAPTICD_CACHE, else $XDG_CACHE_HOME/hapticd, else ~/.cache/hapticd; without a
-/// home /var/cache/hapticd (root) or /tmp/hapticd-cache-<uid>.
+/// home directory /var/cache/hapticd (root) or /tmp/hapticd-cache-<uid>.
 std::string cache_folder();
 
 }  // namespace haptic

@@ -33,7 +33,7 @@ std::string cache_folder() {
   if (std::string own = environment("HAPTICD_CACHE"); !own.empty()) return own;
   if (const std::string xdg = environment("XDG_CACHE_HOME"); !xdg.empty()) return xdg + "/hapticd";
   if (const std::string home = environment("HOME"); !home.empty()) return home + "/.cache/hapticd";
-  // a service: what lies in /tmp under a name that all know may be anybody's
+  // root is a service: a known name in /tmp may belong to anybody
   return geteuid() == 0
              ? "/var/cache/hapticd"
              : fs::temp_directory_path() / ("hapticd-cache-" + std::to_string(geteuid()));
@@ -47,7 +47,7 @@ std::string cache_path(uint64_t key) {
 
 namespace {
 
-/// Maps this very file, whatever lies under its name by now.
+/// Maps the open file itself, even if its name now refers to another one.
 MappedFile map_descriptor(const FileDescriptor& descriptor) {
   try {
     const std::string path = "/proc/self/fd/" + std::to_string(descriptor.get());
@@ -59,7 +59,7 @@ MappedFile map_descriptor(const FileDescriptor& descriptor) {
   }
 }
 
-/// Why a file or folder may be somebody else's work; empty: it is ours.
+/// Why a file or folder is not trusted; empty: it is.
 std::string distrust(const struct stat& status) {
   if (status.st_uid != geteuid() && status.st_uid != 0) {
     return "it belongs to user " + std::to_string(status.st_uid);
@@ -77,7 +77,7 @@ std::string distrust_folder(const std::string& folder) {
   return S_ISDIR(status.st_mode) ? distrust(status) : "it is no folder";
 }
 
-/// Writes all of it; false with errno set.
+/// Writes everything; false with errno set.
 bool write_all(int fd, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = write(fd, bytes.data(), bytes.size());

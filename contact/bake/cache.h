@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// A file mapped read-only; it lives as long as `storage`.
+/// A file mapped read-only; the mapping lives as long as `storage`.
 struct MappedFile {
   std::span<const std::byte> bytes;
   std::shared_ptr<const void> storage;
@@ -19,20 +19,20 @@ struct MappedFile {
 /// system's reason.
 MappedFile map_file(const std::string& path);
 
-/// Maps a file of the cache: only one that this user (or root) owns and nobody else may write is
-/// believed, and no link is followed. Throws std::runtime_error with the reason.
+/// Maps a file of the cache: only if this user (or root) owns it and nobody else may write it;
+/// symbolic links are not followed. Throws std::runtime_error with the reason.
 MappedFile map_cached(const std::string& path);
 
-/// Where the shape with this key is kept.
+/// Path of the shape with this key.
 std::string cache_path(uint64_t key);
 
-/// Writes a file under a temporary name that nobody can guess and renames it, so that nobody ever
-/// maps half of one and nothing is written through a link. The folder is made where it is missing;
-/// one that belongs to another user, or that others may write, is not used. Returns what went
-/// wrong, empty for success.
+/// Writes a file under an unpredictable temporary name and renames it, so that nobody maps a
+/// partial file and nothing is written through a link. Creates the folder if it is missing; one
+/// that belongs to another user, or that others may write, is not used. Returns the error, empty
+/// for success.
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
-/// What people are told of a cache file that was not used, and of a folder that refuses one.
+/// Messages about an unusable cache file, and an unwritable cache folder.
 std::string unusable_cache(const std::string& path, const std::string& why);
 std::string unwritable_cache(const std::string& why);
 

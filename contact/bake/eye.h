@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-/// A lighter copy of the mesh for the eye: quadric decimation (Garland & Heckbert 1997) to at most
-/// `max_triangles`, its vertex normals smooth. Small meshes are copied. Start-up only.
+/// A lighter copy of the mesh for display: quadric decimation (Garland & Heckbert 1997) to at most
+/// `max_triangles`, with smooth vertex normals. Small meshes are copied. At start-up only.
 MeshData build_eye_mesh(const TriangleMesh& mesh, size_t max_triangles);
 
 }  // namespace haptic

@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-/// What is read so far. Once a mesh is beyond the memory limit its polygons are counted, not kept,
-/// so that the complaint can tell how many there are.
+/// Collects points and polygons while a file is read. Beyond the memory limit polygons are only
+/// counted, so that the error message can give their number.
 class SoupReader {
  public:
   SoupReader(std::string path, size_t file_bytes, uint64_t memory_limit)
@@ -18,12 +18,12 @@ class SoupReader {
 
   void add_point(const Vec3& p) { soup_.points.push_back(p); }
   void add_polygon(std::vector<size_t> corners);
-  /// Throws MeshError where the counts of a header need more than the memory limit, or more than
-  /// the bytes that are there.
+  /// Throws MeshError if the counts of a header need more than the memory limit, or more bytes than
+  /// the file has.
   void check_announced(uint64_t vertices, uint64_t polygons, double bytes_needed) const;
   /// Throws MeshError "path: what".
   [[noreturn]] void fail(const std::string& what) const;
-  /// The soup. Throws MeshError where it is beyond the memory limit, or has no polygons.
+  /// The soup. Throws MeshError if it exceeds the memory limit or has no polygons.
   PolygonSoup take();
 
  private:
@@ -38,7 +38,7 @@ class SoupReader {
   uint64_t n_triangles_ = 0;
 };
 
-// one a format: each reads all of its file, or throws MeshError
+// one per format: each reads the whole file, or throws MeshError
 void read_obj(std::string_view bytes, SoupReader& reader);
 void read_off(std::string_view bytes, SoupReader& reader);
 void read_ply(std::string_view bytes, SoupReader& reader);

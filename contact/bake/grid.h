@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// Runs the first on a thread of its own; what either throws is thrown here.
+/// Runs the first on a thread of its own; exceptions of both are thrown here.
 void run_on_two_threads(const std::function<void()>& first, const std::function<void()>& second);
 
 /// A grid with the cell size that kQueryCosts favour, and how that came about, a line each. The
@@ -21,7 +21,7 @@ struct ExplainedGrid {
 };
 ExplainedGrid bake_grid(const TriangleMesh& mesh, const ObbTree& tree);
 
-/// All that queries search a mesh by, built on two threads.
+/// All acceleration structures of a mesh, built on two threads.
 struct SearchStructures {
   ObbTreeData tree;
   ExplainedGrid grid;

@@ -7,8 +7,8 @@
 
 namespace haptic {
 
-/// Exact point-in-mesh by CGAL's filtered predicates (independent of our own queries): the judge of
-/// "the verified proxy is never inside". Closed, manifold meshes only: else throws MeshError.
+/// Exact point-in-mesh test by CGAL's filtered predicates, independent of our own queries: verifies
+/// that the proxy is never inside. Closed, manifold meshes only: else throws MeshError.
 class InsideOracle {
  public:
   explicit InsideOracle(const TriangleMesh& mesh);

@@ -19,12 +19,12 @@ using Point2 = Kernel::Point_2;
 using Point3 = Kernel::Point_3;
 using Vertices = CGAL::Triangulation_vertex_base_with_info_2<uint32_t, Kernel>;  // the corner
 using Faces = CGAL::Triangulation_face_base_with_info_2<
-    bool, Kernel, CGAL::Constrained_triangulation_face_base_2<Kernel>>;  // seen from outside
+    bool, Kernel, CGAL::Constrained_triangulation_face_base_2<Kernel>>;  // whether it is outside
 using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<
     Kernel, CGAL::Triangulation_data_structure_2<Vertices, Faces>>;
 
-/// Corners of a polygon in an order that does not depend on how it was written down: from the
-/// lexicographically first one towards the smaller of its neighbours.
+/// Corners of a polygon in canonical order: from the lexicographically first one towards the
+/// smaller of its neighbours.
 std::vector<uint32_t> in_order(std::span<const Vec3> corners) {
   const auto place = [&](size_t i) {
     const Vec3& p = corners[i % corners.size()];
@@ -39,8 +39,8 @@ std::vector<uint32_t> in_order(std::span<const Vec3> corners) {
   return order;
 }
 
-/// The axis that the area of the corners in that order is largest along (Newell's normal). Scaled
-/// by their extent, so that no product overflows.
+/// The axis of the largest component of the area vector of the corners in that order (Newell's
+/// normal). Scaled by their extent, so that no product overflows.
 int axis_of_projection(std::span<const Vec3> corners, const std::vector<uint32_t>& order) {
   const Vec3& origin = corners[order[0]];
   double extent = 0;
@@ -61,13 +61,13 @@ int axis_of_projection(std::span<const Vec3> corners, const std::vector<uint32_t
   return axis;
 }
 
-/// A polygon seen along an axis, in an order of its own.
+/// A polygon projected along an axis, in canonical order.
 struct Projection {
-  std::vector<uint32_t> order;  // numbers of the corners
+  std::vector<uint32_t> order;  // indices of the corners
   std::vector<Point2> points;
 };
 
-/// Nothing where it touches or crosses itself.
+/// Nothing if it touches or crosses itself.
 std::optional<Projection> simple_projection(std::span<const Vec3> corners) {
   const std::vector<uint32_t> order = in_order(corners);
   const int axis = axis_of_projection(corners, order);
@@ -91,7 +91,7 @@ bool is_on_one_line(std::span<const Vec3> corners) {
   return true;
 }
 
-/// The faces that can be reached from infinity without crossing the polygon.
+/// Marks the faces that can be reached from infinity without crossing the polygon.
 void mark_outside(Triangulation& triangulation) {
   for (const auto face : triangulation.all_face_handles()) face->info() = false;
   std::vector<Triangulation::Face_handle> seen{triangulation.infinite_face()};
@@ -108,7 +108,7 @@ void mark_outside(Triangulation& triangulation) {
   }
 }
 
-/// Triangles of places in the polygon, counter-clockwise in its plane.
+/// Triangles of indices into the polygon, counter-clockwise in its plane.
 std::vector<Triangle> triangulate(const std::vector<Point2>& polygon) {
   Triangulation triangulation;
   std::vector<Triangulation::Vertex_handle> vertices;
@@ -136,7 +136,7 @@ std::vector<Triangle> fan(size_t corners) {
   return triangles;
 }
 
-/// The places of a polygon's corners, those that follow each other only once.
+/// The corners of a polygon, without consecutive duplicates.
 std::vector<Vec3> distinct_corners(const PolygonSoup& soup, const std::vector<size_t>& polygon) {
   std::vector<Vec3> corners;
   for (const size_t i : polygon) {

@@ -10,15 +10,15 @@
 
 namespace haptic {
 
-/// Cuts a polygon of n corners, planar or not, into n − 2 triangles of corner numbers that turn as
-/// the polygon does: the constrained Delaunay triangulation of its projection along the axis that
-/// its normal is nearest to. A projection along an axis only drops a coordinate, so with exact
-/// predicates nothing is rounded, and a triangulation of a simple polygon always exists. The result
-/// does not depend on where the corners begin or which way they turn. Corners on one line have no
-/// area and become a fan. Nothing, where the projection touches or crosses itself.
+/// Triangulates a polygon of n corners, planar or not, into n − 2 triangles of corner indices with
+/// the polygon's orientation: the constrained Delaunay triangulation of its projection along the
+/// axis nearest to its normal. Such a projection only drops a coordinate, so with exact predicates
+/// nothing is rounded, and a simple polygon can always be triangulated. The result does not depend
+/// on the first corner or the orientation. Collinear corners have no area and become a fan. Nothing
+/// if the projection touches or crosses itself.
 std::optional<std::vector<Triangle>> cut_polygon(std::span<const Vec3> corners);
 
-/// Throws MeshError with the number of the face, from 1, for one that cannot be cut.
+/// Throws MeshError with the number of the face, from 1, if one cannot be triangulated.
 void check_polygons(const PolygonSoup& soup, const std::string& name);
 
 }  // namespace haptic

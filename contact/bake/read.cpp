@@ -10,9 +10,9 @@
 namespace haptic {
 namespace {
 
-// peak while baking, measured on spheres of 0.3 and 1.3 million triangles
+// peak memory of baking, measured on spheres of 0.3 and 1.3 million triangles
 constexpr uint64_t kBakeBytesPerTriangle = 1000;
-constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // of UTF-8, before the first word
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // of UTF-8
 
 std::string mebibytes(double bytes) {
   return std::to_string(static_cast<uint64_t>(std::ceil(bytes / (1 << 20)))) + " MiB";

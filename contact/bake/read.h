@@ -10,17 +10,17 @@
 
 namespace haptic {
 
-/// Polygons as they stand in a file: any number of corners, nothing connected yet; file units.
+/// Polygons as in a file: any number of corners, not connected; file units.
 struct PolygonSoup {
   std::vector<Vec3> points;
   std::vector<std::vector<size_t>> polygons;
 };
 
-/// Reads the bytes of a mesh file, coordinates in double. Nothing is taken on trust: an unknown
-/// extension, an empty or truncated file, more elements than the file or the memory limit [bytes]
-/// can hold, coordinates that are not finite, indices out of range and no faces throw MeshError,
-/// with the line where the format has lines. `path` names the file and, by its extension, the
-/// format. Takes time in proportion to the bytes.
+/// Reads the bytes of a mesh file, coordinates in double. Untrusted input: throws MeshError, with
+/// the line number for text formats, for an unknown extension, an empty or truncated file, more
+/// elements than the file or the memory limit [bytes] can hold, coordinates that are not finite,
+/// indices out of range, and no faces. `path` names the file and, by its extension, the format.
+/// Linear time in the number of bytes.
 PolygonSoup read_mesh(std::string_view bytes, const std::string& path, uint64_t memory_limit);
 
 /// Throws MeshError for coordinates that are not finite and indices out of range.

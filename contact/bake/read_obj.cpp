@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-/// Lines "v x y z" and "f 1/…/… …"; everything else is passed over.
+/// Reads lines "v x y z" and "f 1/…/… …"; skips everything else.
 class ObjText {
  public:
   ObjText(std::string_view bytes, SoupReader& reader)
@@ -26,7 +26,7 @@ class ObjText {
   }
 
  private:
-  /// Next word of the statement, which a backslash at the end of a line continues on the next.
+  /// Next word of the statement; a backslash at the end of a line continues it on the next.
   std::string_view word() {
     for (;;) {
       std::string_view found = cursor_.word_on_line();
@@ -51,14 +51,15 @@ class ObjText {
     }
     reader_.add_polygon(std::move(corners));
   }
-  /// From 0; the file counts from 1, or with a sign backwards from the last vertex so far.
+  /// Zero-based; the file counts from 1, or with negative numbers backwards from the last vertex so
+  /// far.
   size_t index(std::string_view text) {
     const int64_t i = cursor_.integer(text, "a vertex index");
     const auto n_points = static_cast<int64_t>(reader_.n_points());
     if (i == 0 || i < -n_points) {
       cursor_.fail("vertex index " + std::to_string(i) + " is out of range; export it again");
     }
-    // faces may stand before their vertices: the highest index is judged at the end
+    // faces may precede their vertices: the highest index is checked at the end
     if (i > highest_) {
       highest_ = i;
       highest_at_.emplace(cursor_);

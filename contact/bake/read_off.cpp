@@ -15,7 +15,7 @@ void read_off(std::string_view bytes, SoupReader& reader) {
   if (first == "BINARY") cursor.fail("binary OFF is not read; export as text OFF, STL or PLY");
   const uint64_t vertices = cursor.count(first), polygons = cursor.count(cursor.word());
   cursor.count(cursor.word());
-  // "0 0 0" and "3 0 1 2", each with a line end
+  // smallest text: "0 0 0" and "3 0 1 2", each with a line end
   reader.check_announced(
       vertices, polygons,
       6.0 * static_cast<double>(vertices) + 8.0 * static_cast<double>(polygons) - 1);
@@ -23,7 +23,7 @@ void read_off(std::string_view bytes, SoupReader& reader) {
     Vec3 p;
     for (int k = 0; k < 3; ++k) p[k] = cursor.coordinate(cursor.word());
     reader.add_point(p);
-    // COFF, NOFF …: colours and normals fill the line
+    // COFF, NOFF …: the line continues with colours and normals
     if (magic != "OFF") cursor.next_line();
   }
   for (uint64_t i = 0; i < polygons; ++i) {

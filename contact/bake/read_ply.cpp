@@ -21,8 +21,8 @@ struct Type {
 
 struct Property {
   std::string name;
-  Type type;         // of a scalar, or of one entry of a list
-  Type length_type;  // of a list's length; no bytes: a scalar
+  Type type;         // of a scalar, or of an entry of a list
+  Type length_type;  // of a list's length; 0 bytes: a scalar
   bool is_list() const { return length_type.bytes > 0; }
 };
 
@@ -47,7 +47,7 @@ bool is_corners(const Property& property) {
          (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-/// The axis that a vertex's property is the coordinate of; −1: none.
+/// Axis of a vertex coordinate; −1 for other properties.
 int axis_of(const Property& property) {
   const bool is_place = property.name.size() == 1 && property.name[0] >= 'x';
   return is_place && property.name[0] <= 'z' && !property.is_list() ? property.name[0] - 'x' : -1;
@@ -93,7 +93,7 @@ Property read_property(TextCursor& cursor) {
   return property;
 }
 
-/// Leaves the cursor behind the line "end_header".
+/// Leaves the cursor after the line "end_header".
 Header read_header(TextCursor& cursor) {
   if (cursor.word_on_line() != "ply") cursor.fail("a PLY file starts with 'ply'; export it again");
   Header header;
@@ -116,7 +116,7 @@ Header read_header(TextCursor& cursor) {
   cursor.fail("no 'end_header': truncated; export it again");
 }
 
-/// The numbers behind the header of a text PLY.
+/// The numbers after the header of a text PLY.
 class TextNumbers {
  public:
   explicit TextNumbers(const TextCursor& cursor) : cursor_(cursor) {}
@@ -137,7 +137,7 @@ class TextNumbers {
   TextCursor cursor_;
 };
 
-/// The numbers behind the header of a binary PLY.
+/// The numbers after the header of a binary PLY.
 class BinaryNumbers {
  public:
   BinaryNumbers(std::string_view bytes, Encoding encoding, const SoupReader& reader)
@@ -178,7 +178,7 @@ class BinaryNumbers {
     if (is_swapped_) std::reverse(bytes.begin(), bytes.end());
     return std::bit_cast<T>(bytes);
   }
-  /// Any number of a PLY is one of double.
+  /// Every PLY number fits into a double.
   double number(Type type) {
     if (rest_.size() < type.bytes) fail("is not whole: truncated or damaged");
     const double value = value_of(type);
@@ -237,15 +237,15 @@ void read_rows(Numbers numbers, const Header& header, SoupReader& reader) {
   }
 }
 
-/// The least that the announced rows take [bytes].
+/// Least size of the announced rows [bytes].
 double least_bytes(const Header& header) {
   double sum = 0;
   for (const Element& element : header.elements) {
     for (const Property& property : element.properties) {
       const Type& first = property.is_list() ? property.length_type : property.type;
-      // in a text a digit and a blank
+      // text: a digit and a blank
       double bytes = header.encoding == Encoding::kText ? 2 : static_cast<double>(first.bytes);
-      // every face has three corners and more
+      // every face has at least three corners
       if (is_corners(property) && header.encoding != Encoding::kText) {
         bytes += 3 * static_cast<double>(property.type.bytes);
       }
@@ -255,7 +255,7 @@ double least_bytes(const Header& header) {
   return sum;
 }
 
-/// Whether the rows of this element take bytes, points have a place and faces corners.
+/// Checks that rows of this element are not empty, points have coordinates, and faces have corners.
 void check_element(const Element& element, const SoupReader& reader) {
   const auto& all = element.properties;
   if (element.count > 0 && all.empty()) {

@@ -9,16 +9,17 @@
 namespace haptic {
 namespace {
 
-constexpr uint64_t kHeaderBytes = 84, kTriangleBytes = 50;  // 80 of any content, then the count
+constexpr uint64_t kHeaderBytes = 84, kTriangleBytes = 50;  // 80 bytes of anything, and the count
 constexpr std::string_view kSolid = "solid";
 
-/// Whether a word is that keyword, in capitals or not: both are about.
+/// Whether a word is that keyword, in either case: both are common.
 bool is_keyword(std::string_view word, std::string_view keyword) {
   return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(),
                     [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
 }
 
-/// A text begins with the word "solid" and has no zero byte, which the count of a binary file has.
+/// A text file begins with the word "solid" and has no zero byte, which the count of a binary file
+/// has.
 bool is_text(std::string_view bytes) {
   const std::string_view head = bytes.substr(0, kHeaderBytes);
   const size_t begin = std::min(head.find_first_not_of(" \t\r\n"), head.size());
@@ -26,7 +27,7 @@ bool is_text(std::string_view bytes) {
          head.find('\0') == std::string_view::npos;
 }
 
-/// A text is a sequence of words: lines matter only to the name, which ends with its line.
+/// A text file is a sequence of words: line ends matter only after the name.
 void read_text(std::string_view bytes, SoupReader& reader) {
   TextCursor cursor(bytes, reader.path());
   bool is_open = false;
@@ -73,7 +74,7 @@ void read_stl(std::string_view bytes, SoupReader& reader) {
   uint32_t facets = 0;
   if (bytes.size() >= kHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof facets);
   const uint64_t announced = kHeaderBytes + kTriangleBytes * facets;
-  // binary files may start with "solid" too: the size decides, then the zero bytes
+  // binary files may start with "solid", too: the size decides, then the zero bytes
   const bool is_whole = bytes.size() >= kHeaderBytes && bytes.size() == announced;
   if (!is_whole && is_text(bytes)) return read_text(bytes, reader);
   if (bytes.size() < kHeaderBytes) {

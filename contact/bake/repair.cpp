@@ -27,21 +27,22 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 
-/// A polygon soup with CGAL's points: its functions split and merge them.
+/// A polygon soup in CGAL's types, whose functions split and merge points.
 struct CgalSoup {
   std::vector<Point> points;
   std::vector<std::vector<size_t>> polygons;
 };
 
-constexpr unsigned kMaxIntersections = 100000;  // pairs counted: junk has millions
+constexpr unsigned kMaxIntersections =
+    100000;  // pairs counted at most: broken meshes have millions
 
 /// "1 face", "2 faces".
 std::string counted(size_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
-/// Takes out corners that follow themselves. What then has a corner twice has no area: a polygon
-/// with an area that touches itself was refused.
+/// Removes repeated consecutive corners. A polygon that then has a corner twice has no area: one
+/// with an area that touches itself was rejected before.
 bool has_no_area(std::vector<size_t>& polygon) {
   polygon.erase(std::unique(polygon.begin(), polygon.end()), polygon.end());
   while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
@@ -62,8 +63,8 @@ void merge_and_drop(CgalSoup& soup, BakeReport& report) {
   pmp::remove_isolated_points_in_polygon_soup(points, polygons);
 }
 
-/// Leaves triangles alone. The polygons were checked before points were merged, which does not move
-/// them.
+/// Triangles are unchanged. The polygons were checked before points were merged, which does not
+/// move them.
 void cut_polygons(CgalSoup& soup, const BakeReport& report) {
   std::vector<std::vector<size_t>> triangles;
   triangles.reserve(soup.polygons.size());
@@ -90,7 +91,7 @@ void orient_faces(CgalSoup& soup, BakeReport& report) {
   pmp::orient_polygon_soup(soup.points, soup.polygons);
   size_t turned = 0;
   for (size_t f = 0; f < before.size(); ++f) {
-    // corners may have been split: compare places
+    // corners may have been split: compare positions
     const auto &now = soup.polygons[f], &was = before[f];
     const auto at = [&](size_t i) { return soup.points[i]; };
     const auto first =
@@ -170,7 +171,7 @@ void check_borders(const Mesh& mesh, bool allow_open, BakeReport& report) {
                          "; used as a one-sided surface");
 }
 
-/// The three corners of each face, from the one its first half-edge points to.
+/// The three corners of each face, from the source of its first half-edge.
 std::vector<std::array<Mesh::Vertex_index, 3>> corners_of(const Mesh& mesh) {
   std::vector<std::array<Mesh::Vertex_index, 3>> corners;
   for (const auto f : mesh.faces()) {
@@ -180,7 +181,8 @@ std::vector<std::array<Mesh::Vertex_index, 3>> corners_of(const Mesh& mesh) {
   return corners;
 }
 
-/// Six times the volume that faces enclose, by a point of theirs: negative where they look inward.
+/// Six times the volume enclosed by faces, relative to one of their points: negative if they face
+/// inwards.
 double signed_volume(const Mesh& mesh, const std::vector<Mesh::Face_index>& faces) {
   const Point& origin = mesh.point(mesh.target(mesh.halfedge(faces.front())));
   double sum = 0;
@@ -193,7 +195,7 @@ double signed_volume(const Mesh& mesh, const std::vector<Mesh::Face_index>& face
   return sum;
 }
 
-/// Each part of a mesh whose parts cut each other, for itself.
+/// Orients each part separately, for a mesh whose parts intersect.
 void turn_parts_outward(Mesh& mesh) {
   std::vector<std::vector<Mesh::Face_index>> parts;
   const auto part_of = mesh.add_property_map<Mesh::Face_index, size_t>("f:own_part").first;
@@ -207,7 +209,7 @@ void turn_parts_outward(Mesh& mesh) {
 void turn_outward(Mesh& mesh, BakeReport& report) {
   if (!report.closed) return;
   const auto before = corners_of(mesh);
-  // cavities stay cavities, where "inside" of a part is well defined
+  // cavities stay cavities, if the nesting of parts is well defined
   if (report.self_intersections == 0) {
     pmp::orient_to_bound_a_volume(mesh);
   } else {
@@ -257,7 +259,7 @@ Soup number_by_first_use(const Mesh& mesh) {
   return soup;
 }
 
-/// CGAL prints what it complains of before it throws; here that is said in one line.
+/// CGAL prints its errors before it throws; here they become one line.
 void be_quiet() {
   const auto say_nothing = [](const char*, const char*, const char*, int, const char*) {};
   CGAL::set_error_handler(say_nothing);

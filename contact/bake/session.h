@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Everything a session touches, baked, and what keeps it alive.
+/// All baked shapes of a session, and their storage.
 struct BakedSession {
   std::vector<BakedShape> objects;  // in the order of the config
   std::optional<BakedShape> tool;
@@ -20,16 +20,16 @@ struct BakedSession {
   ContactShapes shapes() const;
 };
 
-/// Told of each mesh before it is read ("bunny00.off"), of each step of a slow baking with the
-/// share that is done, and of each finding, in lines for people.
+/// Callbacks: before each mesh is read ("bunny00.off"), for the progress of slow baking, and for
+/// each finding, in lines for people.
 struct BakeTold {
   std::function<void(const std::string& mesh)> begin = [](const std::string&) {};
   BakeProgress progress = {};
   std::function<void(const std::string& line)> finding = [](const std::string&) {};
 };
 
-/// Bakes the meshes of a session, or maps them from the cache; with a tool, for the renderer voxel
-/// or where [contact.voxel] is asked for, the volumes too. Throws MeshError.
+/// Bakes the meshes of a session, or maps them from the cache; with a tool, and for the renderer
+/// voxel or if [contact.voxel] is given, the volumes too. Throws MeshError.
 BakedSession bake_session(const SessionConfig& config, const BakeTold& told = {});
 
 }  // namespace haptic

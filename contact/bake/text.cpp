@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\v\f";
 constexpr std::string_view kBlanksAndEnd = " \t\r\v\f\n";
-constexpr size_t kLongestQuote = 40;  // of a word in a complaint: half a line of a terminal
+constexpr size_t kLongestQuote = 40;  // of a word in an error message: half a line of a terminal
 
-/// A word of the file as part of one line for people, whatever is in it.
+/// A word of the file, made printable on one line.
 std::string printable(std::string_view word) {
   std::string text(word.substr(0, kLongestQuote));
   for (char& c : text) {
@@ -67,7 +67,7 @@ double TextCursor::coordinate(std::string_view text) const {
   if (error == std::errc::invalid_argument || parsed != end || (plus && *begin == '-')) {
     fail("'" + printable(text) + "' is not a number; export the mesh again");
   }
-  // from_chars does not say whether it is too large or too small
+  // from_chars does not distinguish overflow from underflow
   if (error != std::errc{}) value = std::strtod(std::string(begin, end).c_str(), nullptr);
   if (!std::isfinite(value)) {
     fail("coordinate '" + printable(text) + "' is not finite; export the mesh again");

@@ -15,16 +15,16 @@
 namespace haptic {
 namespace {
 
-constexpr double kFarAway = 1e6;  // further than anything in a scene [m]
+constexpr double kFarAway = 1e6;  // [m]; farther than anything in a scene
 
-/// Distance to a mesh, signed where it is closed. Neighbours are asked one after the other: each
-/// thread keeps a witness.
+/// Distance to a mesh, signed if it is closed. Each thread keeps a witness: successive points are
+/// neighbours.
 class MeshDistance {
  public:
   explicit MeshDistance(const MeshShape& shape) : shape_(shape), number_(++builds) {}
 
   double operator()(const Vec3& p_O) const {
-    // a thread may have known another mesh at the same place
+    // the thread's witness may be of another mesh at the same address
     thread_local uint64_t known = 0;
     thread_local ClosestWitness witness;
     if (known != number_) witness = {};
@@ -59,20 +59,20 @@ void check_obstacle(const BakedShape& shape, const VoxelConfig& options) {
                   "open_as_sheet = true in [contact.voxel] to touch it as a sheet");
 }
 
-/// Of the triangles and of what is made of them.
+/// Key from the triangles and the options in `what`.
 uint64_t volume_key(const TriangleMesh& mesh, const std::string& what) {
   const uint64_t seed = hash_bytes(std::as_bytes(std::span(what)), kBakeVersion);
   return hash_bytes(std::as_bytes(mesh.triangles), hash_bytes(std::as_bytes(mesh.vertices), seed));
 }
 
-/// Seconds that some work takes.
+/// Duration of some work [s].
 double time_of(const std::function<void()>& work) {
   const int64_t start_ns = now_ns();
   work();
   return 1e-9 * static_cast<double>(now_ns() - start_ns);
 }
 
-/// From the cache, else made and put there. `make` fills in the times and returns the block.
+/// From the cache, else baked and cached. `make` sets the times and returns the block.
 BakedVolume cached_volume(uint64_t key,
                           const std::function<std::vector<std::byte>(BakedVolume&)>& make) {
   const std::string path = cache_path(key);

@@ -3,14 +3,14 @@
 
 namespace haptic {
 
-/// What haptic-faulty-contact can be told to do (send_order). It starts healthy.
+/// Faults that haptic-faulty-contact can be ordered to inject (send_order). It starts healthy.
 enum class ContactFault : int {
   kHealthy = 1,
   kNaN = 2,       // in every number of the planes of one answer
-  kInfinity = 3,  // the same
-  kTenTimes = 4,  // every answer takes ten periods of the servo, until told otherwise
+  kInfinity = 3,  // likewise
+  kTenTimes = 4,  // every answer takes ten periods of the servo, until the next order
   kThousandTimes = 5,
-  kLies = 6,  // finite planes that are not there, another lie in each answer, until told otherwise
+  kLies = 6,  // finite but wrong planes, different in each answer, until the next order
 };
 
 }  // namespace haptic

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-faulty-contact: haptic-contact that spoils its answers when it is told to. For the tests
-// and hapt torture; no session starts it unless HAPTICD_LIBEXEC names a folder where it stands in
-// for haptic-contact.
+// haptic-faulty-contact: haptic-contact that corrupts its answers on order. For the tests and
+// hapt torture; a session starts it only if HAPTICD_LIBEXEC names a folder where it replaces
+// haptic-contact.
 #include <limits>
 #include <random>
 
@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kLookNs = 1'000'000;  // for orders and the end, while an answer is held back
+constexpr int64_t kLookNs = 1'000'000;  // [ns] between looks for orders while an answer is delayed
 
 ContactFault in_force = ContactFault::kHealthy;
 
@@ -30,7 +30,7 @@ void spoil(ContactSet& answer, double value) {
   in_force = ContactFault::kHealthy;
 }
 
-/// Finite, plausible and wrong: each plane up to 20 mm from where it is, turned by up to 60°.
+/// Finite, plausible and wrong: shifts each plane by up to 20 mm and tilts it by up to 60°.
 void lie(ContactSet& answer) {
   static std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -43,13 +43,13 @@ void lie(ContactSet& answer) {
   }
 }
 
-/// How many times slower than the servo an answer is; 0: as fast as it can.
+/// Periods of the servo that an answer takes; 0: no delay.
 int64_t slowness() {
   if (in_force == ContactFault::kTenTimes) return 10;
   return in_force == ContactFault::kThousandTimes ? 1000 : 0;
 }
 
-/// Its heart goes on beating: hapticd would replace one that hangs, and this is the worse case.
+/// The heartbeat continues: hapticd would replace a process that hangs, and this is the worse case.
 void hold_back(Child<ContactChannels>& child) {
   const int64_t begin_ns = now_ns();
   const int64_t period = period_ns(child.config().servo_rate);

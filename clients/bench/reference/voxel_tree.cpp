@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-constexpr uint32_t kAllFree = 0, kAllInterior = 1;
+constexpr uint32_t kAllFree = 0, kAllInterior = 1;  // bricks and nodes
 
 /// Index in the tree for each brick of the map; uniform bricks are shared.
 std::vector<uint32_t> take_bricks(const Voxmap& map, VoxelTreeData& tree) {

@@ -64,7 +64,7 @@ BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes
   model.volumes = shapes.volumes;
   model.voxel = voxel_model(config.voxel, shapes.shell);
   model.voxel.objects = model.volumes;
-  // motions below half a band need no clearance
+  // the proxy may move half a band without any clearance
   model.clearance = {model.tool, model.body, 0.5 * config.voxel.band, {}};
   for (size_t i = 0; i < model.volumes.size(); ++i) {
     const double layer = push_layer(model.voxel, model.volumes[i], !objects[i].mesh.closed);

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostClusters = 64;
+constexpr size_t kMostClusters = 64;  // of one object
 constexpr double kNextTo = 0.5;       // share of the radius within which two points are neighbours
 constexpr double kSameNormal = 0.95;  // least cosine between the normals of neighbours
 constexpr double kFloor = 1e-9;  // [m]; added to depths: a point that just touches has a weight

@@ -14,7 +14,7 @@ struct NearFeature {
   Vec3 normal_O;  // unit, from the surface to the point
 };
 
-inline constexpr size_t kMaxNearTriangles = 256;
+inline constexpr size_t kMaxNearTriangles = 256;  // of one query
 
 /// Buffers of one query, so that a step allocates nothing.
 struct NearScratch {

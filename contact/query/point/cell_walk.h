@@ -130,7 +130,7 @@ class CellWalk {
   }
 
  private:
-  static constexpr double kNever = 2;
+  static constexpr double kNever = 2;        // beyond the segment, which ends at 1
   static constexpr int kMostCrossings = 64;  // longer segments are faster through the tree
 
   Vec3 p_, d_;  // in cells, from the corner of the grid

@@ -11,7 +11,7 @@
 
 namespace haptic {
 
-inline constexpr size_t kFrontNodes = 12;
+inline constexpr size_t kFrontNodes = 12;  // of a witness, at most
 
 /// Warm start for the queries of one moving point: the caller keeps one per point and object. It
 /// holds a front of the patch tree that contains everything within some distance of a centre; while

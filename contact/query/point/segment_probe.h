@@ -73,7 +73,7 @@ class SegmentView {
   int x_, y_, z_;  // axes in cyclic order, the dominant one last
   Pair from_xy_, xy_per_z_;
   double from_z_, t_per_z_;
-  double facing_;  // −1 if the segment runs against its axis: then front areas change sign
+  double facing_;  // −1 if the segment runs against its axis: makes front areas negative for both
 };
 
 /// A segment prepared for many boxes, in float; conservative: rejects only boxes that the segment

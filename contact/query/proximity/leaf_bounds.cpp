@@ -11,9 +11,9 @@ namespace haptic {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kUlp = 1.2e-7F;
-constexpr double kFloats = 1e-6;
-constexpr float kWayStep = 1 / 32767.F;
+constexpr float kUlp = 1.2e-7F;          // an ulp of 1
+constexpr double kFloats = 1e-6;         // relative error of a ball in float
+constexpr float kWayStep = 1 / 32767.F;  // of the components of a direction
 // errors of a gap from the rounding of its direction to steps: relative, and in half diagonals of
 // both boxes
 constexpr float kWayError = 1e-4F;

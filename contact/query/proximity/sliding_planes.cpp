@@ -14,7 +14,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kRounding = 1e-14;  // relative error of places in double
 constexpr double kFloats = 1e-6;     // relative error of a displacement in float
-constexpr float kUlp = 1.2e-7F;
+constexpr float kUlp = 1.2e-7F;      // an ulp of 1
 constexpr double kNormal = 1e-6;  // relative error of a gap: normals are shorter than 1 by as much
 // ‖R' − R‖ is 1/√2 of its Frobenius norm, since both are rotations
 constexpr double kSpectral = 0.70710679;

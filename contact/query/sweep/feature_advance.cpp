@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostSteps = 48;
+constexpr int kMostSteps = 48;         // of one advance
 constexpr double kShortOf = 1 - 1e-9;  // shortens a step by more than its rounding
 
 /// x limited to [0, 1].

@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kHalfUlp = 0x1p-53;
+constexpr double kHalfUlp = 0x1p-53;  // relative error of one rounding
 // error bounds of the determinants, relative to the sum of the magnitudes (Shewchuk 1997)
 constexpr double kSpatialBound = (7 + 56 * kHalfUlp) * kHalfUlp;
 constexpr double kPlanarBound = (3 + 16 * kHalfUlp) * kHalfUlp;

@@ -10,7 +10,7 @@ namespace haptic {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'h', 'a', 'p', 't', 'b', 'a', 'k', 'e'};
-constexpr size_t kAlignment = 64;
+constexpr size_t kAlignment = 64;  // of arrays [bytes]: a cache line
 
 struct Section {
   uint64_t offset = 0, bytes = 0;

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kArrays = 20;
+constexpr size_t kArrays = 20;  // the scalars and those of for_each_array
 
 /// Scalars, as an array of one.
 struct Facts {

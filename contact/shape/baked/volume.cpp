@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kArrays = 14;
+constexpr size_t kArrays = 14;            // the scalars and those of for_each_array
 constexpr size_t kUniformBricks = 2;      // all free and all interior, in every map
 constexpr int32_t kMostBricks = 1 << 10;  // along a side: 4096 voxels and their margin
 

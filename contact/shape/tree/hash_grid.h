@@ -19,7 +19,7 @@ struct GridSlot {
   uint32_t is_crowded : 1 = 0;
 };
 
-inline constexpr size_t kBatch = 8;
+inline constexpr size_t kBatch = 8;        // triangles
 inline constexpr uint32_t kCrowded = 128;  // triangles per cell; beyond, it refers to the tree
 inline constexpr int kCellUnits = 120;     // quantisation: half a cell in units of its batches
 

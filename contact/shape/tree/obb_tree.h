@@ -43,7 +43,7 @@ struct ObbNode {
 };
 static_assert(sizeof(ObbNode) == 64);
 
-inline constexpr size_t kLeafTriangles = 4;
+inline constexpr size_t kLeafTriangles = 4;  // per leaf, at most
 
 /// OBB tree over the triangles of a mesh (Gottschalk, Lin, Manocha 1996): boxes from the
 /// area-weighted covariance of the triangles, split at the mean along the longest axis. A view.

@@ -10,7 +10,7 @@ namespace haptic {
 namespace {
 
 constexpr double kSlack = 1e-6;  // voxels by which the triangle–box test is widened
-constexpr uint32_t kAllFree = 0, kAllInterior = 1;
+constexpr uint32_t kAllFree = 0, kAllInterior = 1;  // bricks
 
 constexpr std::array<VoxelIndex, 6> kFaces{
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
