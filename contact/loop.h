@@ -5,7 +5,6 @@
 
 namespace haptic {
 
-/// Publishes an answer.
 using ContactPublisher = void (*)(Child<ContactChannels>&, ContactSet&);
 
 /// The main function of haptic-contact: bakes the objects, then answers each new ServoFrame as soon

@@ -23,7 +23,6 @@ MappedFile map_file(const std::string& path);
 /// symbolic links are not followed. Throws std::runtime_error with the reason.
 MappedFile map_cached(const std::string& path);
 
-/// Path of the shape with this key.
 std::string cache_path(uint64_t key);
 
 /// Writes a file under an unpredictable temporary name and renames it, so that nobody maps a

@@ -33,8 +33,7 @@ struct CgalSoup {
   std::vector<std::vector<size_t>> polygons;
 };
 
-constexpr unsigned kMaxIntersections =
-    100000;  // pairs counted at most: broken meshes have millions
+constexpr unsigned kMaxIntersections = 100000;  // pairs; broken meshes have millions
 
 /// "1 face", "2 faces".
 std::string counted(size_t n, const std::string& one, const std::string& many) {

@@ -28,8 +28,8 @@ struct GodObject6Options {
 struct GodObjectContact {
   NearContact at;  // in O; normal_A points from the object to the tool
   uint32_t object = 0;
-  bool is_kept = false;  // retained from an earlier pose of the step: constrains its moves, but is
-                         // not reported
+  bool is_kept =
+      false;  // of an earlier pose of the step: constrains its moves; reported only if active
 };
 
 struct GodObjectMove {
@@ -46,19 +46,17 @@ struct GodObjectMove {
 ///   a_u = ½ k_s (x_target − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
 ///   x ← x ⊕ a, as far as continuous collision detection proves it free,
 /// with M = diag(k_T, k_R) about the tool's origin, from the stiffness of the config. What a motion
-/// meets becomes a constraint of the following moves; the constraints that held it back are
-/// retained as well, or it would chatter. It slides within the same step, as the paper permits; a
-/// step that ends early leaves at most a few margins.
+/// meets becomes a constraint of the following moves; what held it back is retained as well, or it
+/// would chatter. It slides within the same step, as the paper permits; a step that ends early
+/// leaves at most a few margins.
 ///
-/// Moving objects: the tool is carried along rigidly with the object that it touches, or stays
-/// where it is, if that motion is free. Else it gives way by the least motion
-///   a = argmin ½ aᵀ M a  s.t. J a ≥ −(gap − margin), with the gaps to the objects where they now
-///   are,
+/// Moving objects: the tool is carried along with the object that it touches, or stays where it is,
+/// if that motion is free. Else it gives way by the least motion
+///   a = argmin ½ aᵀ M a  s.t. J a ≥ −(gap − margin),  gaps to the objects at their new poses,
 /// which translates and rotates it; what that motion meets is a constraint of the next attempt, and
-/// where attempts fail the motion of the objects is halved. Parts of that motion that remain when
-/// the attempts are used up are left to the next step: until then the tool is `behind`, free of the
-/// objects where X_WO() has them. It never changes the side of an object except by place and
-/// place_near.
+/// where attempts fail the motion of the objects is halved. What remains of it when the attempts
+/// are used up is left to the next step: until then the tool is `behind`, free of the objects where
+/// X_WO() has them. It never changes the side of an object except by place and place_near.
 ///
 /// Source: Ortega, Redon & Coquillart 2007; continuous collision detection as in Redon, Kheddar &
 /// Coquillart 2002 (swept_mesh.h).
@@ -170,7 +168,7 @@ class GodObject6 {
   Pose X_WG_;
   std::vector<GodObjectContact> rows_;
   size_t row_room_ = 0;   // most rows after this object
-  double most_push_ = 0;  // most that a violated row may ask for [m]
+  double most_push_ = 0;  // largest separation that a violated row requires [m]
   std::vector<MotionRow> motion_rows_;
   std::array<int, 6> active_{};
   int n_active_ = 0;

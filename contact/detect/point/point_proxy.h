@@ -26,7 +26,6 @@ struct ProxyWitness {
   ClosestWitness beside;
 };
 
-/// Where the proxy is.
 struct ProxyPlace {
   Vec3 g_W;  // verified position of its centre: outside every closed object by the radius
   bool seeded = false;

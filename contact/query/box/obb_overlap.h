@@ -17,7 +17,7 @@ struct ObbSweep {
 };
 
 ObbSweep at_rest(const Pose& X_AB);
-/// Of the tool T (as B) past the object O (as A), between two times.
+/// Sweep of the tool T (as B) past the object O (as A), between two times.
 ObbSweep sweep_between(const RigidMotion& motion, double from, double to);
 
 /// When two bodies may have a common point, in half lengths of the sweep: −1 at its start, 1 at its
@@ -41,7 +41,6 @@ SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const 
 /// with c the vector between the centres. Rotation of b about its own centre does not matter.
 SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 
-/// Whether the boxes may meet at all.
 inline bool boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
   return !when_boxes_may_meet(a, b, sweep).is_empty();
 }

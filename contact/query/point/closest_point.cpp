@@ -63,13 +63,11 @@ class NearestSearch {
     lower_limit(limit);
   }
 
-  /// Searches the whole tree, nearest first.
   HAPTIC_INLINE void search_all() {
     open(0);
     drain();
   }
 
-  /// Searches below some nodes.
   HAPTIC_INLINE void search_below(std::span<const uint32_t> nodes) {
     for (const uint32_t node : nodes) open(node);
     drain();

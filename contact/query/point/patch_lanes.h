@@ -52,7 +52,7 @@ HAPTIC_INLINE LaneSet patches_near(const PatchNode& node, const PatchProbe& prob
     const Float8 cos_squared = load<Float8>(node.cos_squared);
     Float8 above = larger(front, back);
     if (facing == Facing::kFront) {
-      // beyond 45° the back of a pit may count as its front
+      // in cones beyond 45° a pit seen from behind may count as seen from the front
       above = cos_squared > splat(0.5F) ? larger(front, splat(0)) : above;
     }
     dropped |= above * above < cos_squared * distance_squared;

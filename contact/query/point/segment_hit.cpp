@@ -31,7 +31,6 @@ void prefetch(const void* p) {
   __builtin_prefetch(p);
 }
 
-/// State of one query.
 struct Search {
   const MeshShape& shape;
   const SegmentView& view;
@@ -141,7 +140,6 @@ struct Search {
     }
   }
 
-  /// Traverses the tree with bounding spheres.
   void descend_spheres() {
     const Vec3 middle_O = from_O + 0.5 * d_O;
     const double half = 0.5 * norm(d_O);
@@ -151,7 +149,6 @@ struct Search {
     });
   }
 
-  /// Tests everything below `root`.
   void descend(uint32_t root, SegmentProbe& probe) {
     // one sibling waits per level
     std::array<uint32_t, kMaxTreeDepth + 1> stack;

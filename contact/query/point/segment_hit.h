@@ -18,12 +18,12 @@ struct SegmentWitness {
   size_t slot = 0;  // grid cell in which the search ended
 };
 
-/// First triangle that the segment from → to (both in O) enters through its front side (n·(to−from)
-/// < 0). Each vertex is projected along the segment with one rounding that all its triangles share;
-/// on the projected points the edge functions have exact signs and are exactly antisymmetric, so no
-/// segment slips between two triangles that share an edge or a vertex (after Woop, Benthin, Wald
-/// 2013, with the sign taken from the remainders of the products where theirs is zero). A
-/// zero-length segment hits nothing. Ties go to the lower triangle index.
+/// First triangle that the segment from → to (both in O) enters through its front side, n·(to−from)
+/// < 0. Each vertex is projected along the segment with one rounding that all its triangles share;
+/// there the edge functions have exact signs and are exactly antisymmetric, so no segment slips
+/// between two triangles that share an edge or a vertex (after Woop, Benthin, Wald 2013, with the
+/// sign taken from the remainders of the products where theirs is zero). A zero-length segment hits
+/// nothing. Ties go to the lower triangle index.
 ///
 /// H-Collide (Gregory, Lin, Gottschalk, Taylor 2000): the witness first, then the cells along the
 /// segment with the boxes in each, up to the first hit; long segments and meshes without a grid use

@@ -36,8 +36,8 @@ struct alignas(64) LeafBounds {
 };
 static_assert(sizeof(LeafBounds) == 192);
 
-/// Moves all bounds along with B. Marks for measurement the triangle pairs whose gap is at most
-/// `least` [m] now, or was at most `before`; appends the leaf pairs that have any to `asked`.
+/// Moves all bounds along with B. Marks the triangle pairs to be measured, whose gap is at most
+/// `least` [m] now or was at most `before`, and appends their leaf pairs to `asked`.
 void move_along(std::vector<LeafBounds>& bounds, const PoseChange& change, double least,
                 double before, std::vector<uint32_t>& asked);
 

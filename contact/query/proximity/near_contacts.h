@@ -41,13 +41,13 @@ struct NearContactSet {
 
 /// Local minima of the distance between two surfaces, merged. A pair of triangles contributes one
 /// if the segment between its closest points lies in the normal cones of the features that carry
-/// them (no neighbour is nearer) and outside both surfaces; faces that are parallel within the
-/// tolerance contribute all qualifying pairs of corners, edges and faces. Triangles that share the
-/// features give one contact. Greedy from the nearest on: a contact is kept unless one already kept
-/// represents it; at most kRoom.
-/// Error of merging: for a motion that turns by θ and moves the point by δ, and that the kept
-/// contacts allow, a merged contact is violated by at most θ · place + normal · |δ|, one beyond
-/// kRoom by |δ| − next. Allocates until it has held the most pairs.
+/// them (no neighbour is nearer) and outside both surfaces; faces parallel within the tolerance
+/// contribute all qualifying pairs of corners, edges and faces. Triangles that share the features
+/// give one contact. Greedy from the nearest on: a contact is kept unless a kept one represents it;
+/// at most kRoom.
+/// Error of merging: a motion that turns by θ and moves the point by δ, and that the kept contacts
+/// allow, violates a merged one by at most θ · place + normal · |δ|, one beyond kRoom by |δ| −
+/// next. Allocates until it has held the most pairs.
 class NearContacts {
  public:
   static constexpr size_t kRoom = 64;

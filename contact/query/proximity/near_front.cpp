@@ -105,7 +105,6 @@ std::span<const NearPair> NearFront::follow(const RigidMotion& motion, const Pos
   return near;
 }
 
-/// Starts a new front from the roots.
 void NearFront::begin() {
   pairs_.assign(2, {});
   planes_.clear();
@@ -115,14 +114,14 @@ void NearFront::begin() {
   open(0);
 }
 
-/// Nodes freed in this update can be reused from now on: nothing refers to them any more.
+/// Nodes freed in this update may be reused: nothing refers to them any more.
 void NearFront::retire() {
   unused_.insert(unused_.end(), retired_.begin(), retired_.end());
   retired_.clear();
 }
 
-/// Moves the bounds of all leaf pairs, and queues the triangles that may be near now or, in
-/// follow(), may have been near at the previous pose.
+/// Moves the bounds of all leaf pairs; queues the triangles that may be near now or, in follow(),
+/// were at the previous pose.
 void NearFront::move_leaves() {
   const double before = sweep_ != nullptr ? band_ : -std::numeric_limits<double>::infinity();
   looked_at_.clear();
@@ -139,8 +138,8 @@ void NearFront::move_leaves() {
   }
 }
 
-/// Amortised coarsening: tests 1/512 of the front per update for merging into the parent. Goes from
-/// the end to the front: the entry that replaces a removed one has been tested already.
+/// Amortised coarsening: tests 1/512 of the front per update for merging into the parent. Runs
+/// backwards: the entry that replaces a removed one has been tested already.
 void NearFront::close_some() {
   const auto some_of = [](size_t n, size_t& asked, const auto& ask) {
     const size_t end = n - std::min(n, asked), most = n / kPasses + 1;
@@ -191,7 +190,7 @@ void NearFront::visit(uint32_t index, const Vec3& normal_A) {
   if (pairs_[index].state != State::kFar) return;
   ++work_.visited;
   const NodePair nodes = pairs_[index].nodes;
-  // the bound is conservative for rotations: compute the actual gap first
+  // the bound is conservative for rotations: compute the gap itself first
   const double gap = gap_along(nodes, normal_A, boxes_, X_AB_);
   if (gap > band_) {
     planes_.set_gap(index, gap);
@@ -283,7 +282,7 @@ void NearFront::measure_waiting() {
 }
 
 /// Replaces the bounds of a leaf pair by one plane, normal to the direction of its nearest
-/// triangles, if its gap is nearly as large as that of the triangles.
+/// triangles, if its gap is nearly as large.
 void NearFront::leave_leaves(uint32_t index) {
   const Pair& pair = pairs_[index];
   const LeafBounds& bounds = bounds_[pair.below];
@@ -307,7 +306,7 @@ void NearFront::end_leaves(uint32_t index) {
   bounds_.pop_back();
 }
 
-/// Merges the pair and its sibling into their parent, and so on upwards while that is possible.
+/// Merges the pair and its sibling into their parent, and so on upwards.
 void NearFront::raise(uint32_t index, SlidingPlane plane) {
   for (auto of_parent = close(index, plane.gap); of_parent; of_parent = close(index, plane.gap)) {
     index = pairs_[index].parent;
@@ -379,9 +378,9 @@ double NearFront::gap_along(const NodePair& nodes, const Vec3& normal_A, const B
          furthest(corners_A_, a, normal_A);
 }
 
-/// Whether two nodes are farther apart than the band and, in follow(), stayed apart along the whole
-/// motion: because none of their points moved far enough, because the same plane separated them
-/// before, or by the swept box test.
+/// Whether two nodes are farther apart than the band and, in follow(), stayed apart along the
+/// motion: none of their points moved that far, the same plane separated them before, or the swept
+/// boxes do not meet.
 bool NearFront::is_far(const NodePair& nodes, const Apart& apart) const {
   if (!(apart.plane.gap > band_)) return false;
   if (sweep_ == nullptr) return true;
@@ -391,8 +390,8 @@ bool NearFront::is_far(const NodePair& nodes, const Apart& apart) const {
          !boxes_may_meet(node_a(nodes).box, node_b(nodes).box, *sweep_);
 }
 
-/// Whether two measured triangles were separated at the previous pose by the same direction; then
-/// they were apart all along the motion. False does not prove that they met.
+/// Whether the same direction separated two measured triangles at the previous pose: then they were
+/// apart all along. False does not prove that they met.
 bool NearFront::was_apart(size_t i, size_t corners_A, size_t corners_B) const {
   const double distance = std::sqrt(batch_.distance_squared[i]), least = 0.5 * band_;
   if (!(distance > least) || !(batch_.gap[i] > least * distance)) return false;

@@ -11,14 +11,13 @@
 
 namespace haptic {
 
-/// near_pairs with temporal coherence: keeps the front of the bounding-volume-tree traversal, that
-/// is the pairs of nodes too far apart to be opened, each with a separating plane and the gap
-/// across it. Leaf pairs that no single plane separates keep one plane per pair of triangles. All
-/// planes are moved along with B at once; sliding along a plane does not consume its gap. A pair is
-/// tested again only when its gap is consumed; two far siblings are merged into their parent.
-/// Fronts as in Klosowski et al. 1998 and Ehmann & Lin 2001; kept separating planes instead of a
-/// test in every step as in Chung & Wang 1996. The corners of both meshes are copied at
-/// construction; the front and its pairs allocate until they have held the largest.
+/// near_pairs with temporal coherence: keeps the front of the bounding-volume-tree traversal, the
+/// pairs of nodes too far apart to be opened, each with a separating plane. Leaf pairs that no
+/// single plane separates keep one per pair of triangles. All planes move along with B at once;
+/// sliding along a plane does not consume its gap. A pair is tested again only when its gap is
+/// consumed; two far siblings are merged into their parent. Fronts as in Klosowski et al. 1998 and
+/// Ehmann & Lin 2001, kept separating planes as in Chung & Wang 1996. Copies the corners of both
+/// meshes at construction; front and pairs allocate until they have held the largest.
 class NearFront {
  public:
   /// The arrays that both shapes view must outlive it.
@@ -27,23 +26,22 @@ class NearFront {
   /// The same set as near_pairs, in unspecified order, valid until the next call.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
-  /// As update, at the end of a motion that begins at the pose of the previous update (up to
-  /// rounding); also finds the triangles that may have met on the way. As long as no point of B
-  /// deviates from the straight line between its end points by half the band or more, only the
-  /// suspects can have met. The cost grows with the length of the motion. Says nothing about a
-  /// motion that leads to a first update: see is_first().
+  /// As update, at the end of a motion from the pose of the previous update (up to rounding); also
+  /// finds the triangles that may have met on the way: only the suspects, as long as no point of B
+  /// deviates from the straight line between its end points by half the band. The cost grows with
+  /// the length of the motion. Says nothing about the motion to a first update: is_first().
   std::span<const NearPair> follow(const RigidMotion& motion, const Pose& X_AB, double band);
   std::span<const TrianglePair> suspects() const { return suspects_; }
   bool is_first() const { return is_fresh_; }
 
-  /// Whether there is any near pair. Tests the pair found last time first, then searches from
-  /// scratch with a budget, and updates the front only if that is inconclusive.
+  /// Whether there is any near pair: tests the pair found last time, then searches from scratch
+  /// with a budget, and updates the front only if that is inconclusive.
   bool any_near_pair(const Pose& X_AB, double band);
 
   /// Discards the front; the next update starts from the roots.
   void forget() { is_fresh_ = true; }
 
-  /// Cost of the last update: node pairs visited, box tests, triangle pairs measured.
+  /// Cost of the last update: node pairs, box tests, triangle pairs.
   struct Work {
     size_t visited = 0, boxes = 0, triangles = 0;
   };

@@ -59,9 +59,9 @@ struct alignas(32) SlidingPlaneBlock {
 
 /// Separating planes that are all moved along at once when B moves:
 ///   gap' = gap + n·(c' − c) − ‖R' − R‖ r,
-/// with centre c and radius r of the ball. Sliding along a plane does not consume its gap; a
-/// rotation consumes only what the radius of the piece makes it displace. A gap below 0 carries no
-/// information. Each plane belongs to an owner, given by number.
+/// with centre c and radius r of the ball. Sliding along a plane does not consume its gap, and a
+/// rotation only in proportion to r. A gap below 0 carries no information. Each plane belongs to an
+/// owner, given by number.
 class SlidingPlanes {
  public:
   void clear();

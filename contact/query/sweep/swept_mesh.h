@@ -25,10 +25,10 @@ struct MeshMeeting {
 /// triangle_pairs) goes unnoticed until features meet.
 ///
 /// Traverses both OBB trees at once, over stretches of the motion that are short in proportion to
-/// the boxes, earliest first; every meeting found shortens the time that remains to be searched.
-/// The pair that met last is tested first (warm start), which only changes by how much, within the
-/// tolerance, an answer is early. Works on any triangle soup. Allocates at construction only; the
-/// work is bounded by the number of pairs of triangles times the budget of a pair of features.
+/// the boxes, earliest first; every meeting found prunes what is later. The pair that met last is
+/// tested first (warm start), which only changes by how much, within the tolerance, an answer is
+/// early. Works on any triangle soup. Allocates at construction only; the work is bounded by the
+/// pairs of triangles times the budget of a pair of features.
 class SweptMesh {
  public:
   /// The arrays that both shapes view must outlive it.

@@ -118,7 +118,6 @@ struct TriangleSweep {
   }
 };
 
-/// State of one query.
 class SphereSearch {
  public:
   SphereSearch(const MeshShape& shape, const SweptSphere& sphere)

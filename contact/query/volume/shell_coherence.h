@@ -10,10 +10,10 @@
 
 namespace haptic {
 
-/// Temporal coherence of a shell in a field (McNeely, Puterbaugh, Troy 2006). The sampled distance
-/// at a point changes by at most a constant times the travel of the point (Lipschitz bound); this
-/// bounds how long a node stays farther than the reach, a point no nearer than its lower bound, and
-/// the nearest point of a patch no farther than its upper bound. Sized once, for one shell.
+/// Temporal coherence of a shell in a field (McNeely, Puterbaugh, Troy 2006). The field at a point
+/// changes by at most a constant times the travel of the point (Lipschitz bound); this bounds how
+/// long a node stays farther than the reach, a point no nearer than its lower bound, and the
+/// nearest point of a patch no farther than its upper bound. Sized once, for one shell.
 struct ShellCoherence {
   std::vector<double> free_until;  // accumulated travel at which a node must be tested again;
                                    // negative: known near until −free_until [m]

@@ -24,7 +24,6 @@ struct PointBatch {
   void add(uint32_t point) { points[at.n++] = point; }
 };
 
-/// State of one search.
 struct Search {
   const DistanceField& field;
   const Pointshell& shell;

@@ -40,15 +40,15 @@ struct ShellAnswer {
                             // room ended the search, or the pose is not finite
 };
 
-/// The points of a shell that are nearer to the object than `reach`. Goes through the levels of the
-/// shell from the root: a node is excluded with its subtree if its point is farther than reach plus
-/// the radius of its ball (Barbič & James 2008). Two values of a field with cell size h, at points
-/// s apart, differ by at most √3 s (no partial derivative of the interpolation exceeds that of a
-/// distance) and by at most s + √3 h; the smaller bound is used, so free points are excluded in
-/// gaps of any width. A patch is a node two levels above the points. If the budget ends, the result
-/// is the finest complete level, each of whose points represents its subtree. Coherence does not
-/// change the answer by a bit unless the budget ends the search. `visited`: scratch for the number
-/// of nodes of the shell + 1. Points are stored in float and moved in double.
+/// The points of a shell nearer to the object than `reach`, level by level from the root: a node is
+/// excluded with its subtree if its point is farther than reach plus the radius of its ball (Barbič
+/// & James 2008). Values of a field with cell size h at points s apart differ by at most √3 s (no
+/// partial derivative of the interpolation exceeds that of a distance) and by at most s + √3 h; the
+/// smaller bound is used, so free points are excluded in gaps of any width. A patch is a node two
+/// levels above the points. If the budget ends, the result is the finest complete level, each of
+/// whose points represents its subtree. With coherence the answer is bit-identical unless the
+/// budget ends the search. `visited`: scratch, the number of nodes of the shell + 1. Points are
+/// stored in float and moved in double.
 ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, const Pose& X_OT,
                          const ShellQuery& query, ShellCoherence* coherence,
                          std::span<ShellVisit> visited, std::span<ShellTouch> touches);

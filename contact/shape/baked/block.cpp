@@ -39,7 +39,7 @@ Header header_of(std::span<const std::byte> bytes) {
   return header;
 }
 
-/// Of the first half, including the header, or the second.
+/// Checksum of the first half, including the header, or the second.
 uint64_t checksum(Header header, std::span<const std::byte> file, size_t half) {
   const size_t middle = std::max(sizeof header, file.size() / 2);
   if (half == 1) return hash_bytes(file.subspan(middle));

@@ -20,7 +20,6 @@ struct BakedContent {
   std::span<const char> notes;  // text from baking
 };
 
-/// One block of all arrays.
 std::vector<std::byte> write_baked(const BakedContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks magic, version, key, size, checksum,

@@ -16,7 +16,6 @@ struct VolumeContent {
   Pointshell shell;
 };
 
-/// One block of all arrays.
 std::vector<std::byte> write_volume(const VolumeContent& content, uint64_t key);
 
 /// Views a block in place; nothing is parsed or copied. Checks that every voxel and node has its

@@ -13,7 +13,7 @@ struct MassProperties {
   Mat3 inertia_O{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};  // about the centre, axes of O [m⁵]
 };
 
-/// Of a closed, outward-oriented mesh, by tetrahedra over its triangles: exact up to rounding. I =
+/// For a closed, outward-oriented mesh, by tetrahedra over its triangles: exact up to rounding. I =
 /// tr(C) 1 − C, C = ∫ r rᵀ about the centre.
 MassProperties mass_properties(const TriangleMesh& mesh);
 

@@ -81,7 +81,6 @@ bool is_too_fine(const TriangleMesh& mesh, const HashGridData& grid) {
   return cells > kMostCellsAround * static_cast<double>(mesh.triangles.size());
 }
 
-/// The cells that these triangles reach into.
 std::vector<Entry> sort_triangles(const TriangleMesh& mesh, std::span<const uint32_t> triangles,
                                   const HashGridData& grid, const RunBoth& run_both) {
   std::vector<Entry> entries;

@@ -130,7 +130,6 @@ FittedBox fit_box(std::span<const Item> items, const Moments& moments, double pa
   return box;
 }
 
-/// Longest axis of the box, in O.
 Vec3 longest_axis(const FittedBox& box) {
   const Vec3& h = box.half;
   return box.R_BO.row[h.x >= h.y && h.x >= h.z ? 0 : h.y >= h.z ? 1 : 2];

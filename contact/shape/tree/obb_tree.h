@@ -65,7 +65,6 @@ struct ObbTreeData {
 using RunBoth =
     std::function<void(const std::function<void()>& first, const std::function<void()>& second)>;
 
-/// Runs one after the other.
 inline void run_in_turn(const std::function<void()>& first, const std::function<void()>& second) {
   first();
   second();
