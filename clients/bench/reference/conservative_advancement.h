@@ -11,7 +11,7 @@ struct AdvancementOptions {
   uint32_t steps = 1000;    // most distance queries
 };
 
-/// How far B gets.
+/// How far B can move.
 struct Advancement {
   double time = 0;  // the surfaces are apart at this and every earlier time, by at least half the
                     // tolerance or their initial distance

@@ -41,12 +41,12 @@ struct ClusterOptions {
 /// F0 = Σ k d (n, r × n) over points with d > 0, about `about_O`.
 LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O);
 
-/// Clusters the points by distance and normal, each cluster led by its first point; when there is
-/// no room for more clusters, points go to the best-fitting one. Weighted by force, or by nearness
-/// if all approach (Kim, Otaduy, Lin, Manocha 2003; normals after Otaduy & Lin 2006, with the
-/// correction that they must agree). Approaching points have clusters of their own. A point next to
-/// one clustered shortly before, with nearly the same normal, joins its cluster: in a shell in
-/// Morton order most do, so few are compared with all clusters. Returns the number of clusters.
+/// Clusters the points by distance and normal, each cluster led by its first point; without room
+/// for more clusters, points go to the best-fitting one. Weighted by force, or by nearness if all
+/// approach (Kim, Otaduy, Lin, Manocha 2003; normals after Otaduy & Lin 2006, corrected: they must
+/// agree). Approaching points have clusters of their own. A point next to one clustered shortly
+/// before, with nearly the same normal, joins its cluster: most points of a shell in Morton order
+/// do. Returns the number of clusters.
 size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
                       std::span<PushCluster> clusters);
 

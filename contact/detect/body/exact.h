@@ -12,22 +12,20 @@ namespace haptic {
 inline constexpr size_t kPushesPerPair = 3;
 
 /// The pushes of pairs of triangles that meet (a: of the object, b: of the tool), in O, each of
-/// `stiffness` [N/m], always from object to tool. Of three ways to separate a pair the shortest is
-/// taken:
+/// `stiffness` [N/m], from object to tool. Of three ways to separate a pair the shortest is taken:
 ///   the object's face, normal n through f: r = max n·(f − p) over the points p of the tool's
 ///     triangle within the prism over the face, out along n;
 ///   the tool's face: the same for the object's triangle, out along −n;
 ///   one edge of each, u and v, that cross with both triangles behind: along n = ±u × v/|…|
 ///     by the distance of the two lines.
 /// A face pushes at each corner of the other triangle that lies behind it within the prism, with
-/// that corner's depth n·(f − p), or, if there is none, at the deepest point there; edges push
-/// where they cross. So depth begins at 0 where two triangles begin to meet, and is as local as the
-/// triangles are small; it ends with a jump where one has passed through, as always in direct
-/// rendering. The same corner behind the same plane, or the same two edges, push once, whatever the
-/// number of pairs. Sorted by place, so independent of the numbering of triangles. Writes at most
-/// pushes.size(), for which kPushesPerPair · pairs.size() suffices, and returns their number. Our
-/// own formula, from the three kinds of separating axes of two convex bodies (Gottschalk, Lin,
-/// Manocha 1996), restricted to where the triangles are.
+/// that corner's depth n·(f − p), else at the deepest point there; edges push where they cross. So
+/// depth begins at 0 where two triangles begin to meet, and ends with a jump where one has passed
+/// through, as always in direct rendering. The same corner behind the same plane, or the same two
+/// edges, push once, whatever the number of pairs. Sorted by place, so independent of the numbering
+/// of triangles. Writes at most pushes.size(), for which kPushesPerPair · pairs.size() suffices,
+/// and returns their number. Our own formula, from the separating axes of two convex bodies
+/// (Gottschalk, Lin, Manocha 1996), restricted to where the triangles are.
 size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT,
                          std::span<const TrianglePair> pairs, double stiffness,
                          std::span<PointPush> pushes);

@@ -28,8 +28,7 @@ struct GodObject6Options {
 struct GodObjectContact {
   NearContact at;  // in O; normal_A points from the object to the tool
   uint32_t object = 0;
-  bool is_kept =
-      false;  // of an earlier pose of the step: constrains its moves; reported only if active
+  bool is_kept = false;  // of an earlier pose of the step: reported only if active
 };
 
 struct GodObjectMove {

@@ -25,13 +25,13 @@ GodObject6Options god_object_options(const SessionConfig& config, const ToolBody
 ///
 /// The target of the god-object is the hand; with friction, and always with constrained dynamics,
 /// it is the servo's proxy: then contact sweeps from the last verified pose, and the servo projects
-/// back. While the force is gated off the tool is placed at the hand if it is free there. A start
-/// inside an object is moved to the nearest free pose found, which the set reports.
+/// back. While the force is off the tool is placed at the hand if it is free there. A start inside
+/// an object is moved to the nearest free pose found, which the set reports.
 ///
 /// If the objects have moved on without a free path for the tool, the set shows the objects where
 /// the tool is free of them. After 20 such steps the force is zero, and the set says so, until a
-/// path is found, on the side of each object where the tool was last; or, after another half
-/// second, until the tool is free at the hand, where it starts without a force.
+/// path is found, on the side of each object where the tool was last; or, half a second later,
+/// until the tool is free at the hand, where it restarts without a force.
 class RigidTool {
  public:
   explicit RigidTool(const RigidToolModel& model);

@@ -127,8 +127,8 @@ Vec3 stop_short(const PointScene& scene, const SceneHit& hit, const Vec3& from_W
   return from_W + std::min(t, hit.t) * (to_W - from_W);
 }
 
-/// The subgoal, extended to at least `roll`: where the tool is beside or behind an edge the subgoal
-/// is only as far as the tool from the edge, and rolling around it would take endless legs.
+/// The subgoal, at least `roll` away: where the tool is beside or behind an edge the subgoal is
+/// only as far as the tool is from the edge, and rolling around it would take endless legs.
 Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W, double roll) {
   const Vec3 way_W = subgoal_W - g_W;
   const double way = norm(way_W);
@@ -137,9 +137,9 @@ Vec3 rolled_on(const PointScene& scene, const Vec3& g_W, const Vec3& subgoal_W, 
 
 /// Subgoal at an edge or vertex: its tangent plane turns while a sphere rolls around it, so the
 /// nearest point on the plane is only a small part of the way. The line from the feature through
-/// the tool meets the plane at a place from which the motion towards the tool ends where the sphere
-/// comes to rest. Where the tool is beside or behind the feature the sphere rolls on by a least
-/// step. Returns the given subgoal if there is no such bend.
+/// the tool meets the plane where the motion towards the tool ends at the place of rest. Where the
+/// tool is beside or behind the feature the sphere rolls on by a least step. The given subgoal if
+/// there is no such bend.
 Vec3 beyond_bend(const PointScene& scene, const ProxyPlane& plane, const HalfSpace& tangent,
                  const Vec3& g_W, const Vec3& p_W, const Vec3& subgoal_W) {
   if (scene.radius == 0) return subgoal_W;
@@ -221,8 +221,8 @@ Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& befor
   return leap <= kLongestLeap ? tool_W + leap * out_W : subgoal_W;
 }
 
-/// Offset of a facet's plane, given the proxy's height over it: the proxy is not lifted, or two
-/// facets would pass it back and forth; only from the surface itself it is lifted off.
+/// Offset of a facet's plane, given the proxy's height over it: the proxy is lifted off the surface
+/// itself only, or two facets would pass it back and forth.
 double stand_off(const PointScene& scene, double height) {
   if (height >= 0 && height < kClearance * scene.epsilon) return scene.epsilon;
   return std::min(height, scene.epsilon);
@@ -308,7 +308,7 @@ class Slide {
     if (moved) g_W_ = reached_W;
     if (!blocked.hit && (leg_.size == 0 || !moved)) return goes_on_otherwise();
     // planes hold where they were met, in that order: after a move it heads for the tool itself
-    // again, so that its place of rest does not depend on its path
+    // again, so that the place of rest is independent of the path
     if (moved && (in_time || !blocked.hit)) {
       const bool towards_tool = leg_.size == 0;
       if (!tries_again()) {
@@ -361,7 +361,7 @@ class Slide {
     return norm(b_W - tool_W_) - norm(a_W - tool_W_) > kAroundVertex * scene_.epsilon;
   }
 
-  /// What is left to try when the planes say that it rests.
+  /// Last resorts when the planes say that it rests.
   bool goes_on_otherwise() { return take_leap_back() || leaves_vertex(); }
 
   /// Whether a motion of a few epsilon meets nothing, and touches nothing at its end.
@@ -371,8 +371,8 @@ class Slide {
   }
 
   /// At a vertex that is neither convex nor concave the free space is no intersection of
-  /// half-spaces: planes of facets that do not touch may hold the proxy although there is a way
-  /// between them. Takes it around the vertex to where the steepest direction begins.
+  /// half-spaces: facets that do not touch may hold the proxy although there is a way between them.
+  /// Takes it around the vertex to where the steepest direction begins.
   bool leaves_vertex() {
     if (scene_.radius > 0) return false;
     take_leave_back();

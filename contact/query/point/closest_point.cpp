@@ -47,7 +47,6 @@ struct Waitlist {
   }
 };
 
-/// A triangle that may be the nearest.
 struct Candidate {
   float at_least;  // of its distance [m]
   uint32_t triangle;

@@ -110,7 +110,6 @@ struct Search {
     return false;
   }
 
-  /// Tests every triangle of a cell without its box.
   void test_cell(const GridCell& cell) {
     for (const TriangleBatch& batch : cell.batches) {
       for (size_t i = 0; i < kBatch; ++i) {

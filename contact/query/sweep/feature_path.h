@@ -25,7 +25,6 @@ struct SliceErrors {
   Vec3 base, e, f;
 };
 
-/// Two features along a motion.
 class FeaturePath {
  public:
   /// For points that move linearly. A vertex p and a face a, b, c: base = p − a, e = b − a, f = c −

@@ -15,7 +15,6 @@ constexpr double kNotAsked = kInfinite;
 constexpr double kRounding = 1e-12;  // rounding of the accumulated slack [m]
 constexpr size_t kPatchLevels = 2;   // between patches and points; a patch fits into a batch
 
-/// Points of the shell that are looked up together.
 struct PointBatch {
   FieldBatch at;
   std::array<uint32_t, FieldBatch::kRoom> points;

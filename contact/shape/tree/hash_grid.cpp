@@ -128,7 +128,6 @@ std::vector<uint32_t> parents_of(const ObbTree& tree) {
   return parents;
 }
 
-/// Leaf of each triangle.
 std::vector<uint32_t> leaves_of(const ObbTree& tree) {
   std::vector<uint32_t> leaves(tree.order.size());
   for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
@@ -216,7 +215,6 @@ void add_batches(HashGridData& grid, const TriangleMesh& mesh, uint64_t key,
   }
 }
 
-/// Stores the contents of each cell.
 void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<const Entry> entries,
                 const TriangleMesh& mesh, const ObbTree& tree) {
   std::vector<uint32_t> triangles(entries.size()), next(cells.size());
