@@ -68,8 +68,8 @@ constexpr Interval magnitude(const Interval& a) {
   return {0, std::max(-a.lo, a.hi)};
 }
 
-/// Range over all angles of the interval: the values at its ends, and ±1 if it contains a multiple
-/// of π [rad].
+/// Range over all angles of the interval [rad]: the values at its ends, and ±1 if it contains such
+/// an extremum.
 Interval cos(const Interval& angle);
 Interval sin(const Interval& angle);
 
