@@ -15,7 +15,8 @@ constexpr int kRounds = 7;
 constexpr size_t kRepeats = 2000;
 constexpr size_t kStride = 7919;  // a prime: from one end of the mesh to the other
 
-/// The parts of first_hit one by one, on segments through the surface of a mesh. Each returns something that depends on all the work.
+/// The parts of first_hit one by one, on segments through the surface of a mesh. Each returns
+/// something that depends on all the work.
 class SegmentCostProbe {
  public:
   /// The shape must live longer; it has a grid.

@@ -5,7 +5,8 @@
 
 namespace haptic {
 
-/// Times the parts of a first hit on this machine [s]: what kQueryCosts says of one machine for all.
+/// Times the parts of a first hit on this machine [s]: what kQueryCosts says of one machine for
+/// all.
 QueryCosts measure_query_costs();
 
 }  // namespace haptic
