@@ -18,12 +18,15 @@ std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor n
     case DeviceKind::kReplay:
       return std::make_unique<Replay>(config);
     case DeviceKind::kWoodenHaptics:
-      if (!node.is_open()) node = open_serial_port(std::string(view(config.serial.path)));
+      if (!node.is_open()) node = open_serial_port(std::string(node_of(config)));
       return std::make_unique<WoodenHaptics>(config, std::move(node));
   }
+  std::string known;
+  for (const DeviceRow& row : kDevices)
+    known += (known.empty() ? "" : ", ") + std::string(row.name);
   throw std::runtime_error("[device] kind has the unknown number " +
                            std::to_string(static_cast<uint32_t>(config.kind)) +
-                           "; use \"simulated-hand\", \"replay\" or \"woodenhaptics\"");
+                           "; known: " + known);
 }
 
 }  // namespace haptic

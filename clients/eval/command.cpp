@@ -61,7 +61,7 @@ EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
   EvalRun run;
   const std::unique_ptr<Device> device = open_device(config.device);
   Lockstep lockstep(config, shapes, *device, options.lockstep);
-  const bool replay = config.device.kind == DeviceKind::kReplay;
+  const bool replay = row_of(config.device.kind).is_recorded;
   const auto ticks = static_cast<uint64_t>(options.duration * config.servo_rate);
   // a recording is played to its end, a simulated hand for the time asked
   for (uint64_t k = 0; replay || k < ticks; ++k) {
@@ -86,7 +86,7 @@ void run_eval(const EvalOptions& options) {
   const std::string file = find_config(options.config);
   SessionConfig config = load_config(file);
   if (!options.trace.empty()) use_trace(config, options.trace);
-  if (config.device.kind == DeviceKind::kWoodenHaptics) {
+  if (row_of(config.device.kind).has_node) {
     throw std::runtime_error(file +
                              ": a real device does not live on virtual time; give --trace a "
                              "recorded hand, or another --config");

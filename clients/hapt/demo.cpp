@@ -199,16 +199,15 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
 
 /// Whose hand it was, so that nobody takes one kind for another.
 std::string hand_line(const DeviceConfig& device) {
-  switch (device.kind) {
-    case DeviceKind::kSimulatedHand:
-      return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
-    case DeviceKind::kReplay:
-      return "RECORDED hand " + std::string(view(device.replay.path)) +
-             ", open loop: force has no effect";
-    case DeviceKind::kWoodenHaptics:
-      break;
+  const DeviceRow& row = row_of(device.kind);
+  if (row.is_recorded) {
+    return "RECORDED hand " + std::string(view(device.replay.path)) +
+           ", open loop: force has no effect";
   }
-  return "WoodenHaptics at " + std::string(view(device.serial.path)) + ", closed loop";
+  if (row.has_node) {
+    return std::string(row.name) + " at " + std::string(node_of(device)) + ", closed loop";
+  }
+  return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
 }
 
 /// The table: what was played on what, the figures with their goals, where they are kept.
@@ -220,7 +219,7 @@ std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
   rows.note("machine", machine_line());
   rows.note("real time", played.realtime);
   rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
-  if (config.device.kind == DeviceKind::kReplay)
+  if (row_of(config.device.kind).is_recorded)
     add_coverage_rows(data, hand, config.servo_rate, rows);
   rows.note("log", options.log);
   if (!options.plot.empty()) rows.note("plot", options.plot);
@@ -235,7 +234,7 @@ void play(PlayOptions options) {
   if (!options.renderer.empty()) use_renderer(config, options.renderer);
   if (options.session.empty()) options.session = std::string(view(config.name));
   if (options.log.empty()) options.log = default_log(options.session);
-  const bool replay = config.device.kind == DeviceKind::kReplay;
+  const bool replay = row_of(config.device.kind).is_recorded;
   check_outputs({options.log, options.plot},
                 {options.config, replay ? std::string(view(config.device.replay.path)) : ""},
                 options.overwrite);

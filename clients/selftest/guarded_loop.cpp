@@ -36,8 +36,7 @@ std::array<FileDescriptor, 2> make_socket_pair() {
 }
 
 FileDescriptor open_node(const DeviceConfig& device) {
-  return has_node(device) ? open_serial_port(std::string(view(device.serial.path)))
-                          : FileDescriptor();
+  return has_node(device) ? open_serial_port(std::string(node_of(device))) : FileDescriptor();
 }
 
 /// The three processes of a session and hapticd's controls, each with a segment of its own.
@@ -181,7 +180,7 @@ void run_armed(OneThreadSession& session, const SessionConfig& config,
 }  // namespace
 
 bool has_node(const DeviceConfig& device) {
-  return device.kind == DeviceKind::kWoodenHaptics;
+  return row_of(device.kind).has_node;
 }
 
 void GuardedLoopResult::count(const ServoFrame& frame, bool is_timed) noexcept {

@@ -24,9 +24,11 @@ constexpr auto kRendererWords = [] {
 
 namespace fs = std::filesystem;
 
-constexpr Words<DeviceKind, 3> kDeviceKinds{{{"simulated-hand", DeviceKind::kSimulatedHand},
-                                             {"replay", DeviceKind::kReplay},
-                                             {"woodenhaptics", DeviceKind::kWoodenHaptics}}};
+constexpr auto kDeviceWords = [] {
+  Words<DeviceKind, kDevices.size()> words;
+  for (size_t i = 0; i < words.size(); ++i) words[i] = {kDevices[i].name, kDevices[i].id};
+  return words;
+}();
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
 constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
@@ -163,7 +165,7 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   root.require("device", "[device] with kind = \"simulated-hand\"");
   Section section = *root.section("device");
   section.require("kind", "kind = \"simulated-hand\"");
-  section.read_choice("kind", words(kDeviceKinds), device.kind);
+  section.read_choice("kind", words(kDeviceWords), device.kind);
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
   section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
@@ -175,10 +177,10 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
   section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
                         device.rotational_damping);
-  if (device.kind == DeviceKind::kReplay) {
+  if (row_of(device.kind).is_recorded) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
   }
-  if (device.kind == DeviceKind::kWoodenHaptics) {
+  if (row_of(device.kind).has_node) {
     section.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
   }
   read_hand(section, device.hand);
@@ -205,7 +207,7 @@ void read_coupling(Section& root, CouplingConfig& coupling) {
 
 void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   // real motors need an explicit `hapt arm`
-  safety.armed_at_start = device == DeviceKind::kWoodenHaptics ? 0 : 1;
+  safety.armed_at_start = row_of(device).has_node ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
   section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);

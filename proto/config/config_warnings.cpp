@@ -67,7 +67,7 @@ void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std
 std::vector<std::string> config_warnings(const SessionConfig& config) {
   std::vector<std::string> lines;
   // a replay has no hand in the loop and cannot oscillate
-  if (config.device.kind == DeviceKind::kReplay) return lines;
+  if (row_of(config.device.kind).is_recorded) return lines;
   const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
   CoupledAxis linear = linear_axis(config);
   if (!is_direct) {

@@ -36,7 +36,7 @@ bool ReleaseSchedule::is_due(bool helpless, int64_t t_ns) {
 }
 
 DeviceGuard::DeviceGuard(const SessionConfig& config, Attachments& attachments)
-    : path_(view(config.device.serial.path)),
+    : path_(node_of(config.device)),
       period_ns_(period_ns(config.servo_rate)),
       realtime_(config.realtime != 0),
       node_(open_serial_port(path_)),

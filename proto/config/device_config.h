@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "proto/config/config_names.h"
+#include "proto/math/vec3.h"
+
+namespace haptic {
+
+/// Devices that a session can name; a number is a place in kDevices.
+enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1, kWoodenHaptics = 2 };
+
+struct DeviceRow {
+  std::string_view name;  // in a config
+  DeviceKind id;
+  bool has_node = false;  // hapticd opens it, keeps it, and lets go of it for a servo that is dead;
+                          // such a device begins disarmed and lives in real time
+  bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
+};
+
+/// All devices: config, hapticd, the servo and the lab read this; open_device makes them.
+inline constexpr std::array<DeviceRow, 3> kDevices{
+    {{"simulated-hand", DeviceKind::kSimulatedHand},
+     {"replay", DeviceKind::kReplay, false, true},
+     {"woodenhaptics", DeviceKind::kWoodenHaptics, true}}};
+
+constexpr const DeviceRow& row_of(DeviceKind kind) {
+  return kDevices[static_cast<size_t>(kind)];
+}
+
+enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
+
+/// Seeded intended motion of the simulated hand: minimum-jerk strokes over a ball around
+/// `centre_B`. Each stroke goes from outside to `press_radius`, slides along an arc and lifts off.
+struct IntentConfig {
+  Vec3 centre_B;
+  double hover_radius = 0.07;      // between strokes [m]
+  double press_radius = 0.03;      // intended radius in a stroke: inside the object [m]
+  double stroke_angle = 0.7;       // arc of a stroke [rad]
+  Vec3 direction_B;                // initial direction of each stroke; zero: random for each
+  double stroke_time = 1.2;        // of reach, slide and lift together [s]
+  double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
+};
+
+/// Mass–damper device held by a human arm (Hogan 1989).
+struct SimulatedHandConfig {
+  uint64_t seed = 1;
+  double mass = 0.1;               // moving mass of the device [kg]
+  double damping = 1.0;            // [N·s/m]
+  double coulomb_friction = 0.05;  // [N]
+  double encoder_step = 2e-5;      // position quantum [m]; 0: none
+  double hand_mass = 0.5;          // rigid grip [kg]
+  double hand_damping = 5;         // [N·s/m]
+  double hand_stiffness = 300;     // [N/m]
+  double velocity_cutoff = 100;    // low-pass of the differentiated position [Hz]
+  IntentConfig intent;
+};
+
+struct ReplayConfig {
+  Path path{};
+  Resampling resampling = Resampling::kCubic;
+  uint32_t reserved = 0;
+  double max_gap = 0.02;  // longer gaps in the recording are held and flagged [s]
+  // 1-DoF recordings: x_B = lever_arm · column, along axis_B [m]; 0: the file holds x, y, z
+  double lever_arm = 0;
+  Vec3 axis_B{1, 0, 0};
+  Name column{};  // of the lever angle [rad]
+};
+
+/// A device with a text protocol on a serial node (WoodenHaptics with a Teensy).
+struct SerialConfig {
+  Path path{};                   // of the device node
+  double max_current = 3;        // per motor [A]
+  double velocity_cutoff = 100;  // low-pass of the differentiated position [Hz]
+};
+
+struct DeviceConfig {
+  DeviceKind kind = DeviceKind::kSimulatedHand;
+  uint32_t reserved = 0;
+  double max_force = 8;         // of the actuators [N], device units
+  double max_torque = 0;        // [N·m]
+  double continuous_force = 0;  // continuous (stall) rating of the motors [N]; 0: max_force
+  double max_damping = 2;       // largest damper the device renders stably [N·s/m]
+  Vec3 workspace_centre_B;      // [m]
+  double workspace_radius = 0;  // [m]; 0: no edge
+  // properties of a real device at its handle, for the margins of the coupling; 0: unknown
+  double mass = 0;                // [kg]
+  double damping = 0;             // [N·s/m]
+  double inertia = 0;             // [kg·m²]
+  double rotational_damping = 0;  // [N·m·s/rad]
+  SimulatedHandConfig hand;
+  ReplayConfig replay;
+  SerialConfig serial;
+};
+
+}  // namespace haptic

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "proto/config/config_names.h"
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+enum class MotionKind : uint32_t { kStatic = 0, kOscillate = 1, kSpin = 2 };
+
+/// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about
+/// axis.
+struct MotionConfig {
+  MotionKind kind = MotionKind::kStatic;
+  uint32_t reserved = 0;
+  Vec3 axis_O{0, 0, 1};
+  double amplitude = 0;  // [m]
+  double frequency = 0;  // [Hz]; for spin, turns per second
+};
+
+enum class TextureKind : uint32_t { kNone = 0, kGrating = 1, kImage = 2 };
+
+/// Heights of a texture as a grey image, by rows, 0 low to 255 high, repeated in both directions.
+struct HeightImage {
+  static constexpr uint32_t kMaxSide = 64;
+  uint32_t width = 0, height = 0;
+  std::array<uint8_t, kMaxSide * kMaxSide> grey{};
+};
+inline constexpr uint32_t kMaxImages = 4;  // limits the size of SessionConfig
+
+/// Surface texture of an object, in the object's frame.
+struct TextureConfig {
+  TextureKind kind = TextureKind::kNone;
+  uint32_t image = 0;         // index in SessionConfig::images
+  double amplitude = 0;       // grating: of the sine; image: from black to white [m]
+  double period = 0;          // grating: wavelength; image: width of one tile [m]
+  Vec3 direction_O{1, 0, 0};  // grating: direction across its lines
+};
+
+/// Material of an object for the renderer virtual-proxy3.
+struct MaterialConfig {
+  double friction_static = 0;   // μ_s: sticks up to this ratio of tangential to normal force
+  double friction_dynamic = 0;  // μ_d ≤ μ_s: that ratio while sliding
+  double friction_viscous = 0;  // b: speed of sliding is limited by this damping [N·s/m]
+  double stiffness_share = 1;   // s_s: share of the coupling's stiffness, 0 to 1
+  double crease_angle = 0;      // edges with a smaller angle are shaded smooth; 0: no shading [rad]
+  TextureConfig texture;
+};
+
+/// Dimensions of a generated machine part; each kind uses some of them.
+struct PartConfig {
+  double diameter = 0;   // of a peg, a hole's peg, a thread's crest [m]
+  double length = 0;     // of a peg, a hole, a bolt [m]
+  double clearance = 0;  // between the radii of a pair [m]
+  double block = 0;      // edge of the square block around a hole [m]
+  double module = 0;     // of a gear: pitch diameter over teeth [m]
+  double width = 0;      // of a gear along its axis; of a nut across its flats [m]
+  double bore = 0;       // diameter [m]
+  double backlash = 0;   // of a gear, along the pitch circle [m]
+  double pitch = 0;      // of a thread [m]
+  double depth = 0;      // of a thread [m]
+  double height = 0;     // of a nut [m]
+  uint32_t teeth = 0;
+  uint32_t around = 0, along = 0;  // segments of its mesh around and along the axis
+};
+
+/// A body: a mesh file or a generated mesh.
+struct ShapeConfig {
+  Name name{};
+  Path mesh{};              // absolute; or "primitive:box", "primitive:sphere", "primitive:peg" …
+  double unit = 0;          // metres per file unit; 0: any, scaled to `size`
+  double size = 0;          // longest side of the bounding box [m]
+  uint32_t allow_open = 0;  // 1: an open mesh is accepted as a one-sided surface
+  uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
+  Vec3 extent;                // of a primitive's bounding box [m]
+  PartConfig part;
+};
+
+struct ObjectConfig : ShapeConfig {
+  Pose X_WO;
+  MotionConfig motion;
+  MaterialConfig material;
+};
+
+/// The tool of renderers with six degrees of freedom; no mesh: a point.
+struct ToolConfig : ShapeConfig {
+  double density = 0;  // gives mass and inertia of the closed mesh [kg/m³]; 0: use the two below
+  double mass = 0.1;   // [kg]
+  Vec3 inertia;  // about the axes of T through the centre of mass [kg·m²]; 0: that of a solid mesh
+                 // of this mass
+};
+
+}  // namespace haptic
