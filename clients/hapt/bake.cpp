@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt bake: prepares a mesh before a session needs it, and says what that came to.
+// hapt bake: prepares a mesh before a session needs it and reports the result.
 #include <unistd.h>
 
 #include <iostream>
@@ -19,11 +19,11 @@
 namespace haptic {
 namespace {
 
-constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // as much as a session allows a mesh
+constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // [bytes]; the limit a session has per mesh
 
 struct BakeOptions {
   std::string mesh, unit;
-  double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not said
+  double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not given
   bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
 };
 
@@ -52,7 +52,7 @@ VoxelConfig voxel_options(const BakeOptions& options) {
   return voxel;
 }
 
-/// One line that is written over and over; nothing where nobody looks.
+/// One line that overwrites itself on a terminal; nothing elsewhere.
 BakeProgress progress_line() {
   if (::isatty(STDERR_FILENO) == 0) return {};
   return [](std::string_view what, double share) {

@@ -24,7 +24,7 @@ void check_output(const std::string& path, bool overwrite) {
   std::error_code error;
   if (fs::is_directory(path, error)) refuse("is a folder; name a file in it");
   const bool there = fs::exists(path, error);
-  // a pipe or a device is written to, not replaced
+  // pipes and devices are written to, not replaced
   if (there && !overwrite && fs::is_regular_file(path, error)) {
     refuse("exists; choose another name or add --overwrite");
   }

@@ -6,9 +6,9 @@
 
 namespace haptic {
 
-/// Checks, before anything starts, that files may be written: each in a folder that can be written
-/// to, none a folder, none twice, none that is also read, and none that exists unless `overwrite`
-/// says so. Empty names are left out. Throws std::runtime_error with one line.
+/// Checks in advance that output files can be written: the folder is writable, no name is a folder,
+/// occurs twice or is also an input, and no file exists unless `overwrite` is set. Empty names are
+/// skipped. Throws std::runtime_error with one line.
 void check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs,
                    bool overwrite);
 

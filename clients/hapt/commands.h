@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-/// The sub-commands of `hapt`, one file each. Each function adds its command and what it does to
-/// the app; the work runs while the app parses. It throws std::exception (one line for people, exit
-/// code 1), or ExitCode where the exit code is all there is to say.
+/// The sub-commands of `hapt`, one file each. Each function adds its command and action to the app;
+/// the action runs during parsing. It throws std::exception (one line for people, exit code 1), or
+/// ExitCode if the code alone is enough.
 namespace haptic {
 
 class Command;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one line to hapticd, one
-// back.
+// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one request line to
+// hapticd, one answer.
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -22,7 +22,7 @@ void say(const ControlOptions& options, const std::string& line) {
   constexpr std::string_view kError = "error: ";
   const std::string answer = say_to_session(options.session, line);
   if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
-  // a session file has many lines
+  // the answer to `config` is a session file of many lines
   std::istringstream lines(answer);
   for (std::string one; std::getline(lines, one);) {
     std::cout << printable(one, kLongestAnswer) << '\n';

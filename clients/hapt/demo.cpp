@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt demo and hapt replay: start a session, record it, judge it.
+// hapt demo and hapt replay: run a session, record and evaluate it.
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ namespace {
 
 constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
 constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
-constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // until hapticd answers
-constexpr double kNoNewsLimit = 10;                    // a session that falls silent is broken [s]
+constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // [ns]; until hapticd answers
+constexpr double kNoNewsLimit = 10;  // [s]; a session silent for longer has failed
 constexpr int kExitInterrupted = 130;
 
 /// Scenes by name, and their session files.
@@ -56,14 +56,14 @@ struct PlayOptions {
   bool json = false, overwrite = false;
 };
 
-/// What the recorder saw go by while the session ran.
+/// Observations of the recorder while the session ran.
 struct Played {
   std::string realtime;
   uint64_t lost = 0;
   bool ended_early = false;
 };
 
-/// A recorded hand on the grid of the servo.
+/// A recorded hand, sampled on the servo's grid.
 struct Recording {
   size_t samples = 0;
   double seconds = 0;
@@ -94,7 +94,7 @@ BakedSession bake_all(const SessionConfig& config) {
   return baked;
 }
 
-/// A line that overwrites itself on a terminal and comes every five seconds elsewhere.
+/// A line that overwrites itself on a terminal and is printed every five seconds elsewhere.
 class Progress {
  public:
   explicit Progress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -117,7 +117,7 @@ class Progress {
   int64_t last_ns_ = now_ns();
 };
 
-/// Connects to the session of this hapticd; another of the same name is not ours to record.
+/// Connects to the session of this hapticd and rejects another one of the same name.
 FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session) {
   for (const int64_t start = now_ns();; sleep_until(now_ns() + kDrainPeriod)) {
     stop_where_asked();
@@ -134,7 +134,7 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
   }
 }
 
-/// Records until the hand has played, then stops the session and drains what is left.
+/// Records until the hand has finished, then stops the session and drains the rest.
 Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
   std::vector<std::string> arguments{options.config, "--session", options.session};
   if (!options.trace.empty()) arguments.insert(arguments.end(), {"--replay", options.trace});
@@ -163,7 +163,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
       shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
       progress.show(frame, shown, news_ns);
     }
-    // before the first frame a mesh may be baked, however long that takes
+    // baking before the first frame may take arbitrarily long
     const bool silent =
         first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
     played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
@@ -179,7 +179,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   return played;
 }
 
-/// Every grid point of the recorded hand was either played or counted as skipped.
+/// Checks that every grid point of the recorded hand was either played or counted as skipped.
 void add_coverage_rows(const SessionData& data, const Recording& hand, double rate, Rows& rows) {
   if (data.frames.empty()) return;
   const auto is_ended = [](const ServoFrame& f) { return (f.device.flags & kDeviceEnded) != 0; };
@@ -188,7 +188,7 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   const ServoFrame& last = end == data.frames.end() ? data.frames.back() : *end;
   const ServoFrame& before = end == data.frames.begin() ? first : *(end - 1);
   const double grid_points = std::floor((hand.seconds + 1e-9 * kSnapNs) * rate + 1e-6) + 1;
-  // what is skipped beyond the end of the recording costs nothing of it
+  // ticks skipped after the end of the recording lose none of its samples
   const double beyond = std::clamp(static_cast<double>(last.tick - first.tick) - grid_points, 0.0,
                                    static_cast<double>(last.skipped - before.skipped));
   const double total = static_cast<double>(end - data.frames.begin()) +
@@ -197,7 +197,7 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
 }
 
-/// Whose hand it was, so that nobody takes one kind for another.
+/// The kind of hand, stated so that no kind is mistaken for another.
 std::string hand_line(const DeviceConfig& device) {
   const DeviceRow& row = row_of(device.kind);
   if (row.is_recorded) {
@@ -210,7 +210,7 @@ std::string hand_line(const DeviceConfig& device) {
   return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
 }
 
-/// The table: what was played on what, the figures with their goals, where they are kept.
+/// The table: hand and machine, the figures with their goals, and the log's name.
 std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
                        const BakedSession& baked, const Recording& hand, const Played& played,
                        const SessionData& data) {
@@ -244,7 +244,7 @@ void play(PlayOptions options) {
     hand = {trace.samples.size(), trace.duration()};
   }
 
-  // baked here once, so that contact finds it in the cache and the judge has it too
+  // baked here once: contact then finds it in the cache, and the evaluation needs it too
   const BakedSession baked = bake_all(config);
   const Played played = play_and_record(options, replay, hand.seconds);
   SessionData data = load_session(options.log);

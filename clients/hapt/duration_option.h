@@ -7,8 +7,7 @@
 
 namespace haptic {
 
-/// An option that is a length of time, above zero and at most a month [s]; a number alone is
-/// seconds.
+/// An option for a duration, above zero and at most a month [s]; a bare number is in seconds.
 inline Option add_duration(Command& command, const std::string& name, double& seconds,
                            const std::string& help) {
   constexpr double kMonth = 31 * 86400.0;

@@ -20,7 +20,7 @@ struct ExportOptions {
   bool csv = false, overwrite = false;
 };
 
-/// The topic to export; throws with the list of what the recording holds.
+/// The topic to export; throws with a list of those in the recording if it is not there.
 const TopicInfo& choose_topic(const TraceReader& trace, const ExportOptions& options) {
   std::string there;
   for (const TopicInfo* topic : trace.topics()) {

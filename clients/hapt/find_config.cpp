@@ -21,7 +21,7 @@ std::string find_config(const std::string& name) {
   places.push_back(std::filesystem::path("/usr/share/hapticd/configs") / name);
   std::string looked;
   for (auto place = places.begin(); place != places.end(); ++place) {
-    // $HAPTICD_CONFIGS may well be the folder of the source tree
+    // $HAPTICD_CONFIGS may be the folder of the source tree
     if (std::find(places.begin(), place, *place) != place) continue;
     if (std::filesystem::exists(*place)) return place->string();
     looked += (looked.empty() ? "" : ", ") + place->string();

@@ -5,9 +5,9 @@
 
 namespace haptic {
 
-/// A command of `hapt` that measures or proves something. Such commands live in a program of their
-/// own, hapt-lab, so that a session needs none of what they compare with; `hapt` becomes that
-/// program where one of them is typed.
+/// A command of `hapt` that measures or checks something. These live in a separate program,
+/// hapt-lab, so that running a session does not need the libraries they compare with; `hapt`
+/// executes hapt-lab for them.
 struct LabCommand {
   const char* name;
   const char* help;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt-lab: the commands of `hapt` that measure and prove, with all that they compare with.
+// hapt-lab: the commands of `hapt` that measure and check, with the libraries they compare with.
 #include "clients/hapt/commands.h"
 #include "clients/hapt/run_hapt.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt: the command line tool. One file a sub-command.
+// hapt: the command line tool, one file per sub-command.
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ bool is_of_lab(const std::string& word) {
                      [&](const LabCommand* command) { return word == command->name; });
 }
 
-/// The first word that names a command decides.
+/// Decides by the first word that names a command.
 bool is_for_lab(const Command& app, int argc, char** argv) {
   const auto is_command = [&](const char* word) { return app.has_subcommand(word); };
   char** const end = argv + argc;
@@ -31,7 +31,7 @@ bool is_for_lab(const Command& app, int argc, char** argv) {
   return command != end && is_of_lab(*command);
 }
 
-/// This process goes on as hapt-lab, which reads the same words.
+/// Replaces this process by hapt-lab with the same arguments.
 [[noreturn]] void become_lab(char** argv) {
   const std::filesystem::path folder = own_folder();
   const std::string path = folder / "hapt-lab";
@@ -41,7 +41,7 @@ bool is_for_lab(const Command& app, int argc, char** argv) {
                            " --target hapt-lab` builds it");
 }
 
-/// As `hapt --help` shows them.
+/// In the order of `hapt --help`.
 void add_commands(Command& app) {
   const auto add_of_lab = [&](const LabCommand& lab) { app.subcommand(lab.name, lab.help); };
   add_demo_command(app);

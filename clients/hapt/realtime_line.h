@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// One line for people on what is real-time about this servo and what is not, and why. Null: no
+/// One line for people on which real-time rights this servo has, which it lacks, and why. Null: no
 /// servo was seen.
 std::string realtime_line(const SegmentHeader* servo);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt record: everything a running session publishes, into a file.
+// hapt record: records everything that a running session publishes.
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -52,8 +52,8 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
   std::cout << shown(path) << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
 }
 
-/// The session file, as hapticd has read it. Who may watch but not control is not told, and the
-/// recording does without.
+/// The session file as hapticd has read it. A client that may watch but not control is refused, and
+/// the recording then lacks it.
 std::string config_of(const std::string& session) {
   constexpr std::string_view kError = "error: ";
   std::string problem;

@@ -18,14 +18,14 @@ constexpr int kExitUsage = 2;
 }  // namespace
 
 int run_hapt(int argc, char** argv, const std::function<void(Command&)>& add_commands) try {
-  // a limit of the file size is an error of the write, which is told, and not the end
+  // exceeding the file size limit becomes a reported write error instead of a signal
   std::signal(SIGXFSZ, SIG_IGN);
   CommandLine line("hapt: start, watch, record and judge haptic sessions");
   line.require_subcommand();
   line.version(version());
   add_commands(line);
   const int code = line.read(argc, argv, "hapt", kExitUsage).value_or(0);
-  // a script must not take half a table for a whole one
+  // a script must not take an incomplete table for a complete one
   if (!std::cout.flush() || std::fflush(stdout) != 0) {
     std::cerr << "hapt: standard output cannot be written; the figures are not whole\n";
     return kExitFailed;

@@ -7,8 +7,8 @@
 
 namespace haptic {
 
-/// Reads the words, does what they say, and returns the exit code. `hapt` and hapt-lab, which are
-/// one program to whoever types them, differ in the commands that are added.
+/// Parses the arguments, runs the command and returns the exit code. `hapt` and hapt-lab, which
+/// look like one program to the user, differ only in the commands that are added.
 int run_hapt(int argc, char** argv, const std::function<void(Command&)>& add_commands);
 
 }  // namespace haptic

@@ -42,11 +42,11 @@ SessionProcess::SessionProcess(const std::string& program,
   if (pid_ < 0)
     throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) + ")");
   if (pid_ > 0) return;
-  // a session started for us must not outlive us, however we end
+  // a session started here must not outlive this program, however it ends
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   if (!output.empty()) {
-    // out of sight: Ctrl-C is for us, and we stop it in our own order
+    // own process group: Ctrl-C reaches only this program, which stops the child in its own order
     setpgid(0, 0);
     const int said = open(output.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
     dup2(said, STDOUT_FILENO);

@@ -9,36 +9,34 @@
 
 namespace haptic {
 
-/// hapticd, or another of our programs, as a child of this one: started, awaited, stopped with
-/// SIGTERM.
+/// hapticd or another of these programs as a child process, stopped with SIGTERM.
 class SessionProcess {
  public:
-  /// Starts the program of that name that lies beside this one (or in $HAPTICD_LIBEXEC); what it
-  /// says is appended to a file, and Ctrl-C does not reach it; an empty name: it says it where we
-  /// do. It stops when we end, however
-  /// that happens. To be called by a thread that lives as long as the process. Throws
-  /// std::runtime_error.
+  /// Starts the named program from the folder of this one (or $HAPTICD_LIBEXEC). Its output is
+  /// appended to the file `output`, and Ctrl-C does not reach it; with an empty name it shares this
+  /// program's output and terminal. It is stopped when the calling thread ends, so that thread must
+  /// live as long as this process. Throws std::runtime_error.
   SessionProcess(const std::string& program, const std::vector<std::string>& arguments,
                  const std::string& output = "");
 
-  /// The same for hapticd.
+  /// Starts hapticd.
   explicit SessionProcess(const std::vector<std::string>& arguments)
       : SessionProcess("hapticd", arguments) {}
 
-  /// Stops it where that has not been done.
+  /// Stops it if it still runs.
   ~SessionProcess();
   SessionProcess(const SessionProcess&) = delete;
   SessionProcess& operator=(const SessionProcess&) = delete;
 
-  /// Exit code once it has ended (128 + signal when killed), nothing while it runs.
+  /// Exit code once it has ended (128 + signal if killed), nothing while it runs.
   std::optional<int> exit_code();
 
-  /// SIGTERM, then waits; SIGKILL after five seconds. Returns the exit code.
+  /// Sends SIGTERM and waits; SIGKILL after five seconds. Returns the exit code.
   int stop();
 
-  /// A signal to it, where it has not ended.
+  /// Sends a signal if it still runs.
   void send(int signal);
-  /// SIGKILL, and waits for the end.
+  /// Sends SIGKILL and waits for the end.
   void kill();
 
   pid_t pid() const { return pid_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt top: what each process of a session is doing now.
+// hapt top: shows what each process of a session is doing.
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kDrainPeriod = 50'000'000;   // [ns]
-constexpr int64_t kAttachTime = kNsPerSecond;  // segments come within milliseconds [ns]
-constexpr int64_t kDeadAfter = 250'000'000;    // heartbeat older than this: not running [ns]
+constexpr int64_t kAttachTime = kNsPerSecond;  // [ns]; segments are attached within milliseconds
+constexpr int64_t kDeadAfter = 250'000'000;    // [ns]; age of a heartbeat that counts as stuck
 
 struct TopOptions {
   std::string session;
@@ -37,7 +37,7 @@ struct Line {
   uint64_t generation = 0;
   double rate = 0;       // [Hz]
   Histogram wait, busy;  // [ns]
-  uint64_t lost = 0;     // passed by unread
+  uint64_t lost = 0;     // records overwritten before they were read
 };
 
 std::string state_of(const SegmentHeader* header) {
@@ -56,7 +56,7 @@ std::string state_of(const SegmentHeader* header) {
   return "?";
 }
 
-/// Watches one ring: drained often, reported once a period.
+/// Watches one ring: drained often, reported once per period.
 template <typename Source>
 class Watched {
  public:
@@ -74,7 +74,7 @@ class Watched {
     }
   }
 
-  /// The period that ends now; the next one begins.
+  /// Ends this period, returns its figures and begins the next one.
   Line take(double seconds) {
     drain();
     Line out = std::move(line_);
@@ -109,7 +109,7 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
   std::printf("%-9s %-6s %4s %9s %10s %10s %10s %6s\n", "process", "state", "gen", "rate Hz",
               "wait p99", "busy p50", "busy p99", "missed");
   for (const Line& l : lines) {
-    // µ takes two bytes and one column
+    // µ has two bytes and one column
     const auto width = [](const std::string& s) {
       return 10 + static_cast<int>(std::count(s.begin(), s.end(), '\xc2'));
     };
@@ -158,8 +158,7 @@ void run_top(const TopOptions& options) {
   };
   const auto go_on = [&] { return client.is_connected() && !stop_requested(); };
   client.start();
-  // the segments arrive on a thread of their own: what is there at the first look is not of a
-  // period
+  // segments are attached by another thread: records found at the first look belong to no period
   for (const int64_t start_ns = now_ns();
        go_on() && servo.header() == nullptr && now_ns() - start_ns < kAttachTime;) {
     drain_all();
@@ -171,7 +170,7 @@ void run_top(const TopOptions& options) {
   int64_t last_ns = now_ns();
   for (uint64_t n = 0; n < options.screens && go_on(); ++n) {
     const int64_t end_ns = last_ns + static_cast<int64_t>(options.period * kNsPerSecond);
-    // more often than the smallest ring fills up, so that nothing passes by unread
+    // often enough that the smallest ring cannot overflow
     while (go_on() && now_ns() < end_ns) {
       sleep_until(std::min(end_ns, now_ns() + kDrainPeriod));
       drain_all();

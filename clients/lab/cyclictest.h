@@ -9,19 +9,19 @@
 
 namespace haptic {
 
-/// What cyclictest (Debian rt-tests), the usual measure of wake-up latency, found.
+/// Result of cyclictest (Debian rt-tests), the usual tool for wake-up latency.
 struct CyclictestRun {
-  Histogram late;           // [ns]; beyond 1 ms only that it was beyond
-  uint64_t over_100us = 0;  // of all
+  Histogram late;  // [ns]; longer than 1 ms is stored as just above 1 ms
+  uint64_t over_100us = 0;
   uint64_t over_1ms = 0;
-  std::string problem;  // why there are no figures; empty: there are
+  std::string problem;  // why there are no figures; empty if there are
 };
 
 /// Reads the output of cyclictest -q -N -h 1000000.
 CyclictestRun parse_cyclictest(std::istream& output);
 
-/// One thread at FIFO 80 on the core, 1 kHz, memory locked. The system's idle states are left as
-/// they are (--default-system), as the servo leaves them.
+/// Runs one thread at FIFO 80 on the core, 1 kHz, memory locked. The idle states of the system stay
+/// as they are (--default-system), because the servo does not change them either.
 CyclictestRun run_cyclictest(int seconds, int core);
 
 }  // namespace haptic

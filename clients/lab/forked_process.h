@@ -21,7 +21,7 @@
 
 namespace haptic {
 
-/// A value in memory that this process shares with those it forks. Make it before the fork.
+/// A value in memory shared with forked processes. Construct it before the fork.
 template <typename T>
 class Shared {
  public:
@@ -40,8 +40,8 @@ class Shared {
   T* value_;
 };
 
-/// A copy of this process that runs one function and ends without running a destructor; dies with
-/// its owner. An exception ends it with exit code 1; its text is kept.
+/// A fork of this process that runs one function and exits without running destructors; it dies
+/// with its owner. An exception ends it with exit code 1 and its text is kept.
 class ForkedProcess {
  public:
   ForkedProcess() = default;
@@ -52,7 +52,7 @@ class ForkedProcess {
     if (pid_ < 0) throw std::runtime_error("cannot fork");
     if (pid_ > 0) return;
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    // the owner may have died before that was asked for
+    // the owner may have died before prctl
     if (getppid() != owner) _exit(1);
     _exit(run(body));
   }
@@ -74,14 +74,14 @@ class ForkedProcess {
     signal(SIGKILL);
     wait();
   }
-  /// Waits for its end: status of waitpid; 0 where it was waited for before.
+  /// Waits for its end. Returns the status of waitpid, or 0 if it has already been waited for.
   int wait() {
     int status = 0;
     if (pid_ > 0) waitpid(pid_, &status, 0);
     pid_ = -1;
     return status;
   }
-  /// What the exception said that ended it; empty: none did, or it said nothing.
+  /// Text of the exception that ended it; empty if there was none.
   std::string said() const { return said_ ? std::string((*said_)->data()) : ""; }
 
  private:
@@ -95,7 +95,7 @@ class ForkedProcess {
       std::strncpy((*said_)->data(), e.what(), sizeof(Text) - 1);
       return 1;
     } catch (...) {
-      // nothing may leave a forked child; its exit code tells
+      // no exception may leave a forked child; its exit code reports it
       return 1;
     }
     return 0;
@@ -116,8 +116,8 @@ inline std::vector<size_t> allowed_processors() {
   return processors;
 }
 
-/// Keeps this process on one of the processors it may use: number i, counted from 0, or the last.
-/// False where there is no choice or it is refused.
+/// Pins this process to the i-th of its allowed processors, or to the last if there are fewer.
+/// False if there is only one or pinning is refused.
 inline bool pin_to_processor(size_t i) {
   const std::vector<size_t> allowed = allowed_processors();
   if (allowed.size() < 2) return false;

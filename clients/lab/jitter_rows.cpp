@@ -9,9 +9,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kGoalP50 = 1.25, kGoalP99 = 2;  // × cyclictest
-constexpr double kGoalShared = 0.9;
-constexpr double kGoalHybridP99 = 1e-6;  // [s]
+constexpr double kGoalP50 = 1.25, kGoalP99 = 2;  // ratio to cyclictest, at most
+constexpr double kGoalShared = 0.9;              // share of late wakes, at least
+constexpr double kGoalHybridP99 = 1e-6;          // [s]; the hybrid clock spins before a deadline
 constexpr const char* kPeer = "cyclictest";
 
 double seconds_at(const Histogram& late, double percent) {

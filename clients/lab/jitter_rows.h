@@ -10,18 +10,18 @@
 
 namespace haptic {
 
-/// One round of windows, one after the other; a witness ran beside the first two.
+/// One round of consecutive windows; a witness thread ran during the first two.
 struct JitterRound {
   WitnessedRun sleep;
   CyclictestRun peer;
   WakeRun hybrid;
 };
 
-/// Why there are no figures of cyclictest to compare with; empty: there are, in every round.
+/// Why there are no figures of cyclictest to compare with; empty if every round has them.
 std::string peer_problem_of(const std::vector<JitterRound>& rounds);
 
-/// What `hapt bench jitter` prints. Goals are judged only where SCHED_FIFO was granted, those
-/// beside cyclictest only where it gave figures. At least one round.
+/// The output of `hapt bench jitter`. Goals apply only if SCHED_FIFO was granted, those against
+/// cyclictest only if it gave figures. Needs at least one round.
 Rows make_jitter_rows(const std::vector<JitterRound>& rounds);
 
 }  // namespace haptic

@@ -11,7 +11,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kStartNs = 1'000'000'000;  // virtual time of tick 0; not zero, which means unset
+constexpr int64_t kStartNs =
+    1'000'000'000;  // virtual time of tick 0 [ns]; nonzero because zero means unset
 
 int64_t grid_time(double rate, uint64_t tick) {
   return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);
@@ -63,7 +64,7 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   question.flags = kServoNoContactSet;
   question.renderer = static_cast<uint32_t>(config_.renderer);
   question.held_back_W = frame_.held_back_W;
-  // a proxy is where the last tick left it
+  // a 6-DoF proxy with springs is where the last tick left it, any other at the tool
   question.X_WP = question.X_WT;
   if (tick_ > 0 && is_of_body(config_.renderer) && has_springs(config_.proxy, config_.renderer)) {
     question.X_WP = frame_.X_WP;

@@ -13,24 +13,24 @@
 
 namespace haptic {
 
-/// What a real session leaves to the machine, chosen here.
+/// Timing that a real session leaves to the machine, fixed here.
 struct LockstepOptions {
   uint32_t contact_period = 1;   // servo ticks between two contact steps
-  uint32_t contact_latency = 1;  // ticks until an answer is visible; 0: answered within the tick
+  uint32_t contact_latency = 1;  // ticks until an answer is visible; 0: within the same tick
 };
 
-/// All three steps in one process on virtual time: bit for bit the same on each run. The offline
-/// lab, and the harness of the tests. Device and shapes must outlive it.
+/// All three steps in one process on virtual time, bit-identical on every run. Used by offline
+/// evaluation and by the tests. Device and shapes must outlive it.
 class Lockstep {
  public:
   Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
 
-  /// One tick. False once the device's recording has ended (that tick is not a frame).
+  /// One tick. False once the device's recording has ended; that tick produces no frame.
   bool step();
 
   const ServoFrame& frame() const { return frame_; }
-  /// The set the last tick used, or null.
+  /// The set used by the last tick, or null.
   const ContactSet* contacts() const { return visible_ ? visible_.get() : nullptr; }
   const SceneFrame& scene() const { return scene_; }
 

@@ -9,8 +9,8 @@
 
 namespace haptic {
 
-/// A hand that follows a formula whatever the force: position or pose of the tool at time t [s]
-/// since its first tick.
+/// A hand that follows a given function regardless of force: position or pose of the tool at time
+/// t [s] after its first tick.
 class ScriptedHand : public Device {
  public:
   explicit ScriptedHand(std::function<Vec3(double)> path)
@@ -43,7 +43,7 @@ class ScriptedHand : public Device {
   int64_t first_ns_ = -1;
 };
 
-/// A session of one object that starts at full force: no soft start, no damping, generous limit.
+/// A session of one object at full force from the start: no soft start, no damping, high limit.
 inline SessionConfig plain_session(double stiffness) {
   SessionConfig config;
   config.coupling.translational_stiffness = stiffness;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTopSpeed = 0.5;    // [m/s]
 constexpr double kTick = 1e-3;       // [s]
-constexpr int kSpeedTicks = 60'000;  // that the top speed is looked for in
+constexpr int kSpeedTicks = 60'000;  // ticks over which the top speed is measured
 constexpr double kPi = std::numbers::pi;
 
 }  // namespace

@@ -8,21 +8,21 @@
 
 namespace haptic {
 
-/// How far a hand goes, at most.
+/// Largest excursions of a hand.
 struct Shaking {
-  Vec3 way;    // along each axis [m]
-  Vec3 turn;   // about each [rad]
-  Vec3 press;  // from home to the middle of its ways [m]
+  Vec3 way;    // amplitude along each axis [m]
+  Vec3 turn;   // amplitude about each axis [rad]
+  Vec3 press;  // from home to the centre of the motion [m]
 };
 
-/// A hand that shakes whatever it feels: a sum of sines with random phases and frequencies of 0.5
-/// to 8 Hz along and about each axis, all slowed down where it would be faster than 0.5 m/s.
+/// A hand that shakes regardless of force: per axis a sum of sines in translation and in rotation
+/// with random phases and frequencies of 0.5 to 8 Hz, slowed down as a whole to at most 0.5 m/s.
 class ShakingHand {
  public:
   ShakingHand(const Pose& home, const Shaking& shaking, uint64_t seed);
 
   Pose at(double t) const;                         // [s]
-  double top_speed() const { return top_speed_; }  // in the first minute [m/s]
+  double top_speed() const { return top_speed_; }  // within the first minute [m/s]
 
  private:
   struct Sine {

@@ -16,7 +16,7 @@ uint32_t budget_for(double deadline, uint32_t most,
   if (time_of(most) <= deadline) return most;
   double holds = 0, fails = most;
   while (fails > 1 && fails > kWithin * holds) {
-    // in the middle of a logarithmic scale
+    // geometric mean: bisection on a logarithmic scale
     const double middle = std::floor(std::sqrt(std::max(holds, 1.0) * fails));
     if (middle <= holds || middle >= fails) break;
     (time_of(static_cast<uint32_t>(middle)) <= deadline ? holds : fails) = middle;

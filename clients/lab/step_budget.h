@@ -6,9 +6,9 @@
 
 namespace haptic {
 
-/// A budget, at most `most`, with which a step takes no longer than the deadline [s], by bisection;
-/// one larger by a tenth took longer (of small ones, by one or two points). `time_of` measures what
-/// a step takes with a budget [s], which is to grow with it. 0 where none holds.
+/// The largest budget, at most `most`, with which a step meets the deadline [s], found by bisection
+/// to within a tenth (for small budgets one or two points). `time_of` measures the duration of a
+/// step for a budget [s] and should increase with it. 0 if no budget meets the deadline.
 uint32_t budget_for(double deadline, uint32_t most, const std::function<double(uint32_t)>& time_of);
 
 }  // namespace haptic

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// What this thread has used of its processor so far [ns].
+/// CPU time used by this thread so far [ns].
 inline int64_t thread_cpu_ns() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

@@ -13,7 +13,7 @@ namespace haptic {
 namespace {
 
 constexpr double kTick = 1e-3;  // [s]
-// half an hour at 1 kHz, a line of seven numbers being at most 170 characters [bytes]
+// [bytes]; half an hour at 1 kHz with at most 170 characters per line of seven numbers
 constexpr size_t kMostText = size_t{300} << 20;
 
 bool separates(char c) {

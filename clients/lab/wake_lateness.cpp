@@ -17,7 +17,7 @@ constexpr int64_t kLeadTimeNs = 5'000'000;  // from ready to the first tick
 constexpr int64_t kLookNs = 100'000;
 constexpr int64_t kMs = 1'000'000;
 
-/// Both loops begin when both are ready: until it is real time a thread may wait long for a core.
+/// Starts both loops when both are ready: until it is real-time, a thread may wait long for a core.
 struct CommonStart {
   explicit CommonStart(int threads) : missing(threads) {}
   std::atomic<int> missing;
@@ -25,7 +25,7 @@ struct CommonStart {
 
   int64_t wait() {
     --missing;
-    // asleep, so that the one of lower priority gets the core they share
+    // asleep, so that the thread of lower priority gets the shared core
     while (missing > 0) sleep_until(now_ns() + kLookNs);
     int64_t unset = 0;
     start_ns.compare_exchange_strong(unset, now_ns() + kLeadTimeNs);
@@ -37,7 +37,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   WakeRun run;
   run.late_wakes.reserve(kMaxLateWakes);
   run.rights = enter_realtime({.fifo_priority = priority, .lock_memory = true});
-  // real time first: on a core that others keep busy a pinned normal thread would wait long
+  // real-time first: a pinned normal thread would wait long on a busy core
   cpu_set_t cores;
   CPU_ZERO(&cores);
   CPU_SET(static_cast<size_t>(options.core), &cores);
@@ -61,7 +61,7 @@ WakeRun run_loop(const WakeOptions& options, int priority, int64_t phase_ns, Com
   return run;
 }
 
-/// In a thread of its own: rights and pinning end with it.
+/// Runs in its own thread, so that real-time rights and pinning end with it.
 WakeRun run_alone(const WakeOptions& options, int priority) {
   WakeRun run;
   CommonStart start(1);
@@ -96,7 +96,7 @@ SharedLateness compare_with_witness(const std::vector<LateWake>& servo,
   for (const LateWake& s : servo) {
     if (s.late_ns <= kMustBeSharedNs) continue;
     ++result.late;
-    // held up at the same time: the stretches between deadline and wake overlap
+    // delayed at the same time: the intervals from deadline to wake overlap
     const bool shared = std::any_of(witness.begin(), witness.end(), [&](const LateWake& w) {
       return w.late_ns > kWitnessLateNs && w.deadline_ns < s.deadline_ns + s.late_ns &&
              s.deadline_ns < w.deadline_ns + w.late_ns;

@@ -8,8 +8,8 @@
 
 namespace haptic {
 
-/// A program that watches a session. It maps the session's rings read-only: whatever it does, stops
-/// or crashes, the hand does not notice.
+/// A program that watches a session. It maps the session's rings read-only, so a client that stops
+/// or crashes cannot disturb the hand.
 ///
 ///   Client client("bunny");
 ///   auto frames = client.ring<&ServoChannels::frames>(Start::kNewest);
@@ -21,10 +21,10 @@ namespace haptic {
 ///   }
 class Client {
  public:
-  /// Connects; an empty name means the only session that runs. Throws HandoutError with what to do.
+  /// Connects; an empty name selects the only running session. Throws HandoutError with a remedy.
   explicit Client(const std::string& session);
 
-  /// A ring to read; to be made before start().
+  /// A ring to read; call it before start().
   template <auto kMember>
   RingSource<kMember> ring(Start start) {
     return attachments_.ring<kMember>(start);
@@ -33,7 +33,7 @@ class Client {
   void start() { attachments_.start(); }
   bool is_connected() const { return attachments_.is_connected(); }
 
-  /// Why the session did not serve this client, in one line; empty: it did. Known once
+  /// Why the session refused this client, in one line; empty if it did not. Valid once
   /// is_connected() is false.
   const std::string& refusal() const { return attachments_.refusal(); }
   void sleep(double seconds) const;

@@ -8,11 +8,11 @@
 namespace haptic {
 namespace {
 
-constexpr int kBits = 7;  // 2⁷ buckets an octave
+constexpr int kBits = 7;  // 2⁷ buckets per octave
 constexpr uint64_t kPerOctave = uint64_t{1} << kBits;
 constexpr size_t kBuckets = (63 - kBits + 1) * kPerOctave;  // up to the largest int64_t
 
-/// Values below 2⁸ have a bucket each; octave o above them is split by its 7 bits below the top
+/// Values below 2⁸ have a bucket each; an octave above is split by the 7 bits after its leading
 /// one.
 size_t bucket_of(uint64_t value) {
   const int shift = std::max(0, static_cast<int>(std::bit_width(value)) - kBits - 1);
@@ -47,7 +47,7 @@ void Histogram::merge(const Histogram& other) {
 
 int64_t Histogram::percentile(double percent) const {
   const double share = std::clamp(percent, 0.0, 100.0) / 100;
-  // a hair below, so that 99.9 % of 1000 is rank 999 although 0.999 is not a double
+  // minus a rounding margin: 99.9 % of 1000 is rank 999 although 0.999 is not exact in binary
   const double rank = std::ceil(share * static_cast<double>(count_) - 1e-9);
   const uint64_t wanted = std::max<uint64_t>(1, static_cast<uint64_t>(std::max(rank, 0.0)));
   uint64_t seen = 0;

@@ -6,9 +6,9 @@
 
 namespace haptic {
 
-/// Counts of durations [ns] in log-linear buckets: exact below 256, above it 128 buckets an octave.
-/// A percentile is never below the true one and at most 1/128 above it; the largest value and the
-/// count are exact. 59 kB, allocated once; adding is constant time.
+/// Counts of durations [ns] in log-linear buckets: exact below 256, then 128 buckets per octave. A
+/// percentile is never below the true one and at most 1/128 above it; maximum and count are exact.
+/// 59 kB, allocated once; adding takes constant time.
 class Histogram {
  public:
   Histogram();
@@ -20,8 +20,8 @@ class Histogram {
   uint64_t count() const { return count_; }
   int64_t max() const { return max_; }
 
-  /// Nearest rank: the smallest value that at least `percent` % of all values do not exceed; 0 when
-  /// empty. Rounded up to the end of its bucket.
+  /// Nearest rank: the smallest value that at least `percent` % of the values do not exceed,
+  /// rounded up to the end of its bucket; 0 when empty.
   int64_t percentile(double percent) const;
 
  private:

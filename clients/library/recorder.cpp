@@ -33,7 +33,7 @@ size_t index_of(std::string_view topic) {
 
 }  // namespace
 
-// a state that rarely changes is wanted even when it is older than the recording
+// control state and events change rarely: those older than the recording belong to it too
 Recorder::Recorder(Attachments& attachments, Start start)
     : newest_servo_(attachments.source<ServoChannels>()),
       servo_{attachments.ring<&ServoChannels::frames>(start),
@@ -73,12 +73,12 @@ template <auto kMember, typename T>
 void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
                           SegmentId writer, TraceWriter& trace) {
   T record;
-  // a bound: a writer faster than the disk must not keep the other rings waiting
+  // bounded, so that a writer faster than the disk cannot starve the other rings
   for (uint64_t n = 0; n < kMostPerDrain && ring.next(record); ++n) {
     tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
     write(trace, topic, record);
   }
-  // a ring may end with a loss, and no record after it
+  // a ring may end with a loss and no record after it
   tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
 }
 
@@ -90,7 +90,7 @@ const SegmentHeader* Recorder::servo_header() noexcept {
 
 bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   realtime_offset_ns_ = realtime_now_ns() - now_ns();
-  servo_header();  // keeps no old generation mapped
+  servo_header();  // unmaps old generations
   const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
     drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace);
@@ -123,8 +123,8 @@ bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
   return false;
 }
 
-/// A file that was ended by an error holds its whole chunks. What it had taken for the open one is
-/// lost, as is what came after.
+/// A file that ended with an error holds only its complete chunks: the open chunk and everything
+/// after it count as lost.
 void Recorder::count_what_is_there(const TraceWriter& trace) {
   failure_ = trace.error();
   const char* separator = "; lost: ";

@@ -13,16 +13,16 @@ namespace haptic {
 
 struct TopicCount {
   std::string_view topic;
-  uint64_t recorded = 0;  // in the file once finish() has returned
-  // published while recording, but overwritten before they were read or, where the file was ended
-  // by an error, not in it; /events counts those that the recorder makes itself
+  uint64_t recorded = 0;  // in the file, once finish() has returned
+  // published while recording but not in the file: overwritten before they were read, or after a
+  // write error; for /events this includes events that the recorder itself adds
   uint64_t lost = 0;
 };
 
-/// Drains every ring of a session into a recording. A writer that restarts is followed; what its
-/// predecessor had published is recorded first. Losses are counted exactly and each is a record on
-/// /events. A chunk stays open for a quarter of a second: that much is lost when the recorder is
-/// killed, and nothing at all when anything else is.
+/// Drains every ring of a session into a recording. When a writer restarts, everything its
+/// predecessor published is recorded first. Losses are counted exactly, each with a record on
+/// /events. A chunk stays open for 0.25 s: that much is lost if the recorder is killed, and nothing
+/// if any other process is.
 ///
 ///   Attachments attachments(connect_session(name));
 ///   Recorder recorder(attachments);            // before attachments.start()
@@ -32,23 +32,23 @@ struct TopicCount {
 ///   recorder.finish(trace);
 class Recorder {
  public:
-  /// `start`: whether the frames that are in the rings already belong to the recording. The control
-  /// state and the events always do.
+  /// `start`: whether frames already in the rings belong to the recording. The control state and
+  /// the events always do.
   explicit Recorder(Attachments& attachments, Start start = Start::kNewest);
 
-  /// Records all that is new; `t_ns` is now (CLOCK_MONOTONIC). False when the file was ended by an
-  /// error: trace.error() says why.
+  /// Records everything new; `t_ns` is now (CLOCK_MONOTONIC). False after a write error, which
+  /// trace.error() explains.
   bool drain(TraceWriter& trace, int64_t t_ns);
 
-  /// The last drain; adds the counts as metadata and closes the file. False as above, and failure()
-  /// says in one line why and what was lost.
+  /// Drains once more, adds the counts as metadata and closes the file. False after a write error;
+  /// failure() then says in one line why and what was lost.
   bool finish(TraceWriter& trace, int64_t t_ns);
   const std::string& failure() const { return failure_; }
 
   /// One for each of kTopics, in that order.
   std::array<TopicCount, 5> counts() const { return counts_; }
 
-  /// Header of the newest servo's segment; null before it came.
+  /// Header of the newest servo's segment; null until one has been attached.
   const SegmentHeader* servo_header() noexcept;
 
  private:
@@ -56,7 +56,7 @@ class Recorder {
   struct Feed {
     RingSource<kFrames> frames;
     RingSource<kEvents> events;
-    uint64_t lost_frames = 0, lost_events = 0;  // already told
+    uint64_t lost_frames = 0, lost_events = 0;  // already reported
   };
 
   struct Origin {

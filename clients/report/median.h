@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// The middle value, or the mean of the middle two. Of at least one value.
+/// The middle value, or the mean of the middle two. `values` must not be empty.
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const size_t n = values.size();

@@ -18,9 +18,9 @@ namespace {
 constexpr double kWidth = 1000, kLeft = 76, kRight = 28, kTitleHeight = 56, kFootHeight = 48;
 constexpr double kPanelHeight = 150, kPanelHead = 28, kPanelGap = 18;
 constexpr double kPlotWidth = kWidth - kLeft - kRight;
-constexpr int kTicksX = 10, kTicksY = 4;  // about
+constexpr int kTicksX = 10, kTicksY = 4;  // ticks per axis, approximately
 
-// told apart by the colour-blind too (Okabe & Ito 2008), darkened for a white ground
+// distinguishable with colour blindness (Okabe & Ito 2008), darkened for a white background
 constexpr std::array<const char*, 6> kColours{"#0067a5", "#d1550a", "#00876c",
                                               "#b4458b", "#8a6d00", "#4d4d4d"};
 
@@ -65,7 +65,7 @@ struct Range {
   bool is_empty() const { return low > high; }
 };
 
-/// 1, 2 or 5 times a power of ten, so that about `count` of them span the range.
+/// 1, 2 or 5 times a power of ten, such that about `count` steps span the range.
 double tick_step(const Range& range, int count) {
   const double rough = (range.high - range.low) / count;
   const double power = std::pow(10, std::floor(std::log10(rough)));
@@ -75,18 +75,18 @@ double tick_step(const Range& range, int count) {
   return 10 * power;
 }
 
-/// With as many decimals as the step needs, and a typographic minus.
+/// As many decimals as the step needs, and a typographic minus.
 std::string tick_text(double value, double step) {
   const double magnitude = std::max(std::fabs(value), step);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
   const bool plain = magnitude < 1e6 && decimals <= 4;
-  // a multiple of the step that is zero but for rounding
+  // a multiple of the step that is zero up to rounding
   const double size = std::fabs(value) < step / 2 ? 0 : std::fabs(value);
   const std::string text = plain ? format("%.*f", decimals, size) : format("%.4g", size);
   return (value < 0 && size > 0 ? "−" : "") + text;
 }
 
-/// A range people can read: from zero where the data begins near it, never empty, ending on ticks.
+/// A readable range: from zero if the data begin near it, never empty, ending on ticks.
 Range axis_range(Range data) {
   if (data.is_empty()) data = {0, 1};
   if (data.low > 0 && data.low < data.high / 2) data.low = 0;
@@ -100,7 +100,7 @@ Range axis_range(Range data) {
   return {std::floor(data.low / step + 1e-9) * step, std::ceil(data.high / step - 1e-9) * step};
 }
 
-/// Where a panel lies and what its axes span.
+/// Position of a panel and the ranges of its axes.
 struct Frame {
   double top;
   Range x, y;
@@ -121,7 +121,7 @@ class Column {
     if (series.y[i] < series.y[low_]) low_ = i;
     if (series.y[i] > series.y[high_]) high_ = i;
   }
-  /// Appends them to the path in the order of time.
+  /// Appends them to the path in order of time.
   void draw(const Frame& frame, const Series& series, std::string& path, bool& pen_down) {
     if (empty_) return;
     std::array<size_t, 4> points{first_, std::min(low_, high_), std::max(low_, high_), last_};
@@ -189,7 +189,7 @@ std::string legend(const Panel& panel, double baseline) {
   std::string out =
       format("<text x=\"%.1f\" y=\"%.1f\" class=\"tick end\">", kWidth - kRight, baseline);
   for (size_t i = 0; i < panel.series.size(); ++i) {
-    // no-break spaces keep the distance without shifting the right end, as dx would
+    // no-break spaces keep the distance; dx would shift the right end
     out += format("<tspan fill=\"%s\">\u00a0\u00a0\u00a0━\u00a0</tspan><tspan>",
                   kColours[i % kColours.size()]) +
            escaped(panel.series[i].name) + "</tspan>";

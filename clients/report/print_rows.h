@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Prints them for people or as JSON and ends the command with exit code 1 where a goal is missed.
+/// Prints the rows as a table or as JSON; throws ExitCode{1} if a goal is missed.
 inline void print_judged(const std::vector<Row>& rows, bool json) {
   json ? print_json(std::cout, rows) : print_table(std::cout, rows);
   std::cout.flush();

@@ -46,7 +46,7 @@ bool is_count(double value) {
   return value == std::floor(value) && std::fabs(value) < 1e15;
 }
 
-/// What is said of a value: its peer, or whether it holds.
+/// The last column of the table: comparison with the peer, or whether the goal holds.
 std::string verdict(const Row& row) {
   if (!row.peer.empty() && !row.peer_value) return row.peer + ": none";
   if (row.peer_value) {
@@ -59,7 +59,7 @@ std::string verdict(const Row& row) {
   return text;
 }
 
-/// Display width of UTF-8 text: continuation bytes take no column.
+/// Display width of UTF-8 text: continuation bytes have no width.
 size_t columns(const std::string& text) {
   return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xc0) != 0x80;

@@ -11,8 +11,8 @@
 
 namespace haptic {
 
-/// One figure: the row every `hapt eval` and `hapt bench` prints. NaN and empty optionals are JSON
-/// null.
+/// One figure, as printed by every `hapt eval` and `hapt bench`. NaN and empty optionals become
+/// JSON null.
 struct Row {
   std::string case_name;
   std::string metric;
@@ -22,7 +22,7 @@ struct Row {
   std::optional<double> peer_value;
   std::optional<double> goal;
   std::optional<bool> holds;
-  std::string note;  // a fact that is no figure: the machine, the name of the log
+  std::string note;  // text instead of a figure: the machine, the name of the log
 
   std::optional<double> ratio() const {
     if (!peer_value || *peer_value == 0) return std::nullopt;
@@ -38,13 +38,13 @@ class Rows {
   void add(const std::string& metric, double value, const std::string& unit);
   void add(const std::string& metric, double value, const std::string& unit, double goal,
            bool holds);
-  /// Judged only where that is fair; else the figure alone.
+  /// Applies the goal only if `fair`; otherwise adds the figure alone.
   void add_if(bool fair, const std::string& metric, double value, const std::string& unit,
               double goal, bool holds);
-  /// A figure beside the same of a peer in the same run, which is empty where there is none.
+  /// A figure compared with that of a peer in the same run; without a peer, `peer_value` is empty.
   void add_beside(const std::string& metric, double value, const std::string& unit,
                   const std::string& peer, std::optional<double> peer_value);
-  /// p50, p99 and max of durations [ns] as seconds; nothing where there are none.
+  /// p50, p99 and max of durations [ns] in seconds; nothing if there are none.
   void add(const std::string& metric, const Histogram& durations);
   void note(const std::string& metric, const std::string& text);
   void append(const std::vector<Row>& rows);
@@ -55,22 +55,22 @@ class Rows {
   std::vector<Row> rows_;
 };
 
-/// Version, processor, kernel and load: what a figure is worth nothing without.
+/// Version, processor, kernel and load: needed to interpret any figure.
 std::string machine_line();
 
-/// A table for people: metric, value with a readable unit prefix, goal or peer where there is one;
-/// the name of each case above its rows where there are several.
+/// A table for people: metric, value with a readable unit prefix, goal or peer. With several cases
+/// the name of each stands above its rows.
 void print_table(std::ostream& out, const std::vector<Row>& rows);
 
 /// One JSON array of objects {case, metric, value, unit, peer, peer_value, ratio, goal, holds};
-/// a fact has a `note` as well.
+/// notes also have the key `note`.
 void print_json(std::ostream& out, const std::vector<Row>& rows);
 
-/// False when any row misses its goal.
+/// False if any row misses its goal.
 bool all_hold(const std::vector<Row>& rows);
 
 /// "12.3 µs", "4.10 N", "0.017 mm": three significant digits and an SI prefix for s, m and J; other
-/// units as they are.
+/// units unchanged.
 std::string readable(double value, const std::string& unit);
 
 }  // namespace haptic

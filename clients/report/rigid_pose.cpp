@@ -10,7 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kRoom = 50'000;  // of pairs
+constexpr size_t kRoom = 50'000;  // capacity in pairs of near triangles
 
 }  // namespace
 

@@ -7,8 +7,8 @@
 
 namespace haptic {
 
-/// Force at the device, depth of the hand behind the surface and wake lateness over time, as an
-/// SVG. Throws std::runtime_error where the file cannot be written.
+/// Plots force at the device, depth of the hand behind the surface and wake-up lateness over time
+/// as SVG. Throws std::runtime_error if the file cannot be written.
 void plot_session(const std::string& path, const std::string& title, const SessionData& data);
 
 }  // namespace haptic

@@ -17,11 +17,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kTouchForce = 0.05;        // below, a hand feels free space [N]
-constexpr size_t kMostPosesChecked = 2000;  // of a rigid tool: each takes a millisecond
+constexpr double kTouchForce = 0.05;        // [N]; weaker forces count as free space
+constexpr size_t kMostPosesChecked = 2000;  // poses of a rigid tool; each check takes about 1 ms
 constexpr size_t kMostWaysChecked = 100;
-constexpr int kPlacesOfWay = 32;   // at which a tool that was placed anew is put on its way there
-constexpr double kFarShare = 0.5;  // of the tool's size: no way led so far in one answer
+constexpr int kPlacesOfWay = 32;   // samples along the straight path to a re-placed tool
+constexpr double kFarShare = 0.5;  // of the tool's size; no valid path is longer within one answer
 
 template <typename Items, typename Get>
 Histogram durations(const Items& items, Get get) {
@@ -30,7 +30,7 @@ Histogram durations(const Items& items, Get get) {
   return histogram;
 }
 
-/// The scene in force at a frame; frames before the first scene see the configured poses.
+/// The scene used by a frame; null before the first scene, when the configured poses apply.
 const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
   const auto it =
       std::lower_bound(scenes.begin(), scenes.end(), seq,
@@ -38,7 +38,7 @@ const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) 
   return it != scenes.end() && it->seq == seq ? &*it : nullptr;
 }
 
-/// How deep the deepest of these points, given in the frame of the proxy, is inside an object.
+/// Depth of the deepest of these points, given in the frame of the proxy, inside any object [m].
 double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const SessionConfig& config,
                    std::span<const BakedShape> shapes, std::span<const Vec3> points_P) {
   double deepest = 0;
@@ -56,7 +56,7 @@ double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const Sessi
   return deepest;
 }
 
-/// About so many of the list, evenly.
+/// About `most` items of the list, evenly spaced.
 template <typename Items>
 auto some_of(const Items& items, size_t most) {
   std::vector<typename Items::value_type> some;
@@ -65,8 +65,8 @@ auto some_of(const Items& items, size_t most) {
   return some;
 }
 
-/// Whether the tool would be in an object somewhere on its way from one pose to another, seen from
-/// that object.
+/// Whether the tool would be inside an object anywhere on its way from one pose to another, both
+/// relative to that object.
 bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to_OT) {
   const Twist way = way_between(from_OT, to_OT);
   for (int k = 1; k < kPlacesOfWay; ++k) {
@@ -75,7 +75,7 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
   return false;
 }
 
-/// Whether the tick at this time could feel nothing, whatever the contacts were.
+/// Whether the servo rendered no force at this time, whatever the contacts.
 bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
   const auto it =
       std::lower_bound(frames.begin(), frames.end(), t_ns,
@@ -83,8 +83,9 @@ bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
   return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
 }
 
-/// Poses of a rigid tool that no way led to: placed anew by what contact says, or too far from the
-/// one before. While the force is closed a hand may pass through objects.
+/// Counts poses of a rigid tool that were not reached along a path: contact flags them as
+/// re-placed, or they are too far from the previous one. While the servo is closed the hand may
+/// pass through objects, so the next pose is not compared.
 void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<ServoFrame>& frames,
                   std::span<const RigidPoseJudge> judges, double size, Penetration& out) {
   const VerifiedProxy* last = nullptr;
@@ -109,8 +110,8 @@ void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<Ser
   }
 }
 
-/// The verified poses of a rigid tool, some of them: whether its surface meets an object's. The
-/// renderer may be another than the config's: a session can change it.
+/// Checks a sample of the verified poses of a rigid tool for intersection with any object. The
+/// renderer is read from each set, because a session can change it.
 void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
   std::vector<VerifiedProxy> rigid;
   for (const VerifiedProxy& proxy : data.proxies) {
@@ -137,7 +138,7 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   check_places(rigid, data.frames, judges, norm(tool.upper - tool.lower), out);
 }
 
-/// Of a tool with six degrees of freedom.
+/// For a tool with six degrees of freedom.
 Penetration measure_body(const SessionData& data, const SessionConfig& config,
                          const BakedSession& baked) {
   Penetration out;
@@ -167,7 +168,7 @@ VerifiedProxy verified_proxy(const ContactSet& set) {
 SessionData load_session(const std::string& log) {
   SessionData data;
   const TraceReader reader(log);
-  // the closing frame of a servo is no tick
+  // the closing frame of a servo is not a tick
   reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
     ++data.recorded;
     if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
@@ -201,7 +202,7 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
     oracles.push_back(object.shape.mesh.closed ? std::make_unique<InsideOracle>(object.shape.mesh)
                                                : nullptr);
   }
-  // an open surface has no inside to be in
+  // an open surface has no inside
   const bool any_closed = std::any_of(shapes.begin(), shapes.end(), [](const BakedShape& object) {
     return object.shape.mesh.closed;
   });
@@ -225,7 +226,7 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
 
 namespace {
 
-/// Rows on where the proxies were, and on whether the verified one has changed sides.
+/// Rows on the depth of the proxies, and on whether the verified one has changed sides.
 void add_penetration(const Penetration& penetration, Renderer renderer, Rows& rows) {
   rows.add("deepest penetration of this tick's proxy", penetration.deepest_proxy, "m");
   if (penetration.unchecked.empty()) {

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// What is kept of a ContactSet: without its contacts it is a tenth of the size.
+/// The part of a ContactSet that is kept: without the contacts it is a tenth of the size.
 struct VerifiedProxy {
   int64_t answers_t_ns = 0;
   Pose X_WG;
@@ -23,7 +23,7 @@ struct VerifiedProxy {
 };
 VerifiedProxy verified_proxy(const ContactSet& set);
 
-/// What a recording is judged by.
+/// The data of a recording that are evaluated.
 struct SessionData {
   std::vector<ServoFrame> frames;
   std::vector<VerifiedProxy> proxies;
@@ -35,35 +35,35 @@ struct SessionData {
 /// Reads the servo, contact and sim topics of a recording. Throws McapError.
 SessionData load_session(const std::string& log);
 
-/// Work through the port between hand and device, in device units: F_k, held from tick k to k+1,
-/// paired with the displacement over that same step (the other pairing hides the leak of the
-/// zero-order hold: Hannaford & Ryu 2002).
+/// Work through the port between hand and device, in device units: F_k, held from tick k to k+1, is
+/// paired with the displacement over that same step; any other pairing hides the energy leak of the
+/// zero-order hold (Hannaford & Ryu 2002).
 struct PortEnergy {
-  double into_device = 0;                                // the hand pushed against the force [J]
-  double returned = 0;                                   // the force pushed the hand [J]
+  double into_device = 0;                                // the hand moved against the force [J]
+  double returned = 0;                                   // the force moved the hand [J]
   double net() const { return into_device - returned; }  // ≥ 0: passive
 };
 PortEnergy port_energy(std::span<const ServoFrame> frames);
 
-/// How deep the proxies were inside the objects.
+/// How deep the proxies were inside objects.
 struct Penetration {
-  size_t verified_inside = 0;  // ContactSets whose verified proxy is strictly inside: must be 0
+  size_t verified_inside = 0;  // sets whose verified proxy is strictly inside; must be 0
   size_t verified_checked = 0;
-  std::string unchecked;  // why nothing is verified; empty: it is
-  // of a rigid tool: placed elsewhere than a way had led it, and of these the ones that an object
-  // lies between; sets without a free pose, of which nothing was felt
+  std::string unchecked;  // why the verified proxy was not checked; empty if it was
+  // rigid tools: poses not reached along a path, those of them with an object in between, and sets
+  // without a free pose, for which no force was rendered
   size_t placed_anew = 0, across = 0, without_pose = 0;
-  double deepest_proxy = 0;  // of this tick's proxy X_WP, which contacts answer late [m]
+  double deepest_proxy = 0;  // of the servo's proxy X_WP; contacts lag behind it [m]
 };
 
-/// Exact check of every verified proxy (CGAL's predicates) and depth of every tick's proxy. A tool
-/// with six degrees of freedom may be inside: of its proxy a thousand vertices are asked, at two
-/// hundred instants.
+/// Exact check of every verified proxy (CGAL predicates) and depth of every tick's proxy. A tool
+/// with six degrees of freedom may be inside: about 1,000 vertices of its proxy are tested at about
+/// 200 instants.
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
                                 const BakedSession& baked);
 
 /// The figures of a session as rows of case `name`: ticks, late ticks, lateness, busy times, rates,
-/// force, depth, energy, samples, with the goals that make it a success.
+/// force, depth, energy and samples, with the goals of a successful session.
 std::vector<Row> summarize(const std::string& name, const SessionData& data,
                            const SessionConfig& config, const Penetration& penetration);
 
