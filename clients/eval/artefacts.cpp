@@ -13,8 +13,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kSettled = 0.1;  // from above to its place, before anything is measured [s]
-constexpr double kAgrees = 0.03;  // of the closed form: one tick of motion
+constexpr double kSettled = 0.1;  // [s]; approach from above before measuring
+constexpr double kAgrees = 0.03;  // relative to the closed form; one tick of motion
 
 struct Script {
   Soup soup;
@@ -23,10 +23,10 @@ struct Script {
   std::function<Vec3(double)> path;
 };
 
-/// A sphere feels with its centre a radius higher.
+/// The centre of a sphere is a radius above the contact.
 Script script_of(ArtefactScene scene, double radius) {
   if (scene == ArtefactScene::kEdge) {
-    // the block's top is z = 50 mm, its side x = 50 mm; both are kEdgeDepth away half way along
+    // faces z = 50 mm and x = 50 mm; half way along, both are kEdgeDepth away
     return {make_box({0.1, 0.1, 0.1}), kEdgeStiffness, 0.6, [=](double t) {
               const double above = radius + 0.1 * std::max(0.0, kSettled - t);
               const double x = 0.0475 + 2e-3 * std::max(0.0, t - kSettled);

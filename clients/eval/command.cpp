@@ -52,7 +52,7 @@ struct EvalOptions {
 
 struct EvalRun {
   SessionData data;
-  Histogram step_time;  // servo + contact + sim, one tick
+  Histogram step_time;  // servo + contact + sim in one tick
   uint64_t hash = 0;
 };
 
@@ -63,7 +63,7 @@ EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
   Lockstep lockstep(config, shapes, *device, options.lockstep);
   const bool replay = row_of(config.device.kind).is_recorded;
   const auto ticks = static_cast<uint64_t>(options.duration * config.servo_rate);
-  // a recording is played to its end, a simulated hand for the time asked
+  // a recording is played to its end, a simulated hand for the given duration
   for (uint64_t k = 0; replay || k < ticks; ++k) {
     const int64_t start_ns = now_ns();
     if (!lockstep.step()) break;
@@ -108,7 +108,7 @@ void run_eval(const EvalOptions& options) {
                             std::to_string(options.lockstep.contact_latency) + " late");
   std::vector<Row> judged =
       summarize(name, first.data, config, measure_penetration(first.data, config, baked));
-  // on virtual time nothing is late or busy, and nothing is recorded
+  // virtual time has no lateness or busy times, and nothing is recorded
   std::erase_if(judged, [](const Row& row) {
     return row.unit == "s" || row.metric.rfind("samples", 0) == 0;
   });
@@ -135,7 +135,7 @@ void run_renderer(const EvalOptions& options, const Command& command) {
   table.each.trace = options.trace;
   table.each.plot = options.plot;
   table.each.lockstep.contact_period = options.lockstep.contact_period;
-  // unless asked for, the judge leaves no delay between the tool and the answer
+  // by default the answers are not delayed
   if (command.was_given("--contact-latency")) {
     table.latencies = {options.lockstep.contact_latency};
   } else if (options.meshes == std::vector<std::string>{"all"}) {
@@ -182,7 +182,7 @@ void run_rigid_suite(const EvalOptions& options, const Command& command) {
   print_judged(eval_rigid(eval), options.json);
 }
 
-/// What a session is led by, and how it is shown; common to all that can be judged.
+/// Options common to all evaluations: the hand, its duration and the form of the output.
 void add_session_options(Command& command, EvalOptions& options) {
   command.option("--config", options.config, "session file").show_default();
   command.option("--trace", options.trace, "recorded hand instead of the configured device");
@@ -203,7 +203,7 @@ void add_session_options(Command& command, EvalOptions& options) {
   command.flag("--json", options.json, "rows as JSON");
 }
 
-/// A renderer beside the exact one, on a mesh instead of a session.
+/// Options that compare a renderer with the exact proxy on a mesh instead of running a session.
 void add_renderer_options(Command& command, EvalOptions& options) {
   RendererEval& judged = options.renderer;
   command
@@ -234,7 +234,7 @@ void add_renderer_options(Command& command, EvalOptions& options) {
   add(command.option("--ticks", judged.ticks, "length of the tool's path").range(1, 10'000'000));
 }
 
-/// A protocol of its own, without a session.
+/// Options of the protocols, which need no session.
 void add_protocol_options(Command& command, EvalOptions& options) {
   RuffaldiEval& ruffaldi = options.ruffaldi;
   command

@@ -9,8 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kStart = 2;    // until the start is over [s]
-constexpr double kPeriods = 2;  // looked at
+constexpr double kStart = 2;    // [s]; transient that is not evaluated
+constexpr double kPeriods = 2;  // evaluated after that
 
 }  // namespace
 

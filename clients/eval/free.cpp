@@ -15,11 +15,11 @@ namespace haptic {
 namespace {
 
 constexpr double kTick = 1e-3;     // [s]
-constexpr double kEnough = 0.1;    // that a distance is looked for [m]: 2.5 times 2 m/s for 20 ms
-constexpr double kProvable = 0.9;  // of a distance, that who detects must know
-constexpr uint64_t kRelease = 3;   // ages
-constexpr uint32_t kOldest = 20;   // [ticks]
-constexpr double kTouch = 0.2e-3;  // no nearer to an object is a tool let down [m]
+constexpr double kEnough = 0.1;    // range of distances [m]; 2.5 × 2 m/s × 20 ms
+constexpr double kProvable = 0.9;  // fraction of a distance that a detector must be able to prove
+constexpr uint64_t kRelease = 3;   // in units of the answers' age; a held proxy has let go by then
+constexpr uint32_t kOldest = 20;   // largest default age of an answer [ticks]
+constexpr double kTouch = 0.2e-3;  // [m]; closest approach of the tool when it is lowered
 
 std::vector<FreeScene> scenes_of(const FreeEval& eval) {
   std::vector<FreeScene> scenes{peg_over_hole()};
@@ -29,7 +29,7 @@ std::vector<FreeScene> scenes_of(const FreeEval& eval) {
   return scenes;
 }
 
-/// From above until the tool is no more than that off the first object.
+/// Lowers the tool from above to a distance of kTouch from the first object.
 Vec3 touch_from_above(const FreeScene& scene, bool as_point) {
   const FreeOracle oracle(scene.objects[0], as_point ? Soup{} : scene.tool);
   Vec3 p = scene.over;
@@ -39,7 +39,7 @@ Vec3 touch_from_above(const FreeScene& scene, bool as_point) {
   return p;
 }
 
-/// Largest of the forces and torques of a tick; NaN where one is not finite.
+/// Largest of the forces and torques of a tick; NaN if one is not finite.
 double felt_in(const ServoFrame& frame) {
   const Wrench &F = frame.F_coupling_W, &held = frame.F_device_B;
   if (!is_finite(F) || !is_finite(held)) return std::numeric_limits<double>::quiet_NaN();
@@ -53,7 +53,7 @@ std::vector<uint32_t> ages_of(const FreeEval& eval) {
   return ages;
 }
 
-/// Adds what each renderer of a point, or of a body, comes to in a scene.
+/// Adds the counts of every renderer of a point, or of a body, in one scene.
 void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
                  std::vector<FreeFound>& found) {
   const std::vector<FreeRenderer>& renderers = free_renderers();
@@ -113,7 +113,7 @@ FreeWay::FreeWay(const FreeScene& scene, const FreeHand& hand, bool as_point)
     middle_T_ += v / static_cast<double>(tool.vertices.size());
   }
   for (const Vec3& v : tool.vertices) radius_ = std::max(radius_, norm(v - middle_T_));
-  // voxels are as thick as their diagonal
+  // a voxel's surface can be off by a diagonal of the band
   layer_ = std::numbers::sqrt3 * scene.config.voxel.band;
   if (as_point) radius_ = scene.config.proxy_radius;
 }
@@ -159,7 +159,7 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
     ++found.ticks;
     if (!way.is_free(set->answers_tick, k)) free_since = k + 1 + kRelease * age;
     const double felt = felt_in(session.frame());
-    // NaN is felt too
+    // NaN counts as felt
     const uint64_t is_felt = felt == 0 ? 0 : 1;
     if (k < free_since) {
       found.touched += is_felt;

@@ -7,8 +7,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kLeastSlide = 1e-6;  // in a tick [m]
-constexpr double kGoal = 0.01;        // of μ
+constexpr double kLeastSlide = 1e-6;  // motion per tick that counts as sliding [m]
+constexpr double kGoal = 0.01;        // relative error of μ
 
 }  // namespace
 

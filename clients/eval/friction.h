@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// Measures |f_t| / |f_n| on a plane of known normal in every tick in which the proxy slides: it
-/// has moved along the plane since the last tick, and was pressed in both.
+/// has moved along the plane since the last tick and is pressed in both.
 class FrictionJudge {
  public:
   FrictionJudge(double ratio, const Vec3& normal_W) : ratio_(ratio), normal_W_(normal_W) {}
@@ -17,7 +17,7 @@ class FrictionJudge {
   void add(const ServoFrame& frame);
 
   uint64_t sliding() const { return sliding_; }
-  /// Largest |f_t| / |f_n| / μ − 1 while sliding, without its sign.
+  /// Largest | |f_t| / (μ |f_n|) − 1 | while sliding.
   double worst() const { return worst_; }
 
   std::vector<Row> rows(const std::string& name) const;

@@ -7,11 +7,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kJamForce = 0.1;       // beyond the exact force [N]
-constexpr double kJamShare = 0.1;       // of the tool's motion
-constexpr double kLeastWay = 1e-6;      // a resting tool jams nothing [m]
-constexpr double kLostDepth = 1e-5;     // [m]
-constexpr double kLeastDescent = 1e-6;  // [N]
+constexpr double kJamForce = 0.1;       // [N] beyond the exact force
+constexpr double kJamShare = 0.1;       // of the tool's motion in a tick
+constexpr double kLeastWay = 1e-6;      // [m]; a smaller motion of the tool is rest, not a jam
+constexpr double kLostDepth = 1e-5;     // [m]; see "lost"
+constexpr double kLeastDescent = 1e-6;  // [N]; see "not a local minimum"
 
 double percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;

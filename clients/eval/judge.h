@@ -10,34 +10,35 @@
 
 namespace haptic {
 
-/// What a run may miss the oracle by.
+/// Allowed differences between a run and the oracle.
 struct EvalGoals {
-  double max_force_error = 0;  // [N]; 0: not judged
-  double rms_force_error = 0;  // [N]; 0: not judged
-  double max_ripple = 0;       // [N]; 0: not judged
+  double max_force_error = 0;  // [N]; 0: no goal
+  double rms_force_error = 0;  // [N]; 0: no goal
+  double max_ripple = 0;       // [N]; 0: no goal
   double force_limit = 0;      // of the device [N]
-  bool follows_oracle = true;  // jams and lost ticks are judged too
-  bool rests = false;          // in a local minimum of |x − tool|, tick by tick
+  bool follows_oracle = true;  // jams and lost ticks have goals
+  bool rests = false;          // goal: local minimum of |x − tool| in every tick
 };
 
-/// Where the proxies of one tick are, by every facet near them.
+/// Placement errors of the proxies in one tick, by every facet near them.
 struct JudgedPlace {
-  BehindSurface behind;  // the verified one
-  double descent = 0;    // of the felt one (free_descent) [m]
+  BehindSurface behind;  // of the verified proxy
+  double descent = 0;    // of the servo's proxy, see free_descent() [m]
 };
 
-/// Compares a run, tick by tick, with the exact god-object. Forces are those of the coupling, k
-/// times the way from the tool to the proxy, before safety: what a renderer is to be judged by.
+/// Compares a run with the exact god-object in every tick. Forces are those of the coupling before
+/// the safety stages, k times the vector from tool to proxy: the output of the renderer itself.
 ///
 /// - force error: |F − F*|, F* = k (proxy* − tool) of the oracle at the same tick
 /// - ripple: |ΔF − ΔF*| from tick to tick
-/// - jammed: the force is more than kJamForce beyond the oracle's while the proxy moves less than a
-///   tenth of what the tool does: it stays, the tool slides on, the force runs up
-/// - stuck: the proxy stays as above though it is not in a local minimum, whatever the oracle says
-/// - lost: the oracle is deeper than kLostDepth and there is no force: fallen through
-/// - behind: depth of the verified proxy behind the surface, or nearer to it than its radius
-/// - not a local minimum: the felt proxy could still go so far towards the tool, without entering
-///   any facet that it touches, that the force would change by more than kLeastDescent
+/// - jammed: the force exceeds the oracle's by more than kJamForce while the proxy moves less than
+/// a
+///   tenth of the tool's motion
+/// - stuck: the proxy moves as little although it is not in a local minimum, whatever the oracle
+/// - lost: the oracle is deeper than kLostDepth and there is no force: tunnelling
+/// - behind: depth of the verified proxy behind the surface offset by its radius
+/// - not a local minimum: the servo's proxy could still move towards the tool, without entering any
+///   facet it touches, far enough to change the force by more than kLeastDescent
 class EvalJudge {
  public:
   explicit EvalJudge(double stiffness) : stiffness_(stiffness) {}
@@ -45,8 +46,8 @@ class EvalJudge {
   void add(const ServoFrame& frame, uint32_t contact_flags, const OracleAnswer& truth,
            const JudgedPlace& place);
 
-  /// Notes that the tool overlapped the object at the start: the renderer and the exact solution
-  /// then follow different seeds, and their forces cannot be compared.
+  /// Records that the tool overlapped the object at the start: renderer and exact solution then
+  /// start from different places, and their forces cannot be compared.
   void begin(bool overlaps) { began_overlapping_ = overlaps; }
   bool began_overlapping() const { return began_overlapping_; }
 
@@ -69,7 +70,7 @@ class EvalJudge {
   uint64_t not_minimal() const { return not_minimal_; }
   double largest_descent() const { return stiffness_ * largest_descent_; }  // [N]
 
-  /// For the plot: one value a tick.
+  /// For the plot: one value per tick.
   struct Trace {
     std::vector<double> t, force, exact, error, ripple;
   };

@@ -15,8 +15,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kFelt = 1e-9;       // [N]; the device is told zero, exactly, where it is closed
-constexpr double kElsewhere = 1e-4;  // beyond what the sim's 120 Hz leave to extrapolation [m]
+constexpr double kFelt = 1e-9;       // [N]; a closed device is commanded exactly zero
+constexpr double kElsewhere = 1e-4;  // [m]; above the extrapolation error at 120 Hz
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
 SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {

@@ -16,32 +16,32 @@ struct MovingEval {
   LockstepOptions lockstep;
 };
 
-/// Counts of one session among moving objects. Closed forms and CGAL's exact predicates find them,
-/// no collision query of contact.
+/// Counts from one session among moving objects, found by closed forms and CGAL's exact predicates,
+/// without any collision query of contact.
 struct MovingFound {
   uint64_t scenes = 0, ticks = 0, felt = 0, not_finite = 0;
   uint64_t poses = 0, inside = 0;
-  uint64_t sides_changed = 0;  // scenes in which a verified pose was not on the side of the way
-  uint64_t across = 0;         // ticks with a force whose proxy was not there
-  uint64_t placed_anew = 0;    // sets that say so
-  uint64_t closed = 0;         // ticks in which no pose was known and nothing was rendered
-  uint64_t behind = 0;         // sets of which an object is elsewhere than it was at their time
-  double most_behind = 0;      // [m]
+  uint64_t sides_changed = 0;  // scenes with a verified pose on the wrong side of an object
+  uint64_t across = 0;         // ticks with a force while the proxy is on the wrong side
+  uint64_t placed_anew = 0;    // sets with kContactReseeded
+  uint64_t closed = 0;         // ticks without a known pose, in which nothing is rendered
+  uint64_t behind = 0;         // sets with an object away from its true position
+  double most_behind = 0;      // largest such distance [m]
   double largest_force = 0;    // [N]
 
   void add(const MovingFound& other);
 };
 
-/// Watches a session tick by tick. A verified pose is free of the objects where its set has them,
-/// and on their side of the way. A force pulls across an object where it is rendered while the
-/// servo's proxy is on another side of it than the free way: a hand that has gone through an object
-/// is pulled back through it, to the side it came from, and nowhere else.
+/// Checks a session in every tick. A verified pose must be free of the objects where its set places
+/// them, and on the side of each on which the free way runs. A force pulls across an object if the
+/// servo's proxy is on another side than the free way: a hand that has gone through an object must
+/// be pulled back to the side it came from.
 class MovingJudge {
  public:
-  /// Of a scene that must outlive it.
+  /// The scene must outlive it.
   explicit MovingJudge(const MovingScene& scene) : scene_(scene) { found_.scenes = 1; }
 
-  /// `set` as the tick used it; null: none yet. `t`: of the tick, since the session began [s].
+  /// `set` as used by the tick, null before the first; `t`: time since the session began [s].
   void add(const ServoFrame& frame, const ContactSet* set, double t);
 
   const MovingFound& found() const { return found_; }
@@ -56,11 +56,10 @@ class MovingJudge {
   uint64_t last_seq_ = 0;
 };
 
-/// A whole session of servo, contact and sim.
+/// Runs a session of servo, contact and sim in lockstep.
 MovingFound run_moving(const MovingScene& scene, Renderer renderer, const LockstepOptions& options);
 
-/// The whole of `hapt eval --suite moving`: both renderers whose tool never enters an object, in
-/// every scene.
+/// `hapt eval --suite moving`: both renderers whose tool never enters an object, in every scene.
 std::vector<Row> eval_moving(const MovingEval& eval);
 
 }  // namespace haptic

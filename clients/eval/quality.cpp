@@ -14,13 +14,13 @@
 namespace haptic {
 namespace {
 
-constexpr double kPointStiffness = 1000;           // of a point, and of an exact contact [N/m]
+constexpr double kPointStiffness = 1000;           // of one point or one exact contact [N/m]
 constexpr double kStiffness = 1000, kDamping = 9;  // of the coupling [N/m], [N·s/m]
 constexpr double kTurnStiffness = 2, kTurnDamping = 3e-3;  // [N·m/rad], [N·m·s/rad]
 constexpr double kMass = 0.02;                             // of the tool [kg]
-constexpr size_t kRoom = 100000;                           // of pairs of triangles
+constexpr size_t kRoom = 100000;                           // capacity in pairs of triangles
 constexpr int kMostTicks = 500, kQuietTicks = 5;
-constexpr double kQuiet = 1e-5;  // change of the wrench in a tick, of the wrench
+constexpr double kQuiet = 1e-5;  // relative change of the wrench per tick that counts as settled
 
 constexpr std::array kScenes{QualityScene::kConeOnPlane, QualityScene::kSphereRoundCylinder,
                              QualityScene::kCubeOnPlate, QualityScene::kPegInHole};
@@ -33,11 +33,11 @@ BakedShape bake(const Soup& soup, std::string_view name) {
 
 VoxelConfig options_of(const QualityGrain& grain) {
   VoxelConfig options;
-  options.budget = 0;  // nobody waits here
+  options.budget = 0;  // no time limit offline
   options.size = grain.voxel;
   options.band = 4 * grain.voxel;
   options.stiffness = kPointStiffness;
-  // real surfaces are to touch where the closed form has them
+  // surfaces must be where the closed form has them
   options.offset_layers = 0;
   return options;
 }

@@ -14,21 +14,21 @@
 
 namespace haptic {
 
-/// Who finds the contacts.
+/// The contact detector of a renderer.
 enum class QualityDetector {
   kExact,         // triangles against triangles (contact/detect/body/exact)
   kField,         // points in a distance field (contact/detect/body/voxel)
   kTangentPlanes  // points in voxels, as in the paper of 1999
 };
 
-/// A renderer under judgement.
+/// A renderer under test.
 struct QualityRenderer {
   std::string name;
   QualityDetector detector = QualityDetector::kField;
   SoftSolver solver = SoftSolver::kDirect;
 };
 
-/// All that are judged: direct6, and voxel with each reading and each solver.
+/// All renderers that are tested: direct6, and voxel with each detector and each solver.
 std::span<const QualityRenderer> quality_renderers();
 
 /// Both bodies of a scene, ready for every detector.
@@ -38,21 +38,21 @@ struct QualityShapes {
 };
 QualityShapes bake_quality(QualityScene scene, const QualityGrain& grain);
 
-/// A renderer on one pair of bodies, asked by place: detector and solver in turn, the hand held
-/// still, until what it feels has settled.
+/// A renderer on one pair of bodies, evaluated pose by pose: detector and solver alternate with the
+/// hand held still until the wrench has settled.
 class QualityProbe {
  public:
   QualityProbe(const QualityRenderer& renderer, const QualityShapes& shapes,
                const QualityGrain& grain);
-  // the model points into the probe
+  // the model points into this object
   QualityProbe(const QualityProbe&) = delete;
   QualityProbe& operator=(const QualityProbe&) = delete;
 
-  /// What the hand feels with the tool there, about the tool's origin, in W. Proxies begin where
-  /// they were for the place before.
+  /// The wrench on the hand with the tool at X_WT, about the tool's origin, in W. The proxy starts
+  /// where it was for the previous pose.
   Wrench operator()(const Pose& X_WT);
 
-  uint64_t restless() const { return restless_; }  // places at which it did not settle
+  uint64_t restless() const { return restless_; }  // poses at which it did not settle
 
  private:
   void detect(const Pose& X_WP, ContactSet& set);
@@ -70,15 +70,15 @@ class QualityProbe {
   uint64_t restless_ = 0;
 };
 
-/// Whether a renderer is held to the goals of a scene. Those whose method cannot reach them give
-/// their figures alone; docs/judge.md says why.
+/// Whether a renderer is held to the goals of a scene. Renderers whose method cannot reach them
+/// report their figures only; docs/judge.md says why.
 bool is_held_to(const QualityRenderer& renderer, QualityScene scene);
 
-/// One renderer in one scene.
+/// Evaluates one renderer in one scene.
 std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& renderer,
                               const QualityShapes& shapes, const QualityGrain& grain);
 
-/// The whole of `hapt eval --suite quality`: every scene with every renderer.
+/// `hapt eval --suite quality`: every scene with every renderer.
 std::vector<Row> eval_quality(const QualityGrain& grain);
 
 }  // namespace haptic

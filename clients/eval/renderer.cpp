@@ -22,21 +22,21 @@ ProxyOracle make_oracle(const FacetBins& facets, double radius) {
 }
 
 constexpr double kTick = 1e-3;           // [s]
-constexpr double kLockstepError = 1e-6;  // with contact in every tick, answered within it [N]
-constexpr double kLateError = 0.02;      // rms, one tick late [N]
+constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
+constexpr double kLateError = 0.02;      // rms, answered one tick late [N]
 constexpr double kFlatRipple = 1e-5;     // on the plane [N]
 constexpr double kNearby = 2e-3;         // a verified proxy is never farther from the surface [m]
 
-/// The mesh, ready for queries, and who keeps it.
+/// The mesh, ready for queries, and the owners of its data.
 struct Subject {
   MeshShapeData made;
   BakedShape baked;
   MeshShape shape;
   ToolPath path;
-  bool closed_work = false;  // one of the published meshes: all goals apply
+  bool closed_work = false;  // a benchmark mesh with a closed formula: all goals apply
 };
 
-/// A point for all renderers but one.
+/// 0 (a point) for every renderer except virtual-proxy3.
 double radius_of(const RendererEval& eval) {
   return eval.renderer == Renderer::kVirtualProxy3 ? eval.radius : 0;
 }
@@ -67,7 +67,7 @@ Subject open_subject(const RendererEval& eval) {
   return subject;
 }
 
-/// Why no exact answer exists that a renderer could be held to; empty: there is one.
+/// Why there is no exact answer to compare with; empty if there is one.
 std::string why_no_answer(const Subject& subject, const EvalJudge& judge) {
   const BakeReport& report = subject.baked.report;
   if (subject.shape.mesh.closed && report.self_intersections > 0) {
@@ -84,12 +84,12 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_an
   goals.force_limit = eval.max_force;
   goals.follows_oracle = false;
   if (!has_answer) return goals;
-  // a broken mesh has no god-object that two programs must agree on
+  // on an open mesh the god-object is not uniquely defined
   goals.follows_oracle = (subject.closed_work || subject.shape.mesh.closed) &&
                          eval.renderer != Renderer::kPenalty3 && eval.friction == 0;
   if (!goals.follows_oracle || eval.lockstep.contact_period != 1) return goals;
   goals.rests = eval.lockstep.contact_latency == 0;
-  // on a scan several places may be at rest, and two exact ways lead to different ones
+  // a scan may have several rest positions, and two exact paths can lead to different ones
   if (!subject.closed_work) return goals;
   if (eval.lockstep.contact_latency == 0) goals.max_force_error = kLockstepError;
   if (eval.lockstep.contact_latency == 1) goals.rms_force_error = kLateError;
@@ -97,7 +97,7 @@ EvalGoals goals_of(const RendererEval& eval, const Subject& subject, bool has_an
   return goals;
 }
 
-/// Whether a tool at p_O has no room beside a closed mesh, by every facet.
+/// Whether a tool at p_O overlaps a closed mesh, by every facet.
 bool overlaps(const FacetBins& facets, const Vec3& p_O, double radius) {
   const TriangleMesh& mesh = facets.mesh();
   const double far = norm(mesh.upper - mesh.lower);
@@ -132,7 +132,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
       std::visit([&](auto& o) { o.seed(tool); }, oracle);
     }
     const OracleAnswer truth = std::visit([&](auto& o) { return o.follow(tool); }, oracle);
-    // on a broken mesh it may stand where every way is closed: it goes on from the felt proxy
+    // on a broken mesh the oracle may be trapped: it restarts from the servo's proxy
     if (!truth.converged) std::visit([&](auto& o) { o.seed(frame.X_WP.p); }, oracle);
     JudgedPlace place;
     if (set != nullptr && norm(frame.X_WG.p - truth.proxy_O) < kNearby) {
@@ -162,7 +162,7 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
     hand = open_device(config.device);
     ticks = ~uint64_t{0};
   }
-  // a plane's normal is known, so that its force can be taken apart
+  // the normal of a plane is known, which separates normal and tangential force
   const bool is_flat = eval.mesh.rfind("flat:", 0) == 0;
   FrictionJudge friction(eval.friction, {0, 0, 1});
   const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,

@@ -13,13 +13,13 @@ namespace haptic {
 namespace {
 
 constexpr double kStiffness = 1000;     // [N/m]
-constexpr double kLeastForce = 0.05;    // of a rest that ways are tried from [N]
-constexpr double kLeastGain = 1e-3;     // that a way takes from the force [N]
-constexpr double kLeastDescent = 1e-6;  // as in the judge of renderers [N]
-constexpr double kRestShare = 0.999;    // of the ticks, at rest within them
-constexpr uint64_t kSphereShare = 5;    // one of so many meshes is rolled over as well
+constexpr double kLeastForce = 0.05;    // [N]; positions with less are not tested
+constexpr double kLeastGain = 1e-3;     // [N]; smallest reduction of the force that counts
+constexpr double kLeastDescent = 1e-6;  // [N]; as in EvalJudge
+constexpr double kRestShare = 0.999;    // goal: share of ticks in a local minimum
+constexpr uint64_t kSphereShare = 5;    // every fifth mesh is also used for the sphere
 
-/// A mesh for each seed, and the radius of what is led over it.
+/// A family of meshes, one per seed, and the radius of the proxy led over them.
 struct RestScene {
   std::string name;
   double radius;  // of the proxy; 0: a point [m]

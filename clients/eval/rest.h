@@ -10,36 +10,36 @@
 
 namespace haptic {
 
-/// How long a renderer of a point is judged by its places of rest, and from how many ways.
+/// Extent of the rest-position test for point and sphere renderers.
 struct RestEval {
-  uint64_t meshes = 20;   // spiky ones for the point; for the sphere a fifth of them
-  uint64_t ticks = 3000;  // of each hand on each mesh
-  uint64_t every = 15;    // ticks between two places that ways are tried from
-  int directions = 400;   // of these ways
+  uint64_t meshes = 20;   // spiky meshes for the point; a fifth of them for the sphere
+  uint64_t ticks = 3000;  // per hand and mesh
+  uint64_t every = 15;    // ticks between two rest positions tested by segments
+  int directions = 400;   // number of segments per position
   uint64_t seed = 1;
 };
 
-/// What a hand on a mesh shows of the places where the proxy comes to rest.
+/// Counts from one hand on one mesh.
 struct RestCount {
   uint64_t touching = 0;  // ticks in contact
   uint64_t restless = 0;  // of them, not in a local minimum by every facet near the proxy
-  uint64_t limits = 0;    // of them, with a slide that was cut short
-  uint64_t judged = 0;    // places that ways are tried from
-  uint64_t caught = 0;    // of them: a free straight way lowers the force by more than 1 mN
+  uint64_t limits = 0;    // of them, with a slide cut short by the iteration limit
+  uint64_t judged = 0;    // rest positions tested by segments
+  uint64_t caught = 0;    // of them: a free straight segment lowers the force by more than 1 mN
   uint64_t inside = 0;    // of them: the verified proxy is inside the mesh, exactly
-  double worst = 0;       // most that such a way takes from the force [N]
-  double of_force = 0;    // and the force there [N]
+  double worst = 0;       // largest reduction of the force by a segment [N]
+  double of_force = 0;    // force at that position [N]
 
   void add(const RestCount& other);
 };
 
-/// A point (radius 0) or a sphere that a hand leads over a closed mesh, in lockstep, answered
-/// within the tick. Places of a point are judged by ways taken at random too, which know no
-/// half-spaces; what holds a sphere is smooth, so that its half-spaces are all there is to know.
+/// Leads a point (radius 0) or a sphere over a closed mesh, in lockstep, answered within the tick.
+/// Rest positions of a point are also tested by random segments, which know no half-spaces. The
+/// obstacles of a sphere are smooth, so its half-spaces suffice.
 RestCount judge_rests(const Soup& soup, RestHand hand, double radius, const RestEval& eval,
                       uint64_t seed);
 
-/// The whole of `hapt eval --suite rest`.
+/// `hapt eval --suite rest`.
 std::vector<Row> eval_rest(const RestEval& eval);
 
 }  // namespace haptic

@@ -15,15 +15,15 @@ namespace haptic {
 namespace {
 
 constexpr double kStiffness = 1000, kTurnStiffness = 2;  // [N/m], [N·m/rad]
-constexpr double kDamping = 4, kTurnDamping = 5e-3;      // of a proxy with mass
-constexpr double kMass = 0.05;                           // [kg]
-constexpr double kClearance = 0.2e-3;                    // of the peg [m]
-constexpr double kFreeSpeed = 2, kFreeTurn = 10;         // [m/s], [rad/s]
-constexpr double kFreeHeight = 0.1;                      // twice what the oldest answer misses [m]
-constexpr uint32_t kOldest = 20;                         // answer in free space [ticks]
-constexpr double kPushSpeed = 0.05;                      // [m/s]
-constexpr double kLeastPush = 0.01;                      // [N]
-constexpr double kSlantGoal = 1e-9;
+constexpr double kDamping = 4, kTurnDamping = 5e-3;  // for proxies with mass [N·s/m], [N·m·s/rad]
+constexpr double kMass = 0.05;                       // [kg]
+constexpr double kClearance = 0.2e-3;                // of the peg in the hole [m]
+constexpr double kFreeSpeed = 2, kFreeTurn = 10;     // [m/s], [rad/s]
+constexpr double kFreeHeight = 0.1;  // [m]; about twice what the tool covers within kOldest ticks
+constexpr uint32_t kOldest = 20;     // age of the answers in free space [ticks]
+constexpr double kPushSpeed = 0.05;  // [m/s]
+constexpr double kLeastPush = 0.01;  // [N]; weaker pushes are not evaluated
+constexpr double kSlantGoal = 1e-9;  // tangential over normal force, at most
 constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
@@ -82,7 +82,7 @@ void run_rigid(const RigidScene& scene, Renderer renderer, const std::function<P
 RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEval& eval) {
   const ShakingHand hand(scene.home, scene.shaking, eval.seed);
   RigidJudge judge = judge_of(scene, renderer);
-  // the session begins at home, which is free, and the hand leaves it from there
+  // the session starts at home, which is free, and the hand leaves from there
   const auto path = [&](double t) {
     constexpr double kLeave = 0.2;  // [s]
     const double share = std::clamp(t / kLeave, 0.0, 1.0);
@@ -123,7 +123,7 @@ double slant_of_push(Renderer renderer, const LockstepOptions& lockstep) {
               ++pressed;
               most = std::max(most, std::hypot(f.x, f.y) / f.z);
             });
-  // a plane that is not felt has no ratio
+  // no force, no ratio
   return pressed > 0 ? most : std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -8,16 +8,16 @@
 namespace haptic {
 namespace {
 
-constexpr double kFelt = 1e-6;      // [N]
-constexpr double kJamForce = 0.1;   // [N]
-constexpr double kJamShare = 0.1;   // of the hand's way that a jammed proxy goes
-constexpr double kJamMargins = 10;  // of the way left to a verified pose
-constexpr double kBandMargins = 8;  // of what is looked at where a pose rests
-constexpr double kAheadTicks = 2;   // that contacts are known ahead of the hand
-constexpr int kPlacesAsked = 8;     // of a way that may lead through a wall
+constexpr double kFelt = 1e-6;      // [N]; weaker forces count as none
+constexpr double kJamForce = 0.1;   // [N] beyond the exact force
+constexpr double kJamShare = 0.1;   // of the hand's motion in a tick
+constexpr double kJamMargins = 10;  // feasible motion of a jammed pose, in margins
+constexpr double kBandMargins = 8;  // band of triangle pairs around a resting pose, in margins
+constexpr double kAheadTicks = 2;   // ticks of hand motion for which contacts are known in advance
+constexpr int kPlacesAsked = 8;     // tested along the path when the force is missing
 constexpr double kAnyPush = std::numeric_limits<double>::infinity();
 constexpr double kCone = 1e-6;          // of the force
-constexpr double kStepRounding = 1e-6;  // [N]
+constexpr double kStepRounding = 1e-6;  // [N]; rounding allowed beyond the predicted step
 
 }  // namespace
 
@@ -53,7 +53,7 @@ void RigidJudge::judge_cone(const ServoFrame& frame, const ContactSet& set) {
   rows_.clear();
   for (const std::vector<Push>& kept : pushes_) {
     for (const Push& push : kept) {
-      // what has been let out goes along with the tool; what is put off stays as it was
+      // a faded contact moves with the tool, a rate-limited one keeps its old arm
       rows_.push_back(contact_row(rotate(set.X_WG.q, push.tool_point_T), push.normal_W, 0, 0));
       rows_.push_back(contact_row(push.arm_W, push.normal_W, 0, 0));
     }
@@ -64,7 +64,7 @@ void RigidJudge::judge_cone(const ServoFrame& frame, const ContactSet& set) {
   found_.off_cone = std::max(found_.off_cone, share);
 }
 
-/// How far the contacts push the last proxy where all of them hold it at once [m].
+/// How far the contacts would push the last proxy if all were enforced at once [m].
 double RigidJudge::let_in(const ContactSet& set) {
   rows_.clear();
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
@@ -89,8 +89,8 @@ void RigidJudge::judge_step(const ServoFrame& frame, const ContactSet& set) {
   found_.beyond_step = std::max(found_.beyond_step, step - hand - blend);
 }
 
-/// Whether the tool would be inside somewhere on its way to the hand, by more than contact can be
-/// late: what is round a corner of a row is free.
+/// Whether the tool would be inside somewhere on its way to the hand, except near its end, where
+/// contact may lag behind. A point past a constraint plane but around a corner is free.
 bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const {
   const double late = kJamForce / options_.springs.translational;
   const double back = std::max(late, poses_.length_of(hand));

@@ -11,38 +11,39 @@
 
 namespace haptic {
 
-/// What is judged, and against what.
+/// Parameters of the check.
 struct RigidJudgeOptions {
   RigidPoseJudge::Springs springs;  // of the coupling
-  double margin = 0;                // that the tool keeps to surfaces [m]
+  double margin = 0;                // distance the tool keeps from surfaces [m]
   double dt = 1e-3;                 // [s]
-  double blend_time = 3e-3;         // in which the servo lets contacts in and out [s]
-  // the hand feels contacts alone, no mass and no damper: cone, steps and jams have goals
+  double blend_time = 3e-3;         // in which the servo fades contacts in and out [s]
+  // no mass and no damper, so that the force is due to contacts only: cone, steps and jams have
+  // goals
   bool is_massless = true;
 };
 
-/// Watches a session of a tool that must never enter its object, which lies still in W, tick by
-/// tick. |F| of a wrench is √(|f|² + |τ|² k_T/k_R), k_T times the distance in the coupling's metric
-/// between hand and proxy.
+/// Checks in every tick a session of a tool that must never enter its object, which is fixed in W.
+/// The norm of a wrench is |F| = √(|f|² + |τ|² k_T/k_R), k_T times the distance between hand and
+/// proxy in the coupling's metric.
 ///  - Inside: each verified pose, by exact intersection.
-///  - Jams: the force is 0.1 N beyond that by all pairs of triangles within the hand's reach, and
-///    the proxy moves less than a tenth of what the hand does; a verified pose that has not moved
-///    by a margin though ten margins of the way to where it was led are free.
-///  - Falls: there is no force, though by all pairs of triangles within the hand's reach there
-///    would be more than 0.1 N, and the tool would be inside at one of eight places on the way to
-///    0.1 N, or the way of a tick, before the hand.
-///  - Cone: what of the force no sum of pushes of the contacts explains, of the force; contacts
-///    that are being let out count.
-///  - Steps: |ΔF| less what the hand's motion and the blending of contacts make of it,
-///    k_T |Δhand| + dt/blend_time (F_out + F_in): F_out the largest of this tick and of the
-///    blend_time before it, F_in what the contacts of the set would push the last proxy with, all
-///    at once.
+///  - Jams: the force exceeds the one by all pairs of triangles within the hand's reach by 0.1 N
+///    while the proxy moves less than a tenth of the hand's motion; or a verified pose has moved
+///    less than a margin although ten margins of feasible motion are left.
+///  - Falls (tunnelling): there is no force, although all pairs of triangles within the hand's
+///  reach
+///    give more than 0.1 N, and the tool would be inside at one of eight poses on the way to the
+///    hand, not counting the last part (0.1 N, or one tick of motion).
+///  - Cone: the part of the force that no non-negative combination of the contacts explains,
+///    relative to the force; fading contacts count.
+///  - Steps: |ΔF| minus the part due to the hand's motion and the fading of contacts,
+///    k_T |Δhand| + dt/blend_time (F_out + F_in). F_out is the largest force of this tick and the
+///    blend_time before it, F_in that of all contacts of the set on the last proxy at once.
 class RigidJudge {
  public:
-  /// Views; the shapes must outlive it.
+  /// Keeps views of the shapes, which must outlive it.
   RigidJudge(const MeshShape& object, const MeshShape& tool, const RigidJudgeOptions& options);
 
-  /// `set` as the tick used it; null: none yet.
+  /// `set` as used by the tick, null before the first.
   void add(const ServoFrame& frame, const ContactSet* set);
 
   std::vector<Row> rows(const std::string& case_name) const;
@@ -59,7 +60,7 @@ class RigidJudge {
  private:
   static constexpr size_t kSetsKept = 8;
   struct Push {
-    Vec3 tool_point_T, normal_W, arm_W;  // the arm as it was then
+    Vec3 tool_point_T, normal_W, arm_W;  // arm_W: at the time of the set
   };
   double size_of(const Wrench& F_W) const;
   void judge_pose(const ContactSet& set);
@@ -72,7 +73,7 @@ class RigidJudge {
   RigidJudgeOptions options_;
   RigidPoseJudge poses_;
   MotionMetric metric_;
-  std::vector<double> fading_;  // forces [N] of the ticks that blending may still let out
+  std::vector<double> fading_;  // forces [N] of the ticks whose contacts may still be fading out
   Found found_;
   std::array<std::vector<Push>, kSetsKept> pushes_;  // of the last sets
   bool has_set_ = false, has_frame_ = false;

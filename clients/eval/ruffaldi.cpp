@@ -13,8 +13,8 @@ namespace haptic {
 namespace {
 
 constexpr double kTick = 1e-3;    // [s]
-constexpr double kDeeper = 3;     // than the workload: 1.8 to 4.2 mm, 0.9 to 2.1 N
-constexpr double kShare = 0.005;  // goal: of the mean force
+constexpr double kDeeper = 3;     // times the workload's depth: 1.8 to 4.2 mm, 0.9 to 2.1 N
+constexpr double kShare = 0.005;  // goal: rms error relative to the mean force
 constexpr int kLongestLag = 20;   // ticks
 constexpr double kPi = std::numbers::pi;
 
@@ -22,7 +22,7 @@ struct SurfacePoint {
   Vec3 p, normal;
 };
 
-/// A surface over two parameters.
+/// A parametric surface.
 using Surface = std::function<SurfacePoint(double u, double v)>;
 
 SurfacePoint on_torus(double u, double v) {
@@ -71,7 +71,7 @@ double longest_edge(const Soup& soup) {
   return longest;
 }
 
-/// The probe's way over a surface, pressing along its normal.
+/// Leads the probe over a surface, pressing along the normal.
 void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(double)>& way) {
   for (size_t k = 0; k < ticks; ++k) {
     const double t = kTick * static_cast<double>(k);
@@ -83,7 +83,7 @@ void lead(RuffaldiWork& work, size_t ticks, const std::function<SurfacePoint(dou
   }
 }
 
-/// Root of the mean square over the samples in contact, of what `error` gives for each.
+/// Root of the mean of error(k) over the samples in contact.
 template <typename Error>
 double rms_of(const std::vector<TrajSample>& probe, Error error) {
   double sum = 0;
@@ -223,7 +223,7 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
   rows.add("samples in contact", static_cast<double>(c.samples), "");
   rows.add("mean force", c.mean_force, "N");
-  // the goal is for surfaces that a mesh holds exactly or nearly so
+  // only surfaces that a mesh represents (almost) exactly have a goal
   const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
   const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;
   rows.add_if(judged, "force error, rms, of the mean", share, "", kShare, share <= kShare);

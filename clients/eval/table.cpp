@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// A row's metric and the head of its column.
+/// Metric of a row and heading of its column.
 constexpr std::array<std::pair<const char*, const char*>, 9> kColumns{
     {{"force error, max", "error max"},
      {"force error, rms", "error rms"},

@@ -9,22 +9,22 @@
 
 namespace haptic {
 
-/// Many judgements in one go: every mesh with every radius and every latency.
+/// Several evaluations: every mesh with every radius and every latency.
 struct EvalTable {
-  RendererEval each;                // what they have in common
-  std::vector<std::string> meshes;  // "all": the published work
+  RendererEval each;                // common settings
+  std::vector<std::string> meshes;  // "all": the benchmark set
   std::vector<double> radii;        // of the proxy [m]
   std::vector<uint32_t> latencies;  // [ticks]
 };
 
-/// The published work, coarse to fine, and the plane.
+/// The benchmark set: the plane, then each family from coarse to fine.
 std::vector<std::string> published_work();
 
 /// All cases, mesh by mesh.
 std::vector<RendererEval> cases_of(const EvalTable& table);
 
-/// One line for people about each judged case, with the columns' names above; rows as eval_renderer
-/// gives them, case after case.
+/// One line for people per case, below the names of the columns; rows as returned by eval_renderer,
+/// case after case.
 void print_cases(std::ostream& out, const std::vector<std::vector<Row>>& cases);
 
 }  // namespace haptic

@@ -6,9 +6,9 @@
 
 namespace haptic {
 
-/// Returns whether the surfaces of two meshes meet, the tool at X_OT in the object: all triangles
-/// whose boxes overlap, by CGAL's exact predicates on the corners of the tool as they are rounded
-/// in O. Shares no code with the collision queries of contact.
+/// Whether the surfaces of two meshes intersect, with the tool at X_OT in the object: tests all
+/// triangles whose boxes overlap by CGAL's exact predicates on the tool's corners as rounded in O.
+/// Shares no code with the collision queries of contact.
 bool surfaces_meet_by_cgal(const TriangleMesh& object, const TriangleMesh& tool, const Pose& X_OT);
 
 }  // namespace haptic

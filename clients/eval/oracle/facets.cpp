@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kMostBins = 128;  // along one axis
+constexpr double kMostBins = 128;  // along the longest axis
 
 }  // namespace
 

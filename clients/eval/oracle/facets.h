@@ -9,15 +9,15 @@
 
 namespace haptic {
 
-/// A triangle as the oracles see it.
+/// A triangle in extended precision, as used by the oracles.
 struct Facet {
-  Long3 a, b, c, normal;  // unit, zero where the facet has no area
+  Long3 a, b, c, normal;  // normal: unit, zero for a facet without area
   Vec3 middle_O;
-  double reach = 0;  // from the middle to the farthest corner [m]
+  double reach = 0;  // radius of the bounding ball around middle_O [m]
 };
 
-/// All facets of a mesh in bins: brute force for those who judge trees and grids. The arrays of the
-/// mesh must outlive it.
+/// All facets of a mesh in bins: brute force for checking trees and grids. The arrays of the mesh
+/// must outlive it.
 class FacetBins {
  public:
   explicit FacetBins(const TriangleMesh& mesh);
@@ -25,7 +25,7 @@ class FacetBins {
   const Facet& operator[](uint32_t triangle) const { return facets_[triangle]; }
   const TriangleMesh& mesh() const { return mesh_; }
 
-  /// Every facet whose ball around its middle meets a ball: all that meet it, and some more.
+  /// Every facet whose bounding ball meets the given ball: all that meet it, and some more.
   std::vector<uint32_t> within(const Vec3& centre_O, double radius) const;
 
  private:
@@ -33,9 +33,9 @@ class FacetBins {
 
   TriangleMesh mesh_;
   std::vector<Facet> facets_;
-  double reach_ = 0;  // of the largest facet
+  double reach_ = 0;  // largest of all facets [m]
   std::array<size_t, 3> bins_{1, 1, 1};
-  double bin_ = 1;  // edge [m]
+  double bin_ = 1;  // edge of a bin [m]
   std::vector<uint32_t> first_in_bin_, order_;
 };
 

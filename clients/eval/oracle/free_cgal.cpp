@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kKept = 0.9;  // of a distance, that its bound is at least
+constexpr double kKept = 0.9;  // the bound is at least this fraction of the distance
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
@@ -63,8 +63,8 @@ FreeOracle::FreeOracle(const Soup& object, const Soup& tool)
 FreeOracle::~FreeOracle() = default;
 FreeOracle::FreeOracle(FreeOracle&&) noexcept = default;
 
-/// Lowers `nearest` to what is found on the patch; parts whose ball cannot lower it by more than a
-/// tenth are left out, the others are cut in four.
+/// Lowers `nearest` to the distance of the patch, to within a tenth: parts whose ball cannot lower
+/// it by more are pruned, others are split in four.
 void FreeOracle::search(const Patch& patch_T, Search& search) const {
   if (search.nearest < search.least) return;
   const double here = object_->distance(search.X_OT * patch_T.centre);
@@ -82,7 +82,7 @@ double FreeOracle::at_least(const Pose& X_OT, double least, double enough) const
   if (middle - radius_ >= enough) return enough;
   Search search{X_OT, least, enough / kKept};
   for (const Patch& patch : patches_) {
-    // the middle of the tool tells of all of it
+    // the tool's centre bounds the distance of every patch
     if (middle - norm(patch.centre - centre_T_) - patch.radius >= search.nearest) continue;
     this->search(patch, search);
   }

@@ -10,18 +10,18 @@
 
 namespace haptic {
 
-/// How far a body's surface is from an object's, by CGAL's tree of triangles: nothing of it is
-/// shared with what detects contacts.
+/// Distance between the surfaces of a body and an object by CGAL's AABB tree, sharing no code with
+/// the contact detectors.
 class FreeOracle {
  public:
-  /// A tool without triangles is the point at its origin.
+  /// A tool without triangles is a point at its origin.
   FreeOracle(const Soup& object, const Soup& tool);
   ~FreeOracle();
   FreeOracle(FreeOracle&&) noexcept;
 
-  /// A lower bound of the distance with the tool at X_OT, no more than a tenth below it, or
-  /// `enough` where it is at least that, or 0 where it is below `least` [m]. A body that holds the
-  /// other is as far as their surfaces are.
+  /// A lower bound of the distance with the tool at X_OT, at most a tenth below it; `enough` if it
+  /// is at least that, 0 if it is below `least` [m]. For a body inside the other it is the distance
+  /// of the surfaces.
   double at_least(const Pose& X_OT, double least, double enough) const;
 
  private:
@@ -33,7 +33,7 @@ class FreeOracle {
     double radius = 0;
   };
   static Patch patch_of(const std::array<Vec3, 3>& corners);
-  /// Where the tool is, what the distance is looked for between, and what has been found.
+  /// Pose of the tool, lower limit of interest and smallest distance so far.
   struct Search {
     const Pose& X_OT;
     double least, nearest;
@@ -41,7 +41,7 @@ class FreeOracle {
   void search(const Patch& patch_T, Search& search) const;
 
   std::unique_ptr<Object> object_;
-  std::vector<Patch> patches_;  // of the tool, the whole of it around the first
+  std::vector<Patch> patches_;  // triangles of the tool
   Vec3 centre_T_;
   double radius_ = 0;
 };

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// Extended precision, so that an oracle's rounding is a thousandth of what it judges.
+/// Extended precision: an oracle's rounding errors are a thousandth of those it checks.
 struct Long3 {
   long double x = 0, y = 0, z = 0;
 };
@@ -36,7 +36,7 @@ inline Long3 cross(const Long3& a, const Long3& b) {
 inline long double norm(const Long3& a) {
   return std::sqrt(dot(a, a));
 }
-/// Zero where a is.
+/// Zero if a is zero.
 inline Long3 normalized(const Long3& a) {
   const long double length = norm(a);
   return length > 0 ? (1 / length) * a : Long3{};

@@ -8,10 +8,10 @@
 namespace haptic {
 namespace {
 
-constexpr int kOracleSweeps = 4000;
-constexpr long double kStandOff = 1e-12L;   // [m]
-constexpr long double kStill = 1e-15L;      // less is no progress [m]
-constexpr long double kEdgeSlack = 1e-16L;  // a facet is so much larger: no crack between two [m]
+constexpr int kOracleSweeps = 4000;         // limit of sweeps per tick
+constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before a facet
+constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
+constexpr long double kEdgeSlack = 1e-16L;  // [m]; facets are this much larger: no cracks
 
 }  // namespace
 
@@ -29,7 +29,7 @@ GodObjectOracle::Stop GodObjectOracle::first_stop(const Long3& from, const Long3
     if (!(drop > 0)) continue;
     const long double height = dot(f.normal, from - f.a);
     if (height < -kEdgeSlack || height > drop) continue;
-    // the line passes each side on the inner side: a volume per length is a distance
+    // the line passes every edge on the inner side; volume divided by lengths is a distance
     const Long3 a = f.a - from, b = f.b - from, c = f.c - from;
     const auto outside = [&](const Long3& p, const Long3& q) {
       return dot(d, cross(p, q)) > kEdgeSlack * length * norm(q - p);
@@ -45,10 +45,11 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
   const Long3 tool = widened(tool_O);
   constexpr double kBallSlack = 1e-9;
   near_ = facets_.within(tool_O, static_cast<double>(norm(tool - g_)) + kBallSlack);
-  std::vector<const Facet*> stops;  // facets that stopped it where it stands
+  std::vector<const Facet*> stops;  // facets that stopped it at its present place
   Long3 goal = tool;
   OracleAnswer answer;
-  // the exact minimum over the planes of `stops`: no nearer than that, but never lifted off
+  // the exact minimum over the planes of `stops`: no closer than the stand-off, but never lifted
+  // off
   const auto minimum = [&](long double stand_off) {
     std::vector<Wall> walls;
     for (const Facet* f : stops) {
@@ -73,7 +74,7 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
     const bool moved = norm(reached - g_) > kStill;
     g_ = reached;
     if (stop.facet == nullptr && (stops.empty() || !moved)) break;
-    // planes hold where they were met: elsewhere the surface is another
+    // planes are valid only where they were met
     if (moved) {
       stops.clear();
       goal = tool;

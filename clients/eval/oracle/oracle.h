@@ -7,31 +7,31 @@
 
 namespace haptic {
 
-/// What the exact god-object answers to one position of the tool.
+/// Answer of an exact proxy to one position of the tool.
 struct OracleAnswer {
-  Vec3 proxy_O;           // on the surface, or the tool itself where it is free
-  int n_active = 0;       // obstacles that push: 0 free, 1, 2 or 3
-  bool converged = true;  // false: out of sweeps, or obstacles without a solution
+  Vec3 proxy_O;           // on the surface, or the tool itself if it is free
+  int n_active = 0;       // size of the active set: 0 (free), 1, 2 or 3
+  bool converged = true;  // false: sweep limit reached, or no feasible point
   int sweeps = 0;
 };
 
 /// The god-object of Zilles & Salisbury 1995 by brute force: no tree, no look-ahead, no cache. It
-/// slides towards the tool along straight sweeps, stopped 1e-12 m in front of the first of all
-/// facets it would enter; where it stands, the next goal is the exact minimum of |x − tool| over
-/// the planes that stopped it there (every subset of up to three is tried). The answer is on the
-/// planes themselves. Only the mesh is shared with the detector that it judges.
+/// slides towards the tool along straight sweeps and stops 1e-12 m before the first of all facets
+/// it would enter; there, the next goal is the exact minimum of |x − tool| over the planes that
+/// stopped it (every subset of up to three is tried). The answer lies on the planes themselves. It
+/// shares only the mesh with the detector under test.
 ///
-/// Facets are looked up in bins, without loss: each sweep ends nearer to the tool than it began, so
-/// the whole way lies in the ball around the tool through the old proxy, and every facet that meets
-/// this ball is tested. The facets must outlive the oracle; they lie at rest.
+/// Looking facets up in bins loses none: each sweep ends nearer to the tool than it began, so the
+/// whole path lies in the ball around the tool through the old proxy, and every facet that meets
+/// this ball is tested. The facets do not move and must outlive the oracle.
 class GodObjectOracle {
  public:
   explicit GodObjectOracle(const FacetBins& facets) : facets_(facets) {}
 
-  /// Places the god-object at a point, taken for free.
+  /// Places the god-object at a point that is assumed to be free.
   void seed(const Vec3& p_O);
 
-  /// Follows the tool to tool_O.
+  /// Moves the god-object for a tool at tool_O.
   OracleAnswer follow(const Vec3& tool_O);
 
  private:
@@ -42,7 +42,7 @@ class GodObjectOracle {
   Stop first_stop(const Long3& from, const Long3& to) const;
 
   const FacetBins& facets_;
-  std::vector<uint32_t> near_;  // facets of the present ball
+  std::vector<uint32_t> near_;  // facets of the current ball
   Long3 g_;
 };
 

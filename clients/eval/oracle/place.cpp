@@ -9,8 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kTouch = 1e-9;           // a facet so near is touched [m]
-constexpr long double kSameWay = 1e-12L;  // between unit normals that are one
+constexpr double kTouch = 1e-9;           // [m]; a facet this close is touched
+constexpr long double kSameWay = 1e-12L;  // difference of unit normals that count as equal
 
 bool is_on_border(const TriangleMesh& mesh, const Feature& feature, uint32_t triangle) {
   if (mesh.closed || feature.kind == FeatureKind::kFace) return false;
@@ -32,7 +32,7 @@ BehindSurface behind_surface(const FacetBins& facets, const Vec3& centre_O, doub
     if (c.distance < nearest.distance) nearest = c;
   }
   if (!nearest.found) return {};
-  // a border has no inside, but a sphere keeps off it all the same
+  // a border has no inside, but a sphere must keep its distance from it
   const bool border = is_on_border(mesh, nearest.feature, nearest.triangle);
   if (border && radius == 0) return {};
   const Vec3 away = centre_O - nearest.point_O;

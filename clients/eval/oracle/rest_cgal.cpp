@@ -22,8 +22,8 @@ using Primitive = CGAL::AABB_face_graph_triangle_primitive<Mesh>;
 using AabbTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 using Side = CGAL::Side_of_triangle_mesh<Mesh, Kernel>;
 
-constexpr std::array kLengths{1e-5, 1e-4, 3e-4, 1e-3, 3e-3};  // of ways [m]
-constexpr double kFirst = 1e-9;  // of a way: 10⁷ roundings of a proxy on an object of 0.1 m [m]
+constexpr std::array kLengths{1e-5, 1e-4, 3e-4, 1e-3, 3e-3};  // of the tried segments [m]
+constexpr double kFirst = 1e-9;  // skipped at the start of a segment: 10⁷ roundings at 0.1 m [m]
 
 Kernel::Point_3 to_cgal(const Vec3& p) {
   return {p.x, p.y, p.z};
@@ -37,7 +37,7 @@ Mesh to_cgal(const TriangleMesh& mesh) {
   return out;
 }
 
-/// Uniform on the sphere.
+/// A random direction, uniform on the sphere.
 Vec3 any_direction(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   return normalized(Vec3{normal(random), normal(random), normal(random)});
@@ -78,7 +78,7 @@ FoundWay WayJudge::free_way(const Vec3& proxy_O, const Vec3& tool_O, double leas
     Vec3 d_O = any_direction(random);
     if (dot(d_O, way_O) < 0) d_O = -1.0 * d_O;
     for (const double length : kLengths) {
-      // further than its foot it would only go away again
+      // beyond the foot of the perpendicular from the tool, the distance grows again
       const double s = std::min(length, dot(d_O, way_O));
       const Vec3 end_O = proxy_O + s * d_O;
       if (s <= kFirst || !is_free(proxy_O + kFirst * d_O, end_O)) break;

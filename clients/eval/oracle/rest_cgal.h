@@ -7,30 +7,30 @@
 
 namespace haptic {
 
-/// A straight way that a proxy at rest could still go.
+/// A straight segment along which a proxy at rest could still move.
 struct FoundWay {
   bool found = false;
   Vec3 end_O;
   double gain = 0;  // |proxy − tool| − |end − tool| [m]
 };
 
-/// Judges places of rest of a point on a closed mesh that does not cut itself, by ways taken at
-/// random: it knows neither planes nor paths. Which segments meet the surface and which points lie
-/// inside it is answered by CGAL's exact predicates; the renderers have no part in it.
+/// Checks rest positions of a point on a closed mesh without self-intersections by random segments:
+/// independent of planes and paths. Which segments meet the surface and which points lie inside is
+/// decided by CGAL's exact predicates; no code is shared with the renderers.
 class WayJudge {
  public:
   explicit WayJudge(const TriangleMesh& mesh);
   ~WayJudge();
 
-  /// Whether a point lies inside the mesh or on it.
+  /// Whether a point lies inside the mesh or on its surface.
   bool holds(const Vec3& p_O) const;
 
   /// Whether the segment begins outside and meets no triangle.
   bool is_free(const Vec3& from_O, const Vec3& to_O) const;
 
-  /// The best of so many straight ways from the proxy, in directions that near the tool, of 10 µm
-  /// to 3 mm, that is free but for its first nanometre, in which the roundings of the proxy are,
-  /// and gains more than `least` [m]. The same directions for the same seed.
+  /// The best of `directions` random directions from the proxy towards the tool: a free segment of
+  /// 10 µm to 3 mm that gains more than `least` [m]. Its first nanometre is not tested, to allow
+  /// for the proxy's rounding. Equal seeds give equal directions.
   FoundWay free_way(const Vec3& proxy_O, const Vec3& tool_O, double least, int directions,
                     uint64_t seed) const;
 

@@ -12,19 +12,19 @@ namespace {
 using Obstacle = SphereOracle::Obstacle;
 using Kind = Obstacle::Kind;
 
-constexpr int kSphereSweeps = 2000;
-constexpr size_t kMostStops = 24;  // met in one place; whole meshes have a few
-constexpr int kNewtonSteps = 20;
-constexpr long double kStandOff = 1e-12L;   // [m]
-constexpr long double kStill = 1e-15L;      // less is no progress [m]
-constexpr long double kNearRest = 1e-6L;    // a shorter leg may be the last [m]
-constexpr long double kLastRoll = 0.1L;     // of the radius: how far the rest of the way may be
-constexpr long double kSolved = 1e-17L;     // [m]
-constexpr long double kRoomSlack = 1e-18L;  // rounding of distances [m]
-constexpr long double kEdgeSlack = 1e-16L;  // a face is so much larger [m]
-constexpr double kBallSlack = 1e-9;         // [m]
+constexpr int kSphereSweeps = 2000;         // limit of sweeps per tick
+constexpr size_t kMostStops = 24;           // obstacles met at one place; sound meshes have a few
+constexpr int kNewtonSteps = 20;            // limit; it converges in a few
+constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before an obstacle
+constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
+constexpr long double kNearRest = 1e-6L;    // [m]; after a shorter step Newton's method is tried
+constexpr long double kLastRoll = 0.1L;     // of the radius; farther solutions are rejected
+constexpr long double kSolved = 1e-17L;     // [m]; convergence of Newton's method
+constexpr long double kRoomSlack = 1e-18L;  // [m]; rounding of distances
+constexpr long double kEdgeSlack = 1e-16L;  // [m]; faces are this much larger: no cracks
+constexpr double kBallSlack = 1e-9;         // [m]; rounding of bounding balls
 
-/// From the nearest point of the whole plane, line or point to x.
+/// Vector to x from the nearest point of the obstacle's whole plane, line or point.
 Long3 away_from(const Obstacle& o, const Long3& x) {
   const Long3 m = x - o.point;
   if (o.kind == Kind::kVertex) return m;
@@ -43,7 +43,7 @@ std::optional<long double> time_to_ball(const Long3& m, const Long3& d, long dou
   return t <= 1 ? std::optional(t) : std::nullopt;
 }
 
-/// The same for the distance from the whole plane, line or point of an obstacle.
+/// The same for the distance from an obstacle's whole plane, line or point.
 std::optional<long double> time_to(const Obstacle& o, const Long3& from, const Long3& d,
                                    long double radius) {
   const Long3 m = from - o.point;
@@ -77,13 +77,13 @@ long double distance_from(const Facet& f, const Long3& x) {
   return std::min({from_side(f.a, f.b), from_side(f.b, f.c), from_side(f.c, f.a)});
 }
 
-/// Unknowns of the minimum: where, and how hard each obstacle pushes.
+/// Unknowns of the minimum: position and multiplier of each obstacle.
 struct Rest {
   Long3 x;
   std::array<long double, 3> push{};
 };
 
-/// a y = b with partial pivoting, b overwritten by y; false where a is singular.
+/// Solves a y = b with partial pivoting, y overwriting b; false if a is singular.
 bool solve(size_t n, std::array<std::array<long double, 6>, 6>& a, std::array<long double, 6>& b) {
   for (size_t k = 0; k < n; ++k) {
     size_t pivot = k;
@@ -150,7 +150,7 @@ std::optional<Rest> newton(std::span<const Obstacle> pushing, const Long3& from,
       b[3 + k] = radius - distance;
       for (size_t i = 0; i < 3; ++i) {
         a[3 + k][i] = dot(kAxes[i], g);
-        // the new λ is solved for as a whole, so that none need be known to begin with
+        // solves for the new λ itself, not its change, so that no initial λ is needed
         a[i][3 + k] = -a[3 + k][i];
       }
     }
@@ -163,8 +163,8 @@ std::optional<Rest> newton(std::span<const Obstacle> pushing, const Long3& from,
   return std::nullopt;
 }
 
-/// Whether a solution of Newton's method is a minimum: all push, and no way along the obstacles
-/// leads nearer to the tool.
+/// Whether a solution of Newton's method is a minimum: every obstacle pushes, and the curvature
+/// along them is positive.
 bool is_minimum(std::span<const Obstacle> pushing, const Rest& rest) {
   for (size_t i = 0; i < pushing.size(); ++i) {
     if (!(rest.push[i] > 0)) return false;
@@ -235,7 +235,7 @@ SphereOracle::Stop SphereOracle::first_stop(const Long3& from, const Long3& to) 
   Stop first;
   const Long3 d = to - from;
   if (!near_.empty()) stop_at_facet(recent_, from, d, first);
-  // the ball around what is left of the way
+  // bounding ball of the remaining path
   Vec3 middle_O;
   double reach = 0;
   const auto narrow = [&] {
@@ -271,7 +271,7 @@ std::optional<Long3> SphereOracle::rest_on(std::span<const Obstacle> pushing, co
   if (!rest || norm(rest->x - from) > kLastRoll * radius_ || !is_minimum(pushing, *rest)) {
     return std::nullopt;
   }
-  // a plane or line goes on beyond the facet that it belongs to
+  // planes and lines extend beyond their facet: the solution must touch the facet itself
   for (const Obstacle& o : pushing) {
     if (distance_from(facets_[o.triangle], rest->x) > radius_ + kRoomSlack) return std::nullopt;
   }
@@ -301,8 +301,8 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
   const Long3 tool = widened(tool_O);
   const auto ball = static_cast<double>(norm(tool - g_) + radius_) + kBallSlack;
   near_ = facets_.within(tool_O, ball);
-  std::vector<Obstacle> stops;    // what stopped it where it stands
-  std::vector<Obstacle> pushing;  // those that the goal lies on
+  std::vector<Obstacle> stops;    // obstacles that stopped it at its present place
+  std::vector<Obstacle> pushing;  // those the goal lies on
   Long3 goal = tool;
   OracleAnswer answer;
   for (;; ++answer.sweeps) {
@@ -318,7 +318,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
       answer.proxy_O = tool_O;
       return answer;
     }
-    // near its end, the way is an endless row of ever shorter legs
+    // near the end, the path becomes an infinite sequence of ever shorter steps
     if (!stop.obstacle && norm(goal - g_) < kNearRest) {
       if (const std::optional<Long3> rest = rest_on(pushing, reached, tool)) {
         g_ = reached;
@@ -334,7 +334,7 @@ OracleAnswer SphereOracle::follow(const Vec3& tool_O) {
       goal = tool;
       continue;
     }
-    // no way out of what it overlaps, as in a broken mesh
+    // no way out of an overlap, as in a broken mesh
     if (stops.size() == kMostStops) {
       answer.converged = false;
       break;

@@ -6,10 +6,10 @@
 namespace haptic {
 namespace {
 
-constexpr long double kFeasible = 1e-17L;   // [m]
-constexpr long double kDependent = 1e-13L;  // sine or volume of normals below which they are
+constexpr long double kFeasible = 1e-17L;   // [m]; allowed violation
+constexpr long double kDependent = 1e-13L;  // sine or volume of unit normals below this: dependent
 
-/// Nearest point to q on all the planes of a subset; nothing where they are dependent.
+/// Nearest point to q on all planes of a subset; nothing if they are dependent.
 std::optional<Long3> nearest_on(std::span<const Wall> walls, std::span<const size_t> subset,
                                 const Long3& q) {
   const auto gap = [&](size_t i) {

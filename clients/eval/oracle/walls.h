@@ -18,12 +18,12 @@ struct Wall {
 struct NearestInWalls {
   Long3 y;
   size_t n_active = 0;
-  std::array<size_t, 3> active{};  // indices of the walls that y lies on
+  std::array<size_t, 3> active{};  // indices of the walls in the active set
 };
 
-/// min |y − q| over the half-spaces by enumeration: the nearest feasible one among the Lagrange
+/// min |y − q| over the half-spaces by enumeration: the nearest feasible point among the Lagrange
 /// points of every subset of up to three. The minimum is one of them, so no multiplier is needed.
-/// Nothing where no subset is feasible.
+/// Nothing if no subset gives a feasible point.
 std::optional<NearestInWalls> nearest_in(std::span<const Wall> walls, const Long3& q);
 
 }  // namespace haptic

@@ -30,7 +30,7 @@ FreeHand sweep(std::string name, const Vec3& middle, const Vec3& along, double w
           }};
 }
 
-/// Sums of sines in all six directions, as fast as the hand ever is.
+/// Sums of sines in all six directions, as fast as the fastest hands.
 FreeHand shaken(const Vec3& middle, std::mt19937_64& random) {
   struct Sine {
     Vec3 along;
@@ -57,7 +57,7 @@ FreeHand shaken(const Vec3& middle, std::mt19937_64& random) {
           }};
 }
 
-/// Down to a place and up again, by least jerk.
+/// Down to a place and up again with minimum jerk.
 FreeHand reach(const Vec3& end, double way, double speed) {
   const double duration = 15.0 / 8 * way / speed;  // of one way
   return {"reach", [=](double t) {
@@ -67,7 +67,7 @@ FreeHand reach(const Vec3& end, double way, double speed) {
           }};
 }
 
-/// Down at one speed until it is `deep` past the touch, and up again as fast, turning.
+/// Down at constant speed to `deep` below the touch, and up again at the same speed, turning.
 FreeHand slap(const Vec3& touch, double height, double deep, double speed) {
   const double down = (height + deep) / speed;  // [s]
   return {"slap", [=](double t) {

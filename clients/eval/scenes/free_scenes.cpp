@@ -16,13 +16,13 @@ constexpr double kMm = 1e-3;
 constexpr double kPi = std::numbers::pi;
 constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
 
-/// Owns the data that the views of a scene point to.
+/// Owns the data behind the views of a scene.
 struct FreeStorage {
   std::vector<BakedShape> shapes;
   std::vector<BakedVolume> volumes;
 };
 
-/// The springs of the session peg-in-hole, and nothing else that may be felt.
+/// The springs of the configuration peg-in-hole; every other source of force is off.
 SessionConfig session(uint32_t n_objects) {
   SessionConfig config = plain_session(800);
   config.n_objects = n_objects;

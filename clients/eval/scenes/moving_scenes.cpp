@@ -19,13 +19,13 @@ namespace haptic {
 namespace {
 
 constexpr double kMm = 1e-3, kPi = std::numbers::pi;
-constexpr double kSampled = 1e-3;  // of the way: a time each [s]
+constexpr double kSampled = 1e-3;  // sampling interval of the free way [s]
 constexpr int kMostDraws = 50;
 
 class Dice {
  public:
   explicit Dice(uint64_t seed) : bits_(seed) {}
-  /// The same on every machine, unlike the distributions of the library.
+  /// The same numbers with every standard library, unlike its distributions.
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
   }
@@ -41,7 +41,7 @@ class Dice {
   std::mt19937_64 bits_;
 };
 
-/// A convex tool about its origin, and how near its surface comes to that.
+/// A convex tool around its origin; inner_radius: distance of its surface from the origin [m].
 struct Tool {
   Soup soup;
   double inner_radius = 0;
@@ -65,7 +65,7 @@ Tool draw_tool(Dice& dice) {
   }
 }
 
-/// A plate from z = −thickness up to 0: flat, or with a peak up to there in places.
+/// A plate from z = −thickness up to 0: flat, or bumpy with peaks at z = 0.
 Soup draw_plate(Dice& dice, double half, double thickness) {
   if (dice.below(2) == 0) {
     Soup flat = make_box({2 * half, 2 * half, thickness});
@@ -104,13 +104,14 @@ Soup draw_plate(Dice& dice, double half, double thickness) {
   return soup;
 }
 
-/// What is built before the scene is laid into W.
+/// A scene before it is placed in W.
 struct Draft {
   MovingScene scene;
   std::vector<Soup> soups;
   Tool tool;
 
-  /// A motion along its own z that is `way` [m] ahead after a quarter of a period.
+  /// Adds an object that oscillates along axis_O, `way` [m] ahead after a quarter period (0:
+  /// static).
   void add(Soup soup, const Pose& X_SO, double way, double frequency, const Vec3& axis_O) {
     ObjectConfig move;
     move.X_WO = X_SO;
@@ -137,8 +138,8 @@ Heights heights_of(const Soup& soup, const Quat& q) {
   return heights;
 }
 
-/// Two plates that face each other: jaws, a pusher and a wall, or a slot. The way turns the tool
-/// level at once and keeps it in the middle.
+/// Two plates that face each other: jaws, a pusher and a wall, or a slot. The free way turns the
+/// tool level at once and keeps it in the middle.
 Draft draw_plates(Dice& dice, uint32_t kind) {
   Draft draft;
   draft.tool = draw_tool(dice);
@@ -183,7 +184,7 @@ Draft draw_plates(Dice& dice, uint32_t kind) {
   return draft;
 }
 
-/// A plate that turns about the axis of a drum and takes the tool along.
+/// A plate that turns about the axis of a drum and carries the tool along.
 Draft draw_paddle(Dice& dice) {
   Draft draft;
   draft.tool = draw_tool(dice);
@@ -216,7 +217,7 @@ Draft draw_paddle(Dice& dice) {
   return draft;
 }
 
-/// A block with a bore that goes sideways, and a piston in it that goes along.
+/// A block with a bore that moves sideways, and a piston in the bore that moves along it.
 Draft draw_bore(Dice& dice) {
   Draft draft;
   draft.tool = draw_tool(dice);
@@ -250,7 +251,7 @@ Draft draw_bore(Dice& dice) {
   return draft;
 }
 
-/// From home to somewhere else.
+/// A motion that leaves home.
 std::function<Pose(double)> draw_hand(Dice& dice, const Pose& home, double seconds) {
   const double leave = dice.uniform(0.1, 0.6) * seconds;
   const Vec3 to = kMm * dice.uniform(10, 60) * dice.direction();
@@ -278,7 +279,7 @@ Soup scaled(Soup soup, double by) {
   return soup;
 }
 
-/// Built, and laid askew into W.
+/// Builds the shapes and places the scene at a random pose in W.
 MovingScene finish(Draft draft, uint64_t seed, Dice& dice) {
   MovingScene scene = std::move(draft.scene);
   scene.seed = seed;
@@ -299,7 +300,7 @@ MovingScene finish(Draft draft, uint64_t seed, Dice& dice) {
   return scene;
 }
 
-/// Between two poses, of any point no further from the origin [m].
+/// Upper bound of the motion between two poses of any point within `reach` of the origin [m].
 double travel(const Pose& from, const Pose& to, double reach) {
   return norm(to.p - from.p) + reach * norm(to_rotation_vector(to.q * conjugate(from.q)));
 }
@@ -333,7 +334,7 @@ bool has_free_way(const MovingScene& scene) {
     for (size_t i = 0; i < X_WO.size(); ++i) {
       const double nearer = travel(last_T, X_WT, reach_of(scene.tool)) +
                             travel(last_O[i], X_WO[i], reach_of(scene.objects[i]));
-      // what comes between two times is half of it from one of them
+      // a pose in between is at most half of it away from one of the two samples
       if (nearer > 2 * scene.clearance) return false;
       const Pose X_OT = inverse(X_WO[i]) * X_WT;
       if (surfaces_meet_by_cgal(scene.objects[i].mesh, scene.thick_tool.mesh, X_OT)) return false;

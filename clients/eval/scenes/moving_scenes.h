@@ -13,34 +13,34 @@
 
 namespace haptic {
 
-/// A tool among objects that move, with a way that is known to be free and a hand that goes
-/// somewhere else. A closed form says on which side of each object the way is.
+/// A tool among moving objects, with a path known to be free and a hand that goes elsewhere. A
+/// closed form decides on which side of each object the free path runs.
 struct MovingScene {
   std::string kind;
   uint64_t seed = 0;
   std::vector<MeshShape> objects;
-  std::vector<ObjectConfig> moves;  // where they begin, and how they move
-  MeshShape tool, thick_tool;       // convex; the other is larger by the clearance everywhere
+  std::vector<ObjectConfig> moves;  // initial poses and motions
+  MeshShape tool, thick_tool;       // convex; thick_tool is larger by the clearance everywhere
   std::shared_ptr<const void> storage;
   double clearance = 0;                       // [m]
-  double seconds = 1;                         // of the session
-  std::function<Pose(double)> way_W, hand_W;  // at a time [s]
-  /// Whether the tool, at X_WT and free of the objects, is on that side of all of them.
+  double seconds = 1;                         // duration
+  std::function<Pose(double)> way_W, hand_W;  // pose at time t [s]
+  /// Whether a free tool at X_WT is on the same side of every object as the free path.
   std::function<bool(const Pose& X_WT, std::span<const Pose> X_WO)> is_on_side;
 };
 
-/// Where the objects are at a time [s].
+/// Poses of the objects at time t [s].
 std::vector<Pose> object_poses(const MovingScene& scene, double t);
 
-/// Whether the way is free with its clearance: at so many times the thick tool meets nothing
-/// (CGAL's exact predicates) and is on the side, and from one to the next no point of tool and
-/// objects comes nearer than the clearance makes up for.
+/// Whether the path is free with its clearance: at each sample the thick tool intersects nothing
+/// (CGAL's exact predicates) and is on the right side, and between samples no point of tool and
+/// objects moves by more than the clearance allows.
 bool has_free_way(const MovingScene& scene);
 
-/// One of five kinds by the seed, drawn until it has a free way: jaws that close on a tilted tool,
-/// a pusher that presses it to a wall, a slot that carries it away, a paddle that turns in a drum,
-/// and a bore with a piston that moves sideways. Plates may be bumpy, tools are boxes and prisms,
-/// the whole lies askew in W. Hands rest, shake, turn, or go through an object.
+/// One of five kinds by the seed, redrawn until it has a free path: jaws that close on a tilted
+/// tool, a pusher that presses it to a wall, a slot that carries it away, a paddle that turns in a
+/// drum, and a bore with a piston that moves sideways. Plates may be bumpy, tools are boxes and
+/// prisms, and the scene has a random pose in W. Hands rest, shake, turn, or go through an object.
 MovingScene make_moving_scene(uint64_t seed);
 
 }  // namespace haptic

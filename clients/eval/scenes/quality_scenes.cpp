@@ -16,24 +16,24 @@ constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;  // [m]
 constexpr double kCylinderRadius = 20e-3;                 // [m]
 constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;  // of the peg [m], [rad]
 constexpr PegAndHole kPair{20e-3, 2 * kPegHalf, kPegClearance, 50e-3};
-constexpr double kHoleLength = 60e-3;  // longer than the peg, so that its ends are inside [m]
+constexpr double kHoleLength = 60e-3;  // [m]; longer than the peg, whose ends are inside
 constexpr size_t kWindow = 21;         // samples of the moving average
 
-/// Radius of the cone at a height over the pole of its tip: a ball, then 30° straight up.
+/// Radius of the cone at a height above the pole of its tip: a ball, then a cone of 30°.
 double cone_radius(double height) {
   const double turn = kTipRadius * (1 - std::sin(kPi / 6));
   if (height < turn) return std::sqrt((2 * kTipRadius - height) * height);
   return kTipRadius * std::cos(kPi / 6) + (height - turn) * std::tan(kPi / 6);
 }
 
-/// The pole itself is a facet: a ring needs a radius.
+/// The pole is a small facet, because a ring needs a radius.
 constexpr double kConeFoot = 0.02e-3;  // [m]
 
 Quat turned(const Vec3& axis, double angle) {
   return from_rotation_vector(angle * axis);
 }
 
-/// A wrench seen in a frame of the scene, z along the ideal force.
+/// A wrench expressed in the frame whose z axis is the ideal force.
 Wrench seen_from(const Quat& q_WI, const Wrench& F_W) {
   return {rotate(conjugate(q_WI), F_W.f), rotate(conjugate(q_WI), F_W.t)};
 }
@@ -57,7 +57,7 @@ Spread spread_of(const std::vector<Wrench>& wrenches) {
   return spread;
 }
 
-/// RMS of the force less its moving average over 21 samples, over its mean length.
+/// RMS of the force minus its moving average over 21 samples, relative to its mean length.
 double noise_of(const std::vector<Wrench>& wrenches) {
   if (wrenches.size() < kWindow) return 0;
   double squares = 0, mean = 0;
@@ -71,14 +71,14 @@ double noise_of(const std::vector<Wrench>& wrenches) {
   return mean > 0 ? std::sqrt(squares / static_cast<double>(n)) / mean : 0;
 }
 
-/// Angle between a force and +z; a force that is zero points nowhere.
+/// Angle between a force and +z; 180° for a zero force.
 double angle_off(const Vec3& f) {
   return norm(f) > 0 ? kDegrees * std::atan2(std::hypot(f.x, f.y), f.z) : 180;
 }
 
 /// A line fitted by least squares.
 struct Line {
-  double slope = 0, fit = 0;  // fit: R², 0 where nothing varies
+  double slope = 0, fit = 0;  // fit: R², 0 if there is no variation
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
@@ -96,7 +96,7 @@ double share(size_t i, size_t n) {
   return n > 1 ? static_cast<double>(i) / static_cast<double>(n - 1) : 0;
 }
 
-/// Rows of one renderer in one scene, judged where that is asked for.
+/// Rows of one renderer in one scene, with goals if it is held to them.
 class Judged {
  public:
   Judged(Rows& rows, bool are_judged) : rows_(rows), are_judged_(are_judged) {}
@@ -120,7 +120,7 @@ void judge_cone(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
   std::vector<Wrench> felt;
   double direction = 0, tangential = 0;
   for (size_t i = 0; i < n; ++i) {
-    // slanted, so that no row of voxels is followed
+    // oblique, so that the motion follows no row of voxels
     const Vec3 on_plane = (share(i, n) - 0.5) * Vec3{20e-3, 7.3e-3, 0};
     const Wrench F = wrench_at({on_plane + Vec3{0, 0, 0.5 * kConeHeight - kQualityDepth}, {}});
     felt.push_back(F);
@@ -158,10 +158,10 @@ void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals
   rows.figure("noise", noise_of(felt), "");
 }
 
-/// In the frame that has turned with the cube about the vertical.
+/// The wrench in the frame that has turned with the cube about the vertical.
 Wrench felt_by_cube(const WrenchAt& wrench_at, double yaw, double tilt) {
   const Quat q_WY = turned({0, 0, 1}, yaw);
-  // the height at which the lowest edge, or the face, is kQualityDepth deep
+  // height at which the lowest edge, or the face, is kQualityDepth deep
   const double lowest = kCubeHalf * (std::cos(tilt) + std::sin(std::fabs(tilt)));
   const Pose X_WT{{0, 0, lowest - kQualityDepth}, q_WY * turned({1, 0, 0}, tilt)};
   return seen_from(q_WY, wrench_at(X_WT));
@@ -178,7 +178,7 @@ void judge_cube(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
     lean = std::max(lean, std::hypot(F.t.x, F.t.y) / (std::max(norm(F.f), 1e-12) * kCubeHalf));
     const Vec3 left = felt_by_cube(wrench_at, yaw, kTilt).t;
     const Vec3 right = felt_by_cube(wrench_at, yaw, -kTilt).t;
-    // the mirror y → −y turns about x and z the other way
+    // the mirror y → −y reverses torques about x and z
     difference = std::max(difference, norm(left - Vec3{-right.x, right.y, -right.z}));
     most = std::max({most, norm(left), norm(right)});
   }
@@ -199,7 +199,7 @@ void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& g
   double off = 0;
   for (size_t i = 0; i < n; ++i) {
     const double e = kPegClearance + (kMostOffset - kPegClearance) * (0.05 + 0.95 * share(i, n));
-    // to a side that is no row of voxels
+    // in a direction that follows no row of voxels
     const Quat q_WI = turned({0, 0, 1}, 0.4) * turned({0, 1, 0}, -0.5 * kPi);
     const Wrench F = seen_from(q_WI, wrench_at({rotate(q_WI, {0, 0, -e}), {}}));
     felt.push_back(F);
@@ -225,7 +225,7 @@ void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Judged& rows) {
     const double back = -sign * F.t.x;
     wrong += !(back > 0);
     beyond.push_back(kPegHalf * (tilt - free_tilt)), couple.push_back(back);
-    // two opposed forces leave little of each
+    // a pure couple has no net force
     net = std::max(net, norm(F.f) * kPegHalf / std::max(norm(F.t), 1e-12));
   }
   const Line line = fit_line(beyond, couple);

@@ -12,33 +12,33 @@
 
 namespace haptic {
 
-/// Scenes in which symmetry says what a renderer with six degrees of freedom must answer, after
-/// Weller, Mainzer, Sagardia, Hulin, Zachmann, Preusche 2010.
+/// Scenes in which symmetry determines the answer of a 6-DoF renderer, after Weller, Mainzer,
+/// Sagardia, Hulin, Zachmann & Preusche 2010.
 enum class QualityScene {
-  kConeOnPlane,          // a blunt cone slid along a block at one depth
-  kSphereRoundCylinder,  // a sphere led once round a cylinder, without turning itself
-  kCubeOnPlate,          // a cube turned about the vertical, flat and tilted
-  kPegInHole             // a peg moved aside, tilted and pushed in
+  kConeOnPlane,          // a blunt cone slides along a block at constant depth
+  kSphereRoundCylinder,  // a sphere moves once around a cylinder without rotating
+  kCubeOnPlate,          // a cube turns about the vertical, flat and tilted
+  kPegInHole             // a peg is moved aside, tilted and pushed in
 };
 std::string_view name_of(QualityScene scene);
 
-/// How finely a scene is cut and walked.
+/// Resolution of a scene.
 struct QualityGrain {
-  size_t samples = 120;     // of each way
+  size_t samples = 120;     // poses per path
   uint32_t fineness = 4;    // of the round meshes: 64 steps around for each
-  double voxel = 0.5e-3;    // size of a voxel and a cell of the field [m]
-  double spacing = 0.4e-3;  // of the tool's points; see spacing_of [m]
+  double voxel = 0.5e-3;    // edge of a voxel and a cell of the field [m]
+  double spacing = 0.4e-3;  // between points of the tool; see spacing_of() [m]
 };
-/// A quarter on the sphere, which touches with the fewest.
+/// A quarter of grain.spacing for the sphere, which touches with the fewest points.
 double spacing_of(QualityScene scene, const QualityGrain& grain);
 
-/// Both bodies; the object lies in W as it is.
+/// Both bodies; O coincides with W.
 struct QualityBodies {
   Soup object, tool;
 };
 QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain);
 
-/// What the hand feels with the tool held at X_WT, at rest: about the tool's origin, in W.
+/// The wrench on the hand with the tool at rest at X_WT, about the tool's origin, in W.
 using WrenchAt = std::function<Wrench(const Pose& X_WT)>;
 
 /// Half the edge of the cube, radius of the sphere, half the length of the peg, and the clearance
@@ -47,23 +47,23 @@ inline constexpr double kCubeHalf = 10e-3, kSphereRadius = 10e-3, kPegHalf = 20e
 inline constexpr double kPegClearance = 0.2e-3;
 inline constexpr double kQualityDepth = 0.5e-3;  // of cone, sphere and cube in the object [m]
 
-/// What a scene asks of a renderer, without unit unless said.
+/// Goals of the scenes; dimensionless unless a unit is given.
 struct QualityGoals {
-  bool are_judged = true;         // false: the figures alone
+  bool are_judged = true;         // false: figures without goals
   double cone_spread = 0.01;      // std/mean of |F|
   double cone_direction = 1;      // [deg]
-  double cone_tangential = 0.02;  // of the force along the normal
-  double sphere_spread = 0.03;    // peak to peak over mean of |F|
+  double cone_tangential = 0.02;  // relative to the normal force
+  double sphere_spread = 0.03;    // peak-to-peak |F| relative to its mean
   double sphere_direction = 2;    // rms [deg]
-  double sphere_torque = 0.01;    // of |F| R
-  double cube_torque = 0.01;      // about x and y, flat; of |F| times half the edge
-  double cube_mirror = 1e-3;      // difference of mirrored torques, of the largest
+  double sphere_torque = 0.01;    // relative to |F| R
+  double cube_torque = 0.01;      // about x and y, flat; relative to |F| times half the edge
+  double cube_mirror = 1e-3;      // difference of mirrored torques, relative to the largest
   double peg_fit = 0.99;          // R² of F over e − c, at least
 };
 
-/// Leads the tool through a scene and says how far the answers are from what symmetry demands.
-/// Noise is the RMS of F − its moving average over 21 samples, over mean |F|, F in a frame that
-/// turns with the ideal force.
+/// Leads the tool through a scene and reports the deviations from symmetry. Noise is the RMS of F
+/// minus its moving average over 21 samples, relative to mean |F|, with F in a frame that turns
+/// with the ideal force.
 std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
                                const QualityGoals& goals, const std::string& case_name);
 

@@ -11,11 +11,11 @@
 namespace haptic {
 namespace {
 
-constexpr double kRadius = kRestRadius;  // of the ball [m]
+constexpr double kRadius = kRestRadius;  // of the ball that bounds it [m]
 constexpr double kPeriod = 0.04;         // of the gyroid [m]
-constexpr double kWall = 0.5;            // half of its thickness, in units of the field
+constexpr double kWall = 0.5;            // half its thickness, in units of the field
 
-/// Below zero inside; never zero, so that no cut falls on a corner.
+/// Negative inside; never zero, so that no cut falls on a grid point.
 double wall_of_gyroid(const Vec3& p) {
   const Vec3 q = 2 * std::numbers::pi / kPeriod * p;
   const double gyroid =
@@ -24,8 +24,7 @@ double wall_of_gyroid(const Vec3& p) {
   return field != 0 ? field : 1e-9;
 }
 
-/// The surface where a field is zero, tetrahedron by tetrahedron. Cuts of an edge are shared, so it
-/// is closed.
+/// The zero surface of the field by marching tetrahedra. Cuts of edges are shared, so it is closed.
 class Marching {
  public:
   explicit Marching(uint32_t n) : n_(n) {}
@@ -90,7 +89,7 @@ class Marching {
     if (!is_new) return it->second;
     const Vec3 a = at(inside), b = at(outside);
     const double low = wall_of_gyroid(a), high = wall_of_gyroid(b);
-    // short edges, but none without length
+    // keeps edges from degenerating
     const double share = std::clamp(low / (low - high), 0.05, 0.95);
     soup_.vertices.push_back(a + share * (b - a));
     return next;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTick = 1e-3;  // [s]
 
-/// Random numbers that are the same on each run.
+/// Random numbers that are equal on each run.
 class Dice {
  public:
   explicit Dice(uint64_t seed) : engine_(seed) {}
@@ -30,13 +30,13 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-/// Where a hand goes from place to place, a position for each tick.
+/// The path of a hand from place to place, one position per tick.
 class Way {
  public:
   Way(const Vec3& start, uint64_t ticks) : ticks_(ticks), at_{start} {}
   bool ends() const { return at_.size() >= ticks_; }
 
-  /// Straight, with least jerk (Flash & Hogan 1985), at that mean speed [m/s].
+  /// Straight with minimum jerk (Flash & Hogan 1985) at that mean speed [m/s].
   void reach(const Vec3& to, double speed) {
     const Vec3 from = at_.back();
     const double n = std::ceil(std::max(norm(to - from) / speed / kTick, 1.0));
@@ -45,7 +45,7 @@ class Way {
       at_.push_back(from + (s * s * s * (10 + s * (6 * s - 15))) * (to - from));
     }
   }
-  /// Straight, at that speed from the first tick to the last.
+  /// Straight at constant speed.
   void run(const Vec3& to, double speed) {
     const Vec3 from = at_.back();
     const double n = std::ceil(std::max(norm(to - from) / speed / kTick, 1.0));
@@ -61,7 +61,7 @@ class Way {
   std::vector<Vec3> at_;
 };
 
-/// From a place outside to `depth` below the mean surface and, at that speed, on below it.
+/// Approaches the sphere of `radius` from outside and then wanders on it at `speed`.
 void follow_surface(Way& way, Dice& dice, double radius, double speed) {
   Vec3 u = normalized(way.positions().back());
   way.reach(radius * u, 0.1);

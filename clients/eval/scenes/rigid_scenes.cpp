@@ -16,7 +16,7 @@ namespace {
 constexpr double kMm = 1e-3;
 constexpr PartGrid kGrid{96, 16};
 
-/// How far above the object the tool begins to be free of it.
+/// Height above the object from which the tool is free of it.
 double lowest_free(const MeshShape& object, const MeshShape& tool) {
   double low = 0, high = object.mesh.upper.y - tool.mesh.lower.y;
   for (int i = 0; i < 24; ++i) {

@@ -10,30 +10,28 @@
 
 namespace haptic {
 
-/// A tool that never enters an object, and the hand that shakes it there; the object lies in W as
-/// it is.
+/// A tool that never enters an object, and the hand that shakes it there; O coincides with W.
 struct RigidScene {
   std::string name;
   MeshShape object, tool;
-  std::shared_ptr<const void> storage;  // of both
+  std::shared_ptr<const void> storage;  // owns both
   Pose home;                            // X_OT, free
-  Shaking shaking;                      // about there
+  Shaking shaking;                      // around home
 };
 
-/// Both bodies of meshes that are right as they are.
+/// Builds a scene from meshes that need no repair.
 RigidScene rigid_scene(std::string name, Soup object, Soup tool);
 
-/// A box of 20 mm on a block whose upper side is z = 0.
+/// A box of 20 mm on a block whose upper face is z = 0.
 RigidScene box_on_plate();
 
-/// A peg of 20 mm in its hole, with that clearance between the radii [m].
+/// A peg of 20 mm in its hole; `clearance` between the radii [m].
 RigidScene peg_in_hole(double clearance);
 
-/// Two scans of 75,408 triangles, 0.1 m large; empty where the folder has none. Throws MeshError.
+/// Two scans of 75,408 triangles, 0.1 m large; empty if the folder has none. Throws MeshError.
 std::optional<RigidScene> bunny_on_bunny(const std::string& meshes);
 
-/// Where scans are looked for unless somebody says: $HAPTICD_MESHES, else build/meshes of the
-/// source tree.
+/// Default folder of scans: $HAPTICD_MESHES, else build/meshes in the source tree.
 std::string meshes_folder();
 
 }  // namespace haptic

@@ -12,7 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr double kTick = 1e-3;           // [s]
-constexpr double kWayPerTick = 0.13e-3;  // of the fastest slide [m]
+constexpr double kWayPerTick = 0.13e-3;  // top speed of the slides, 0.13 m/s [m]
 
 }  // namespace
 
@@ -51,7 +51,7 @@ ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks) 
     const double length = norm(step);
     const double share = length > kWayPerTick ? kWayPerTick / length : 1;
     way.push_back(way.empty() ? wanted : way.back() + share * step);
-    // where the surface leaps, the way waits until the tool has followed
+    // at a jump of the surface the path waits until the tool has caught up
     if (length < 10 * kWayPerTick) t += kTick;
   }
   return path_through(std::move(way));

@@ -10,15 +10,15 @@
 
 namespace haptic {
 
-/// A scan from a file, sized so that its longest side is `size` [m]; open ones are one-sided
+/// A scan from a file, scaled so that its longest side is `size` [m]; open ones are one-sided
 /// surfaces. Throws MeshError.
 BakedShape bake_scan(const std::string& file, double size);
 
-/// Positions at 1 kHz as a path, straight in between; holds copies.
+/// A path through positions at 1 kHz, linear in between; it owns them.
 ToolPath path_through(std::vector<Vec3> positions);
 
-/// The way around any mesh: along sphere_direction, at workload_depth under the outermost surface
-/// seen from the middle of its box, never faster than the slides, for a tool of that radius. The
+/// A path around any mesh: along sphere_direction, at workload_depth below the outermost surface
+/// seen from the centre of its box, for a tool of that radius, never faster than the slides. The
 /// shape must outlive it.
 ToolPath way_around(const MeshShape& shape, double tool_radius, uint64_t ticks);
 

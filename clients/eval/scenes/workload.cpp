@@ -24,7 +24,7 @@ constexpr std::array<FieldWave, 6> kField{{{3.0e-3, 40, 25, 0.3},
                                            {0.15e-3, 900, -1100, 2.7}}};
 
 struct SphereWave {
-  double share;  // of the radius
+  double share;  // relative to the radius
   Vec3 k;
   double phase;
 };
@@ -34,7 +34,7 @@ constexpr std::array<SphereWave, 5> kSphere{{{0.04, {4, 3, -2}, 0.4},
                                              {0.004, {41, 37, -29}, 0.2},
                                              {0.0015, {97, -83, 71}, 1.7}}};
 
-/// The number after the colon of "hf:742", 0 where there is none or it is out of range.
+/// The number after the colon of "hf:742"; 0 if there is none or it is out of range.
 uint32_t fineness(const std::string& name, const std::string& family) {
   if (name.rfind(family + ":", 0) != 0) return 0;
   uint32_t n = 0;

@@ -10,8 +10,8 @@
 
 namespace haptic {
 
-/// The published work of haptic benchmarks, all in metres and closed formulas: two families of
-/// rough meshes and the tool that is dragged over them, 1 mm ± 0.4 mm deep, for 20 s at 1 kHz.
+/// The benchmark set in metres and closed formulas: two families of rough meshes, and a tool
+/// dragged over them, 1 mm ± 0.4 mm deep, for 20 s at 1 kHz.
 inline constexpr int kEvalTicks = 20'000;
 
 /// Height of the field over [−0.1, 0.1]²: six sines, 3 mm … 0.15 mm [m].
@@ -27,7 +27,7 @@ Soup make_height_field(uint32_t n);
 /// million triangles).
 Soup make_bumpy_sphere(uint32_t f);
 
-/// Depth of the tool under the surface at time t [s]: from 5 mm above down over half a second, then
+/// Depth of the tool below the surface at time t [s]: from 5 mm above within 0.5 s, then
 /// 1 mm + 0.4 mm sin(2π 1.7 t) [m].
 inline double workload_depth(double t) {
   const double depth = 1e-3 + 0.4e-3 * std::sin(2 * std::numbers::pi * 1.7 * t);
@@ -44,19 +44,19 @@ inline Vec3 flat_slide(double t) {
           -workload_depth(t)};
 }
 
-/// The same over the field, for a tool of that radius.
+/// The tool over the height field, for a tool of that radius.
 Vec3 field_slide(double t, double tool_radius);
 
-/// Over the bumpy sphere, around its poles' axis and between 27° and 153° of it.
+/// The tool over the bumpy sphere, around its polar axis at 27° to 153° from it.
 Vec3 sphere_slide(double t, double tool_radius);
 
-/// Direction of the way over the sphere.
+/// Direction from the centre to the tool's position on the sphere.
 Vec3 sphere_direction(double t);
 
 /// Position of the tool at time t [s].
 using ToolPath = std::function<Vec3(double)>;
 
-/// A mesh known by name, with the path that belongs to it.
+/// A mesh known by name, with its path.
 struct EvalWork {
   std::string name;  // "hf:742"
   Soup soup;
@@ -67,7 +67,7 @@ struct EvalWork {
 /// for any other name, and for n or f outside 1 to 1500.
 EvalWork make_eval_work(const std::string& name, double tool_radius);
 
-/// Whether a name is one of make_eval_work, else it is a file.
+/// Whether a name is one of make_eval_work(); otherwise it is a file.
 bool is_eval_work(const std::string& name);
 
 }  // namespace haptic
