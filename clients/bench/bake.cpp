@@ -35,7 +35,7 @@ double cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// Least time on the wall and on the processors over a few rounds: what else runs only adds.
+/// Least wall-clock and CPU time over several rounds: other programs only add to it.
 struct Times {
   double wall = 1e30, cpu = 1e30;
 };
@@ -58,7 +58,7 @@ void add_times(Rows& rows, const std::string& what, const Times& times, double g
   rows.add(what + ", CPU of both threads", times.cpu, "s");
 }
 
-/// A baked shape in a file that lives as long as this.
+/// A baked shape in a temporary file.
 class CacheFile {
  public:
   explicit CacheFile(std::span<const std::byte> bytes)

@@ -5,8 +5,8 @@ namespace haptic {
 
 class Command;
 
-/// `hapt bench bake`: what a mesh of 1.1 M triangles takes until queries can be asked: trees and
-/// grid from memory, their size, and the whole shape mapped from the cache.
+/// `hapt bench bake`: the preparation of a mesh of 1.1 M triangles for queries: trees and grid
+/// built from memory, their size, and the whole shape mapped from the cache.
 void add_bench_bake(Command& bench);
 
 }  // namespace haptic

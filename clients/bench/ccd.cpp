@@ -18,9 +18,9 @@ namespace {
 
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 constexpr SweptPairOptions kCapped{1e-6, 500}, kUncapped{1e-6, 1'000'000}, kAdvanced{1e-6, 0};
-constexpr double kShortest = 1e-6;  // stretch of Redon's method
+constexpr double kShortest = 1e-6;  // width of the time interval at which Redon's method stops
 constexpr uint32_t kBisections = 20'000;
-// of 7,279 queries Tight-Inclusion at 1e-6 has 222 false alarms, plain bisection 274
+// Tight-Inclusion at 1e-6 has 222 false alarms in these 7,279 queries, plain bisection 274
 constexpr double kFalseAlarmGoal = 250.0 / 7279;
 constexpr double kMedianGoal = 100e-9, kWorstGoal = 100e-6;
 constexpr double kImpactMedianGoal = 0.3e-3, kImpactP99Goal = 1e-3;
@@ -39,7 +39,7 @@ double longest(const Contestant& c) {
   return *std::max_element(c.times.begin(), c.times.end());
 }
 
-/// The fastest of the rounds of each query: what the machine adds is not the query's.
+/// The fastest round of each query: the rest is due to the machine.
 std::vector<double> fastest(const Contestant& c, size_t n) {
   std::vector<double> best(c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(n));
   for (size_t k = n; k < c.times.size(); ++k) best[k % n] = std::min(best[k % n], c.times[k]);
@@ -149,7 +149,7 @@ void bench_hand_scale(Rows& rows, const BenchCcdOptions& options) {
     only_fcl += !own[i] && fcl[i];
   }
   rows.add("meet", meet, "");
-  // neither of the two ever misses: where they differ one has a false alarm
+  // neither method misses a contact: where they differ, one has a false alarm
   rows.add("meet, but not by intervals in time", only_own, "");
   rows.add("meet by intervals in time alone", only_intervals, "");
   rows.add("meet by FCL alone", only_fcl, "");
@@ -161,9 +161,9 @@ void bench_hand_scale(Rows& rows, const BenchCcdOptions& options) {
   }
 }
 
-constexpr double kMiss = 2;  // a time after the end
+constexpr double kMiss = 2;  // any time after the end of the motion
 
-/// Conservative advancement on the peer's distance, which knows no limit and no witness.
+/// Conservative advancement on the peer's distance, without distance limit or warm start.
 double advance_on(PairPeer& peer, const RigidMotion& motion, double lever) {
   const double speed = norm(motion.way_O) + motion.angle * lever;
   double t = 0;
@@ -184,7 +184,7 @@ double time_of(const MeshMeeting& m) {
   return m.meets ? m.time : kMiss;
 }
 
-/// How many of the answers have the surfaces meet at one of many times before, exactly.
+/// Number of answers before which the surfaces already meet, by exact tests at many times.
 double count_late(const ProximityWork& tori, const std::vector<RigidMotion>& motions,
                   const std::vector<double>& times) {
   constexpr int kSamples = 50;
@@ -201,8 +201,8 @@ double count_late(const ProximityWork& tori, const std::vector<RigidMotion>& mot
   return late;
 }
 
-/// Beside conservative advancement to 10 nm, which is never late either; what comes nearer than the
-/// tolerance and no further may be a hit for one and not for the other.
+/// Compares with conservative advancement to 10 nm, which is never late either. A motion that comes
+/// within the tolerance but not closer may be a hit for one and not for the other.
 void add_judgement(Rows& rows, const std::string& name, const std::vector<double>& times,
                    const std::vector<double>& truth) {
   double missed = 0, extra = 0, late = 0, early = 0;

@@ -20,7 +20,7 @@ constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
 constexpr size_t kChunk = 200;
 constexpr size_t kBruteForced = 100;
 
-/// Points and what ours and the peers make of them.
+/// The points of one measurement.
 struct Trial {
   std::string name;
   const WorkloadMesh& mesh;
@@ -28,7 +28,7 @@ struct Trial {
   std::vector<Vec3> points;
 };
 
-/// Largest difference to the nearest of all triangles, on every n-th point.
+/// Largest difference from brute force over all triangles, on every n-th point.
 double error_of(const Trial& trial, const std::vector<double>& distances) {
   double error = 0;
   const size_t stride = std::max<size_t>(trial.points.size() / kBruteForced, 1);
@@ -84,7 +84,7 @@ std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
   rows.add(prefix + "changed by the witness", static_cast<double>(different), "", 0,
            different == 0);
   if (is_far) {
-    // a hundredth is what two equal contestants differ by here
+    // two equal contestants differ by about 1 % here
     const double ratio = median_ratio(contestants[0], contestants[1]);
     rows.add(prefix + "with over without witness", ratio, "", 1.02, ratio <= 1.02);
   } else if (embree) {
@@ -114,7 +114,7 @@ std::vector<Row> run_mesh(const WorkloadMesh& mesh, int rounds) {
   return rows.rows();
 }
 
-/// A mesh file as it is, nothing repaired: peers get the same triangles.
+/// A mesh file without repair, so that peers get the same triangles.
 WorkloadMesh read_scanned(const std::string& name, const std::string& path) {
   ObjectConfig object;
   assign(object.mesh, path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt bench: figures of this machine, beside a peer that runs in alternation with us.
+// hapt bench: measures this machine, in alternation with a peer library.
 #include <memory>
 
 #include "clients/bench/bake.h"

@@ -26,7 +26,7 @@ struct JitterOptions {
   bool json = false;
 };
 
-/// The last of those this process may use: the first has the interrupts.
+/// The last allowed core by default, because the first serves the interrupts.
 size_t choose_core(const std::optional<size_t>& wanted) {
   const std::vector<size_t> allowed = allowed_processors();
   if (!wanted && !allowed.empty()) return allowed.back();
@@ -36,7 +36,7 @@ size_t choose_core(const std::optional<size_t>& wanted) {
                            "; choose another with --core (taskset -cp $$ lists them)");
 }
 
-/// Beside the same witness as our own loop, so that both share the core alike.
+/// With the same witness as the servo's loop, so that both share the core alike.
 CyclictestRun run_witnessed_cyclictest(const WakeOptions& wake) {
   std::thread witness([&] { measure_witness(wake); });
   CyclictestRun run = run_cyclictest(static_cast<int>(wake.seconds), wake.core);
@@ -56,7 +56,7 @@ std::vector<JitterRound> measure(const JitterOptions& options) {
   for (int i = 0; i < options.pairs; ++i) {
     WakeOptions wake{.seconds = static_cast<double>(options.seconds), .core = core};
     JitterRound round;
-    // who comes first changes, so that a drift of the machine favours neither
+    // the order alternates, so that a drift of the machine favours neither
     if (i % 2 == 1) round.peer = run_witnessed_cyclictest(wake);
     round.sleep = measure_witnessed_wakes(wake);
     if (i % 2 == 0) round.peer = run_witnessed_cyclictest(wake);
@@ -91,7 +91,7 @@ void add_bench_jitter(Command& bench) {
   command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
       .range(1, 1000)
       .show_default();
-  // whole ones: cyclictest knows no others
+  // integers, because cyclictest accepts no fractions
   command.option("--seconds", options->seconds, "of each window").range(1, 3600).show_default();
   command.option("--core", options->core, "they all run on [the last one allowed]");
   command.flag("--json", options->json, "rows as JSON");

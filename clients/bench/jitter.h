@@ -5,7 +5,7 @@ namespace haptic {
 
 class Command;
 
-/// `hapt bench jitter`: how late the servo's clock wakes, beside cyclictest, in alternation.
+/// `hapt bench jitter`: wake-up lateness of the servo's clock, in alternation with cyclictest.
 void add_bench_jitter(Command& bench);
 
 }  // namespace haptic

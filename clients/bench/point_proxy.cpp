@@ -14,13 +14,13 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kJudgedFrom = 1'000'000;  // triangles: the goals are for the finest meshes
-constexpr double kGoalP50 = 2e-6, kGoalP99 = 10e-6, kGoalMax = 25e-6;  // of a point [s]
+constexpr size_t kJudgedFrom = 1'000'000;  // triangles; the goals apply to the finest meshes
+constexpr double kGoalP50 = 2e-6, kGoalP99 = 10e-6, kGoalMax = 25e-6;  // for a point [s]
 constexpr double kSmallSphere = 1e-3;                                  // [m]
-constexpr double kGoalSmallP99 = 50e-6, kGoalLargeP99 = 100e-6;        // of spheres, p99 [s]
-constexpr int kEmptyMeasurements = 10'000;
+constexpr double kGoalSmallP99 = 50e-6, kGoalLargeP99 = 100e-6;        // for spheres [s]
+constexpr int kEmptyMeasurements = 10'000;  // for the cost of reading the clock
 
-/// What an empty measurement takes: subtracted from each [ns].
+/// Duration of an empty measurement, subtracted from each [ns].
 int64_t clock_cost_ns() {
   int64_t least = std::numeric_limits<int64_t>::max();
   for (int i = 0; i < kEmptyMeasurements; ++i) {
@@ -30,7 +30,7 @@ int64_t clock_cost_ns() {
   return least;
 }
 
-/// What the servo asks, tick by tick, along the path.
+/// The servo's frames along the path, one per tick.
 std::vector<ServoFrame> questions(const ToolPath& path, int ticks) {
   std::vector<ServoFrame> frames(static_cast<size_t>(ticks));
   ScriptedHand hand(path);
@@ -47,7 +47,7 @@ std::vector<ServoFrame> questions(const ToolPath& path, int ticks) {
   return frames;
 }
 
-/// Keeps an answer that nobody reads.
+/// Prevents the compiler from removing an unused answer.
 void keep(const ContactSet& set) {
   asm volatile("" : : "g"(&set) : "memory");
 }
@@ -69,7 +69,7 @@ void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
   add("contact step, CPU max", times.max(), point ? kGoalMax : kNone);
 }
 
-/// The least time of each question over the repetitions.
+/// The least time of each step over the repetitions.
 Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> frames,
                      int repetitions) {
   const int64_t empty_ns = clock_cost_ns();
@@ -87,11 +87,11 @@ Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> fram
   return times;
 }
 
-/// What one more pass is caught at, and how much it finds.
+/// Observations of one further pass under rt_guard.
 struct Watched {
   uint64_t allocated = 0;  // and freed
   uint64_t limited = 0;    // steps cut short
-  uint64_t truncated = 0;  // answers with less than there was to say
+  uint64_t truncated = 0;  // answers that did not fit into the set
   size_t most_contacts = 0;
 };
 

@@ -21,10 +21,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kBand = 0.1e-3;  // [m]
-constexpr size_t kChunk = 50;
-constexpr size_t kMostPairs = 400'000;
-constexpr double kUnlimited = 1e9;
+constexpr double kBand = 0.1e-3;        // [m]; distance of near pairs
+constexpr size_t kChunk = 50;           // poses per turn of a contestant
+constexpr size_t kMostPairs = 400'000;  // capacity of the query from scratch
+constexpr double kUnlimited = 1e9;      // no goal
 
 struct Options {
   std::vector<std::string> cases{"torus", "bolt"};
@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-/// What one case must hold: p99 of the front, and of front and contacts together [s].
+/// Goals of one case: p99 of the front alone, and of front and contacts together [s].
 struct Goals {
   double pairs, contacts;
 };
@@ -50,7 +50,7 @@ double worst(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
 
-/// CPU time of what a query does [s].
+/// Wraps a query so that its CPU time is stored [s].
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
   return [&cpu, query](size_t i) {
@@ -60,7 +60,7 @@ std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& quer
   };
 }
 
-/// `cpu` does not count what other programs do meanwhile.
+/// `cpu`: CPU times, which exclude other programs.
 void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu, double goal) {
   rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
   const double p99 = percentile(cpu, 99);
@@ -72,7 +72,7 @@ void add_times(Rows& rows, const std::string& name, const std::vector<double>& c
   rows.add(name + ", CPU longest", worst(cpu), "s");
 }
 
-/// Each of ours beside each of the peer's; medians over chunks as ratios, on the clock.
+/// Each of our queries compared with each peer; medians over chunks as ratios of wall-clock time.
 void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant>& peers) {
   for (const Contestant& peer : peers) {
     if (!peer.name.starts_with("FCL")) continue;
@@ -82,7 +82,7 @@ void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant
   }
 }
 
-/// How often a front that has been along all poses allocates on the way.
+/// Number of allocations of a front that has already been along all poses.
 double allocations(NearFront& front, NearContacts& contacts, const std::vector<Pose>& poses) {
   const auto follow = [&] {
     for (const Pose& X_OT : poses) contacts.reduce(front.update(X_OT, kBand), X_OT);
@@ -95,7 +95,7 @@ double allocations(NearFront& front, NearContacts& contacts, const std::vector<P
   return static_cast<double>(guard.report().of(Violation::kAllocate).count);
 }
 
-/// The answers at every pose: sets, and yes or no as FCL says.
+/// Differences at every pose: sets of pairs, and collision against FCL.
 struct Agreement {
   double other_sets = 0, other_answers = 0, touching = 0;
   std::vector<double> pairs, minima, kept, visited, boxes, triangles;
@@ -107,7 +107,7 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
   NearContacts contacts(object, tool);
   std::vector<NearPair> cold(kMostPairs);
   Agreement found;
-  // the first finds the front, and is no step
+  // the first update builds the front and is not a step
   front.update(work.poses[0], kBand);
   for (const Pose& X_OT : work.poses) {
     const std::span<const NearPair> near = front.update(X_OT, kBand);
@@ -160,7 +160,7 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   NearContacts contacts(object, tool);
   std::vector<NearPair> cold(kMostPairs);
   const auto& poses = work.poses;
-  // the first pose finds the front: a session does so before it starts
+  // the first pose builds the front, as before the start of a session
   for (NearFront* f : {&front, &asked, &reduced}) f->update(poses[0], kBand);
   std::array<std::vector<double>, 8> cpu;
   std::vector<Contestant> ours;

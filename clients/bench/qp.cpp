@@ -18,26 +18,26 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kChunk = 50;  // queries of one contestant before the next has its turn
-constexpr double kGoal20 = 5e-6, kGoal64 = 20e-6;  // p99 of a solve, as the servo asks [s]
+constexpr size_t kChunk = 50;                      // queries of one contestant per turn
+constexpr double kGoal20 = 5e-6, kGoal64 = 20e-6;  // p99 of a solve with warm start [s]
 constexpr double kRadius = 0.05;                   // of the tool [m]
 constexpr double kMass = 0.2;                      // [kg]
 constexpr double kTick = 1e-3;                     // [s]
-constexpr double kPull = 20;  // speed at which a hand 5 mm away pulls the tool: 0.1 m/s [1/s]
-constexpr double kFriction = 0.3;
-constexpr size_t kSameContacts = 50;  // ticks, then the tool is elsewhere
+constexpr double kPull = 20;          // [1/s]; a hand 5 mm away pulls the tool at 0.1 m/s
+constexpr double kFriction = 0.3;     // coefficient of friction
+constexpr size_t kSameContacts = 50;  // ticks with the same contacts
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
   int rounds = 3;
   size_t ticks = 5000;
-  size_t exact_ticks = 100;  // CGAL's takes milliseconds
+  size_t exact_ticks = 100;  // CGAL's solver takes milliseconds
   bool json = false;
 };
 
-/// What a servo asks in one tick.
+/// The problem of one tick.
 struct Question {
-  Twist a_u;  // towards the hand, of which each contact lets a part through
+  Twist a_u;  // towards the hand; contacts allow a part of it
   const std::vector<MotionRow>* rows = nullptr;
   const std::vector<FrictionContact>* contacts = nullptr;
 };
@@ -55,7 +55,7 @@ class Maker {
  public:
   explicit Maker(uint64_t seed) : engine_(seed) {}
 
-  /// `n` contacts on a plane, in a bowl, about a peg or all round, with gaps of up to 50 µm.
+  /// `n` contacts on a plane, in a bowl, around a peg or all round, with gaps of up to 50 µm.
   void add_contacts(Work& work, size_t n) {
     const Vec3 axis = direction();
     const size_t arrangement = work.rows.size() % 4;
@@ -91,8 +91,8 @@ class Maker {
   std::mt19937_64 engine_;
 };
 
-/// `coherent`: the same contacts for fifty ticks, while the hand, 5 mm behind them, moves at
-/// 0.1 m/s; else all are new in each tick.
+/// `coherent`: the contacts stay for fifty ticks while the hand, 5 mm behind them, moves at
+/// 0.1 m/s; otherwise every tick has new contacts.
 Work make_work(size_t n, size_t ticks, bool coherent) {
   Maker make(n + (coherent ? 1000 : 0));
   Work work;
@@ -122,7 +122,7 @@ void add_times(Rows& rows, const Contestant& c, double goal) {
   rows.add(c.name + " max", percentile(c.times, 100), "s");
 }
 
-/// Everything that answers the questions of a tick, each with its own memory.
+/// All solvers for the problem of a tick, each with its own memory.
 class Solvers {
  public:
   explicit Solvers(const Work& work, size_t n)
@@ -133,7 +133,7 @@ class Solvers {
     motion_ = least_constraint(work_.metric, q.a_u, *q.rows);
     failed_ += !motion_.converged;
   }
-  /// Starts from the last answer, which in another set of contacts is but a guess.
+  /// Warm start from the last active set, which is only a guess for other contacts.
   void warm(size_t i) {
     const Question& q = work_.questions[i];
     warm_ = least_constraint(work_.metric, q.a_u, *q.rows,
@@ -144,7 +144,7 @@ class Solvers {
     const Question& q = work_.questions[i];
     unpivoted_ += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
   }
-  /// Two hundred sweeps at most: what a fallback would take.
+  /// At most two hundred sweeps, as a fallback would use.
   void seidel(size_t i) {
     const Question& q = work_.questions[i];
     unsettled_ += !seidel_.step(LcpMethod::kGaussSeidel, work_.metric, q.a_u, *q.rows).converged;
@@ -179,7 +179,7 @@ uint64_t allocations(Solvers& solvers, size_t ticks) {
   return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
 }
 
-/// Beside Bullet's pivoting, which is handed A and b ready made; so is ours.
+/// Compared with Bullet's pivoting; both get A and b ready-made.
 void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& options) {
   const std::unique_ptr<DantzigPeer> bullet = make_bullet_dantzig();
   if (!bullet) {
@@ -249,7 +249,7 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
                                       {"pivoting", [&](size_t i) { solvers.pivoting(i); }}};
   take_turns(contestants, options.ticks, kChunk, options.rounds);
   const double goal = n == 20 ? kGoal20 : n == 64 ? kGoal64 : 0;
-  // the goal is the servo's: contacts that stay for some ticks, started from the tick before
+  // the goal is for the servo's case: contacts that persist, with warm start
   add_times(rows, contestants[0], 0);
   add_times(rows, contestants[1], coherent ? goal : 0);
   add_times(rows, contestants[2], 0);

@@ -5,8 +5,8 @@ namespace haptic {
 
 class Command;
 
-/// `hapt bench qp`: what the solvers of proto/math take for one body at 1 to 64 contacts, beside
-/// CGAL's exact quadratic program and Bullet's Dantzig pivoting.
+/// `hapt bench qp`: times of the solvers in proto/math for one body at 1 to 64 contacts, compared
+/// with CGAL's exact quadratic program and Bullet's Dantzig pivoting.
 void add_bench_qp(Command& bench);
 
 }  // namespace haptic

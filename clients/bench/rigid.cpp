@@ -26,15 +26,15 @@
 namespace haptic {
 namespace {
 
-constexpr double kClearance = 0.05e-3;  // of the peg [m]
+constexpr double kClearance = 0.05e-3;  // of the peg in the hole [m]
 constexpr double kTick = 1e-3;          // [s]
-constexpr double kAheadTicks = 3;       // that a session looks ahead
-constexpr double kGoalRate = 500;       // moves a second
-constexpr uint64_t kPeerSamples = 25;
-constexpr double kBandMargins = 8;    // of what is looked at where it rests
-constexpr double kJamMargins = 10;    // a way left that contradicts the rest
-constexpr double kBlindWay = 0.1e-3;  // short of the hand, for which there must be a reason [m]
-constexpr int64_t kShowNs = 500'000'000;
+constexpr double kAheadTicks = 3;       // look-ahead of a session, in ticks of hand motion
+constexpr double kGoalRate = 500;       // moves per second of CPU time
+constexpr uint64_t kPeerSamples = 25;   // poses at which FCL is timed
+constexpr double kBandMargins = 8;      // band around a settled pose, in margins
+constexpr double kJamMargins = 10;      // feasible motion of a jammed pose, in margins
+constexpr double kBlindWay = 0.1e-3;    // [m]; a settled tool farther from the hand needs a contact
+constexpr int64_t kShowNs = 500'000'000;  // [ns]; between two progress lines
 
 struct Options {
   std::vector<std::string> scenes{"bunny", "peg", "bolt"};
@@ -43,7 +43,7 @@ struct Options {
   bool json = false;
 };
 
-/// Where bolt_through_nut begins.
+/// The initial pose of bolt_through_nut.
 RigidScene bolt_in_nut() {
   const auto bolt = std::make_shared<const ProximityWork>(bolt_through_nut(1));
   RigidScene scene;
@@ -56,7 +56,7 @@ RigidScene bolt_in_nut() {
   return scene;
 }
 
-/// A line that overwrites itself, on a terminal alone.
+/// A line that overwrites itself, on a terminal only.
 class Progress {
  public:
   Progress(const std::string& name, uint64_t total) : name_(name), total_(total) {}
@@ -81,12 +81,12 @@ class Progress {
   int64_t shown_ns_ = 0;
 };
 
-/// Every n-th frame, so that there are no more than `most`.
+/// Every n-th frame, at most `most` of them.
 bool is_sample(uint64_t frame, uint64_t frames, uint64_t most) {
   return frame % std::max<uint64_t>(1, (frames + most - 1) / most) == 0;
 }
 
-/// The god-object on its own in the frame of the object.
+/// The god-object alone, in the frame of the object.
 class Subject {
  public:
   explicit Subject(const RigidScene& scene)
@@ -97,7 +97,7 @@ class Subject {
     if (!god_object_.place(X_WO_, scene.home)) {
       throw std::runtime_error("bench rigid: " + scene.name + " begins at a pose that is not free");
     }
-    // the first move finds the fronts: a session does so before it starts
+    // the first move builds the fronts, as before the start of a session
     god_object_.move(X_WO_, scene.home, kLeastBodyReach);
   }
 
@@ -118,12 +118,12 @@ class Subject {
   std::array<Pose, 1> X_WO_{};
 };
 
-/// All that is kept of a run, whatever its length.
+/// Totals of a run, of constant size.
 struct Tally {
   Histogram cpu, clock;
   double cpu_ns = 0, first_ns = 0, contacts = 0, pressed = 0, blind = 0, unsettled = 0;
-  double exact = 0, entered = 0, met = 0;                // surfaces that meet
-  double rests = 0, unknown = 0, jams = 0, longest = 0;  // ways left [m]
+  double exact = 0, entered = 0, met = 0;                // poses whose surfaces intersect
+  double rests = 0, unknown = 0, jams = 0, longest = 0;  // longest: feasible motion [m]
   std::vector<double> peer;                              // [s]
 };
 
@@ -133,8 +133,8 @@ double cpu_of(const auto& work) {
   return static_cast<double>(thread_cpu_ns() - begin);
 }
 
-/// A sample exactly; the rest by a front of the judge's own, which knows of nothing but the poses:
-/// from scratch a tight fit takes many times as long as a move.
+/// Checks a sample of poses exactly and the others by a separate front that is given the poses
+/// only: from scratch, a tight fit takes many times as long as a move.
 void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, NearFront& front,
                 Tally& tally) {
   if (is_exact) {

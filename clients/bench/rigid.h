@@ -5,9 +5,9 @@ namespace haptic {
 
 class Command;
 
-/// `hapt bench rigid`: the god-object of six degrees of freedom while a hand shakes it against
-/// walls, tick by tick of 1 kHz: how long a move takes, and that no verified pose is ever inside,
-/// none held back but by contacts. FCL's distance at the same poses beside it.
+/// `hapt bench rigid`: the 6-DoF god-object while a hand shakes it against walls at 1 kHz: times of
+/// a move, and that no verified pose is ever inside or held back without contact. FCL's distance at
+/// the same poses for comparison.
 void add_bench_rigid(Command& bench);
 
 }  // namespace haptic

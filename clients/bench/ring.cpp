@@ -44,7 +44,7 @@ class RingLink {
   using Message = BenchMessage<kBytes>;
   RingLink() : writer_(1), view_(reopen_read_only(writer_.fd())) {}
   void push(const Message& message, const Burst& burst) {
-    // credit: half a ring ahead of the reader at most
+    // credit: at most half a ring ahead of the reader
     while (next_ - taken_ >= kBenchSlots / 2) {
       taken_ = burst.taken.load(std::memory_order_acquire);
     }
@@ -61,7 +61,7 @@ class RingLink {
   Cursor cursor_;
 };
 
-/// The peer. Both its indices lie in one mapping that both ends must be able to write.
+/// The peer. Both its indices are in one mapping that both ends must be able to write.
 template <size_t kBytes>
 class QueueLink {
  public:
@@ -77,8 +77,8 @@ class QueueLink {
   Shared<boost::lockfree::spsc_queue<Message, boost::lockfree::capacity<kBenchSlots>>> queue_;
 };
 
-/// Sends that many messages from one process to another; `one_at_a_time`: the next only once the
-/// one before was taken. Leaves one-way times in the burst, or start and end.
+/// Sends `count` messages from one process to another; `one_at_a_time`: the next only after the
+/// previous one was taken. Leaves one-way times in the burst, or start and end.
 template <typename Link>
 void send(Burst& burst, uint64_t count, bool one_at_a_time) {
   const int64_t start_ns = now_ns();
@@ -108,7 +108,7 @@ void send(Burst& burst, uint64_t count, bool one_at_a_time) {
       if (one_at_a_time) {
         while (burst.taken.load(std::memory_order_acquire) < n) {
         }
-        // the reader is back at its poll
+        // until the reader polls again
         for (const int64_t until = now_ns() + 500; now_ns() < until;) {
         }
         message.sent_ns = now_ns();
@@ -120,7 +120,7 @@ void send(Burst& burst, uint64_t count, bool one_at_a_time) {
   pause_after(start_ns);
 }
 
-/// Figures of one kind of link at one size, a value a round.
+/// Figures of one kind of link at one size, one value per round.
 struct LinkFigures {
   std::vector<double> p50, p99, rate;
 };
@@ -184,10 +184,10 @@ void spin_until(int64_t t_ns) {
   }
 }
 
-constexpr int64_t kStepNs = 2'000;  // a short step of the servo, between its wake-up and publish
-constexpr uint64_t kWarmUp = 100;   // publishes of a new process that are not counted
+constexpr int64_t kStepNs = 2'000;  // [ns]; a short servo step between wake-up and publish
+constexpr uint64_t kWarmUp = 100;   // uncounted publishes of a new process
 
-/// The writer of a burst: publishes with a period and times each call from when it counts.
+/// The writer of a burst: publishes periodically and times each call once `counts` is set.
 void write_frames(decltype(ServoChannels::frames)& frames, Burst& burst, int64_t period,
                   uint64_t count) {
   burst.begin(kWriterProcessor);
@@ -223,12 +223,12 @@ void publish_frames(Burst& burst, Audience audience, int64_t period, uint64_t co
   burst.counts = !are_stopped;
   ForkedProcess writer([&] { write_frames(segment.channels().frames, burst, period, count); });
   if (are_stopped) {
-    // each has read by then: what is stopped is a reader, not only a mapping
+    // stopped only after they have read, so that they are readers and not just mappings
     await(burst.n_reading, n_readers(audience));
     for (const ForkedProcess& reader : readers) reader.signal(SIGSTOP);
     burst.counts = true;
   }
-  // whoever is stopped ends after the writer, the others in any order
+  // stopped readers end after the writer, others in any order
   if (are_stopped) check_end({&writer, "a writer"});
   std::vector<Part> parts;
   if (!are_stopped) parts.push_back({&writer, "a writer"});
@@ -255,7 +255,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
     slow_ratio.push_back(p50[1].back() / p50[0].back());
     stopped_ratio.push_back(p50[2].back() / p50[0].back());
     Shared<Burst> burst;
-    // one second: enter_realtime allows a reader that spins two
+    // one second: enter_realtime allows a spinning reader two
     publish_frames(*burst, Audience::kOneFast, kServoPeriod, 1000);
     servo_p50.push_back(percentile(*burst, 50));
     servo_p99.push_back(percentile(*burst, 99));
@@ -263,7 +263,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   }
   constexpr double kGoalP99 = 1e-6, kGoalRatio = 1.2;
   Rows rows("ServoFrame");
-  // between processes that wait for the same core, or at normal priority, it says nothing
+  // without real-time rights, or with a shared core, the figures are meaningless
   const auto judge = [&](const std::string& metric, double value, const char* unit, double goal) {
     rows.add_if(rights.all(), metric, value, unit, goal, value <= goal);
   };

@@ -22,21 +22,21 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kChunk = 1000;  // queries of one contestant before the next has its turn
+constexpr size_t kChunk = 1000;  // queries of one contestant per turn
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpread = 0.3;
-constexpr size_t kSweptTriangles = 100'000;  // at most: a sweep builds a grid for each size
+constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
 
 struct Options {
   int rounds = 3;
   size_t segments = 20000, checked = 200;
-  // 5 k, 18 k, 79 k, 328 k and 499 k triangles; 12 k and 1.0 M
+  // triangles: 5 k, 18 k, 79 k, 328 k and 499 k; 12 k and 1.0 M
   std::vector<std::string> meshes{"bump:16", "bump:30",  "bump:63",   "bump:128", "bump:158",
                                   "nano:78", "nano:708", "armadillo", "bunny"};
   bool json = false;
 };
 
-/// A shape with all that queries search it by.
+/// A shape with all its search structures.
 struct BenchShape {
   MeshData mesh;
   SearchStructures built;
@@ -45,7 +45,7 @@ struct BenchShape {
   }
 };
 
-/// Every triangle, one after the other, in double.
+/// Brute force over all triangles in double.
 SegmentHit brute_hit(const TriangleMesh& mesh, const WorkloadSegment& s) {
   SegmentHit best;
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -66,7 +66,7 @@ bool same(const SegmentHit& a, const SegmentHit& b) {
 
 using Segments = std::vector<WorkloadSegment>;
 
-/// What each search answered, in the order of the segments.
+/// Answers of one search, in the order of the segments.
 using Answers = std::vector<SegmentHit>;
 
 Contestant by_search(const char* name, SegmentSearch search, const MeshShape& shape,
@@ -98,10 +98,10 @@ void check_answers(Rows& rows, const Answers& answers, const MeshShape& shape,
   rows.add("another hit than brute force", different, "", 0, different == 0);
 }
 
-/// The times of hits or of misses alone.
+/// The times of hits only, or of misses only.
 std::vector<double> times_of(const Contestant& c, const Answers& answers, bool hit) {
   std::vector<double> times;
-  // they lie in the order of the queries, round after round
+  // times are in the order of the queries, round after round
   for (size_t k = 0; k < c.times.size(); ++k) {
     if (answers[k % answers.size()].hit == hit) times.push_back(c.times[k]);
   }
@@ -120,7 +120,7 @@ void add_beside(Rows& rows, const Contestant& c, const Contestant& peer, const A
   add(" p50 of misses", times_of(c, answers, false), times_of(peer, answers, false), 50);
 }
 
-/// With a witness beside the other libraries, each on data of its own. Returns the median.
+/// With warm start, compared with the other libraries on their own data. Returns the median.
 double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& segments,
                           const Options& options, Answers& answers) {
   SegmentWitness witness;
@@ -161,7 +161,7 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
   return p50;
 }
 
-/// Mean and worst of the queries that hit, that miss, or of all; of each query the quickest round.
+/// Mean and worst time of the selected queries, taking the fastest round of each.
 struct MeanAndWorst {
   double mean = 0, worst = 0;
 };
@@ -180,7 +180,7 @@ MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& count
   return result;
 }
 
-/// The four columns of the paper's table, as ratios to the hybrid.
+/// Hybrid, grid, tree and naive search, as ratios to the hybrid (Gregory et al. 2000).
 void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
                    const Options& options, const Answers& truth) {
   std::array<Answers, 4> answers;
@@ -208,7 +208,7 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   compare("all", [](size_t) { return true; });
 }
 
-/// The same queries on cells of every size: what the cost model is to find the least of.
+/// The same queries on cells of every size, to check the minimum of the cost model.
 void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
                  const Options& options) {
   const TriangleMesh mesh = bench.mesh.view();
@@ -244,7 +244,7 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   rows.add("sweep, coarsest : cheapest", means.back() / least, "");
 }
 
-/// Rows of one mesh; returns the median with a witness.
+/// Rows of one mesh; returns the median with warm start.
 double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) {
   BenchShape bench;
   bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
@@ -263,7 +263,7 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   return p50;
 }
 
-/// A mesh of libcgal-demo. Throws MeshError.
+/// A mesh from libcgal-demo. Throws MeshError.
 WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
   ObjectConfig object{};
   assign(object.mesh, meshes_folder() + "/" + file);
@@ -275,7 +275,7 @@ WorkloadMesh scanned_mesh(const std::string& name, const std::string& file) {
                              {mesh.triangles.begin(), mesh.triangles.end()}});
 }
 
-/// By its name on the command line. Throws MeshError.
+/// A mesh by its name on the command line. Throws MeshError.
 WorkloadMesh make_mesh(const std::string& name) {
   if (name == "armadillo") return scanned_mesh(name, "armadillo.off");
   if (name == "bunny") return scanned_mesh(name, "bunny00.off");

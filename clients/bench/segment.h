@@ -5,8 +5,8 @@ namespace haptic {
 
 class Command;
 
-/// `hapt bench segment`: the first hit of a dragged probe (workload W1), beside other libraries in
-/// alternation, and hybrid : grid : tree : naive.
+/// `hapt bench segment`: first hit of a dragged probe (workload W1), in alternation with other
+/// libraries, and the ratios hybrid : grid : tree : naive.
 void add_bench_segment(Command& bench);
 
 }  // namespace haptic

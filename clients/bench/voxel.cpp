@@ -22,17 +22,17 @@
 namespace haptic {
 namespace {
 
-constexpr double kGoalOfCeiling = 0.6;
-constexpr double kGoalRate = 200;  // points/µs, for this map and shell in Morton order
+constexpr double kGoalOfCeiling = 0.6;  // of the ceiling's rate, at least
+constexpr double kGoalRate = 200;       // [1/µs]; points for this map and shell in Morton order
 constexpr uint32_t kJudgedSide = 256, kJudgedPoints = 100'000;
-constexpr double kGoalTriangles = 0.1;  // what the number of triangles may change
-constexpr double kGoalCoherence = 10;
-constexpr double kGoalMap = 25e6, kGoalField = 150e6;  // of 1024³ [B]
+constexpr double kGoalTriangles = 0.1;  // relative change of the rate with the number of triangles
+constexpr double kGoalCoherence = 10;   // factor by which coherence reduces the tested points
+constexpr double kGoalMap = 25e6, kGoalField = 150e6;  // [B]; at 1024³
 
-constexpr size_t kPoses = 8;                    // that the tool takes in turn
-constexpr size_t kPointsATurn = 200'000;        // looked up at least each time
-constexpr uint32_t kToolFrequency = 64;         // of the tool, as bumpy as the object
-constexpr double kFirstTurn = 1, kTurn = 0.03;  // from pose to pose [rad]
+constexpr size_t kPoses = 8;                    // of the tool, in turn
+constexpr size_t kPointsATurn = 200'000;        // lookups per turn, at least
+constexpr uint32_t kToolFrequency = 64;         // of the tool's mesh, as bumpy as the object
+constexpr double kFirstTurn = 1, kTurn = 0.03;  // of the first pose and from pose to pose [rad]
 
 MeshData bumpy_sphere(uint32_t frequency, double scale) {
   Soup soup = make_bumpy_sphere(frequency);
@@ -45,16 +45,16 @@ VoxmapData map_of(const MeshData& mesh, uint32_t side) {
   return build_voxmap(mesh.view(), {std::max({extent.x, extent.y, extent.z}) / side, 2});
 }
 
-/// Points all over a bumpy sphere in Morton order, about that many.
+/// About `n` points all over a bumpy sphere in Morton order.
 PointshellData shell_of(uint32_t n, double scale) {
   const MeshData mesh = bumpy_sphere(kToolFrequency, scale);
   const double radius = 0.25 * (mesh.upper.x - mesh.lower.x + mesh.upper.y - mesh.lower.y);
-  // a sphere passes 1.5 cubes for the area of a face of each
+  // a surface crosses on average 1.5 cubes per cube face area
   const double area = 4 * std::numbers::pi * radius * radius;
   return build_pointshell(mesh.view(), std::sqrt(1.5 * area / n));
 }
 
-/// The shell that stands for all where one is enough.
+/// The shell that is used where one is enough.
 uint32_t middle(const std::vector<uint32_t>& points) {
   return points[points.size() / 2];
 }
@@ -65,7 +65,7 @@ void add_point(const PointshellData& from, size_t i, PointshellData& to) {
   to.z.push_back(from.z[i]);
 }
 
-/// The same points in any order; no nodes, which exhaustive passes do without.
+/// The same points in random order, without nodes, which exhaustive passes do not need.
 PointshellData shuffled(const PointshellData& shell) {
   std::vector<size_t> order(shell.x.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -75,7 +75,7 @@ PointshellData shuffled(const PointshellData& shell) {
   return mixed;
 }
 
-/// Where the tool is in the object's map: bumps pass each other, so that some touch.
+/// Poses of the tool in the object's map; the bumps interpenetrate, so that some points touch.
 std::vector<ShellInVoxels> poses_in(const Voxmap& map) {
   std::vector<ShellInVoxels> poses;
   for (size_t k = 0; k < kPoses; ++k) {
@@ -85,7 +85,7 @@ std::vector<ShellInVoxels> poses_in(const Voxmap& map) {
   return poses;
 }
 
-/// Those that are inside the map in each pose: the ceiling has no border.
+/// The points that are inside the map in every pose: the ceiling tests no border.
 PointshellData kept_inside(const Voxmap& map, const PointshellData& shell,
                            std::span<const ShellInVoxels> poses) {
   PointshellData kept;
@@ -111,7 +111,7 @@ struct Way {
   std::vector<double> rates = {};
 };
 
-/// In turns, in an order that moves on each round. What the passes found is added up.
+/// Runs the ways in turn, in an order that rotates each round. Returns the sum of the hits.
 size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const ShellInVoxels> poses,
                   int rounds) {
   const size_t passes = std::max(poses.size(), kPointsATurn / n_points);
@@ -134,12 +134,12 @@ double median_ratio(const Way& a, const Way& b) {
   return median(ratios);
 }
 
-/// Keeps a result that nobody reads.
+/// Prevents the compiler from removing an unused result.
 void keep(size_t value) {
   asm volatile("" : : "r"(value));
 }
 
-/// One shell in one map, and in the tree that holds the same.
+/// One shell in one map and in the equivalent tree.
 struct Trial {
   std::string name;
   const VoxmapData& map;
@@ -221,7 +221,7 @@ std::vector<Row> run_map(const BenchVoxelOptions& options, uint32_t side,
   return rows.rows();
 }
 
-/// The same object of few and of many triangles.
+/// The same object with few and with many triangles.
 std::vector<Row> run_triangles(const BenchVoxelOptions& options) {
   Rows rows("triangles of the object");
   const PointshellData data = shell_of(middle(options.points), 1);
@@ -248,12 +248,12 @@ std::vector<Row> run_triangles(const BenchVoxelOptions& options) {
   return rows.rows();
 }
 
-constexpr double kBall = 0.05;                  // radius of what the tool passes [m]
-constexpr double kCell = 0.5e-3, kBand = 4e-3;  // of its field [m]
-constexpr double kSmallTool = 0.3;              // of the bumpy sphere
+constexpr double kBall = 0.05;                  // radius of the object [m]
+constexpr double kCell = 0.5e-3, kBand = 4e-3;  // of the object's field [m]
+constexpr double kSmallTool = 0.3;              // scale of the bumpy sphere
 constexpr double kSpeed = 0.05, kSpin = 0.2;    // of the tool [m/s, rad/s]
 constexpr int kTicks = 2000;                    // of 1 kHz
-constexpr std::array kGaps{1e-3, 2e-3, 5e-3};   // at the tool's highest bump [m]
+constexpr std::array kGaps{1e-3, 2e-3, 5e-3};   // at the highest bump of the tool [m]
 
 /// A tool that passes close by and never touches.
 Pose passing(double t, double radius, double gap) {
@@ -262,7 +262,7 @@ Pose passing(double t, double radius, double gap) {
           from_rotation_vector(kSpin * t * normalized(Vec3{1, 2, 3}))};
 }
 
-/// Means over the ticks, of the tree alone and with coherence.
+/// Means over the ticks, without and with coherence.
 struct Passage {
   std::array<double, 2> tested{}, cpu_ns{};
 };
@@ -307,7 +307,7 @@ std::vector<Row> run_coherence(const BenchVoxelOptions& options) {
   return rows.rows();
 }
 
-/// What the maps of a scan take, with the band that holds where nobody says otherwise.
+/// Memory of the maps of a scan with the default band.
 std::vector<Row> run_memory(const BenchVoxelOptions& options) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
   Rows rows(name);

@@ -12,15 +12,15 @@ struct BenchVoxelOptions {
   std::vector<uint32_t> sides{256, 1024};                    // voxels along the object
   std::vector<uint32_t> points{10'000, 100'000, 1'000'000};  // of the shell
   uint32_t coarse = 16, fine = 235;                          // bumpy spheres of 20 f² triangles
-  uint32_t memory_side = 1024;  // voxels along the bunny, whose maps are weighed; 0: none
+  uint32_t memory_side = 1024;  // voxels along the bunny, for the memory of its maps; 0: skipped
   int rounds = 15;
   BenchVoxelContactOptions contact;
 };
 
-/// Points of a shell tested per microsecond of CPU on one core, in maps of a bumpy sphere, points
-/// in Morton order and shuffled, scalar, in lanes, and in the 512-tree; beside a ceiling: the same
-/// arithmetic and loads from the same memory, and nothing else. Then the same for an object of many
-/// more triangles, and how many points of a passing tool temporal coherence leaves to be tested.
+/// Points of a shell tested per microsecond of CPU time on one core in maps of a bumpy sphere:
+/// Morton order and shuffled, scalar, SIMD, and in the 512-tree; compared with a ceiling that does
+/// the same arithmetic and loads only. Then for an object with many more triangles, and the share
+/// of points of a passing tool that temporal coherence leaves to be tested.
 std::vector<Row> bench_voxel(const BenchVoxelOptions& options);
 
 }  // namespace haptic

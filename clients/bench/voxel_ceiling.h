@@ -5,9 +5,9 @@
 
 namespace haptic {
 
-/// What looking up these points costs at least: moves each into the map, gathers its brick and its
-/// word, and adds up the words, so that the compiler keeps the loads. No border, no voxel, no hit:
-/// every point must be inside the map.
+/// Least cost of looking up these points: transforms each into the map, gathers its brick and word,
+/// and adds up the words, so that the compiler keeps the loads. No border test, no voxel test, no
+/// hits: every point must be inside the map.
 uint32_t gather_bare(const Voxmap& map, const Pointshell& shell, const ShellInVoxels& at,
                      ScanPath path);
 

@@ -25,16 +25,16 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kTick = 1e-3;        // [s]
 constexpr double kGoalStep = 1e-3;    // [s]
-constexpr double kDeadline = 0.8e-3;  // that a budget is for [s]
-constexpr int kTicksATry = 3000;      // of a budget
+constexpr double kDeadline = 0.8e-3;  // of a budget [s]
+constexpr int kTicksATry = 3000;      // to try a budget
 
 /// A tool that a hand moves in or on an object.
 struct Pair {
   std::string name;
   BakedShape tool, object;
   VoxelConfig voxel;
-  std::function<Pose(double t)> path;  // X_OT at a time [s]
-  std::function<Pose(double t)> deep;  // the same pressed deep; empty: not asked
+  std::function<Pose(double t)> path;  // X_OT at time t [s]
+  std::function<Pose(double t)> deep;  // the same pressed in deep; empty: skipped
 };
 
 BakedShape baked(const Soup& soup) {
@@ -46,11 +46,11 @@ BakedShape baked(const Soup& soup) {
 VoxelConfig voxels_of(double size, double spacing) {
   VoxelConfig voxel;
   voxel.size = size;
-  // gaps are narrower than layers
+  // the gaps are narrower than a layer
   voxel.offset_layers = 0;
   voxel.band = default_band(voxel);
   voxel.point_spacing = spacing;
-  voxel.budget = 0;  // what a step takes that looks at all
+  voxel.budget = 0;  // no limit
   return voxel;
 }
 
@@ -58,8 +58,8 @@ double swing(double amplitude, double frequency, double t) {
   return amplitude * std::sin(2 * kPi * frequency * t);
 }
 
-/// W3 of the collision queries that were measured: rings of both threads at the same heights, so
-/// that the triangles leave a gap of 20 to 50 µm all along.
+/// Workload W3 of the collision queries: the rings of both threads are at the same heights, so that
+/// the triangles leave a gap of 20 to 50 µm throughout.
 Pair bolt_in_nut(bool is_free) {
   BoltAndNut screw;
   screw.nut_height = screw.bolt_length * 100 / 140;
@@ -111,7 +111,7 @@ BakedShape jaw(const std::string& file) {
   return bake_object(shape, uint64_t{4} << 30);
 }
 
-/// Height at which the teeth just meet, for triangles.
+/// Height at which the teeth just meet, by triangles.
 double bite_height(const Pair& pair) {
   double low = -0.03, high = 0.05;
   for (int i = 0; i < 24; ++i) {
@@ -150,7 +150,7 @@ struct Contest {
     model = voxel_model(pair.voxel, tool.content.shell);
     model.objects = objects;
   }
-  // the model looks at objects here
+  // the model points into this object
   Contest(const Contest&) = delete;
   Contest& operator=(const Contest&) = delete;
 
@@ -169,18 +169,18 @@ double way(const Pose& a, const Pose& b, double radius) {
   return largest_travel(way_between(a, b), radius);
 }
 
-/// How far ahead a session looks at 1 kHz: the way of three ticks.
+/// Look-ahead of a session at 1 kHz: the motion of three ticks.
 double reach_of(const Contest& contest, const Pose& before, const Pose& X_OT) {
   return std::max(3 * way(before, X_OT, contest.model.shell.radius), kLeastBodyReach);
 }
 
-/// What became of a path.
+/// Results along a path.
 struct Course {
   std::vector<double> times;  // CPU [s]
   std::vector<double> tested, touching, clusters;
   std::vector<double> collides, distances;  // CPU of a peer [s]
-  double meeting = 0;                       // times that the peer says so
-  size_t cut_short = 0;                     // steps that the budget ended
+  double meeting = 0;                       // number of collisions by the peer
+  size_t cut_short = 0;                     // steps ended by the budget
 };
 
 double cpu_of(const std::function<void()>& work) {
@@ -189,7 +189,7 @@ double cpu_of(const std::function<void()>& work) {
   return 1e-9 * static_cast<double>(thread_cpu_ns() - begin);
 }
 
-/// Follows a path tick by tick; the peer, where there is one, has its turns in between.
+/// Follows a path tick by tick, with the peer, if any, in between.
 Course follow(Contest& contest, const std::function<Pose(double)>& path, int ticks, PairPeer* peer,
               int peer_asked) {
   Course course;
@@ -244,7 +244,7 @@ void add_peer(Rows& rows, const std::string& prefix, const Course& course) {
   }
 }
 
-/// Pressed in deep: first as it is, then with the budget that holds the deadline.
+/// Pressed in deep: without a budget, then with the one that meets the deadline.
 void add_deadline(Rows& rows, const std::string& prefix, Contest& contest, const Pair& pair,
                   int ticks) {
   const int few = std::min(ticks, kTicksATry);
@@ -296,7 +296,7 @@ std::vector<Row> run_pair(const Pair& pair, const BenchVoxelContactOptions& opti
   return rows.rows();
 }
 
-/// By its name on the command line. Throws MeshError.
+/// A pair by its name on the command line. Throws MeshError.
 Pair make_pair(const std::string& name) {
   if (name == "bolt" || name == "free-bolt") return bolt_in_nut(name == "free-bolt");
   if (name == "peg") return peg_in_hole();

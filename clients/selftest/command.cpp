@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt selftest: on this machine, the loop does nothing that may block.
+// hapt selftest: checks on this machine that the servo loop makes no blocking call.
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -23,7 +23,7 @@ struct SelftestOptions {
 };
 
 GuardedLoopOptions loop_options(const SessionConfig& config, std::optional<uint64_t> ticks) {
-  constexpr uint64_t kTimed = 10'000;  // a real device keeps the time of the wall
+  constexpr uint64_t kTimed = 10'000;  // a real device runs on the wall clock
   GuardedLoopOptions loop;
   if (has_node(config.device)) {
     loop.warm_up = loop.timed_ticks;
@@ -39,10 +39,10 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   rows.note("rights", result.rights.explain());
   rows.add("ticks under guard", static_cast<double>(result.ticks), "");
   const bool is_simulated = !has_node(config.device);
-  // a simulated hand that never touched would show little; whether a real one does is its owner's
+  // without contact a simulated hand tests little; a real hand is up to its user
   rows.add_if(is_simulated, "of them in contact", static_cast<double>(result.contact_ticks), "", 1,
               result.contact_ticks > 0);
-  // a loop that was not spoken to has proven nothing
+  // a loop whose device did not answer has not been tested
   rows.add("of them without the device", static_cast<double>(result.lost_ticks), "", 0,
            result.lost_ticks == 0);
   for (size_t kind = 0; kind < kViolations; ++kind) {
@@ -50,9 +50,9 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
     rows.add(std::string("violations: ") + name_of(static_cast<Violation>(kind)),
              static_cast<double>(count), "", 0, count == 0);
   }
-  // the machine's doing: whoever else runs on this core
+  // caused by other programs on this core
   rows.add("involuntary switches", static_cast<double>(result.report.involuntary_switches), "");
-  // a sleep a timed tick, no other wait; but on a node the kernel may wait for a lock of its own
+  // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
   rows.add_if(is_simulated, "voluntary switches",
               static_cast<double>(result.report.voluntary_switches), "",
               static_cast<double>(result.timed_ticks), result.stray_sleeps() == 0);

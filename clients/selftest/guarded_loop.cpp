@@ -21,11 +21,11 @@ namespace haptic {
 namespace {
 
 constexpr uint64_t kGeneration = 1;
-constexpr int kServoPriority = 80;
-constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;
-constexpr int64_t kLookNs = 1'000'000;
+constexpr int kServoPriority = 80;                        // SCHED_FIFO, as haptic-servo
+constexpr int64_t kAttachPatienceNs = 10 * kNsPerSecond;  // until every segment is attached
+constexpr int64_t kLookNs = 1'000'000;     // [ns]; between two looks at the attachments
 constexpr uint64_t kControlPeriod = 3000;  // ticks between two changes of the controls
-constexpr double kSofter = 0.8;            // every other time
+constexpr double kSofter = 0.8;            // factor of the stiffness, every other change
 
 std::array<FileDescriptor, 2> make_socket_pair() {
   int ends[2];
@@ -39,7 +39,7 @@ FileDescriptor open_node(const DeviceConfig& device) {
   return has_node(device) ? open_serial_port(std::string(node_of(device))) : FileDescriptor();
 }
 
-/// The three processes of a session and hapticd's controls, each with a segment of its own.
+/// The three processes of a session and hapticd's controls, each with its own segment.
 class OneThreadSession {
  public:
   OneThreadSession(const SessionConfig& config, const ContactShapes& shapes)
@@ -72,16 +72,16 @@ class OneThreadSession {
     }
   }
 
-  /// No force is left behind.
+  /// Leaves the device without force.
   ~OneThreadSession() { loop_.stop(); }
 
   /// Descriptor of the device's node, or -1.
   int device_node() const { return node_number_; }
 
-  /// On virtual time.
+  /// One tick on virtual time.
   void tick() { tick({next_index_, next_ns_, 0, 0}); }
 
-  /// On the clock: its instants are moved to where virtual time is.
+  /// One tick on the clock, with its deadline moved to virtual time.
   void tick(DeadlineClock& clock) {
     const Tick real = clock.wait();
     tick({next_index_, next_ns_, real.late_ns, real.skipped});
@@ -132,7 +132,7 @@ class OneThreadSession {
   std::array<FileDescriptor, 2> sockets_;
   Attachments attachments_;
   ServoInbox inbox_;
-  FileDescriptor node_;  // until the device has it
+  FileDescriptor node_;  // until the device takes it over
   int node_number_;
   std::unique_ptr<Device> device_;
   ServoLoop loop_;
@@ -150,11 +150,11 @@ class OneThreadSession {
   uint64_t next_index_ = 0;
 };
 
-/// On the guarded thread: rights, warm-up, the armed stretch.
+/// Runs on the guarded thread: rights, warm-up, then the guarded ticks.
 void run_armed(OneThreadSession& session, const SessionConfig& config,
                const GuardedLoopOptions& options, GuardedLoopResult& result) {
   const bool always_timed = session.device_node() >= 0;
-  // without a device no FIFO: a million ticks without a sleep are what RLIMIT_RTTIME ends
+  // no FIFO without a device node: RLIMIT_RTTIME would end a million ticks without a sleep
   result.rights = enter_realtime(
       {.fifo_priority = always_timed && config.realtime ? kServoPriority : 0, .lock_memory = true});
   RtGuard guard({.device_node = session.device_node()});
@@ -200,12 +200,12 @@ GuardedLoopResult run_guarded_loop(const SessionConfig& config, const ContactSha
   const auto session = std::make_unique<OneThreadSession>(config, shapes);
   GuardedLoopResult result;
   std::exception_ptr failure;
-  // a thread of its own: the filter stays with it to its end
+  // its own thread: the system call filter stays until the thread ends
   std::thread([&] {
     try {
       run_armed(*session, config, options, result);
     } catch (...) {
-      // thrown again in the caller's thread
+      // rethrown in the caller's thread
       failure = std::current_exception();
     }
   }).join();

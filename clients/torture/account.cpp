@@ -8,10 +8,10 @@
 namespace haptic {
 namespace {
 
-// a chunk stays open for a quarter of a second, and is looked at every ten milliseconds
+// [ns]; a chunk stays open for 250 ms, is checked every 10 ms, plus a margin
 constexpr int64_t kOpenChunkNs = 290'000'000;
 
-/// The times of the servo's frames in a file, in order; adds what the recorder lost.
+/// Times of the servo's frames in a file, in order; adds the losses that the recorder reported.
 std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
   const TraceReader reader(path);
   std::vector<int64_t> times;
@@ -26,8 +26,8 @@ std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
   return times;
 }
 
-/// When the chunk was opened, at the earliest, that a recorder had not written when it was killed:
-/// it stays open for as long as the recorder had no time.
+/// The earliest time at which a killed recorder can have opened its unwritten chunk: the time it
+/// was stalled extends the chunk.
 int64_t open_chunk_ns(const RecordingPart& part) {
   int64_t since_ns = part.killed_ns - kOpenChunkNs;
   for (int64_t before_ns = 0; since_ns != before_ns;) {
@@ -37,7 +37,7 @@ int64_t open_chunk_ns(const RecordingPart& part) {
   return since_ns;
 }
 
-/// Index of the first published frame that is no older.
+/// Index of the first published frame not older than t_ns.
 size_t index_of(const std::vector<SeenFrame>& published, int64_t t_ns) {
   const auto at =
       std::lower_bound(published.begin(), published.end(), t_ns,
@@ -45,7 +45,7 @@ size_t index_of(const std::vector<SeenFrame>& published, int64_t t_ns) {
   return static_cast<size_t>(at - published.begin());
 }
 
-/// Of the frames [from, to), against the times in the file whose turn it was.
+/// Accounts for the frames [from, to) by the times in the file of the recorder then running.
 void account_for_part(const RecordingPart& part, const std::vector<int64_t>& times,
                       const std::vector<SeenFrame>& published, size_t from, size_t to,
                       SampleAccount& account) {
@@ -56,12 +56,12 @@ void account_for_part(const RecordingPart& part, const std::vector<int64_t>& tim
     while (next != times.end() && *next < frame.t_ns) ++next;
     ++account.published;
     if (next != times.end() && *next == frame.t_ns) {
-      // a time that comes twice is to be in the file twice
+      // two frames with equal times must both be in the file
       ++next;
       ++account.recorded;
       continue;
     }
-    // a file ends early, it has no gaps
+    // a file may end early, but it has no gaps
     const bool is_tail = next == times.end();
     const bool was_open = part.killed_ns != 0 && frame.seen_ns >= open_ns;
     const bool explained = is_tail && (i >= part.n_seen || was_open);
@@ -82,7 +82,7 @@ SampleAccount account_for_samples(const std::vector<RecordingPart>& parts,
       account.unreadable.push_back(error.what());
     }
   }
-  // from its first frame to the first of its successor
+  // a recorder is responsible from its first frame to the first of its successor
   size_t end = published.size();
   for (size_t i = parts.size(); i-- > 0;) {
     if (times[i].empty()) continue;

@@ -9,21 +9,21 @@
 
 namespace haptic {
 
-/// Where the servo's frames have gone, by the account of a client that saw each of them, compared
-/// with the files; and what the recorders themselves say they lost, of whatever ring.
+/// Compares the servo's frames, as seen by a client that missed none, with the recorded files; also
+/// the losses of any ring that the recorders reported themselves.
 struct SampleAccount {
-  uint64_t published = 0;    // frames of the servo since the first recorded one
-  uint64_t recorded = 0;     // of them
-  uint64_t explained = 0;    // no recorder ran, or one was killed with its open quarter second,
-                             // which is longer where it had no time meanwhile
-  uint64_t unexplained = 0;  // not in the file of the recorder whose time it was
-  uint64_t told = 0;         // records of any ring that a recorder counted as lost
+  uint64_t published = 0;               // frames of the servo since the first recorded one
+  uint64_t recorded = 0;                // of them
+  uint64_t explained = 0;               // no recorder ran, or it was killed with an open chunk of a
+                                        // quarter of a second (longer if it was stalled)
+  uint64_t unexplained = 0;             // not in the file of the recorder that was running
+  uint64_t told = 0;                    // records of any ring reported lost by a recorder
   std::vector<std::string> unreadable;  // files, and why
 };
 
 /// Reads the recordings; the recorders must have ended. `published`: the servo's frames in order.
-/// A frame counts from when it was seen, not from the tick it was due at: a servo that was held up
-/// may publish it long after the recorder was told to end. Parts in order of time.
+/// A frame counts from when it was seen, not from its tick: a stalled servo may publish it long
+/// after the recorder was told to end. `parts` are in order of time.
 SampleAccount account_for_samples(const std::vector<RecordingPart>& parts,
                                   const std::vector<SeenFrame>& published);
 

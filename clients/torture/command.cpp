@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt torture: faults at random into a session of its own, every force read from the log of the
-// emulated device.
+// hapt torture: injects random faults into a private session and checks every force in the log of
+// the emulated device.
 #include <unistd.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct TortureCommand {
   bool json = false, keep = false, overwrite = false, no_realtime = false;
 };
 
-/// A folder of its own under the temporary one.
+/// A private folder in the temporary folder.
 class WorkFolder {
  public:
   explicit WorkFolder(bool keep) : keep_(keep) {
@@ -60,7 +60,7 @@ class WorkFolder {
   bool keep_;
 };
 
-/// What happened to one kind.
+/// Results of one kind of fault.
 struct Tally {
   uint64_t count = 0, violated = 0, excused = 0;
   std::optional<int64_t> worst_zero_ns, worst_recovery_ns;
@@ -85,11 +85,11 @@ struct Result {
   uint64_t faults = 0, violations = 0, between = 0, unseen = 0;
   double minutes = 0;
   bool interrupted = false;
-  std::string broken;  // why it ended early; empty: it did not
+  std::string broken;  // why it ended early; empty if it did not
 };
 
-/// The order of faults: hundreds shuffled by the seed, each holding every kind by its quota. One
-/// that may not be done yet waits for the next draw.
+/// The order of faults: hundreds shuffled by the seed, each with every kind in its proportion. A
+/// kind that is not ready yet is drawn later.
 class Deck {
  public:
   explicit Deck(uint64_t seed) : random_(seed) {}
@@ -122,7 +122,7 @@ class Deck {
   std::deque<FaultKind> cards_;
 };
 
-/// A line that overwrites itself on a terminal and comes every ten seconds elsewhere.
+/// A line that overwrites itself on a terminal and is printed every ten seconds elsewhere.
 class Progress {
  public:
   explicit Progress(double total_minutes) : total_minutes_(total_minutes) {}
@@ -159,7 +159,7 @@ void take_in(const FaultOutcome& outcome, Result& result) {
   result.violations += outcome.violations.empty() ? 0 : 1;
 }
 
-/// One line a fault, in the folder that --keep keeps.
+/// Appends one line per fault to faults.csv, which --keep preserves.
 void write_down(std::ofstream& file, const FaultOutcome& o) {
   const auto ms = [](const std::optional<int64_t>& ns) {
     return ns ? std::to_string(1e-6 * static_cast<double>(*ns)) : std::string();
@@ -168,7 +168,7 @@ void write_down(std::ofstream& file, const FaultOutcome& o) {
        << ms(o.recovery_ns) << ',' << o.excused << ',' << o.violations.size() << std::endl;
 }
 
-/// When the machine stood still, as the witnesses saw it; beside the faults.
+/// Writes the stalls measured by the witnesses next to the faults.
 void write_down(const std::string& path, const std::vector<Stall>& stalls) {
   std::ofstream file(path);
   file << "t_ns,length_ms\n";
@@ -177,7 +177,7 @@ void write_down(const std::string& path, const std::vector<Stall>& stalls) {
   }
 }
 
-/// Fault after fault until the time is over.
+/// Injects faults until the time is over.
 void torture(const TortureCommand& options, TortureSession& session, Result& result) {
   FaultInjector injector(session, options.seed);
   Deck deck(options.seed);
@@ -206,7 +206,7 @@ double seconds(int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// The same for programs: one case a kind, and the totals.
+/// The results as rows: one case per kind, and the totals.
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
   std::vector<Row> all;
   for (const FaultInfo& info : kFaults) {
@@ -255,7 +255,7 @@ std::string cell(const std::optional<int64_t>& ns) {
   return ns ? readable(seconds(*ns), "s") : "–";
 }
 
-/// Where UTF-8 is wider in bytes than on the screen.
+/// Pads to a display width: UTF-8 continuation bytes have none.
 void put(const std::string& text, size_t width) {
   const auto wide = static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
@@ -263,7 +263,7 @@ void put(const std::string& text, size_t width) {
   std::cout << text << std::string(wide < width ? width - wide : 0, ' ');
 }
 
-/// What design and documentation promise of a kind, in words.
+/// The documented effect of a kind of fault, in words.
 std::string stated(const FaultInfo& info) {
   const std::string whole =
       info.goal_ns == 0 ? "" : "whole in " + readable(seconds(info.goal_ns), "s");

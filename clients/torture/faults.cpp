@@ -19,29 +19,30 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only something broken takes this long
-constexpr int64_t kBeforeNs = 60 * kMs;             // of pressing between two faults
-constexpr int64_t kContextNs = 15 * kMs;            // of commands before the first that is judged
-constexpr int64_t kJustBeforeNs = 50 * kMs;  // what the device may still not have caught up with
-constexpr int64_t kSettleNs = 30 * kMs;      // after a fault, judged as well
-constexpr int64_t kLatchPatienceNs = 150 * kMs;
-constexpr int64_t kFoundNs = 100 * kMs;  // stated: a device that lies is found, and zero
-constexpr int64_t kTrustNs = 500 * kMs;  // of an honest device, until the driver believes it again
-constexpr int kLatchAttempts = 5;        // an answer may be overwritten unread
-constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds and a look
-constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // children after the death of hapticd
+constexpr int64_t kPatienceNs = 20 * kNsPerSecond;  // only a broken session takes this long
+constexpr int64_t kBeforeNs = 60 * kMs;             // pressing between two faults
+constexpr int64_t kContextNs = 15 * kMs;            // context before the first checked command
+constexpr int64_t kJustBeforeNs = 50 * kMs;         // delay the device may still have
+constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, also checked
+constexpr int64_t kLatchPatienceNs = 150 * kMs;     // per attempt, until safety has latched a fault
+constexpr int64_t kFoundNs = 100 * kMs;             // documented: time to detect a lying device
+constexpr int64_t kTrustNs = 500 * kMs;        // until the driver trusts an honest device again
+constexpr int kLatchAttempts = 5;              // a faulty answer may be overwritten unread
+constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds plus one look
+constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // limit for children to end after hapticd has died
 constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
 constexpr size_t kManyClients = 64;
-constexpr const char* kStressTime = "2s";
+constexpr const char* kStressTime = "2s";  // of stress-ng
 
-constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
-constexpr int64_t kReplacedGoal = 50 * kMs;  // contact by its spare, from its death
+constexpr int64_t kRestartGoal = 200 * kMs,
+                  kServoGoal = 3000 * kMs;   // documented times to recovery
+constexpr int64_t kReplacedGoal = 50 * kMs;  // from contact's death until its spare answers
 
 void send(pid_t pid, int signal) {
   if (pid > 0) kill(pid, signal);
 }
 
-/// With what the machine stood still just before: nothing, and it is nobody's fault but ours.
+/// Includes the stall time just before: if it is zero, the machine is no excuse.
 std::string in_words(const ForceViolation& v, int64_t begin_ns, std::span<const Stall> stalls) {
   const auto ms = [](int64_t ns) { return 1e-6 * static_cast<double>(ns); };
   char text[224];
@@ -185,7 +186,7 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
   return stress({"--cpu", std::to_string(std::thread::hardware_concurrency())});
 }
 
-/// What is stated of a contact's end is stated where another one waits.
+/// The documented times for a contact's death assume that a spare is ready.
 void FaultInjector::wait_for_spare(Done& done) {
   const auto waits = [&] {
     return session_.ask("status").find("\"ready\": true") != std::string::npos;
@@ -193,7 +194,7 @@ void FaultInjector::wait_for_spare(Done& done) {
   if (!session_.wait_until(waits, kPatienceNs)) done.problems.push_back("no spare contact waits");
 }
 
-/// Dead at once, or stopped until hapticd kills it.
+/// Kills contact at once, or stops it until hapticd kills it.
 FaultInjector::Done FaultInjector::kill_contact(bool hang) {
   Done done;
   wait_for_spare(done);
@@ -234,17 +235,17 @@ FaultInjector::Done FaultInjector::stop_for(const std::function<void(int)>& send
   return done;
 }
 
-/// Not for so long that hapticd takes it for hung.
+/// Short enough that hapticd does not treat contact as hung.
 FaultInjector::Done FaultInjector::stop_contact() {
   const pid_t pid = session_.contact().pid;
   return stop_for([pid](int signal) { send(pid, signal); }, 40 * kMs, 200 * kMs);
 }
 
-/// A cause that makes safety latch the force at zero, until it is told to clear the fault.
+/// Applies a cause that makes safety latch zero force, until the fault is cleared.
 FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause,
                                             const std::function<void()>& cure) {
   Done done;
-  // a zero alone may be another's: hapticd lets go of the device when the servo is held up
+  // zero force alone may have another cause: hapticd releases the device of a stalled servo
   const auto is_closed = [&] { return session_.servo().fault_ns > done.begin_ns; };
   for (int i = 0; i < kLatchAttempts; ++i) {
     cause();
@@ -258,7 +259,7 @@ FaultInjector::Done FaultInjector::close_by(const std::function<void()>& cause,
   return done;
 }
 
-/// A device that answers, but not what is so, until it is told to.
+/// A device that answers with false data until it is cured.
 FaultInjector::Done FaultInjector::lie(EmulatorFault how) {
   const auto order = [this](EmulatorFault what) {
     send_order(session_.emulator().pid(), static_cast<int>(what));
@@ -270,7 +271,7 @@ FaultInjector::Done FaultInjector::lie(EmulatorFault how) {
   return close_by([&] { order(how); }, cure);
 }
 
-/// Accepted once the hand is calm: nothing has held it up.
+/// Clearing is accepted once the hand is calm: without force, nothing holds it up.
 void FaultInjector::clear_fault(Done& done) {
   const int64_t give_up_ns = now_ns() + kPatienceNs;
   for (;;) {
@@ -288,8 +289,8 @@ FaultInjector::Done FaultInjector::slow_contact(FaultKind kind) {
   Done done;
   send_order(pid, static_cast<int>(ten ? ContactFault::kTenTimes : ContactFault::kThousandTimes));
   done.begin_ns = now_ns();
-  // until the servo has measured the new period a set may be a few milliseconds older than the
-  // hold: five of nine intervals
+  // until the servo has measured the new period, a set may be older than the hold by a few
+  // milliseconds: five of nine intervals
   constexpr int64_t kLearnNs = 150 * kMs;
   if (ten) {
     session_.pause(kLearnNs);
@@ -351,14 +352,14 @@ FaultInjector::Done FaultInjector::fell_servo(int signal) {
   return done;
 }
 
-/// hapticd has let go of the device meanwhile, and what comes after begins there.
+/// hapticd releases the device in the meantime, so the force restarts from zero.
 FaultInjector::Done FaultInjector::pause_servo() {
   const pid_t pid = session_.servo().pid;
   return stop_for([pid](int signal) { send(pid, signal); }, 20 * kMs, 150 * kMs);
 }
 
-/// Alone, or with the servo at the same instant: stopped before, so that it cannot let go of the
-/// device for a servo that it sees die.
+/// Kills hapticd alone, or together with the servo: hapticd is stopped first, so that it cannot
+/// release the device on the servo's death.
 FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
   const std::array children{session_.contact().pid, session_.sim().pid, session_.servo().pid};
   if (servo_too) {
@@ -399,7 +400,7 @@ FaultInjector::Done FaultInjector::kill_recorder() {
   session_.kill_recorder();
   session_.pause(between(5 * kMs, 50 * kMs));
   session_.start_recorder();
-  // the next one is to have begun before it may be killed in its turn
+  // the next recorder must have started before it may be killed
   session_.pause(between(150 * kMs, 300 * kMs));
   done.over_ns = now_ns();
   done.whole_from_ns = done.begin_ns;
@@ -408,7 +409,7 @@ FaultInjector::Done FaultInjector::kill_recorder() {
 
 FaultInjector::Done FaultInjector::stop_recorder() {
   if (session_.recorder() == nullptr) return {.left_out = "nothing is recorded"};
-  // its rings hold four seconds
+  // the rings hold four seconds
   Done done =
       stop_for([this](int signal) { session_.recorder()->send(signal); }, 100 * kMs, 1000 * kMs);
   done.recovers = false;
@@ -438,7 +439,7 @@ FaultInjector::Done FaultInjector::fell_many_clients() {
         "/dev/null"));
     session_.update();
   }
-  // most have attached by then, and some die in the middle of it
+  // by then most are attached, and some die while attaching
   session_.pause(between(300 * kMs, 800 * kMs));
   for (const auto& client : clients) {
     session_.pause(between(0, 10 * kMs));
@@ -449,7 +450,7 @@ FaultInjector::Done FaultInjector::fell_many_clients() {
   return done;
 }
 
-/// Long enough for the driver to have said zero last (WoodenHaptics::write).
+/// Long enough that the driver's last command is zero (WoodenHaptics::write).
 FaultInjector::Done FaultInjector::silence_device() {
   return stop_for([this](int signal) { session_.emulator().send(signal); }, 80 * kMs, 250 * kMs);
 }
@@ -470,7 +471,7 @@ FaultInjector::Done FaultInjector::stress(const std::vector<std::string>& words)
   return done;
 }
 
-/// What has broken since the last fault was judged; the first has nothing before it.
+/// Checks the commands since the last checked fault; before the first there are none.
 std::vector<std::string> FaultInjector::judge_calm(int64_t until_ns) const {
   std::vector<std::string> broken;
   const JudgedFault none{.effect = Effect::kLimits,
@@ -502,7 +503,8 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   outcome.zero_after_ns = verdict.zero_after_ns;
   outcome.excused = verdict.excused;
   if (info.goal_ns == 0 || !outcome.recovery_ns) return;
-  // what is stated is stated for processes that get a processor: the start is at normal priority
+  // the documented time assumes a processor; processes start at normal priority and may wait for
+  // one
   const int64_t stated_ns = info.goal_ns + done.waited_ns +
                             held_up(session_.stalls_of_starts(since_ns), done.recovery_from_ns,
                                     done.recovery_from_ns + *outcome.recovery_ns);

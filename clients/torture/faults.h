@@ -15,7 +15,7 @@
 
 namespace haptic {
 
-/// What can be done to a running session.
+/// Faults that can be injected into a running session.
 enum class FaultKind {
   kContactKill,
   kContactHang,
@@ -49,57 +49,59 @@ enum class FaultKind {
 };
 inline constexpr size_t kFaultKinds = 29;
 
-/// What is known of a kind beforehand.
+/// Properties of a kind of fault.
 struct FaultInfo {
   FaultKind kind;
   std::string_view name;
-  int share;                               // of a hundred faults
-  Effect effect;                           // on the force
-  int64_t goal_ns;                         // whole again after that; 0: nothing is stated
-  int64_t zero_ns = ForceRules{}.zero_ns;  // where the force is to be zero: after that
-  bool is_misled = false;                  // the device says what is not so
+  int share;                               // per hundred faults
+  Effect effect;                           // allowed effect on the force
+  int64_t goal_ns;                         // documented time to recovery; 0: none
+  int64_t zero_ns = ForceRules{}.zero_ns;  // documented time to zero force, if the effect is zero
+  bool is_misled = false;                  // the device reports false data
 };
 extern const std::array<FaultInfo, kFaultKinds> kFaults;
 
 const FaultInfo& info_of(FaultKind kind);
 
-/// How a fault went.
+/// Result of one fault.
 struct FaultOutcome {
   FaultKind kind{};
-  std::vector<std::string> violations;   // one line each: what, when, how much
-  std::vector<std::string> before;       // since the fault before: what breaks there is neither's
+  std::vector<std::string> violations;  // one line each: what, when, how much
+  std::vector<std::string>
+      before;  // after the previous fault and before this one; caused by neither
   std::optional<int64_t> zero_after_ns;  // from the fault to the first zero; nothing: never zero
-  std::optional<int64_t> recovery_ns;    // from the restart (or the end of the cause) to the spring
+  std::optional<int64_t>
+      recovery_ns;  // from the restart (or the end of the cause) to the full force
   int64_t begin_ns = 0;
-  size_t excused = 0;    // commands that were not judged, because the machine had stood still
-  std::string left_out;  // why it was not done; empty: it was
+  size_t excused = 0;    // commands not checked, because the machine had stalled
+  std::string left_out;  // why it was not injected; empty if it was
 };
 
-/// Does faults to a session, waits each time until it is whole again, and has the force judged by
-/// what the emulated device received. Same seed, same lengths of stops.
+/// Injects faults into a session, waits each time for recovery and checks the forces that the
+/// emulated device received. The seed determines the durations of stops.
 class FaultInjector {
  public:
   FaultInjector(TortureSession& session, uint64_t seed) : session_(session), random_(seed) {}
 
   FaultOutcome inject(FaultKind kind);
 
-  /// When a kind may be done next: hapticd waits longer before each restart of a process that lived
-  /// less than ten seconds, so that a second death sooner is not one that 200 ms are stated for.
+  /// Earliest time for the next fault of a kind: hapticd delays the restart of a process that lived
+  /// less than ten seconds, so the documented 200 ms do not apply to a second death before that.
   int64_t ready_ns(FaultKind kind) const;
 
  private:
-  /// What the judge has to know of a fault that was done. It begins when it is known to be done: we
-  /// may be held up ourselves before.
+  /// Times of an injected fault, for the check. It begins when it is known to have happened,
+  /// because this program may be stalled before that.
   struct Done {
     int64_t begin_ns = 0;
-    int64_t from_ns = 0;  // before it was done
+    int64_t from_ns = 0;  // before it was injected
     int64_t over_ns = 0;
     int64_t soft_ns = 0;           // first tick of a new servo
-    int64_t whole_from_ns = 0;     // commands from here on count for wholeness
-    int64_t recovery_from_ns = 0;  // and this is where the time begins
-    bool recovers = true;          // false: the force never left, there is nothing to time
-    int64_t recovered_ns = 0;      // where it is not the force that tells; 0: it is
-    int64_t waited_ns = 0;         // for a processor, by who was started in another's place
+    int64_t whole_from_ns = 0;     // commands from here on count for recovery
+    int64_t recovery_from_ns = 0;  // start of the recovery time
+    bool recovers = true;          // false: the force never left, no recovery time
+    int64_t recovered_ns = 0;      // end of recovery if not given by the force; 0: it is
+    int64_t waited_ns = 0;         // for a processor, by the restarted process
     std::vector<std::string> problems = {};
     std::string left_out = {};
   };

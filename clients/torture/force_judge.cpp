@@ -10,18 +10,18 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-// half a milliampere in each of three motors, at the tip, where the hand presses
-constexpr double kCurrentStep = 5e-3;     // [N]
-constexpr size_t kAnswers = 6;            // of which the server may have used any: one is under way
+// [N]; 0.5 mA in each of three motors, as a force at the tip where the hand presses
+constexpr double kCurrentStep = 5e-3;
+constexpr size_t kAnswers = 6;            // answers that the server may have used: one is under way
 constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
-constexpr int64_t kStillNs = 15 * kMs;    // contacts may grow old in it without any fault
-constexpr int64_t kLateReadNs = 50 * kMs;  // before a command: the device may have been asleep
-constexpr int64_t kRecordNs = 11 * kMs;    // the emulator is never silent for longer by itself
-constexpr size_t kInARow = 10;             // commands
-constexpr double kPressing = 2e-3;         // [m]
+constexpr int64_t kStillNs = 15 * kMs;    // shorter stalls cannot age contacts
+constexpr int64_t kLateReadNs = 50 * kMs;  // the device may have slept this long before a command
+constexpr int64_t kRecordNs = 11 * kMs;    // longest silence of a healthy emulator
+constexpr size_t kInARow = 10;             // consecutive commands that prove recovery
+constexpr double kPressing = 2e-3;         // [m]; depth of a pressing hand
 const WoodenHapticsGeometry kArm;
 
-/// A pose that the device has said it is in.
+/// A pose reported by the device.
 struct Said {
   Vec3 angles;
   Vec3 p_B;
@@ -32,15 +32,15 @@ Said said(const MotorCounts& counts) {
   return {angles, tip_position(kArm, angles)};
 }
 
-/// What a command is judged against.
+/// A command with the quantities it is checked against.
 struct Command {
   int64_t t_ns = 0;
   double force = 0;
-  double weakest = 0, strongest = 0;   // that its currents are at one of the last poses said [N]
-  double depth = 0;                    // that the server knew [m]
-  double deepest = 0, shallowest = 0;  // of the last poses said [m]
-  double moved = 0;                    // since the answer before, in any direction [m]
-  double damper = 0;                   // most that it may add to or take from the spring [N]
+  double weakest = 0, strongest = 0;   // its currents as forces at the recent reported poses [N]
+  double depth = 0;                    // known to the server [m]
+  double deepest = 0, shallowest = 0;  // at the recent reported poses [m]
+  double moved = 0;                    // since the previous answer, in any direction [m]
+  double damper = 0;                   // bound of the damping force on top of the spring [N]
   bool is_spring = false;
   bool from_server = true;  // false: the firmware's watchdog
 };
@@ -53,8 +53,8 @@ Vec3 amperes_of(const EmulatorRecord& r) {
   return {1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
 }
 
-/// What the currents would be at the poses that the server may believe in. Returns the longest way
-/// between two in a row [m].
+/// Evaluates the currents at the poses that the server may assume. Returns the largest distance
+/// between two consecutive ones [m].
 double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
   double way = 0;
   c.weakest = c.shallowest = std::numeric_limits<double>::infinity();
@@ -71,12 +71,12 @@ double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
 
 std::vector<Command> commands_of(const ForceRules& rules, std::span<const EmulatorRecord> records,
                                  bool is_misled = false) {
-  // while the driver doubts a device that lies, it holds the last pose that it believed
+  // while the driver distrusts the device, it holds the last trusted pose
   const int64_t believed_ns = is_misled ? rules.doubt_ns + kUnderWayNs : 0;
   std::vector<Command> out;
-  std::vector<Said> poses;     // in order, an old one that came first before its answer
-  std::vector<size_t> begins;  // of the poses of each answer
-  size_t oldest = 0;           // answer that the server may still use
+  std::vector<Said> poses;     // in order; an old one sent first precedes its answer
+  std::vector<size_t> begins;  // index of the first pose of each answer
+  size_t oldest = 0;           // oldest answer that the server may still use
   for (const EmulatorRecord& r : records) {
     const bool from_server = r.event == EmulatorEvent::kCommand;
     if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
@@ -111,10 +111,10 @@ class Findings {
   std::array<bool, kForceBreaches> known_{};
 };
 
-/// What holds at all times, with or without a fault. Planes that are not there may push more than
-/// the wall and to any side, but no faster than the hand's own motion and the slew limit. Of a
-/// device that lies the currents are those of a pose it has said: a command is judged by the force
-/// that they are there.
+/// Checks what holds at all times, with or without a fault. False planes may push harder than the
+/// wall and to any side, but no faster than the hand's motion and the slew limit allow. The
+/// currents of a lying device belong to one of its reported poses: a command is checked by the
+/// force there.
 void judge_always(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                   Findings& found) {
   const bool lies = fault.effect == Effect::kLies;
@@ -128,11 +128,12 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     if (i + 1 < kAnswers) continue;
     const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
     if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
-    // from the one before the last: a device that was held up has read the last too late
+    // since the command before last: a stalled device has read the last one too late
     const int64_t before_ns = all[i - 1].t_ns;
     const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
     const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
-    // by the spring and the damper; by a lie to any side, of two answers, one of which came late
+    // growth due to spring and damper; false planes: to any side, over two answers, one of them
+    // late
     const double deeper =
         misled ? c.deepest - all[i - 1].shallowest : std::max(0.0, c.depth - all[i - 1].depth);
     const double pushed =
@@ -152,8 +153,8 @@ void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
   }
 }
 
-/// A servo that missed so many ticks may have been released, and climbs back from zero by the slew
-/// limit or the soft start.
+/// After a stall this long the servo may have been released, and the force climbs back from zero by
+/// the slew limit or the soft start.
 bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
   const int64_t released_ns = (kReleaseAfterTicks - 4) * rules.tick_ns;
   const double climb = std::max(rules.max_force / rules.slew, rules.soft_start);
@@ -164,7 +165,7 @@ bool is_climbing(const ForceRules& rules, const JudgedFault& fault, const Comman
   });
 }
 
-/// A machine that stood still lets contacts grow old, and they come back by a ramp.
+/// After a stall contacts may have aged, and the force returns by a ramp.
 bool is_excused(const ForceRules& rules, const JudgedFault& fault, const Command& c) {
   const int64_t memory_ns = rules.hold_ns + 3 * rules.fade_ns;
   return held_up(fault.stalls, c.t_ns - memory_ns, c.t_ns) > kStillNs ||
@@ -185,7 +186,7 @@ void judge_unchanged(const ForceRules& rules, std::span<const Command> all,
   }
 }
 
-/// Full for the longest hold, then down to nothing, as long as contact is away.
+/// Full force for the longest hold, then fading to zero while contact is away.
 void judge_fade(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                 Findings& found) {
   const int64_t gone_ns = fault.begin_ns + rules.hold_ns + rules.fade_ns + kUnderWayNs;
@@ -200,15 +201,15 @@ void judge_fade(const ForceRules& rules, std::span<const Command> all, const Jud
   }
 }
 
-/// From the last zero on the force grows no faster than the soft start.
+/// After the last zero the force must grow no faster than the soft start.
 void judge_soft_start(const ForceRules& rules, std::span<const Command> all, size_t zero,
                       const JudgedFault& fault, Findings& found) {
   while (zero + 1 < all.size() && is_zero(all[zero + 1])) ++zero;
-  // it runs from a servo's first tick on, whether or not there are contacts to render
+  // it runs from a servo's first tick, with or without contacts
   const int64_t begin_ns = (fault.soft_ns != 0 ? fault.soft_ns : all[zero].t_ns) - kUnderWayNs;
   for (size_t i = zero + 1; i < all.size(); ++i) {
     const Command& c = all[i];
-    // a device that was held up has read the zero late
+    // a stalled device has read the zero late
     const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
     const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
     if (gain >= 1) return;
@@ -223,7 +224,7 @@ bool was_zero_before(std::span<const Command> all, std::span<const Command>::ite
 
 void judge_zero(const ForceRules& rules, std::span<const Command> all, const JudgedFault& fault,
                 Findings& found) {
-  // a device that was away can receive nothing before it is back
+  // a device that is away can receive nothing
   const bool away = fault.effect == Effect::kSilence;
   const int64_t from_ns = away ? fault.over_ns : fault.begin_ns;
   // until then a zero may be another's: of a pose that asks for nothing, or hapticd's, which lets
@@ -232,7 +233,7 @@ void judge_zero(const ForceRules& rules, std::span<const Command> all, const Jud
   auto after = std::find_if(all.begin(), all.end(), [&](const Command& c) {
     return c.t_ns >= from_ns && (c.from_server || !away);
   });
-  // whoever did the fault may have been held up before it noted the time
+  // the injector may have been stalled before it noted the time
   if (!away && was_zero_before(all, after)) --after;
   auto first = std::find_if(after, all.end(), is_zero);
   for (auto c = first; !away && c != all.end() && c->t_ns < stays_from_ns; ++c) {

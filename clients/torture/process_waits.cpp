@@ -13,7 +13,7 @@ std::string folder_of(pid_t pid) {
   return "/proc/" + std::to_string(pid);
 }
 
-/// Since its start [ns]; −1: not known.
+/// Since the start of the process [ns]; −1: unknown.
 int64_t read_time_waited(const std::string& folder) {
   int64_t ran_ns = 0, waited_ns = -1;
   std::ifstream(folder + "/schedstat") >> ran_ns >> waited_ns;
@@ -23,7 +23,7 @@ int64_t read_time_waited(const std::string& folder) {
 bool is_stopped(const std::string& folder) {
   std::string line;
   std::getline(std::ifstream(folder + "/stat"), line);
-  // behind its name, in which there may be anything
+  // after the process name, which may contain anything
   const size_t name_end = line.rfind(") ");
   return name_end != std::string::npos && line[name_end + 2] == 'T';
 }

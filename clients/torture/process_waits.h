@@ -9,21 +9,21 @@
 
 namespace haptic {
 
-/// How long a process has waited for a processor since it began, by the kernel's count [ns]; 0
-/// where the kernel does not count and for a process that is not there.
+/// Total time a process has waited for a processor, by the kernel's count [ns]; 0 if the kernel
+/// does not count or the process does not exist.
 int64_t time_waited(pid_t pid);
 
-/// When a process had no time: it waited for a processor, by the kernel's count
-/// (/proc/<pid>/schedstat), or was stopped. Its own sleep is none of that, nor is its work.
+/// Intervals in which a process could not run: it waited for a processor, by the kernel's count
+/// (/proc/<pid>/schedstat), or was stopped. Its own sleep and work do not count.
 class ProcessWaits {
  public:
   explicit ProcessWaits(pid_t pid) : pid_(pid) {}
 
-  /// To be called every few milliseconds; what is found lies at the end of the time since the call
-  /// before. Nothing is found where the kernel does not count.
+  /// Call every few milliseconds. A wait is placed at the end of the interval since the previous
+  /// call. Finds nothing if the kernel does not count.
   void look(int64_t t_ns);
 
-  /// What has ended since; in order of time, none overlapping.
+  /// The stalls that ended after since_ns, in order of time and without overlap.
   std::vector<Stall> stalls(int64_t since_ns) const;
 
  private:

@@ -23,20 +23,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kLookNs = kMs;                 // fine enough for the times that are reported
-constexpr int64_t kStartNs = 60 * kNsPerSecond;  // only a broken build takes this long
+constexpr int64_t kLookNs = kMs;  // polling interval, fine enough for the reported times
+constexpr int64_t kStartNs = 60 * kNsPerSecond;  // only a broken build takes this long to start
 constexpr int64_t kJudgeNs = 10 * kMs;           // between two looks at the commands
-constexpr int64_t kContextNs = 20 * kMs;         // of commands before the first that counts
-constexpr int64_t kStallsNs = 4 * kNsPerSecond;  // before a kill: what a ring holds
+constexpr int64_t kContextNs = 20 * kMs;         // context before the first counted command
+constexpr int64_t kStallsNs = 4 * kNsPerSecond;  // before a kill: the duration that a ring holds
 
-/// The hand always presses: 4.5 to 7 mm deep where nothing holds it up, which is 2.3 to 3.5 N.
+/// A hand that always presses: 4.5 to 7 mm deep without resistance, which is 2.3 to 3.5 N.
 const std::vector<std::string> kPressingHand{
     "--hand",  "stiff-arm",     "--centre", "0 mm",     "0 mm",
     "-7 mm",   "--direction",   "0",        "0",        "1",
     "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
 
-/// The end of a file that is gone with its folder, for a message.
+/// The end of a file, for an error message; the file is deleted with its folder.
 std::string last_lines(const std::string& path) {
   constexpr size_t kMost = 1000;
   std::ostringstream text;
@@ -118,7 +118,7 @@ TortureSession::~TortureSession() {
   stop();
 }
 
-/// A folder of programs in which the faulty contact stands in for the real one.
+/// A folder of programs in which the faulty contact replaces the real one.
 void TortureSession::link_programs(const std::string& from) const {
   const std::string to = options_.folder + "/programs";
   fs::create_directories(to);
@@ -203,7 +203,7 @@ void TortureSession::start_recorder() {
   recorder_waits_.emplace(recorder_->pid());
 }
 
-/// What has been seen by now its recorder must have, what comes it need not.
+/// Frames seen up to now must be in the recorder's file, later ones need not.
 void TortureSession::end_part() {
   if (!recorder_ || parts_.back().n_seen != RecordingPart::kRuns) return;
   watch_->drain(published_);
@@ -222,7 +222,7 @@ void TortureSession::kill_recorder() {
 }
 
 int64_t TortureSession::kill_hapticd() {
-  // before: the recorder ends with its session, the servo publishes a little longer
+  // marked first: the recorder ends with its session, but the servo publishes a little longer
   end_part();
   hapticd_->send(SIGKILL);
   const int64_t killed_ns = now_ns();
@@ -232,7 +232,7 @@ int64_t TortureSession::kill_hapticd() {
 
 void TortureSession::restart_hapticd() {
   start_hapticd();
-  // the one before has ended with its session
+  // the previous recorder has ended with its session
   if (recorder_) recorder_->stop();
   start_recorder();
 }

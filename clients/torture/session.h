@@ -20,67 +20,66 @@
 namespace haptic {
 
 struct TortureOptions {
-  std::string folder;     // empty or new; everything is put in there
-  std::string recording;  // name of the recordings without .mcap; empty: not recorded
+  std::string folder;     // empty or new; holds all files
+  std::string recording;  // name of the recordings without .mcap; empty: none
   bool realtime = true;   // ask for real-time priorities
 };
 
-/// A frame of the servo as this program saw it. Its own time is that of the tick it was due at: a
-/// servo that is held up publishes it any time later.
+/// A frame of the servo as seen by this program. Its time stamp is that of its tick; a stalled
+/// servo may publish it any time later.
 struct SeenFrame {
-  int64_t t_ns = 0;     // of the frame
+  int64_t t_ns = 0;     // time stamp of the frame
   int64_t seen_ns = 0;  // when it was found in the ring
 };
 
-/// One recorder's file; a recorder that was killed or whose session ended is followed by another.
+/// The file of one recorder; a recorder that was killed or lost its session has a successor.
 struct RecordingPart {
   static constexpr size_t kRuns = std::numeric_limits<size_t>::max();
 
   std::string path;
   size_t n_seen = kRuns;  // frames seen before it was killed, told to end, or lost its session
-  int64_t killed_ns = 0;  // 0: it was not, and every one of those must be in it
-  std::vector<Stall> stalls = {};  // in which one that was killed had no time to write
+  int64_t killed_ns = 0;  // 0: not killed, and every one of those frames must be in the file
+  std::vector<Stall> stalls = {};  // a killed recorder could not write in these
 };
 
-/// The newest writer of a ring, as this program saw it.
+/// The newest writer of a ring, as seen by this program.
 struct WriterSeen {
   pid_t pid = -1;
   uint64_t generation = 0;
-  int64_t first_ns = 0;  // time of the first item: of the frame, or of the question it answers
-  int64_t fault_ns = 0;  // of the servo: of the newest frame that says it has latched a fault
+  int64_t first_ns = 0;  // time of its first frame, or of the question its first set answers
+  int64_t fault_ns = 0;  // servo: time of the newest frame with a latched fault
 };
 
-/// A session to be tortured: haptic-emulator, whose hand presses into a block; hapticd with
-/// haptic-faulty-contact in the place of haptic-contact; `hapt record`; and this program as one
-/// more client. For as long as it lives $HAPTICD_RUNTIME_DIR and $HAPTICD_LIBEXEC point into its
-/// folder.
+/// A session for fault injection: haptic-emulator, whose hand presses into a block; hapticd with
+/// haptic-faulty-contact in place of haptic-contact; `hapt record`; and this program as another
+/// client. During its lifetime $HAPTICD_RUNTIME_DIR and $HAPTICD_LIBEXEC point into its folder.
 class TortureSession {
  public:
-  /// What its force is judged by.
+  /// The rules for its forces.
   static ForceRules rules() { return {}; }
 
-  /// Starts everything. Throws std::runtime_error with one line.
+  /// Starts all processes. Throws std::runtime_error with one line.
   explicit TortureSession(const TortureOptions& options);
   ~TortureSession();
   TortureSession(const TortureSession&) = delete;
 
-  /// Reads what the rings and the emulator's log have to say. To be called at least once a second:
-  /// a ring holds four. Throws std::runtime_error when the emulator has ended.
+  /// Reads the rings and the emulator's log. Call it at least once a second: a ring holds four.
+  /// Throws std::runtime_error if the emulator has ended.
   void update();
-  /// Updates for so long.
+  /// Updates for that long.
   void pause(int64_t duration_ns);
-  /// Updates until the condition holds; false: it did not in time.
+  /// Updates until the condition holds; false after patience_ns.
   bool wait_until(const std::function<bool()>& condition, int64_t patience_ns);
-  /// Until the hand feels the spring in commands after from_ns; the time of the first.
+  /// Waits for recovery after from_ns; returns the time of the first such command.
   std::optional<int64_t> wait_whole(int64_t from_ns, int64_t patience_ns);
 
-  /// What the emulator has written since forget_before().
+  /// Records of the emulator since forget_before().
   const std::vector<EmulatorRecord>& records() const { return records_; }
   void forget_before(int64_t t_ns);
   std::span<const EmulatorRecord> records_since(int64_t t_ns) const;
-  /// Where the machine stood still, by both witnesses: a thread of ours and the emulator.
+  /// Stalls of the machine, by the witness threads and optionally the emulator.
   std::vector<Stall> stalls(int64_t since_ns, bool emulator_too) const;
-  /// The same for processes that start: that is done at normal priority.
+  /// The same for starting processes, which run at normal priority.
   std::vector<Stall> stalls_of_starts(int64_t since_ns) const {
     return merge_stalls(witness_.stalls(since_ns), normal_witness_.stalls(since_ns));
   }
@@ -90,15 +89,15 @@ class TortureSession {
   const WriterSeen& servo() const { return watch_->servo_seen; }
   SessionProcess& hapticd() { return *hapticd_; }
   SessionProcess& emulator() { return *emulator_; }
-  SessionProcess* recorder() { return recorder_.get(); }  // null: nothing is recorded
+  SessionProcess* recorder() { return recorder_.get(); }  // null: not recording
   const std::string& name() const { return name_; }
   const std::string& folder() const { return options_.folder; }
 
-  /// Says a line to hapticd; its answer, or "error: …" where there is none.
+  /// Sends a line to hapticd; returns its answer, or "error: …" if there is none.
   std::string ask(const std::string& line) const;
-  /// Returns when, and waits for its end.
+  /// Kills hapticd, waits for its end and returns when it was killed.
   int64_t kill_hapticd();
-  /// A new hapticd in the place of one that was killed, and a new recorder with it.
+  /// Starts a new hapticd after a kill, and a new recorder.
   void restart_hapticd();
   void kill_recorder();
   void start_recorder();
@@ -108,10 +107,10 @@ class TortureSession {
   // for the account of samples
   const std::vector<RecordingPart>& parts() const { return parts_; }
   const std::vector<SeenFrame>& published() const { return published_; }  // by the servo
-  uint64_t unseen() const { return unseen_ + watch_->lost(); }  // frames that we missed ourselves
+  uint64_t unseen() const { return unseen_ + watch_->lost(); }  // frames missed by this program
 
  private:
-  /// Attached to the rings.
+  /// This program's attachments to the rings.
   struct Watch {
     Attachments attachments;
     RingSource<&ServoChannels::frames> servo;
@@ -122,7 +121,7 @@ class TortureSession {
     void drain(std::vector<SeenFrame>& published);
     uint64_t lost() const { return servo.lost(); }
   };
-  /// A variable of the environment, until this is gone.
+  /// Sets an environment variable and restores it on destruction.
   class Variable {
    public:
     Variable(const char* name, const std::string& value);
@@ -155,7 +154,7 @@ class TortureSession {
   uint64_t unseen_ = 0;
 };
 
-/// Path of a program on $PATH; empty where there is none.
+/// Path of a program on $PATH; empty if there is none.
 std::string find_on_path(const std::string& program);
 
 }  // namespace haptic

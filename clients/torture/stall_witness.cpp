@@ -10,8 +10,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPeriodNs = 1'000'000;
-constexpr int64_t kLateNs = 2'000'000;
+constexpr int64_t kPeriodNs = 1'000'000;  // wake-up period of a thread
+constexpr int64_t kLateNs = 2'000'000;    // lateness that counts as a stall
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void StallWitness::run(size_t processor, bool realtime) {
 
 std::vector<Stall> StallWitness::stalls(int64_t since_ns) const {
   const std::lock_guard lock(mutex_);
-  // two threads note theirs as they end
+  // several threads append in the order in which their stalls end
   std::vector<Stall> since;
   std::copy_if(stalls_.begin(), stalls_.end(), std::back_inserter(since),
                [&](const Stall& s) { return s.end_ns > since_ns; });

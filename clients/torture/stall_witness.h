@@ -10,17 +10,16 @@
 
 namespace haptic {
 
-/// A thread on each processor that wakes every millisecond, does nothing, and notes when it was
-/// more than two milliseconds late: then that processor had no time for anybody of its priority.
+/// One thread per processor that wakes every millisecond and records when it was more than 2 ms
+/// late: then that processor could run nothing of its priority.
 class StallWitness {
  public:
-  /// `realtime`: with the lowest real-time priority, below every process of a session, where the
-  /// kernel grants it.
+  /// `realtime`: with the lowest real-time priority, below every process of a session, if granted.
   explicit StallWitness(bool realtime);
   ~StallWitness();
   StallWitness(const StallWitness&) = delete;
 
-  /// What has ended since, of any processor; in order of time, none overlapping.
+  /// Stalls of any processor that ended after since_ns, in order of time and without overlap.
   std::vector<Stall> stalls(int64_t since_ns) const;
 
  private:

@@ -11,14 +11,14 @@
 
 namespace haptic {
 
-/// Another's closest point: the distance from p_O to the mesh it was made for [m].
+/// Another library's closest point: the distance from p_O to its mesh [m].
 struct ClosestPeer {
   std::string name;
   std::function<double(const Vec3& p_O)> distance;
 };
 
-/// Embree 3 (float boxes, point–triangle in double in its callback): cold, and with the distance to
-/// the previous closest point as radius. Nothing where it was not there when this was built.
+/// Embree 3 (float boxes, point–triangle distance in double in its callback): without warm start,
+/// and with the distance to the previous closest point as radius. Empty if built without Embree.
 std::vector<ClosestPeer> embree_peers(const TriangleMesh& mesh);
 
 /// CGAL's AABB tree in double: with its own hints, and with the previous closest point as hint.

@@ -20,7 +20,7 @@ std::vector<ClosestPeer> embree_peers(const TriangleMesh&) {
 
 namespace {
 
-/// Closest point of a triangle, lean (Ericson 2005, §5.1.5).
+/// Closest point of a triangle, without its feature (Ericson 2005, §5.1.5).
 Vec3 closest_on(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);

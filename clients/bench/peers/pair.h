@@ -9,16 +9,16 @@
 
 namespace haptic {
 
-/// Another library that is asked about two meshes, the tool at X_OT in the object.
+/// Another library's queries on two meshes, with the tool at X_OT in the object.
 class PairPeer {
  public:
   virtual ~PairPeer() = default;
   virtual bool collides(const Pose& X_OT) = 0;
-  /// Between the surfaces; none is below 0 [m].
+  /// Distance between the surfaces, never negative [m].
   virtual double distance(const Pose& X_OT) = 0;
 };
 
-/// FCL with trees of its best kind for meshes (OBBRSS); empty where this was built without it.
+/// FCL with its best bounding volumes for meshes (OBBRSS); null if built without FCL.
 std::unique_ptr<PairPeer> make_fcl_peer(const TriangleMesh& object, const TriangleMesh& tool);
 
 }  // namespace haptic

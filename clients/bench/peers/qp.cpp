@@ -11,7 +11,7 @@
 namespace haptic {
 
 Twist cgal_least_constraint(const Mat6& M, const Twist& a_u, std::span<const MotionRow> rows) {
-  // no bounds on the unknowns; CGAL minimises xᵀDx + cᵀx and is given 2D = M
+  // the unknowns are unbounded; CGAL minimises xᵀDx + cᵀx and takes 2D = M
   CGAL::Quadratic_program<double> program(CGAL::LARGER, false, 0, false, 0);
   const Wrench pull = M * a_u;
   const Vec6 c = components(pull.f, pull.t);

@@ -16,12 +16,12 @@ Twist cgal_least_constraint(const Mat6& M, const Twist& a_u, std::span<const Mot
 class DantzigPeer {
  public:
   virtual ~DantzigPeer() = default;
-  /// By rows. False where it says that it failed.
+  /// A is stored by rows. False if it reports failure.
   virtual bool solve(std::span<const double> A, std::span<const double> b,
                      std::vector<double>& f) = 0;
 };
 
-/// Empty where this was built without Bullet.
+/// Null if built without Bullet.
 std::unique_ptr<DantzigPeer> make_bullet_dantzig();
 
 }  // namespace haptic

@@ -6,12 +6,12 @@
 namespace haptic {
 namespace {
 
-/// Where a corner is at some time of a stretch.
+/// Bounds of a corner's position over an interval of time.
 Interval3 place_of(const SweptPoint& corner, const Interval& time) {
   return corner.from + time * (Interval3(corner.to) - corner.from);
 }
 
-/// Whether p may be in front of the side from a to b of a triangle with this normal.
+/// Whether p may be on the inner side of the edge from a to b of a triangle with this normal.
 bool may_be_within(const Interval3& normal, const Interval3& a, const Interval3& b,
                    const Interval3& p) {
   return dot(normal, cross(b - a, p - a)).hi >= 0;
@@ -54,7 +54,7 @@ bool may_be_within(const Places& at, bool is_face) {
 
 std::optional<double> meeting_by_intervals(const CcdQuery& query, double shortest,
                                            uint32_t budget) {
-  std::array<Interval, 64> waiting;  // each halving leaves one
+  std::array<Interval, 64> waiting;  // each bisection leaves one
   size_t n = 0;
   waiting[n++] = {0, 1};
   for (uint32_t looked = 0; n > 0; ++looked) {

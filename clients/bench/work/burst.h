@@ -17,7 +17,7 @@
 #include "clients/report/median.h"
 #include "proto/os/realtime.h"
 
-/// Short measurements between forked processes, and what is made of them.
+/// Short measurements between forked processes, and their evaluation.
 namespace haptic {
 
 inline constexpr size_t kMaxSamples = 20'000;
@@ -25,12 +25,12 @@ inline constexpr size_t kReaders = 8;
 inline constexpr int kFifo = 50;
 inline constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;
 
-/// What the processes of a burst share.
+/// Memory shared by the processes of a burst.
 struct Burst {
   std::atomic<uint64_t> taken;      // messages the reader has taken
-  std::atomic<uint64_t> n_ready;    // processes that have begun
+  std::atomic<uint64_t> n_ready;    // processes that have started
   std::atomic<uint64_t> n_reading;  // readers that have read a first item
-  std::atomic<bool> counts;         // from now on
+  std::atomic<bool> counts;         // samples count from now on
   std::atomic<bool> stop;
   std::atomic<int> refused;  // errno of SCHED_FIFO or of locked memory
   std::atomic<bool> pin_refused;
@@ -38,11 +38,11 @@ struct Burst {
   std::atomic<uint64_t> n_samples;
   std::array<int64_t, kMaxSamples> samples;  // of one process [ns]
 
-  /// Of a process of this burst: on that processor, real time as far as it may.
+  /// Called by each process: pins it to that processor, with real-time rights if granted.
   void begin(uint64_t processor) {
     const bool is_pinned = pin_to_processor(processor);
     if (!is_pinned) pin_refused = true;
-    // locked: a fork maps shared pages anew, and their faults would be measured
+    // locked: after a fork shared pages are mapped anew, and the page faults would be measured
     const RealtimeReport report =
         enter_realtime({.fifo_priority = is_pinned ? kFifo : 0, .lock_memory = true});
     if (report.first_errno() != 0) refused = report.first_errno();
@@ -58,12 +58,12 @@ struct Burst {
   }
 };
 
-/// Lets the others on this machine breathe: two spinning FIFO processes leave them nothing.
+/// Yields to other programs, for which two spinning FIFO processes leave nothing.
 inline void pause_after(int64_t start_ns) {
   sleep_until(now_ns() + std::max<int64_t>(20'000'000, (now_ns() - start_ns) / 2));
 }
 
-/// One of the processes of a burst, and what to call it.
+/// One process of a burst, with its name for messages.
 struct Part {
   ForkedProcess* process;
   const char* what;
@@ -79,15 +79,15 @@ inline void check_end(const Part& part) {
       "; try again when less else runs here");
 }
 
-/// Which child of this process has ended and was not waited for yet; 0: none, without `patient`.
+/// A child process that has ended and was not waited for; 0 if there is none and not `patient`.
 inline pid_t ended_child(bool patient) {
   siginfo_t info{};
   const int options = WEXITED | WNOWAIT | (patient ? 0 : WNOHANG);
   return waitid(P_ALL, 0, &info, options) == 0 ? info.si_pid : 0;
 }
 
-/// Waits for the end of all of them, in any order. Throws at the first that fails: those that wait
-/// for it would never end.
+/// Waits for the end of all of them, in any order. Throws at the first that fails, because others
+/// may be waiting for it for ever.
 inline void check_ends(std::vector<Part> parts) {
   while (!parts.empty()) {
     const pid_t ended = ended_child(true);
@@ -99,7 +99,7 @@ inline void check_ends(std::vector<Part> parts) {
   }
 }
 
-/// Waits until so many are at it. Throws where one ends before.
+/// Waits until `count` reaches `wanted`. Throws if a process ends before.
 inline void await(const std::atomic<uint64_t>& count, uint64_t wanted) {
   while (count < wanted) {
     if (ended_child(false) != 0) throw std::runtime_error("bench ring: a process ended too early");
@@ -107,7 +107,7 @@ inline void await(const std::atomic<uint64_t>& count, uint64_t wanted) {
   }
 }
 
-/// What was refused anywhere in the run.
+/// Rights refused at any time during the run.
 struct Rights {
   bool pin_refused = false;
   int refused = 0;
@@ -124,7 +124,7 @@ inline double seconds(int64_t ns) {
 
 inline double percentile(const Burst& burst, double percent) {
   Histogram histogram;
-  // more may have been counted than were kept
+  // more samples may have been counted than stored
   const uint64_t kept = std::min<uint64_t>(burst.n_samples, kMaxSamples);
   for (uint64_t i = 0; i < kept; ++i) histogram.add(burst.samples[i]);
   return seconds(histogram.percentile(percent));

@@ -57,7 +57,7 @@ RadiusAt thread_on(double core) {
   };
 }
 
-/// The side of one bored part with the outer side of another; both turned alike, their rims joined.
+/// A threaded bore in a round outer side, both with the same angles, their rims joined.
 Soup nut() {
   constexpr uint32_t kAround = 96, kInner = 160, kOuter = 40;
   constexpr double kHalf = 10 * kMm;

@@ -17,7 +17,7 @@ double seconds_between(Clock::time_point a, Clock::time_point b) {
   return std::chrono::duration<double>(b - a).count();
 }
 
-/// What an empty pair of readings takes.
+/// Duration of an empty measurement [s].
 double clock_cost() {
   std::vector<double> pairs(10001);
   for (double& pair : pairs) {

@@ -16,7 +16,7 @@ constexpr double kMm = 1e-3;
 constexpr double kTick = 1e-3;  // [s]
 constexpr double kPi = std::numbers::pi;
 
-/// splitmix64: the same numbers everywhere.
+/// splitmix64: the same numbers on every platform.
 class SplitMix {
  public:
   explicit SplitMix(uint64_t seed) : state_(seed) {}
@@ -77,12 +77,12 @@ Vec3 rounded_to_float(const Vec3& v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// A point of the surface and the outward normal there.
+/// A point of the surface with its outward normal.
 struct SurfacePoint {
   Vec3 p_O, normal_O;
 };
 
-/// What a line through the surface meets first.
+/// First hit of a segment.
 std::optional<SurfacePoint> look_at(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O) {
   const SegmentHit hit = first_hit(shape, from_O, to_O);
   if (!hit.hit) return std::nullopt;
@@ -93,7 +93,7 @@ std::optional<SurfacePoint> look_towards_origin(const MeshShape& shape, const Ve
   return look_at(shape, 200 * kMm * u, -200 * kMm * u);
 }
 
-/// The base point after a way of s radians.
+/// The base point after a path of s radians.
 std::optional<SurfacePoint> base_point(const MeshShape& shape, SurfaceKind kind, double s) {
   if (kind == SurfaceKind::kHeightField) {
     const double x = 45 * kMm * std::sin(0.37 * s), y = 45 * kMm * std::sin(0.911 * s + 1);
@@ -104,7 +104,7 @@ std::optional<SurfacePoint> base_point(const MeshShape& shape, SurfaceKind kind,
                                      std::sin(s) * std::cos(latitude), std::sin(latitude)});
 }
 
-/// Way of one tick [rad of a circle of 50 mm].
+/// Motion in one tick [rad on a circle of 50 mm].
 double step_of(double t) {
   const double speed = 0.05 + 1.95 * (0.5 + 0.5 * std::sin(2 * kPi * 0.7 * t)) *
                                   (0.5 + 0.5 * std::sin(2 * kPi * 0.113 * t));

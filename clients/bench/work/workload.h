@@ -13,8 +13,8 @@ namespace haptic {
 /// How a path finds the surface: from all around towards the origin, or straight down.
 enum class SurfaceKind { kSphere, kHeightField };
 
-/// A mesh of the benchmarks [m]. Its coordinates are floats, so that peers in single precision see
-/// the same geometry.
+/// A mesh of the benchmarks [m]. Its coordinates are exact floats, so that peers in single
+/// precision see the same geometry.
 struct WorkloadMesh {
   std::string name;
   SurfaceKind kind = SurfaceKind::kSphere;
@@ -30,17 +30,17 @@ WorkloadMesh make_nano_surface(uint32_t n);
 /// Any mesh, centred and scaled to 100 mm; paths run around it.
 WorkloadMesh make_scanned(const std::string& name, Soup soup);
 
-/// Movement of a probe within one tick: from where it was, just outside, to where the hand is.
+/// Motion of a probe within one tick: from its old place, just outside, to the hand.
 struct WorkloadSegment {
   Vec3 from_O, to_O;
 };
 
-/// Workload W1: a base point slides over the surface at 0.05 to 2 mm a tick of 1 kHz; each segment
-/// starts 0.02 mm outside the base point of the tick before and ends up to 1.2 mm on either side of
-/// this one. About half of them hit. Lengths 0.05 to 2.5 mm; ends are floats.
+/// Workload W1: a base point slides over the surface by 0.05 to 2 mm per tick at 1 kHz; each
+/// segment starts 0.02 mm outside the previous base point and ends up to 1.2 mm on either side of
+/// the current one. About half of them hit. Lengths 0.05 to 2.5 mm; ends are exact floats.
 std::vector<WorkloadSegment> dragged_segments(const MeshShape& shape, SurfaceKind kind, size_t n);
 
-/// Workload W2: points of the same path within 1 mm on either side of the surface.
+/// Workload W2: points along the same path within 1 mm on either side of the surface.
 std::vector<Vec3> dragged_points(const MeshShape& shape, SurfaceKind kind, size_t n);
 
 /// Workload W2, far: random points up to 20 mm outside.
