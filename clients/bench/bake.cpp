@@ -20,8 +20,9 @@
 namespace haptic {
 namespace {
 
+// at most: built and mapped [s], bytes per triangle
 constexpr double kGoalBuilt = 1.5, kGoalMapped = 50e-3, kGoalBytes = 120;
-constexpr uint64_t kKey = 1;
+constexpr uint64_t kKey = 1;  // any key: the file is written and read here only
 
 struct Options {
   uint32_t n = 742;  // 1,101,128 triangles

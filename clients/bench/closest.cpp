@@ -17,8 +17,8 @@ namespace haptic {
 namespace {
 
 constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
-constexpr size_t kChunk = 200;
-constexpr size_t kBruteForced = 100;
+constexpr size_t kChunk = 200;        // queries of one contestant per turn
+constexpr size_t kBruteForced = 100;  // points checked by brute force
 
 /// The points of one measurement.
 struct Trial {

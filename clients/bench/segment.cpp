@@ -24,6 +24,7 @@ namespace {
 
 constexpr size_t kChunk = 1000;  // queries of one contestant per turn
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
+// at most: median and p99 relative to Embree's, growth of the median, spread of the median
 constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpread = 0.3;
 constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
 

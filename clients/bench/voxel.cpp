@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kGoalOfCeiling = 0.6;  // of the ceiling's rate, at least
 constexpr double kGoalRate = 200;       // [1/µs]; points for this map and shell in Morton order
-constexpr uint32_t kJudgedSide = 256, kJudgedPoints = 100'000;
+constexpr uint32_t kJudgedSide = 256, kJudgedPoints = 100'000;  // with this goal
 constexpr double kGoalTriangles = 0.1;  // relative change of the rate with the number of triangles
 constexpr double kGoalCoherence = 10;   // factor by which coherence reduces the tested points
 constexpr double kGoalMap = 25e6, kGoalField = 150e6;  // [B]; at 1024³

@@ -24,7 +24,7 @@ constexpr uint32_t kOldest = 20;     // age of the answers in free space [ticks]
 constexpr double kPushSpeed = 0.05;  // [m/s]
 constexpr double kLeastPush = 0.01;  // [N]; weaker pushes are not evaluated
 constexpr double kSlantGoal = 1e-9;  // tangential over normal force, at most
-constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;
+constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;  // duration of both tests
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
 bool is_massless(Renderer renderer) {

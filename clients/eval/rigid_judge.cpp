@@ -15,8 +15,8 @@ constexpr double kJamMargins = 10;  // feasible motion of a jammed pose, in marg
 constexpr double kBandMargins = 8;  // band of triangle pairs around a resting pose, in margins
 constexpr double kAheadTicks = 2;   // ticks of hand motion for which contacts are known in advance
 constexpr int kPlacesAsked = 8;     // tested along the path when the force is missing
-constexpr double kAnyPush = std::numeric_limits<double>::infinity();
-constexpr double kCone = 1e-6;          // of the force
+constexpr double kAnyPush = std::numeric_limits<double>::infinity();  // no bound
+constexpr double kCone = 1e-6;                                        // of the force
 constexpr double kStepRounding = 1e-6;  // [N]; rounding allowed beyond the predicted step
 
 }  // namespace

@@ -21,7 +21,7 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kColumns{
      {"ticks not finite", "NaN"},
      {"force held by the device, max", "held max"}}};
 
-constexpr int kNameWidth = 46, kColumnWidth = 13;
+constexpr int kNameWidth = 46, kColumnWidth = 13;  // [characters]
 
 const Row* find(const std::vector<Row>& rows, const std::string& metric) {
   const auto it =

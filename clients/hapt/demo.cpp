@@ -32,8 +32,8 @@ namespace {
 constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
 constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
 constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // [ns]; until hapticd answers
-constexpr double kNoNewsLimit = 10;  // [s]; a session silent for longer has failed
-constexpr int kExitInterrupted = 130;
+constexpr double kNoNewsLimit = 10;    // [s]; a session silent for longer has failed
+constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 
 /// Scenes by name, and their session files.
 const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},

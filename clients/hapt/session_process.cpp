@@ -18,8 +18,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kStopPatience = 5 * kNsPerSecond;
-constexpr int64_t kPollPeriod = 5'000'000;
+constexpr int64_t kStopPatience = 5 * kNsPerSecond;  // [ns]; then SIGKILL
+constexpr int64_t kPollPeriod = 5'000'000;           // [ns]
 
 }  // namespace
 

@@ -7,8 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kHistogramEndNs =  // upper end of the histogram
-    1'000'000;                       // upper end of the histogram, see -h in run_cyclictest()
+constexpr int64_t kHistogramEndNs = 1'000'000;  // upper end of the histogram
 constexpr int64_t k100us = 100'000;
 
 }  // namespace

@@ -11,9 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t
-    kStartNs =      // virtual time of tick 0;  // virtual time of tick 0 [ns]; zero means unset
-    1'000'000'000;  // virtual time of tick 0 [ns]; nonzero because zero means unset
+constexpr int64_t kStartNs = 1'000'000'000;  // virtual time of tick 0 [ns]; zero means unset
 
 int64_t grid_time(double rate, uint64_t tick) {
   return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);

@@ -7,7 +7,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kWithin = 1.1;
+constexpr double kWithin = 1.1;  // ratio of the bounds at which the bisection ends
 
 }  // namespace
 

@@ -11,10 +11,10 @@
 namespace haptic {
 namespace {
 
-constexpr int kServoPriority = 80;
-constexpr size_t kMaxLateWakes = 65'536;
+constexpr int kServoPriority = 80;          // SCHED_FIFO, as haptic-servo
+constexpr size_t kMaxLateWakes = 65'536;    // capacity of late_wakes
 constexpr int64_t kLeadTimeNs = 5'000'000;  // from ready to the first tick
-constexpr int64_t kLookNs = 100'000;
+constexpr int64_t kLookNs = 100'000;        // polling period until both are ready
 constexpr int64_t kMs = 1'000'000;
 
 /// Starts both loops when both are ready: until it is real-time, a thread may wait long for a core.

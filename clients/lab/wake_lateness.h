@@ -19,7 +19,7 @@ struct LateWake {
 inline constexpr int64_t kMustBeSharedNs = 200'000;
 // [ns]; the witness wakes 30 µs later and so sees less of the same delay
 inline constexpr int64_t kWitnessLateNs = 100'000;
-inline constexpr int64_t kWitnessPhaseNs = 30'000;
+inline constexpr int64_t kWitnessPhaseNs = 30'000;  // [ns]
 
 struct WakeRun {
   Histogram late;

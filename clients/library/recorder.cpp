@@ -8,8 +8,8 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kFlushPeriodNs = kNsPerSecond / 4;
-constexpr uint64_t kMostPerDrain = 4096;
+constexpr int64_t kFlushPeriodNs = kNsPerSecond / 4;  // lost at most if the recorder is killed
+constexpr uint64_t kMostPerDrain = 4096;              // records per ring, the size of the largest
 
 int64_t time_of(const ServoFrame& frame) {
   return frame.t_ns;

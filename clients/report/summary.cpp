@@ -19,8 +19,8 @@ namespace {
 
 constexpr double kTouchForce = 0.05;        // [N]; weaker forces count as free space
 constexpr size_t kMostPosesChecked = 2000;  // poses of a rigid tool; each check takes about 1 ms
-constexpr size_t kMostWaysChecked = 100;
-constexpr int kPlacesOfWay = 32;   // samples along the straight path to a re-placed tool
+constexpr size_t kMostWaysChecked = 100;    // each takes up to 32 exact tests per object
+constexpr int kPlacesOfWay = 32;            // samples along the straight path to a re-placed tool
 constexpr double kFarShare = 0.5;  // of the tool's size; no valid path is longer within one answer
 
 template <typename Items, typename Get>

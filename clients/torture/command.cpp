@@ -26,9 +26,9 @@
 namespace haptic {
 namespace {
 
-constexpr double kFaultsPerMinute = 100;
-constexpr int64_t kProgressNs = kNsPerSecond;
-constexpr int kExitInterrupted = 130;
+constexpr double kFaultsPerMinute = 100;       // goal, at least
+constexpr int64_t kProgressNs = kNsPerSecond;  // between two progress lines
+constexpr int kExitInterrupted = 130;          // 128 + SIGINT
 
 struct TortureCommand {
   double seconds = 60;

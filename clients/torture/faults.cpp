@@ -34,8 +34,8 @@ constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached ever
 constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";  // of stress-ng
 
-constexpr int64_t kRestartGoal = 200 * kMs,
-                  kServoGoal = 3000 * kMs;   // documented times to recovery
+// documented times to recovery
+constexpr int64_t kRestartGoal = 200 * kMs, kServoGoal = 3000 * kMs;
 constexpr int64_t kReplacedGoal = 50 * kMs;  // from contact's death until its spare answers
 
 void send(pid_t pid, int signal) {

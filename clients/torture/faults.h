@@ -66,12 +66,10 @@ const FaultInfo& info_of(FaultKind kind);
 /// Result of one fault.
 struct FaultOutcome {
   FaultKind kind{};
-  std::vector<std::string> violations;  // one line each: what, when, how much
-  std::vector<std::string>
-      before;  // after the previous fault and before this one; caused by neither
+  std::vector<std::string> violations;   // one line each: what, when, how much
+  std::vector<std::string> before;       // since the previous fault; caused by neither
   std::optional<int64_t> zero_after_ns;  // from the fault to the first zero; nothing: never zero
-  std::optional<int64_t>
-      recovery_ns;  // from the restart (or the end of the cause) to the full force
+  std::optional<int64_t> recovery_ns;    // from restart (or end of the cause) to full force
   int64_t begin_ns = 0;
   size_t excused = 0;    // commands not checked, because the machine had stalled
   std::string left_out;  // why it was not injected; empty if it was

@@ -21,8 +21,8 @@
 namespace haptic {
 
 inline constexpr size_t kMaxSamples = 20'000;
-inline constexpr size_t kReaders = 8;
-inline constexpr int kFifo = 50;
+inline constexpr size_t kReaders = 8;  // of a slow or stopped audience
+inline constexpr int kFifo = 50;       // SCHED_FIFO, below the servo's 80
 inline constexpr uint64_t kWriterProcessor = 0, kReaderProcessor = 1;
 
 /// Memory shared by the processes of a burst.

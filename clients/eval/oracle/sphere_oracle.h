@@ -57,8 +57,7 @@ class SphereOracle {
 
   const FacetBins& facets_;
   long double radius_;
-  std::vector<uint8_t>
-      owned_;  // bit i: edge i, bit 3 + i: vertex i; each belongs to one facet only
+  std::vector<uint8_t> owned_;   // bit i: edge i, bit 3 + i: vertex i; each is in one facet
   std::vector<uint32_t> near_;   // facets of the current ball
   mutable uint32_t recent_ = 0;  // the facet that stopped it last, tested first
   Long3 g_;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kMm = 1e-3, kPi = std::numbers::pi;
 constexpr double kSampled = 1e-3;  // sampling interval of the free way [s]
-constexpr int kMostDraws = 50;
+constexpr int kMostDraws = 50;     // before the generator counts as broken
 
 class Dice {
  public:

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kDegrees = 180 / kPi;
-constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;  // [m]
-constexpr double kCylinderRadius = 20e-3;                 // [m]
-constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;  // of the peg [m], [rad]
-constexpr PegAndHole kPair{20e-3, 2 * kPegHalf, kPegClearance, 50e-3};
+constexpr double kTipRadius = 4e-3, kConeHeight = 20e-3;                // [m]
+constexpr double kCylinderRadius = 20e-3;                               // [m]
+constexpr double kMostOffset = 0.5e-3, kMostTilt = 0.03;                // of the peg [m], [rad]
+constexpr PegAndHole kPair{20e-3, 2 * kPegHalf, kPegClearance, 50e-3};  // [m]
 constexpr double kHoleLength = 60e-3;  // [m]; longer than the peg, whose ends are inside
 constexpr size_t kWindow = 21;         // samples of the moving average
 
