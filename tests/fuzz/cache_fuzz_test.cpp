@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whatever lies in a file of the cache, even with a right checksum: it is refused, or no question
-// to what it holds leaves its arrays or takes for ever. docs/fuzzing.md says what a long run
-// counted.
+// Arbitrary cache files, even with a correct checksum: each is refused, or every query on its
+// content stays within the arrays and ends. docs/fuzzing.md has the counts of a long run.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -25,7 +24,7 @@ using Bytes = std::vector<std::byte>;
 using Random = FuzzMeter::Random;
 
 constexpr uint64_t kKey = 7;
-constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // of the processor, that no input takes
+constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // CPU time limit of an input [s]
 constexpr size_t kShapeArrays = 20, kVolumeArrays = 14;
 
 Bytes shape_block() {
@@ -44,7 +43,7 @@ Bytes volume_block() {
   return write_volume({map.view(), field.view(), shell.view()}, kKey);
 }
 
-/// A number that is at an edge of its type, or of the arrays, or anything.
+/// A number at an edge of its type or of the arrays, or a random one.
 uint64_t odd_number(Random& random) {
   static constexpr uint64_t kNumbers[] = {0,
                                           1,
@@ -79,7 +78,7 @@ void damage(Bytes& array, Random& random) {
   std::memcpy(array.data() + at, &number, size);
 }
 
-/// The block with a few numbers changed, and a checksum that is right again.
+/// The block with a few numbers changed and the checksum corrected.
 Bytes damaged_inside(const Bytes& good, BakedKind kind, size_t n_arrays, Random& random) {
   const BakedBlock block = view_block(good, kind, kKey, n_arrays);
   std::vector<Bytes> arrays;
@@ -91,7 +90,7 @@ Bytes damaged_inside(const Bytes& good, BakedKind kind, size_t n_arrays, Random&
   return write_block(kind, kKey, views);
 }
 
-/// The file itself damaged, cut or made longer; never what it was.
+/// The file damaged, cut or extended; never unchanged.
 Bytes damaged_outside(const Bytes& good, Random& random) {
   for (;;) {
     Bytes bytes = good;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Session files as people mistype them and as nobody would: refused in one line, or finite.
+// Session files with typing errors and arbitrary damage: refused in one line, or all values finite.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -133,7 +133,7 @@ const std::vector<std::string> kWords{"[",
                                       "\xef\xbb\xbf",
                                       "object.x = 1\n"};
 
-/// What a person may get wrong: a value, a line that is missing, twice or from another file.
+/// A user's error: a wrong value, or a line missing, doubled or from another file.
 void change_line(Lines& lines, const std::vector<Lines>& files, FuzzRandom& random) {
   const size_t at = random.below(lines.size());
   const std::string& line = lines[at];
@@ -156,7 +156,7 @@ void change_line(Lines& lines, const std::vector<Lines>& files, FuzzRandom& rand
   }
 }
 
-/// Tables, arrays or keys, one within the other.
+/// Tables, arrays or keys, nested in each other.
 std::string nested(FuzzRandom& random) {
   const std::vector<std::string> opens{"[", "{a=", "a.", "[[a.", "(", "\"\"\"\\"};
   const std::string& open = random.pick(opens);
@@ -177,10 +177,10 @@ std::string input(const std::vector<Lines>& files, const test::Damage& damage, F
   return kind == 1 ? damage.apply(text, random, kMostConfigText) : text;
 }
 
-/// Every number of a session, words read as if they were one: text is no NaN, since it is UTF-8.
+/// Every number of a session, text read as numbers too: valid UTF-8 is never NaN.
 bool is_finite(SessionConfig config) {
-  config.device.hand.seed = 0;  // any whole number, also one that would be no real
-  // the images, which are its end, have none
+  config.device.hand.seed = 0;  // any integer, also one whose bits are no finite real
+  // the images at its end have no numbers
   double words[(sizeof(SessionConfig) - sizeof(SessionConfig::images)) / sizeof(double)];
   std::memcpy(words, &config, sizeof words);
   return std::all_of(std::begin(words), std::end(words), [](double w) { return std::isfinite(w); });
@@ -201,7 +201,7 @@ TEST_CASE("fuzz: a session file is refused in one line or every number of it is 
       if (!test::is_one_line(line)) throw std::runtime_error("warning:\n" + line);
     }
   });
-  // neither a grammar that nothing passes, nor damage that nobody would see
+  // the grammar must accept some inputs, and damage must be detected in some
   CHECK(fuzz.accepted() > fuzz.inputs() / 50);
   CHECK(fuzz.accepted() < fuzz.inputs() / 2);
 }

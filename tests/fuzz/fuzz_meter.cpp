@@ -17,7 +17,7 @@
 namespace haptic::test {
 namespace {
 
-// written before each input, so that a handler of signals needs to write no more than this
+// written before each input, so that a signal handler only needs to output it
 char current[200];
 volatile sig_atomic_t is_running = 0;
 
@@ -25,7 +25,7 @@ void name_current() {
   if (is_running != 0) (void)!write(STDERR_FILENO, current, std::strlen(current));
 }
 
-/// Of the processor, all threads: it does not depend on what else runs here [s].
+/// CPU time of all threads, independent of other programs [s].
 double processor_time() {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -80,7 +80,7 @@ void FuzzMeter::run_one(uint64_t number, const Run& run) {
   is_running = 1;
   set_limit(seconds_);
   const double begin = processor_time();
-  // neighbouring numbers give unrelated inputs: the multiplier of SplitMix64
+  // the multiplier of SplitMix64 gives unrelated inputs for consecutive numbers
   Random random((seed_ + number) * 0x9e3779b97f4a7c15u);
   ++(run(random) ? accepted_ : refused_);
   set_limit(0);

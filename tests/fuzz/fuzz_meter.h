@@ -8,16 +8,16 @@
 
 namespace haptic::test {
 
-/// Runs the inputs of a fuzzer one by one and counts what became of them. An input that does not
-/// end in time, or that ends the program, is named on stderr; with HAPTIC_FUZZ_INPUT=N in the
-/// environment the program runs that one alone.
+/// Runs the inputs of a fuzzer one by one and counts the results. An input that exceeds its time or
+/// ends the program is named on stderr; with HAPTIC_FUZZ_INPUT=N in the environment only that input
+/// is run.
 class FuzzMeter {
  public:
   using Random = std::mt19937_64;
-  /// Runs an input that depends on nothing but the random numbers; whether it was accepted.
+  /// Runs an input that depends only on the random numbers; returns whether it was accepted.
   using Run = std::function<bool(Random& random)>;
 
-  /// `seconds` of the processor is what no input may take.
+  /// `seconds`: CPU time limit of an input.
   FuzzMeter(std::string name, uint64_t seed, unsigned seconds);
   ~FuzzMeter();
   FuzzMeter(const FuzzMeter&) = delete;
@@ -26,7 +26,7 @@ class FuzzMeter {
 
   size_t refused() const { return refused_; }
   size_t accepted() const { return accepted_; }
-  /// Whether this runs all inputs, so that counts can be judged.
+  /// Whether all inputs are run, so that the counts are meaningful.
   bool is_whole() const { return only_ < 0; }
 
  private:

@@ -8,7 +8,7 @@
 
 namespace haptic::test {
 
-/// The choices behind one input: the same for the same seed and number.
+/// The random choices for one input, determined by seed and number.
 class FuzzRandom {
  public:
   FuzzRandom(uint64_t seed, uint64_t input) : engine_(seed * 0x9E3779B97F4A7C15u + input) {}

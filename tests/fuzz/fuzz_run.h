@@ -18,7 +18,7 @@
 
 namespace haptic::test {
 
-/// Whether a person can be told this: one line without control characters, and not a whole file.
+/// Whether a text is a proper message: one line without control characters, not a whole file.
 inline bool is_one_line(const std::string& text) {
   constexpr size_t kLongest = 4096;
   return !text.empty() && text.size() < kLongest &&
@@ -32,9 +32,9 @@ inline size_t entries_of(const char* folder) {
   return static_cast<size_t>(std::distance(begin, std::filesystem::directory_iterator()));
 }
 
-/// Many inputs to one reader, and what must hold of each and of all: it ends, within a second of
-/// the processor's time; it refuses in one line or accepts; afterwards there are as many
-/// descriptors and threads as before, and memory has not grown by more than a bound.
+/// Runs many inputs through one reader and checks each and all: it ends within a second of CPU
+/// time; it refuses in one line or accepts; afterwards the numbers of descriptors and threads are
+/// as before and memory has not grown by more than a bound.
 class FuzzRun {
  public:
   /// `short_form` inputs, times HAPTIC_TORTURE_SCALE, with a sanitizer or without.
@@ -44,7 +44,7 @@ class FuzzRun {
         inputs_(static_cast<size_t>(static_cast<double>(short_form) * torture_scale())) {}
 
   /// Calls `use` with the choices of each input. It returns whether the input was accepted and
-  /// throws std::exception where it was refused.
+  /// throws std::exception if it was refused.
   template <typename Use>
   void run(const Use& use) {
     const size_t descriptors = entries_of("/proc/self/fd"), threads = entries_of("/proc/self/task");
@@ -71,9 +71,9 @@ class FuzzRun {
   size_t accepted() const { return accepted_; }
 
  private:
-  // fifty times the slowest that was seen, a chunk of 16 MiB; a sanitizer is slower
+  // fifty times the slowest input seen, a chunk of 16 MiB; a sanitizer is slower
   static constexpr int64_t kMostNs = (kSlowdown > 1 ? 10 : 1) * int64_t{1'000'000'000};
-  // what is read may be 16 MiB twice; a sanitizer keeps 256 MiB of what was freed
+  // the data may be 16 MiB twice; a sanitizer keeps 256 MiB of freed memory
   static constexpr long kMostKib = (kSlowdown > 1 ? 1024 : 128) * 1024;
 
   template <typename Use>

@@ -9,8 +9,8 @@
 
 namespace haptic::test {
 
-/// Damages inputs as programs, disks and people do: bits, cuts, repeats, numbers at the edge of
-/// their type, and the words of a format in the wrong place.
+/// Damages inputs as programs, disks and people do: flipped bits, cuts, repeats, numbers at the
+/// edge of their type, and words of a format in the wrong place.
 class Damage {
  public:
   explicit Damage(std::vector<std::string> words) : words_(std::move(words)) {}
@@ -53,7 +53,7 @@ class Damage {
     }
   }
 
-  /// A number of 1, 2, 4 or 8 bytes near an edge of its type, over what was there.
+  /// Overwrites a place with a number of 1, 2, 4 or 8 bytes near an edge of its type.
   static void put_number(std::string& text, size_t at, FuzzRandom& random) {
     const size_t size = size_t{1} << random.below(4);
     uint64_t value = random.below(2) == 0 ? 0 : ~uint64_t{0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Recordings (MCAP) that are damaged, or put together to do harm: refused in one line, or read with
-// bounded time and memory.
+// Recordings (MCAP) that are damaged or malicious: refused in one line, or read within bounded time
+// and memory.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -34,7 +34,7 @@ constexpr uint8_t kFooter = 0x02, kMessage = 0x05, kChunk = 0x06;
 std::string valid_file(const std::string& folder) {
   const std::string path = folder + "/seed.mcap";
   {
-    // the same bytes on each machine
+    // the same bytes on every machine
     TraceWriter trace(path, {{"session", "fuzz"}, {"config", "[session]\nname = \"fuzz\"\n"}});
     for (int i = 0; i < 12; ++i) {
       ServoFrame frame{};
@@ -70,7 +70,7 @@ std::vector<Record> records_of(const std::string& file, size_t begin, size_t end
   return records;
 }
 
-/// A record of a topic: a hand that moves on, or noise; some with a number that no hand has.
+/// A record of a topic: a moving hand or noise; some with an implausible number.
 std::string payload(size_t topic, size_t size, uint64_t tick, FuzzRandom& random) {
   std::string bytes(size, '\0');
   if (topic == 0) {
@@ -88,7 +88,7 @@ std::string payload(size_t topic, size_t size, uint64_t tick, FuzzRandom& random
   return std::string("\0\1\0\0", 4) + bytes;
 }
 
-/// A chunk that is not packed, of messages that are like those of the program.
+/// An uncompressed chunk of messages like those of the program.
 std::string plain_chunk(const test::Damage& damage, FuzzRandom& random) {
   McapBytes inside;
   const std::vector<size_t> sizes{sizeof(ServoFrame), sizeof(ContactSet), sizeof(SceneFrame),
@@ -105,7 +105,7 @@ std::string plain_chunk(const test::Damage& damage, FuzzRandom& random) {
   return test::chunk(inside.size(), "", inside.bytes()).bytes();
 }
 
-/// A chunk whose packed bytes are few and unpack to many, or say so.
+/// A compression bomb: a small chunk that unpacks to a large one, or claims to.
 std::string bomb(FuzzRandom& random) {
   const uint32_t blocks = 1u << random.below(13), each = 1u << random.below(18);
   const uint64_t size = uint64_t{blocks} * each;
@@ -140,7 +140,7 @@ void change_record(std::vector<Record>& records, const test::Damage& damage, Fuz
   }
 }
 
-/// Put together again with true lengths, and a summary that is found where there is one.
+/// Reassembles the file with correct lengths and a summary that can be found, if any.
 std::string file_of(const std::vector<Record>& records, FuzzRandom& random) {
   McapBytes file;
   file.raw(test::kMcapMagic);
@@ -169,7 +169,7 @@ std::string input(const std::string& seed, const test::Damage& damage, FuzzRando
   return random.below(8) == 0 ? damage.apply(file, random, 1 << 20) : file;
 }
 
-/// All that the program does with a recording that it is given.
+/// Everything the program does with a recording.
 void use(const std::string& path) {
   const TraceReader trace(path);
   std::ostream nowhere(nullptr);

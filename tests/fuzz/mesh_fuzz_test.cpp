@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whatever lies in a mesh file: it is refused in one line, or becomes a mesh with sound numbers, in
-// little time. docs/fuzzing.md says what a long run counted.
+// Arbitrary mesh files: each is refused in one line, or quickly becomes a mesh with valid numbers.
+// docs/fuzzing.md has the counts of a long run.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -17,18 +17,18 @@ namespace haptic::test {
 namespace {
 
 constexpr uint64_t kPlenty = uint64_t{1} << 30;        // [bytes]
-constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // of the processor, that no input takes
+constexpr unsigned kSeconds = kSlowdown > 1 ? 20 : 2;  // CPU time limit of an input [s]
 
 bool is_finite_row(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Length 1, or 0 for what has no area.
+/// Length 1, or 0 for a triangle without area.
 bool is_normal(const Vec3& n) {
   return is_finite_row(n) && (std::fabs(norm(n) - 1) < 1e-9 || norm(n) == 0);
 }
 
-/// Whether each side of a triangle is walked along as often as back, counted by its corners alone.
+/// Whether each edge is used as often in one direction as in the other, by the corners alone.
 bool is_balanced(const TriangleMesh& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> sides;
   for (const Triangle& t : mesh.triangles) {
@@ -40,7 +40,7 @@ bool is_balanced(const TriangleMesh& mesh) {
   return std::all_of(sides.begin(), sides.end(), [](const auto& s) { return s.second == 0; });
 }
 
-/// What is wrong with a mesh that was accepted; empty: nothing.
+/// Defects of an accepted mesh; empty if there are none.
 std::string defect_of(const BakedShape& baked) {
   const TriangleMesh& mesh = baked.shape.mesh;
   const BakeReport& report = baked.report;
@@ -70,7 +70,7 @@ std::string defect_of(const BakedShape& baked) {
   return "";
 }
 
-/// A few questions to what was accepted; they only have to end, with numbers.
+/// A few queries on an accepted mesh; they must end with numbers.
 bool answers(const MeshShape& shape, FuzzMeter::Random& random) {
   const Vec3 side = shape.mesh.upper - shape.mesh.lower;
   std::uniform_real_distribution<double> u(-0.5, 1.5);
@@ -113,7 +113,7 @@ bool bake_one(const MeshInput& input, FuzzMeter::Random& random) {
   }
 }
 
-/// The long form is of a million inputs in all.
+/// The long form has a million inputs in total.
 void fuzz(const char* name, MeshInput (*make)(FuzzMeter::Random&)) {
   FuzzMeter meter(name, 1, kSeconds);
   meter.run(sweep(4000), [&](FuzzMeter::Random& random) { return bake_one(make(random), random); });

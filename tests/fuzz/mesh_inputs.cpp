@@ -30,7 +30,7 @@ std::string as_polygon_obj(const PolygonSoup& soup) {
   return out.str();
 }
 
-/// The rows that OFF and text PLY share.
+/// The rows common to OFF and text PLY.
 std::string as_rows(const PolygonSoup& soup) {
   std::ostringstream out;
   out.precision(17);
@@ -96,7 +96,7 @@ PolygonSoup prism(size_t n, Random& random) {
   return soup;
 }
 
-/// A triangle mesh in a right file of any format.
+/// A valid triangle mesh in a file of any format.
 MeshInput right_file(Random& random) {
   const Soup soup = random() % 2 == 0 ? make_box({1, 2, 3}) : make_icosphere(1, 0);
   switch (random() % 7) {
@@ -117,7 +117,7 @@ MeshInput right_file(Random& random) {
   }
 }
 
-// what parsers stumble over, whole words and pieces of them
+// words and fragments that parsers fail on
 constexpr const char* kWords[] = {"0",
                                   "-1",
                                   "3",
@@ -179,7 +179,7 @@ std::string odd_bytes(Random& random) {
   return bytes;
 }
 
-/// The word of a text around a place, as begin and length.
+/// The word of a text around a position, as begin and length.
 std::pair<size_t, size_t> word_at(const std::string& text, size_t at) {
   const auto is_blank = [](char c) { return c == ' ' || c == '\n'; };
   size_t begin = at, end = at;
@@ -231,7 +231,7 @@ MeshInput random_polygons(Random& random) {
   for (size_t i = 3 + random() % 8; i > 0; --i) {
     Vec3 p;
     for (int k = 0; k < 3; ++k) {
-      // places of a grid lie on each other's sides; a plane, almost, is what people draw
+      // points of a grid lie on each other's edges; nearly planar polygons are what people draw
       p[k] = kind == 0 ? static_cast<double>(random() % 4) : uniform(random, -1, 1);
       if (kind == 1 && k == 2) p[k] *= 1e-16;
     }
@@ -254,7 +254,7 @@ MeshInput moved_prism(Random& random) {
   for (Vec3& p : soup.points) {
     for (int k = 0; k < 3; ++k) p[k] += by * uniform(random, -1, 1);
   }
-  // corners that fall together, and some on a line
+  // some corners coincide, some are collinear
   for (uint64_t n = random() % 3; n > 0; --n) {
     soup.points[random() % soup.points.size()] = soup.points[random() % soup.points.size()];
   }

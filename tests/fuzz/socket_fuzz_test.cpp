@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Peers of hapticd's two sockets that send anything: nothing leaks, nobody else is kept out.
+// Peers of hapticd's two sockets that send anything: nothing leaks, and other clients are served.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
@@ -27,9 +27,9 @@ namespace {
 
 using test::FuzzRandom;
 
-constexpr uint64_t kHonestEvery = 64;  // inputs, between two peers that mean well
+constexpr uint64_t kHonestEvery = 64;  // inputs between two well-behaved peers
 
-/// Sends bytes with descriptors, without waiting; what the kernel refuses is not sent.
+/// Sends bytes with descriptors, without waiting; drops what the kernel refuses.
 void send_with(int socket, const std::string& bytes, const std::vector<int>& descriptors) {
   std::string data = bytes;
   iovec part{data.data(), data.size()};
@@ -49,7 +49,7 @@ void send_with(int socket, const std::string& bytes, const std::vector<int>& des
   sendmsg(socket, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
-/// What a peer may have in its hands.
+/// The descriptors a peer may send.
 struct Hands {
   SegmentWriter<SimChannels> segment{1};
   FileDescriptor null{open("/dev/null", O_RDWR | O_CLOEXEC)};
@@ -70,7 +70,7 @@ std::string announcement_of(uint64_t generation) {
   return std::string(reinterpret_cast<const char*>(&a), sizeof a);
 }
 
-/// One message: an announcement as it should be, a damaged one, or anything.
+/// One message: a valid announcement, a damaged one, or random bytes.
 std::string said(FuzzRandom& random, const test::Damage& damage) {
   const std::string good = announcement_of(1 + random.below(50));
   if (random.below(4) == 0) {
@@ -79,7 +79,7 @@ std::string said(FuzzRandom& random, const test::Damage& damage) {
   return random.below(3) == 0 ? damage.apply(good, random) : good;
 }
 
-/// hapticd's end of watching, with a segment of its own and one that a child has offered.
+/// hapticd's side of the watch socket, with its own segment and one offered by a child.
 struct Watched {
   test::TemporaryRuntimeFolder folder;
   HandoutServer server{"fuzzed"};
@@ -96,7 +96,7 @@ struct Watched {
     server.serve([this](const Announcement&, int) { ++offers; });
   }
 
-  /// Whether a client that says nothing is handed hapticd's segment, which it can read.
+  /// Whether a silent client still receives hapticd's segment and can read it.
   bool serves_honest_client() {
     const FileDescriptor client = connect_session("fuzzed");
     serve();
@@ -120,7 +120,7 @@ TEST_CASE("fuzz: whatever clients and children send, the next client is handed i
   uint64_t offers = 0, count = 0;
   test::FuzzRun fuzz("handout socket", 4, 4000);
   fuzz.run([&](FuzzRandom& random) {
-    // a child may offer one segment, from one generation on; anybody else none
+    // a child may offer one segment per generation, in increasing order; others none
     FileDescriptor peer = random.below(2) == 0 ? watched->server.connect_child(SegmentId::kSim, 1)
                                                : connect_session("fuzzed");
     watched->serve();
@@ -128,10 +128,10 @@ TEST_CASE("fuzz: whatever clients and children send, the next client is handed i
       send_with(peer.get(), said(random, damage), hands.some(random));
       if (random.below(2) == 0) watched->serve();
     }
-    // the end of a socket may be closed while messages lie in it
+    // a peer may close its end with messages unread
     if (random.below(2) == 0) watched->serve();
     peer.reset();
-    // a turn for each message that is left, and one for the end
+    // one turn for each remaining message, and one for the end
     for (int turn = 0; turn < 5; ++turn) watched->serve();
     if (++count % kHonestEvery != 0) return;
     if (!watched->serves_honest_client()) throw std::runtime_error("nobody is served:\n");
@@ -158,7 +158,7 @@ bool is_sound(const ControlFrame& frame) {
          std::isfinite(frame.rotational_damping) && std::isfinite(frame.scene_time_scale);
 }
 
-/// hapticd's end of control, as the supervisor answers.
+/// hapticd's side of the control socket, answering like the supervisor.
 struct Controlled {
   test::TemporaryRuntimeFolder folder;
   HandoutServer watching{"fuzzed"};
@@ -182,7 +182,7 @@ struct Controlled {
     }
     return socket;
   }
-  /// The answer that lies there; nothing where there is none.
+  /// The pending answer; nothing if there is none.
   static std::optional<std::string> hear(const FileDescriptor& socket) {
     std::string text(kLongestAnswer, '\0');
     const ssize_t n = recv(socket.get(), text.data(), text.size(), MSG_DONTWAIT);

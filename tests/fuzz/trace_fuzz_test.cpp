@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Recordings of a hand, as CSV and as exports: refused in one line, or finite and forward in time.
+// Recordings of a hand, as CSV and as exports: refused in one line, or finite with increasing time.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -48,7 +48,7 @@ const std::vector<std::string> kCells{"0",
                                       "\x00x",
                                       "\xff"};
 
-/// A hand that moves, as the program's users write it.
+/// A moving hand, in the form that users write.
 std::string positions(bool turns) {
   std::string text = turns ? "t_s,x_m,y_m,z_m,qx,qy,qz,qw\n" : "t_s,x_m,y_m,z_m\n";
   for (int i = 0; i < kRows; ++i) {
@@ -65,7 +65,7 @@ std::string lever() {
   return text;
 }
 
-/// A recording of the program, as it exports it.
+/// A recording in the form of the program's own export.
 std::string exported(const std::string& folder) {
   const std::string path = folder + "/seed.mcap";
   {
@@ -84,7 +84,7 @@ std::string exported(const std::string& folder) {
   return text.str();
 }
 
-/// One cell of a table replaced by what is no number, or an odd one.
+/// Replaces one cell of a table by an invalid or extreme number.
 void change_cell(std::string& text, FuzzRandom& random) {
   const size_t row = text.find('\n', random.below(text.size()));
   if (row == std::string::npos) return;

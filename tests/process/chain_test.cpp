@@ -22,7 +22,7 @@ using test::HapticdProcess;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
-constexpr double kPressForce = 1.6;  // 2 mm at 800 N/m
+constexpr double kPressForce = 1.6;  // [N]; 2 mm at 800 N/m
 
 /// A session whose recorded hand presses 2 mm into a block for `seconds`.
 std::string write_press_session(const std::string& folder, double seconds) {
@@ -54,8 +54,8 @@ extent = ["80 mm", "80 mm", "80 mm"]
 
 using Frames = std::vector<ServoFrame>;
 
-/// Appends every frame published since the last look, in order. A look at the newest alone
-/// (`latest`) would move past the others: nothing here may use it once frames are being collected.
+/// Appends every frame published since the last call, in order. Reading only the newest frame
+/// (`latest`) would skip others: it must not be used once frames are being collected.
 void collect(Watcher& watcher, Frames& frames) {
   for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back(frame);
 }
@@ -68,7 +68,7 @@ bool has(const ServoFrame& frame, uint32_t flags) {
   return (frame.flags & flags) != 0;
 }
 
-/// Collects until the newest frame is as wanted.
+/// Collects until the newest frame satisfies the condition.
 template <typename Wanted>
 bool collect_until(Watcher& watcher, Frames& frames, Wanted wanted) {
   return eventually([&] {
@@ -77,17 +77,17 @@ bool collect_until(Watcher& watcher, Frames& frames, Wanted wanted) {
   });
 }
 
-/// The steady press: a while after the hand has come to rest.
+/// The steady press, a while after the hand has come to rest.
 bool is_pressed(const ServoFrame& frame) {
   return frame.tick > 1200 && std::fabs(force(frame) - kPressForce) < 1e-6;
 }
 
-/// The recording is over.
+/// Whether the recording is over.
 bool has_ended(const ServoFrame& frame) {
   return (frame.device.flags & kDeviceEnded) != 0;
 }
 
-/// First frame with a flag, which must be there.
+/// The first frame with a flag, which must exist.
 const ServoFrame& first(const Frames& frames, uint32_t flags) {
   const auto found = std::find_if(frames.begin(), frames.end(),
                                   [&](const ServoFrame& f) { return has(f, flags); });
@@ -101,7 +101,7 @@ double least_force(const Frames& frames) {
   return least;
 }
 
-/// Every grid point is a frame or a counted skip, and the watcher missed none.
+/// Checks that every grid point is a frame or a counted skip and that the watcher missed none.
 void check_every_tick(const Watcher& watcher, const Frames& frames) {
   CHECK(watcher.servo.generation() == 1);
   CHECK(watcher.servo.lost() == 0);
@@ -111,9 +111,9 @@ void check_every_tick(const Watcher& watcher, const Frames& frames) {
   }
 }
 
-/// A steady press, whatever contact and the machine do meanwhile: in full while the contacts are
-/// younger than the shortest hold, zero once they are older than the longest hold and fade, never a
-/// step: down over 50 ms and up over 50 ms, at most 1.6 N / 50 a tick.
+/// Checks a steady press, whatever happens to contact and the machine: full force while contacts
+/// are younger than the shortest hold, zero once they are older than the longest hold plus fade,
+/// and no step: down and up over 50 ms each, at most 1.6 N / 50 per tick.
 void check_press(const Frames& frames) {
   constexpr double kMinHold = 20, kMaxHold = 100, kFade = 50;  // [ticks]
   constexpr double kLargestStep = kPressForce / kFade * 1.01;
@@ -148,9 +148,9 @@ struct Press {
   }
 };
 
-/// A restarted contact takes `pause` seconds longer to start.
+/// Delays the start of a restarted contact by `pause` seconds.
 void restart_contact_slowly(const test::Programs& programs, const std::string& pause) {
-  // the last word is the generation; exec keeps the pid and the descriptors handed over
+  // the last argument is the generation; exec keeps the pid and the inherited descriptors
   programs.replace("haptic-contact",
                    "case \"$*\" in *--spare-fd*) exit 1;; esac\n"
                    "for generation do :; done\n[ \"$generation\" = 1 ] || sleep " +
@@ -158,7 +158,7 @@ void restart_contact_slowly(const test::Programs& programs, const std::string& p
                        "' \"$@\"");
 }
 
-/// Kills contact in mid-press and collects until the servo presses on its successor's answers.
+/// Kills contact during a press and collects until the servo presses on its successor's answers.
 /// Returns the last tick before the kill.
 uint64_t kill_contact(Watcher& watcher, Frames& frames) {
   collect(watcher, frames);
@@ -170,12 +170,12 @@ uint64_t kill_contact(Watcher& watcher, Frames& frames) {
     return !test::is_alive(killed);
   }));
   collect(watcher, frames);
-  // nobody but the successor can answer a later frame than this
+  // only the successor can answer a later frame
   const uint64_t dead = frames.back().tick;
   REQUIRE(collect_until(watcher, frames, [&](const ServoFrame& f) {
     return f.contact_tick > dead && is_pressed(f);
   }));
-  // and it goes on
+  // and it continues
   const uint64_t back = frames.back().tick;
   REQUIRE(collect_until(
       watcher, frames, [&](const ServoFrame& f) { return f.tick >= back + 100 && is_pressed(f); }));
@@ -209,7 +209,7 @@ TEST_CASE("chain: contact is killed in mid-press, force holds, fades and returns
 
   check_every_tick(watcher, frames);
   check_press(frames);
-  // all of it was seen, in this order, and the force was away as long as contact
+  // all frames were seen, in order, and the force was absent as long as contact
   CHECK(frames.size() > 300);
   const ServoFrame& fading = first(frames, kServoFading);
   const ServoFrame& stale = first(frames, kServoStale);

@@ -9,7 +9,7 @@
 
 namespace haptic::test {
 
-/// A WoodenHaptics behind a pseudo-terminal, and its own account of what it received.
+/// A WoodenHaptics behind a pseudo-terminal, with its own log of what it received.
 class EmulatorProcess : public ProgramProcess {
  public:
   EmulatorProcess(std::vector<std::string> arguments, const std::string& folder)
@@ -19,10 +19,10 @@ class EmulatorProcess : public ProgramProcess {
     eventually([&] { return std::filesystem::is_symlink(link_) || !is_alive(uint64_t(pid())); });
   }
 
-  /// Name of its node.
+  /// Path of its device node.
   const std::string& link() const { return link_; }
 
-  /// All records in the log by now, in order.
+  /// All records in the log so far, in order.
   std::vector<EmulatorRecord> records() const {
     std::vector<EmulatorRecord> out;
     EmulatorLogReader(csv_).read(out);
@@ -35,7 +35,7 @@ class EmulatorProcess : public ProgramProcess {
     for (const char* word : {"--link", "/device", "--log", "/received.csv"}) {
       arguments.push_back(word[0] == '/' ? folder + word : word);
     }
-    // where it is granted, so that a busy machine does not silence the device
+    // real-time if granted, so that a busy machine does not delay the device
     arguments.push_back("--realtime");
     return arguments;
   }

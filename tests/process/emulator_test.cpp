@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a hand receives from a real session over a serial node. Every force is read from the log of
-// the emulated device, a process of its own with its own clock; none from the server's frames.
+// Forces that a hand receives from a real session over a serial node. Every force is read from the
+// log of the emulated device, a separate process with its own clock; none from the server's frames.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -23,14 +23,14 @@ using test::Watcher;
 using Records = std::vector<EmulatorRecord>;
 
 constexpr double kStiffness = 500;  // [N/m]
-constexpr double kMaxDamping = 2;   // of the passivity controller, unless configured [N·s/m]
+constexpr double kMaxDamping = 2;   // default of the passivity controller [N·s/m]
 constexpr double kTick = 1e-3;      // [s]
 constexpr int64_t kMs = 1'000'000;
-// half a milliampere in each of three motors, at the tip, wherever the arm stands in these tests
+// 0.5 mA in each of three motors, as a force at the tip, in all poses of these tests
 constexpr double kCurrentStep = 5e-3;  // [N]
 const WoodenHapticsGeometry kArm;
 
-/// The hand hovers 2 mm over the plane z = 0, means to press 10 mm below it, rests there, lifts.
+/// The hand hovers 2 mm over the plane z = 0, aims 10 mm below it, rests there, lifts.
 std::vector<std::string> pressing(const std::string& hand = "typical") {
   return {"--hand",
           hand,
@@ -79,17 +79,17 @@ position = ["0 mm", "0 mm", "-20 mm"]
   return path;
 }
 
-/// Where the encoders saw the tip when the server was answered [m].
+/// The tip by the encoders when the server was answered [m].
 Vec3 answered_position(const EmulatorRecord& r) {
   return tip_position(kArm, joint_angles(kArm, r.answered));
 }
 
-/// Depth of the tip below the plane, where the encoders saw it [m].
+/// Depth of the tip below the plane, by the encoders [m].
 double depth_at(const MotorCounts& counts) {
   return std::max(0.0, -tip_position(kArm, joint_angles(kArm, counts)).z);
 }
 
-/// Whether this is the force k · depth, straight up, of the sample that the server had.
+/// Whether this is the force k · depth, straight up, for the sample known to the server.
 bool is_spring(const EmulatorRecord& r) {
   const Vec3 expected_B{0, 0, kStiffness * depth_at(r.answered)};
   return norm(r.force_B - expected_B) <= tol(kCurrentStep);
@@ -101,7 +101,7 @@ Records commands(Records records) {
   return records;
 }
 
-/// As many of the last commands are a firm press, each exactly the spring.
+/// Whether that many of the last commands are a firm press, each exactly the spring.
 bool is_pressing(const Records& records, size_t n) {
   const Records all = commands(records);
   return all.size() >= n && std::all_of(all.end() - static_cast<std::ptrdiff_t>(n), all.end(),
@@ -110,8 +110,8 @@ bool is_pressing(const Records& records, size_t n) {
                                         });
 }
 
-/// Never more than the deepest of the last answers asks for and the passivity damper adds, never
-/// more than the device can.
+/// Force bound: the spring at the deepest of the last answers plus the passivity damper, and the
+/// limit of the device.
 void check_never_too_much(const Records& records) {
   const Records all = commands(records);
   for (size_t k = 0; k < all.size(); ++k) {
@@ -128,8 +128,8 @@ void check_never_too_much(const Records& records) {
   }
 }
 
-/// 100 ms to the full force, so at most a hundredth more each millisecond; the emulator may have
-/// been held up by some of them.
+/// 100 ms to the full force, so at most a hundredth more per millisecond; the emulator may have
+/// been stalled for some of them.
 void check_soft_start(Records::const_iterator begin, Records::const_iterator end) {
   const double full = kStiffness * 10e-3;
   for (auto r = begin; r != end && r->t_ns - begin->t_ns < 50 * kMs; ++r) {
@@ -138,7 +138,7 @@ void check_soft_start(Records::const_iterator begin, Records::const_iterator end
   }
 }
 
-/// Every command is a record: none lost on its way to the file.
+/// Checks that every command is a record: none was lost on its way to the file.
 void check_complete(const Records& records) {
   uint64_t n = 0;
   for (const EmulatorRecord& r : commands(records)) REQUIRE(r.commands == ++n);
@@ -183,12 +183,12 @@ TEST_CASE("emulator: the hand receives k times depth, and zero at the end") {
   const Records records = s.emulator.records();
   check_complete(records);
   check_never_too_much(records);
-  // the last word of the server is zero, said while the motors were still on
+  // the server's last command is zero, sent while the motors were still on
   const Records all = commands(records);
   CHECK(all.back().currents == Milliamperes{});
   CHECK(all.back().force_B == Vec3{});
-  // the spring is in the scene, not only in what the encoders say: two encoder steps beside where
-  // the hand really was when the server was answered
+  // the spring acts on the true position, not only on the encoder counts: within two encoder steps
+  // of the hand when the server was answered
   constexpr double kSeen = kStiffness * 2 * 64e-6;
   for (size_t k = 1; k < all.size(); ++k) {
     if (all[k].force_B.z > 0.5 && is_spring(all[k])) {
@@ -235,10 +235,10 @@ TEST_CASE("emulator: SIGKILL of the device is waited for, and its return begins 
   CHECK(s.watcher.servo.generation() == 1);
   CHECK(eventually([&] { return s.hapticd.said("the device is gone"); }));
 
-  // a servo that dies meanwhile is not started in vain
+  // a servo that dies in the meantime is not restarted in vain
   kill(test::writer_of(s.watcher.servo), SIGKILL);
   CHECK(eventually([&] { return s.hapticd.said("starting it again when the device is back"); }));
-  // what the first one wrote is not what the second one received
+  // the log of the first emulator must not count for the second
   std::filesystem::remove(s.folder.path() + "/received.csv");
   std::filesystem::remove(s.emulator.link());
   const EmulatorProcess again(pressing(), s.folder.path());
@@ -285,7 +285,7 @@ TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and 
   const pid_t servo = test::writer_of(s.watcher.servo);
   const int64_t stopped_ns = now_ns();
   kill(servo, signal);
-  // hapticd replaces it, the next one greets the device and starts softly
+  // hapticd replaces it; the new servo greets the device and starts softly
   const auto after = [&](const Records& records) {
     return std::find_if(records.begin(), records.end(),
                         [&](const EmulatorRecord& r) { return r.t_ns > stopped_ns; });
@@ -300,15 +300,15 @@ TEST_CASE("emulator: hapticd lets go of the device for a servo that cannot, and 
   const auto zero = std::find_if(
       after(all), all.end(), [](const EmulatorRecord& r) { return r.currents == Milliamperes{}; });
   REQUIRE(zero != all.end());
-  // not the firmware did it; how fast, the fault tests judge beside a witness
+  // not the firmware's watchdog; the fault tests check how fast, with a witness
   CHECK(std::none_of(records.begin(), records.end(), [&](const EmulatorRecord& r) {
     return r.event == EmulatorEvent::kWatchdog && r.t_ns > stopped_ns && r.t_ns <= zero->t_ns;
   }));
-  // of a killed one its successor may be told to do it first
+  // after a kill, the successor may have to command it first
   if (signal == SIGSTOP) {
     CHECK(eventually([&] { return s.hapticd.said("hapticd has let go of the device"); }));
   }
-  // the zero lasts until the new servo, and that one begins softly
+  // zero lasts until the new servo, which starts softly
   const auto pushes =
       std::find_if(zero, all.end(), [](const auto& r) { return r.currents != Milliamperes{}; });
   if (signal == SIGSTOP) CHECK(pushes->t_ns - zero->t_ns > 30 * kMs);
@@ -326,7 +326,7 @@ TEST_CASE("emulator: a device that stops answering feels nothing old when it goe
     s.watcher.servo.latest(s.watcher.servo_frame);
     return (s.watcher.servo_frame.flags & kServoNoDevice) != 0;
   });
-  // as long as the firmware's own watchdog takes
+  // the timeout of the firmware's own watchdog
   sleep_until(now_ns() + 200 * kMs);
   const int64_t resumed_ns = now_ns();
   s.emulator.send(SIGCONT);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the hand feels when contact or sim dies, hangs, slows down or answers nonsense.
+// Forces on the hand when contact or sim dies, hangs, slows down or sends invalid answers.
 #include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
 
@@ -31,7 +31,7 @@ TEST_CASE("fault: contact hangs, the force fades to zero, and hapticd replaces i
   const WriterSeen before = s.session.contact();
   const FaultOutcome outcome = s.inject(FaultKind::kContactHang);
   CHECK(s.session.contact().generation > before.generation);
-  // at least the shortest hold and the fade, whatever the machine
+  // at least the shortest hold and the fade, on any machine
   REQUIRE(outcome.zero_after_ns);
   CHECK(*outcome.zero_after_ns >= 50 * kMs);
   CHECK(s.is_pressing());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the hand feels when the device lies or is silent, and when the machine is short of memory or
+// Forces on the hand when the device lies or is silent, and when the machine is short of memory or
 // time.
 #include <algorithm>
 #include <fstream>
@@ -23,7 +23,7 @@ using test::Watcher;
 
 constexpr double kZero = 5e-3;  // [N], half a step of the currents
 
-/// A recorded hand that presses 2 mm into a block for two seconds and is then, within one sample, a
+/// A recorded hand that presses 2 mm into a block for two seconds and is then, one sample later, a
 /// metre beside it.
 std::string write_jump_session(const std::string& folder) {
   std::ofstream csv(folder + "/jump.csv");
@@ -59,7 +59,7 @@ TEST_CASE("fault: a jump of two thirds of a metre closes the force until the fau
   FaultedSession s;
   const FaultOutcome outcome = s.inject(FaultKind::kPoseJump);
   CHECK(outcome.zero_after_ns);
-  // the proxy is where it was, not round the block: the wall pushes up as before
+  // the proxy has not moved around the block: the wall pushes up as before
   CHECK(s.is_pressing());
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("fault: a device that is frozen, late or noisy is found, and zero unti
   const FaultOutcome outcome = s.inject(kind);
   CHECK(outcome.zero_after_ns);
   CHECK(s.is_pressing());
-  // the reason is said, and once
+  // the reason is reported once
   const char* reason = kind == FaultKind::kDeviceNoise ? "an encoder of the device is noisy"
                                                        : "does not answer what";
   std::ifstream said(s.folder.path() + "/said");
@@ -114,11 +114,11 @@ TEST_CASE("fault: a jump of a whole metre, as no arm can do it, is a fault with 
                                [](const ServoFrame& f) { return f.device.X_BH.p.x > 0.5; });
   REQUIRE(at != frames.begin());
   CHECK(norm(at->device.X_BH.p - std::prev(at)->device.X_BH.p) == Approx(1));
-  // a moment before: the samples beside the jump have a velocity that closes the force by itself
+  // slightly earlier: samples next to the jump have a velocity that closes the force by itself
   REQUIRE(at - frames.begin() > 100);
   CHECK(norm((at - 100)->F_device_B.f) > 1);
   CHECK(at->fault == static_cast<uint32_t>(Fault::kPoseJump));
-  // nobody follows the sample that cannot be true
+  // the implausible sample is not followed
   CHECK(at->X_WT.p.x == Approx(0).margin(1e-9));
   CHECK(std::all_of(at, frames.end(), [](const ServoFrame& f) {
     return f.F_device_B == Wrench{} && (f.flags & kServoFault) != 0;
@@ -147,11 +147,11 @@ TEST_CASE("fault: hapt torture does a handful of faults and accounts for every s
   const TemporaryFolder folder;
   const test::Ran ran = test::hapt("torture --minutes 0.1 --seed 2 --json", folder.path());
   CAPTURE(ran.output);
-  // ten faults in six seconds are not the point here
+  // not a test of the limit of restarts: ten faults in six seconds
   CHECK((ran.code == 0 || ran.code == 1));
   CHECK(test::has(ran.output, "\"case\": \"contact: kill -9\""));
   CHECK(test::figure(ran.output, "not recorded, unexplained") == 0);
-  // without real-time rights, beside other work, a servo ticks when it may
+  // without real-time rights and under load, tick times are arbitrary
   CHECK(test::figure(ran.output, "recorded") > 100);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the hand feels when the servo, hapticd or anybody who watches dies or hangs.
+// Forces on the hand when the servo, hapticd or a watching client dies or hangs.
 #include <sched.h>
 
 #include <atomic>
@@ -16,7 +16,7 @@ namespace {
 using test::FaultedSession;
 using test::programs_are_built;
 
-/// How many clients hapticd says it has.
+/// Number of clients reported by hapticd.
 std::string clients_of(const FaultedSession& s) {
   const std::string status = s.session.ask("status"), key = "\"clients\": ";
   const size_t at = status.find(key) + key.size();
@@ -27,7 +27,7 @@ bool is_realtime(pid_t pid) {
   return (sched_getscheduler(pid) & ~SCHED_RESET_ON_FORK) == SCHED_FIFO;
 }
 
-/// Four threads of normal priority for each processor that do nothing but run.
+/// A load of four busy threads of normal priority per processor.
 class BusyProcessors {
  public:
   BusyProcessors() {
@@ -87,7 +87,7 @@ TEST_CASE("fault: hapticd is killed, zero, and nothing of the session is left") 
   const FaultOutcome outcome = s.inject(FaultKind::kHapticdKill);
   CHECK(outcome.zero_after_ns);
   for (const pid_t pid : children) CHECK_FALSE(is_running(pid));
-  // the next hapticd found no lock, no socket and no device in its way
+  // the next hapticd found no stale lock, socket or device
   CHECK(s.is_pressing());
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("fault: hapticd and the servo are killed at once, and the firmware let
   if (!programs_are_built()) return;
   FaultedSession s;
   const FaultOutcome outcome = s.inject(FaultKind::kHapticdServoKill);
-  // by nobody else, and not later than it says
+  // by no other process, and not later than it says
   REQUIRE(outcome.zero_after_ns);
   CHECK(*outcome.zero_after_ns > 50'000'000);
   CHECK(s.is_pressing());
@@ -127,7 +127,7 @@ TEST_CASE("fault: recorders die and stand still, the hand notices nothing and no
   s.session.pause(kNsPerSecond / 2);
   s.inject(FaultKind::kRecorderStop);
   s.inject(FaultKind::kRecorderKill);
-  // not the recorder's death this time: what contact and sim had published is in the log
+  // the recorder survived: all that contact and sim had published is in the log
   s.inject(FaultKind::kContactKill);
   s.session.pause(kNsPerSecond / 2);
   CHECK(s.is_pressing());
@@ -156,7 +156,7 @@ TEST_CASE("fault: 64 clients attach and die, and the hand does not notice") {
   const std::string before = clients_of(s);
   s.inject(FaultKind::kManyClients);
   CHECK(s.is_pressing());
-  // they are all forgotten
+  // hapticd has dropped them all
   CHECK(s.session.wait_until([&] { return clients_of(s) == before; }, test::kPatienceNs));
 }
 

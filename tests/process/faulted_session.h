@@ -18,10 +18,10 @@ inline constexpr bool kFaultsSanitized = false;
 #endif
 
 /// A session on an emulated device whose hand presses, and faults in it; with real-time priorities
-/// where they are granted, so that whatever else runs does not decide. Every force is read from the
+/// if granted, so that other programs do not decide the result. Every force is read from the
 /// emulator's log.
 struct FaultedSession {
-  static constexpr int kAttempts = 3;  // what is broken breaks each time, a busy machine does not
+  static constexpr int kAttempts = 3;  // a defect shows each time, a busy machine does not
 
   TemporaryFolder folder;
   TortureSession session;
@@ -30,12 +30,12 @@ struct FaultedSession {
   explicit FaultedSession(bool recorded = false)
       : session({folder.path(), recorded ? folder.path() + "/run" : "", true}) {}
 
-  /// Does a fault and fails the test where the judge finds a violation, or where servo or contact
-  /// was replaced by a fault that is none of theirs.
+  /// Injects a fault and fails the test if there is a violation, or if servo or contact was
+  /// replaced although the fault was not theirs.
   FaultOutcome inject(FaultKind kind) {
     FaultOutcome outcome;
     for (int i = 0; i < kAttempts; ++i) {
-      // the second death within ten seconds is one for which no time to recover is stated
+      // the documented recovery time does not hold for a second death within ten seconds
       while (i > 0 && now_ns() < injector.ready_ns(kind)) session.pause(kNsPerSecond / 10);
       const uint64_t servo = session.servo().generation, contact = session.contact().generation;
       outcome = injector.inject(kind);
@@ -57,8 +57,8 @@ struct FaultedSession {
     return outcome;
   }
 
-  /// Whether the hand feels more than half of what the block gives at rest, in a while: a busy
-  /// machine may have let the force fade a moment ago.
+  /// Waits until the hand feels more than half of the block's force at rest: on a busy machine the
+  /// force may just have faded.
   bool is_pressing() {
     return session.wait_until(
         [this] { return !session.records().empty() && session.records().back().force_B.z > 1; },
@@ -72,7 +72,8 @@ struct FaultedSession {
            kind == FaultKind::kMemory || kind == FaultKind::kBusy;
   }
 
-  /// Not only its own faults: with 64 clients beside it a core may not reach it for a while.
+  /// Stalls of the machine count too: with 64 clients a core may not reach this process for a
+  /// while.
   static bool may_replace_contact(FaultKind kind) {
     return kind == FaultKind::kContactKill || kind == FaultKind::kContactHang ||
            kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||
@@ -80,8 +81,9 @@ struct FaultedSession {
            kind == FaultKind::kManyClients;
   }
 
-  /// A sanitizer makes the start of a process too slow for a stated time, and 64 clients so heavy
-  /// that a servo without real-time rights misses ticks. Force limits, zeros and rises still count.
+  /// With a sanitizer, processes start too slowly for documented times, and 64 clients are such a
+  /// load that a servo without real-time rights misses ticks. Force limits, zeros and rises still
+  /// count.
   static void forgive_slowness(FaultOutcome& outcome) {
     if (!kFaultsSanitized) return;
     const bool starves = outcome.kind == FaultKind::kManyClients;

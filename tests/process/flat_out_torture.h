@@ -21,13 +21,14 @@ struct FlatOutFindings {
   uint64_t faults() const { return torn + disorder + vanished + miscounted + crashes; }
 };
 
-/// A writer process that publishes without a pause, and eight reader processes over its sealed
-/// segment, mapped read-only: four that only read, one that lags, one that comes late, one that is
-/// stopped and continued, one that is killed and replaced, both at random.
+/// A writer process that publishes without pause, and eight reader processes over its sealed
+/// segment, mapped read-only: four that only read, one slow, one late, one that is stopped and
+/// continued, one that is killed and replaced, both at random.
 template <typename RingType>
 class FlatOutTorture {
  public:
-  /// Until that many items were read or the time is over; `stop_at_fault`: or one fault was found.
+  /// Runs until that many items were read or the time is over; `stop_at_fault`: or a fault was
+  /// found.
   FlatOutFindings run(uint64_t wanted_reads, int64_t patience_ns, bool stop_at_fault = false) {
     const int64_t give_up = now_ns() + patience_ns;
     for (size_t i = 0; i < kFlatOutReaders; ++i) {
@@ -74,7 +75,7 @@ class FlatOutTorture {
     return ForkedProcess([this, i] {
       pin_to_processor(1);
       FileDescriptor fd = reopen_read_only(writer_->fd());
-      writer_.reset();  // this process has no writable mapping of it any more
+      writer_.reset();  // unmaps the writable mapping in this process
       const SegmentView<Channels> view(std::move(fd));
       read(view.channels().records, i);
     });
@@ -84,7 +85,7 @@ class FlatOutTorture {
     ReaderFindings& findings = shared_->findings[i];
     ReaderTally tally;
     Cursor cursor;
-    // the first four were there before the first item
+    // the first four readers were there before the first item
     if (i >= kLagging) cursor.next = ring.published();
     const uint64_t from = cursor.next;
     uint64_t got = 0, oldest_seen = 0;
@@ -106,8 +107,8 @@ class FlatOutTorture {
     findings.miscounted += from + got + cursor.lost != ring.published();
   }
 
-  /// The oldest item, whose slot is overwritten next, and the newest, which must be there. Returns
-  /// the number of the oldest; the same one is not counted as read twice.
+  /// The oldest item, whose slot is overwritten next, and the newest, which must exist. Returns the
+  /// number of the oldest, so that it is not counted as read twice.
   static uint64_t look_at_ends(const RingType& ring, uint64_t oldest_seen, ReaderTally& tally) {
     constexpr uint64_t kSlots = RingType::kCapacity;
     Item out;
@@ -122,7 +123,7 @@ class FlatOutTorture {
     if (ring.read(end - 1, out)) {
       tally.torn += !out.is_whole() || out.n != end - 1;
     } else {
-      // half a ring: far from a lap, also where the count is seen a little late
+      // half a ring: far from being overwritten, even if the count is seen late
       tally.vanished += ring.published() - end <= kSlots / 2;
     }
     return oldest_seen;

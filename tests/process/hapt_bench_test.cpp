@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt bake and the benchmarks of collision queries in a tiny form, on the real binary.
+// hapt bake and the benchmarks of collision queries at a small size, on the real binary.
 #include <filesystem>
 #include <fstream>
 
@@ -19,13 +19,13 @@ using test::programs_are_built;
 using test::Ran;
 using test::TemporaryRuntimeFolder;
 
-/// A tetrahedron whose cells hold all of it.
+/// A tetrahedron small enough to lie within every cell.
 void write_mesh(const std::string& path) {
   std::ofstream(path) << "OFF\n4 4 0\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n"
                          "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 }
 
-/// Whether a goal is missed is a matter of what else runs here, but it must be told.
+/// Whether a goal is met depends on the machine, but a miss must be reported.
 void check_told(const Ran& ran) {
   CHECK((ran.code == 0 || ran.code == 1));
   CHECK((ran.code == 1) == has(ran.output, "\"holds\": false"));
@@ -124,7 +124,7 @@ TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out")
   }
   CHECK(figure(ran.output, "sweep, cheapest cell") > 0);
   CHECK(figure(ran.output, "with witness p50") > 0);
-  // a peer is measured or named as left out; so is a mesh that is not there
+  // a peer is measured or listed as left out, and so is a missing mesh
   for (const char* peer : {"Embree 3 robust", "CGAL AABB tree", "Bullet"})
     CHECK(has(ran.output, peer));
   CHECK(has(ran.output, "LEFT OUT: "));
@@ -179,7 +179,7 @@ TEST_CASE("hapt bench voxel: every row on tiny maps") {
       CAPTURE(order, row);
       CHECK(figure(ran.output, std::string("24³, 500 points, ") + order + ", " + row) > 0);
     }
-    // lanes are measured or named as left out
+    // SIMD is measured or listed as left out
     CHECK(has(ran.output, std::string("24³, 500 points, ") + order + ", lanes"));
   }
   for (const char* row :
@@ -190,7 +190,7 @@ TEST_CASE("hapt bench voxel: every row on tiny maps") {
     CAPTURE(row);
     CHECK(figure(ran.output, row) > 0);
   }
-  // a peer is measured or named as left out
+  // a peer is measured or listed as left out
   CHECK(has(ran.output, "FCL"));
   CHECK(figure(ran.output, "peg in hole, deep, points over the budget") == 0);
   CHECK(hapt("bench voxel --side 1", folder.path()).code != 0);

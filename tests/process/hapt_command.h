@@ -16,7 +16,7 @@ struct Ran {
   std::string output;  // standard output and standard error
 };
 
-/// Runs a line of shell in the folder; `hapt` and the other programs are on the path.
+/// Runs a shell command line in the folder, with `hapt` and the other programs on the path.
 inline Ran shell(const std::string& line, const std::string& folder) {
   const std::string all = "cd '" + folder + "' && PATH='" + program_folder().string() +
                           "':$PATH && { " + line + "\n} 2>&1";
@@ -30,14 +30,14 @@ inline Ran shell(const std::string& line, const std::string& folder) {
   return ran;
 }
 
-/// A word of a shell, whatever bytes it holds; a shell knows no zero byte.
+/// A quoted shell word with arbitrary bytes except zero.
 inline std::string word(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
 }
 
-/// Runs `hapt` with these words.
+/// Runs `hapt` with these arguments.
 inline Ran hapt(const std::string& words, const std::string& folder) {
   return shell("hapt " + words, folder);
 }
@@ -50,7 +50,7 @@ inline size_t lines(const std::string& text) {
   return static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/// The value of a figure in what `--json` prints; NaN where there is none.
+/// The value of a figure in the output of `--json`; NaN if it is absent.
 inline double figure(const std::string& json, const std::string& metric) {
   const std::string key = "\"metric\": \"" + metric + "\", \"value\": ";
   const size_t at = json.find(key);

@@ -54,7 +54,7 @@ TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
   CHECK(has(ran.output, "run.mcap"));
   CHECK(std::filesystem::file_size(folder.path() + "/run.svg") > 1000);
 
-  // the log is a recorded hand as well: it plays back, open loop
+  // the log can be replayed as a recorded hand, open loop
   const Ran again = hapt("replay run.mcap --config plane.toml -o again.mcap --json", folder.path());
   INFO(again.output);
   CHECK(again.code == 0);
@@ -116,7 +116,7 @@ TEST_CASE("hapt demo: Ctrl-C keeps what was recorded and a killed demo leaves no
   {
     Watcher watcher("cut");
     REQUIRE(watcher.wait_for_all());
-    // frames, not ticks: a machine that is held up skips some
+    // frames, not ticks: a stalled machine skips some
     int frames = 0;
     REQUIRE(eventually([&] {
       while (watcher.servo.next(watcher.servo_frame)) ++frames;
@@ -253,7 +253,7 @@ TEST_CASE("hapt top: shows the three processes of a running session") {
   CHECK(screen.code == 0);
   for (const char* name : {"servo0", "contact0", "sim"}) CHECK(has(screen.output, name));
   CHECK(has(screen.output, "force"));
-  // the first screen already counts a whole period; grid points skipped are no frames
+  // the first screen already covers a whole period; skipped grid points are not frames
   const Ran json = hapt("top --session top -n 1 -d 1 --json", folder.path());
   INFO(json.output);
   CHECK(json.code == 0);
@@ -293,7 +293,7 @@ TEST_CASE("hapt record: a session it did not start is recorded, by name, until t
   }
   CHECK(named);
 
-  // --overwrite is asked for; Ctrl-C is the ordinary end
+  // --overwrite is required; Ctrl-C is the normal end
   const Ran cut =
       shell("hapt record -o live.mcap --overwrite & pid=$!; sleep 1; kill -INT $pid; wait $pid",
             folder.path());
@@ -328,7 +328,7 @@ TEST_CASE("hapt bench ring: a figure and its peer for each size, and what it tak
   const TemporaryRuntimeFolder folder;
   const Ran ran = hapt("bench ring --rounds 1 --json", folder.path());
   INFO(ran.output);
-  // whether the goals hold is a matter of what else runs here
+  // whether the goals are met depends on the machine
   CHECK((ran.code == 0 || ran.code == 1));
   CHECK((ran.code == 1) == has(ran.output, "\"holds\": false"));
   for (const std::string size : {"64", "256", "1024", "8192"}) {

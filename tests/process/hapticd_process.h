@@ -15,7 +15,7 @@ namespace haptic::test {
 
 inline constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
 
-/// Looks every millisecond until the condition holds; false after a minute.
+/// Polls every millisecond until the condition holds; false after a minute.
 template <typename Condition>
 bool eventually(Condition holds) {
   const int64_t give_up = now_ns() + kPatienceNs;
@@ -26,15 +26,15 @@ bool eventually(Condition holds) {
   return true;
 }
 
-/// Where the programs under test lie: beside the test itself.
+/// The folder of the programs under test: that of the test itself.
 std::filesystem::path program_folder();
 
-/// Whether a process of that number exists and has not ended.
+/// Whether a process with that pid exists and has not ended.
 inline bool is_alive(uint64_t pid) {
   return is_running(static_cast<pid_t>(pid));
 }
 
-/// A running program with what it says in a file. Told to stop with its owner.
+/// A running program with its output in a file; it is stopped with its owner.
 class ProgramProcess {
  public:
   ProgramProcess(const std::string& name, std::vector<std::string> arguments,
@@ -45,7 +45,7 @@ class ProgramProcess {
   void send(int signal) const;
   pid_t pid() const { return pid_; }
 
-  /// Waits for the end; −signal when it was killed, −1000 when it does not come.
+  /// Waits for the end; −signal if killed, −1000 on timeout.
   int exit_code();
 
   std::string log() const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Names and values that would colour, clear or flood a terminal, at every program and on the
-// control socket: what comes out is whole lines of printable text of a stated length.
+// Names and values that would colour, clear or flood a terminal, in every program and on the
+// control socket: the output is whole lines of printable text of limited length.
 #include <fstream>
 #include <string>
 #include <vector>
@@ -23,7 +23,7 @@ using test::Ran;
 using test::shell;
 using test::word;
 
-// a @ stands for the hostile word
+// @ stands for the hostile word
 const std::vector<std::string> kLines{
     "hapt @",
     "hapt --@",
@@ -83,7 +83,7 @@ const std::vector<std::string> kLines{
 std::string with_word(std::string line, const std::string& hostile) {
   const std::string quoted = word(hostile);
   for (size_t at = 0; (at = line.find('@', at)) != std::string::npos; at += quoted.size()) {
-    // within a word of the line the quotes only join
+    // inside a word of the shell, quotes only concatenate
     line.replace(at, 1, quoted);
   }
   return line;
@@ -133,7 +133,7 @@ TEST_CASE("messages: what stands in a file reaches the terminal escaped and cut"
   const test::TemporaryRuntimeFolder folder;
   const std::string head =
       "[session]\nname = \"x\"\n[device]\nkind = \"replay\"\n[device.replay]\npath = \"x.csv\"\n";
-  // a basic string of TOML may hold any character by its escape
+  // a basic string of TOML may hold any character as an escape
   const std::string escaped = "\\u001b[2J\\u009b31m\\n\\u202e\\u007f";
   const std::string longer(5000, 'A');
   struct File {
@@ -200,7 +200,7 @@ TEST_CASE("messages: the control socket answers in one printable line, and so do
       CHECK(problem_of_message(answer + "\n") == "");
     }
   }
-  // a status is longer than a message and whole
+  // a status is longer than a message, and complete
   CHECK_THAT(say_to_session("asked", "status"), Catch::StartsWith("{") && Catch::EndsWith("}"));
   CHECK(problem_of_message(hapticd.log()) == "");
 }

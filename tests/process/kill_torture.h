@@ -19,21 +19,21 @@
 namespace haptic::test {
 
 struct KillFindings {
-  uint64_t seed = 0;  // of when to kill and whom to disturb
+  uint64_t seed = 0;  // of kill times and disturbances
   uint64_t kills = 0;
   uint64_t published = 0, reads = 0, lost = 0;
-  uint64_t in_mid_copy = 0;  // kills that left a slot begun and not counted
-  uint64_t unreadable = 0;   // counted, not the oldest, and yet not there
+  uint64_t in_mid_copy = 0;  // kills that left a slot begun but not counted
+  uint64_t unreadable = 0;   // counted, not the oldest, but not readable
   uint64_t torn = 0, disorder = 0, miscounted = 0;
-  uint64_t balances = 0;  // readers whose delivered and lost were compared with published
+  uint64_t balances = 0;  // readers whose items were compared with those published
   uint64_t reader_stops = 0, reader_kills = 0, crashes = 0;
   uint64_t faults() const { return unreadable + torn + disorder + miscounted + crashes; }
 };
 
-/// One writer after the other is killed with -9 at a random point of publishing flat out; the next
+/// A series of writers, each killed with -9 at a random point of publishing without pause. The next
 /// is one generation higher and reaches its readers as in a session: offered to a HandoutServer,
-/// attached by Attachments. Of the four reader processes one only reads, one lags, one is stopped
-/// and continued, one is killed and replaced, so that it comes late.
+/// attached by Attachments. Of the four reader processes one only reads, one is slow, one is
+/// stopped and continued, and one is killed and replaced, so that it starts late.
 template <typename RingType>
 class KillTorture {
  public:
@@ -55,21 +55,21 @@ class KillTorture {
   using Channels = TortureChannels<RingType>;
   using Item = typename RingType::Item;
   enum Role : size_t { kSteady, kLagging, kStopped, kKilled, kReaders };
-  /// Where a reader is; `first_*`: at the first item it was given.
+  /// Position of a reader; `first_*`: at its first item.
   struct Reader {
     std::atomic<uint64_t> generation, first_generation, first_n, first_lost, reads, lost;
     std::atomic<uint64_t> torn, disorder;
   };
   struct Control {
     std::atomic<bool> go;
-    std::atomic<uint64_t> last_generation;  // 0: not known yet
+    std::atomic<uint64_t> last_generation;  // 0: unknown
     std::array<Reader, kReaders> readers;
   };
   using View = SegmentView<Channels>;
 
   ForkedProcess fork_reader(size_t i) {
     Reader& reader = shared_->readers[i];
-    // what a killed reader found is kept, where it was is not
+    // the findings of a killed reader are kept, its position is not
     reader.generation = reader.first_generation = reader.reads = 0;
     return ForkedProcess([this, i, &reader] { read(reader, i == kLagging); });
   }
@@ -102,7 +102,7 @@ class KillTorture {
     }
   }
 
-  /// Every reader has an item of the first generation, from its beginning, before it goes on.
+  /// Every reader must have an item of the first generation, from its beginning, before it goes on.
   ForkedProcess fork_first_writer() {
     ForkedProcess writer = fork_writer();
     const auto has_item = [](const Reader& r) { return r.reads > 0; };
@@ -119,8 +119,8 @@ class KillTorture {
     ForkedProcess writer([this, generation, fd = socket.get()] {
       SegmentWriter<Channels> segment(generation);
       RingType& ring = segment.channels().records;
-      // whole before any reader looks: a broken ring would lose it, and the first writer makes no
-      // more until every reader has it
+      // complete before any reader looks: a broken ring would lose it, and the first writer
+      // publishes no more until every reader has it
       ring.publish(Item::make(0));
       offer_segment(fd, Channels::kId, generation, Channels::kName, segment.fd());
       while (!shared_->go) std::this_thread::yield();
@@ -146,7 +146,7 @@ class KillTorture {
     for (uint64_t back = std::min(end, RingType::kCapacity); back > 0; --back) {
       const bool is_there = ring.read(end - back, out);
       if (is_there) found_.torn += !out.is_whole() || out.n != end - back;
-      // the slot of the oldest may be half overwritten by an item that was never counted
+      // an item that was never counted may have half overwritten the slot of the oldest
       const bool may_be_spoilt = back == RingType::kCapacity;
       found_.in_mid_copy += !is_there && may_be_spoilt;
       found_.unreadable += !is_there && !may_be_spoilt;
@@ -167,7 +167,7 @@ class KillTorture {
     }
   }
 
-  /// A last generation with one item: those before it are final for all readers.
+  /// A last generation with one item makes the previous ones final for all readers.
   void say_goodbye() {
     SegmentWriter<Channels> last(ends_.size());
     last.channels().records.publish(Item::make(0));
@@ -180,8 +180,8 @@ class KillTorture {
     for (ForkedProcess& reader : readers_) found_.crashes += reader.wait() != 0;
   }
 
-  /// From its first item on, what a reader was given and what it counted as lost is what all the
-  /// writers had published.
+  /// From its first item on, the items delivered to a reader plus those counted as lost must be all
+  /// those published by all writers.
   void balance() {
     for (const Reader& reader : shared_->readers) {
       const auto from = ends_.begin() + static_cast<ptrdiff_t>(reader.first_generation.load());
@@ -214,7 +214,7 @@ class KillTorture {
   HandoutServer server_{kSession};
   Shared<Control> shared_;
   std::array<ForkedProcess, kReaders> readers_;
-  std::unique_ptr<View> view_;  // this process's own, of the present generation
+  std::unique_ptr<View> view_;  // this process's own view, of the current generation
   std::vector<uint64_t> ends_;  // items published, by generation
   const uint64_t seed_ = std::random_device{}();
   std::mt19937_64 random_{seed_};

@@ -12,7 +12,7 @@
 
 namespace haptic::test {
 
-/// Inodes of all sockets of the internet on this machine.
+/// Inodes of all internet sockets on this machine.
 inline std::set<std::string> network_sockets() {
   std::set<std::string> inodes;
   for (const char* table : {"tcp", "tcp6", "udp", "udp6", "raw", "raw6"}) {
@@ -41,7 +41,7 @@ inline bool is_on_a_network(pid_t pid) {
     if (sockets.count(target) != 0) return true;
     ++looked_at;
   }
-  // one that was replaced meanwhile has none
+  // a process that was replaced in the meantime has none
   if (!ended) REQUIRE(looked_at > 3);
   return false;
 }

@@ -10,8 +10,8 @@
 
 namespace haptic::test {
 
-/// A folder of hapticd's children in which some are replaced by shell scripts; $HAPTICD_LIBEXEC
-/// names it while this lives.
+/// A folder of hapticd's child programs, some replaced by shell scripts; $HAPTICD_LIBEXEC points to
+/// it during its lifetime.
 class Programs {
  public:
   explicit Programs(const std::string& folder) : folder_(folder + "/programs") {

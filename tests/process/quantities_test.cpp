@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One rule for quantities: the same wrong texts at every door of the programs through which a
-// number with a unit comes in.
+// One rule for quantities: the same invalid texts at every input of the programs that takes a
+// number with a unit.
 #include <fstream>
 #include <string>
 #include <vector>
@@ -18,10 +18,10 @@ using test::has;
 using test::Ran;
 using test::word;
 
-/// A way in: a line of shell that takes the quantity as its last word.
+/// An input: a shell command line that takes the quantity as its last word.
 struct Door {
   std::string line, unit;
-  bool takes_bare = false;  // a number alone has a meaning
+  bool takes_bare = false;  // a bare number is allowed
 };
 
 const std::vector<Door> kDoors{
@@ -41,7 +41,7 @@ const std::vector<Door> kDoors{
 };
 
 struct Wrong {
-  std::string text, says;  // a % stands for the unit
+  std::string text, says;  // % stands for the unit
   bool lists_units = true;
 };
 
@@ -58,7 +58,7 @@ const std::vector<Wrong> kWrong{
     {"-1e-9 %", "(\"-1e-9 ", false},
 };
 
-/// What no door takes for a number; `--unit` knows words as well.
+/// Texts that no input accepts as a number; `--unit` also knows words.
 const std::vector<std::string> kNoNumber{"%", "", "\x1b[2J", "about 80 %"};
 
 std::string with_unit(std::string text, const std::string& unit) {
@@ -75,12 +75,12 @@ exec hapticd --check-config doors.toml
 )";
 }
 
-/// With a cache of its own.
+/// With a separate cache.
 Ran shell(const std::string& line, const std::string& folder) {
   return test::shell("export HAPTICD_CACHE=cache; " + line, folder);
 }
 
-/// One line, to the point, and no success.
+/// Checks for one relevant line and an exit code other than 0.
 void check_refusal(const Ran& ran, const std::string& says) {
   CHECK(ran.code != 0);
   CHECK(test::lines(ran.output) == 1);
@@ -129,7 +129,7 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
          {value + door.unit, value.substr(0, value.size() - 1) + door.unit}) {
       const Ran ran = shell(door.line + " " + word(text), folder.path());
       CAPTURE(text, ran.output);
-      // a session or a file that is not there, and the judge, come after the words
+      // missing sessions and files are detected after the arguments are parsed
       CHECK(ran.code != 2);
     }
     const Ran bare = shell(door.line + " 0.05", folder.path());

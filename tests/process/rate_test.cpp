@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The servo at each rate it can be configured to, and what an overrun does to it.
+// The servo at every rate that can be configured, and the effect of an overrun.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
@@ -37,13 +37,13 @@ std::string write_session(const std::string& folder, int rate_khz, const std::st
   return path;
 }
 
-/// A frame, and when this process found it, by its own look at the clock.
+/// A frame, and when this process found it by its own clock.
 struct SeenFrame : ServoFrame {
   int64_t seen_ns = 0;
 };
 using Frames = std::vector<SeenFrame>;
 
-/// Frames of at least this stretch of the servo's own time, none lost.
+/// Frames over at least this duration of the servo's time, none lost.
 Frames collect_for(Watcher& watcher, int64_t duration_ns) {
   Frames frames;
   const bool seen = eventually([&] {
@@ -56,8 +56,8 @@ Frames collect_for(Watcher& watcher, int64_t duration_ns) {
   return frames;
 }
 
-/// Each frame lies on the grid, each grid point is a frame or a counted skip, and no tick was due
-/// before the one before it was done: that would be a burst.
+/// Checks that each frame is on the grid, each grid point is a frame or a counted skip, and no tick
+/// was due before the previous one was done: that would be a burst.
 void check_grid(const Frames& frames, int64_t period) {
   for (size_t k = 1; k < frames.size(); ++k) {
     const SeenFrame& f = frames[k];
@@ -68,13 +68,13 @@ void check_grid(const Frames& frames, int64_t period) {
     REQUIRE(f.t_ns == before.t_ns + static_cast<int64_t>(f.tick - before.tick) * period);
     REQUIRE(f.wake_late_ns >= 0);
     REQUIRE(f.t_ns >= before.t_ns + before.wake_late_ns + before.busy_ns);
-    // nor was it there before it can have been computed
+    // nor was it found before it can have been computed
     REQUIRE(f.seen_ns >= f.t_ns + f.wake_late_ns + f.busy_ns);
   }
 }
 
-/// Ticks per second by this process's clock, from the frame of the first quarter that was found
-/// soonest after its instant to that of the last quarter.
+/// Ticks per second by this process's clock, between the frames of the first and last quarter that
+/// were found soonest after their deadlines.
 double rate_on_the_wall(const Frames& frames) {
   const auto delay = [](const SeenFrame& a, const SeenFrame& b) {
     return a.seen_ns - a.t_ns < b.seen_ns - b.t_ns;
@@ -86,7 +86,7 @@ double rate_on_the_wall(const Frames& frames) {
   return static_cast<double>(last.tick - first.tick) / seconds;
 }
 
-/// Why the share of late ticks is not to be judged here; empty: it is.
+/// Why the share of late ticks has no goal here; empty if it has.
 std::string no_realtime(const Watcher& watcher) {
   const RealtimeReport rights = realtime_of(*watcher.servo.header());
   return (rights.bits & kRealtimeFifo) != 0 ? "" : rights.explain();
@@ -98,8 +98,8 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   if (!test::programs_are_built()) return;
   const int rate_khz = GENERATE(1, 2, 4, 8);
   const std::string wake = GENERATE("sleep", "hybrid");
-  // spinning is the same code at every rate; at 8 kHz it leaves a busy machine of two cores so
-  // little that the watcher starves
+  // without spinning: its code does not depend on the rate, and at 8 kHz it would starve the
+  // watcher on a busy machine of two cores
   if (wake == "hybrid" && rate_khz > 1) return;
   if (kSanitized && (rate_khz > 2 || wake == "hybrid")) {
     WARN("SKIPPED: too slow under sanitizers for " << rate_khz << " kHz, " << wake);
@@ -112,7 +112,7 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   INFO(hapticd.log());
   REQUIRE(watcher.wait_for_all());
   const int64_t period = period_ns(1000.0 * rate_khz);
-  // what lay there before tells nothing of the wall's clock
+  // frames that were already in the ring say nothing about the wall clock
   collect_for(watcher, 1 * kMs);
   const Frames frames = collect_for(watcher, 1000 * kMs);
   check_grid(frames, period);
@@ -123,14 +123,14 @@ TEST_CASE("rate: the servo really runs at 1, 2, 4 and 8 kHz, sleeping or spinnin
   const uint64_t skipped = last.skipped - first.skipped;
   CHECK(frames.size() - 1 + skipped == grid_points);
   REQUIRE(frames.size() >= 100);
-  // on the wall's clock too, and not only on paper
+  // by the wall clock too, not only by the time stamps
   CHECK(rate_on_the_wall(frames) == Approx(1000.0 * rate_khz).epsilon(0.02));
-  // without rights any share of the ticks may be somebody else's
+  // without real-time rights other programs may take any share of the ticks
   if (const std::string why = no_realtime(watcher); !why.empty()) {
     WARN("SKIPPED: the share of skipped ticks: " << why);
     return;
   }
-  // the machine may take some away, never most
+  // the machine may take some, never most
   CHECK(static_cast<double>(skipped) < 0.5 * static_cast<double>(grid_points));
 }
 
@@ -155,12 +155,12 @@ TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, ne
   frames.insert(frames.end(), after.begin(), after.end());
   check_grid(frames, period);
 
-  // 320 grid points went by: one is the late tick, the others are skipped
+  // 320 grid points have passed: one is the late tick, the others are skipped
   const uint64_t skipped = frames.back().skipped - frames.front().skipped;
   CHECK(skipped >= 300);
   const uint64_t late = static_cast<uint64_t>(std::count_if(
       frames.begin(), frames.end(), [](const ServoFrame& f) { return f.wake_late_ns > 30 * kMs; }));
-  CHECK(late >= 1);  // the machine may add one of its own
+  CHECK(late >= 1);  // the machine may add one
 }
 
 TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and the rest is there") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What `hapt record` writes, where it does not, and what is not read: on the real binaries.
+// What `hapt record` writes, where it refuses to, and invalid recordings: on the real binaries.
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ using test::shell;
 using test::TemporaryRuntimeFolder;
 using test::Watcher;
 
-/// A session that runs, from a file of its own.
+/// A running session with its own session file.
 struct Session {
   TemporaryRuntimeFolder folder;
   std::string text =
@@ -52,7 +52,7 @@ std::string config_in(const std::string& recording) {
 TEST_CASE("hapt record: the recording holds the session file that hapticd has read") {
   if (!programs_are_built()) return;
   const Session session;
-  // what it was started with, whatever lies there by now
+  // the file it was started with, whatever has replaced it since
   std::ofstream(session.file) << "something else";
   const Ran ran = hapt("record -o run.mcap --for 0.3", session.folder.path());
   INFO(ran.output);

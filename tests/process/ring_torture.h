@@ -9,7 +9,7 @@
 namespace haptic {
 namespace test {
 
-/// A segment with one ring of any type, so that a broken one goes the same way as a sound one.
+/// A segment with one ring of any type, so that broken and sound rings are tested alike.
 template <typename RingType>
 struct TortureChannels {
   static constexpr SegmentId kId = SegmentId::kSim;
@@ -17,17 +17,17 @@ struct TortureChannels {
   RingType records;
 };
 
-/// What reader processes found; each adds to its own.
+/// Findings of reader processes; each adds to its own.
 struct ReaderFindings {
-  std::atomic<uint64_t> reads;       // items delivered and looked at word by word
-  std::atomic<uint64_t> torn;        // mixed, or under another's number
-  std::atomic<uint64_t> disorder;    // not after the one before
-  std::atomic<uint64_t> vanished;    // announced, not overwritten, and yet not there
+  std::atomic<uint64_t> reads;       // items delivered and checked word by word
+  std::atomic<uint64_t> torn;        // mixed, or with the number of another
+  std::atomic<uint64_t> disorder;    // not after the previous one
+  std::atomic<uint64_t> vanished;    // announced, not overwritten, but not readable
   std::atomic<uint64_t> miscounted;  // delivered and lost do not add up to published
   std::atomic<uint64_t> lost;
 };
 
-/// Counts as one process goes, handed over now and then: a killed reader's findings are kept.
+/// Counters of a process, handed over now and then, so that a killed reader's findings are kept.
 struct ReaderTally {
   uint64_t reads = 0, torn = 0, disorder = 0, vanished = 0;
 
@@ -40,7 +40,7 @@ struct ReaderTally {
   }
 };
 
-/// 1, or less where a sanitizer makes every access slow.
+/// 1, or less if a sanitizer slows down every access.
 double sanitizer_scale();
 
 }  // namespace test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The ring between processes. Short in CI; HAPTIC_TORTURE_SCALE=100 makes it 10^9 reads, 40 makes
-// it 1,000 kills a record size: docs/benchmarks/README.md.
+// The ring between processes. Short in CI; HAPTIC_TORTURE_SCALE=100 gives 10^9 reads, 40 gives
+// 1,000 kills per record size: docs/benchmarks/README.md.
 #include "tests/process/ring_torture.h"
 
 #include <catch2/catch.hpp>
@@ -36,7 +36,7 @@ using test::KillTorture;
 template <size_t kBytes>
 using Record = test::SelfDescribing<kBytes / 8>;
 
-// short rings: the writer is always on the readers' heels
+// short rings: the writer is always close behind the readers
 constexpr uint64_t kFlatOutSlots = 32;
 constexpr uint64_t kKillSlots = 16;
 constexpr int64_t kSecond = kNsPerSecond;
@@ -58,7 +58,7 @@ void print_flat_out(size_t bytes, const FlatOutFindings& f, double seconds) {
       bytes, seconds, number(f.published), number(f.reads), number(f.lost), number(f.torn),
       number(f.disorder), number(f.vanished), number(f.miscounted), number(f.stops),
       number(f.kills));
-  std::fflush(stdout);  // what is forked next must not say it again
+  std::fflush(stdout);  // a forked child must not print the buffer again
 }
 
 void print_kills(size_t bytes, const KillFindings& f, double seconds) {
@@ -108,7 +108,7 @@ TEMPLATE_TEST_CASE_SIG("ring torture: eight readers beside a writer that never p
   CHECK(found.vanished == 0);
   CHECK(found.miscounted == 0);
   CHECK(found.crashes == 0);
-  // the load was what it is meant to be
+  // the load was as intended
   CHECK(found.reads >= wanted);
   CHECK(found.lost > 0);
   CHECK(found.stops > 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt selftest: what it says of the loop is true of the loop that really runs.
+// hapt selftest: its findings hold for the loop that really runs.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -57,7 +57,7 @@ TEST_CASE("selftest: under guard a device is spoken to in every tick, and that i
   CAPTURE(ran.output);
   CHECK(test::figure(ran.output, "ticks under guard") == 2000);
   CHECK(test::figure(ran.output, "violations: system call") == 0);
-  // by the device's own account; the machine may have held the one or the other up
+  // by the device's own log; the machine may have stalled either
   CHECK(emulator.records().size() > 1000);
   if (test::figure(ran.output, "of them without the device") > 0) {
     WARN("SKIPPED: the machine held up loop or device, so the run counts as failed");

@@ -48,7 +48,7 @@ TEST_CASE("session: all rings flow, and SIGTERM ends it cleanly") {
   REQUIRE(watcher.wait_for_all());
   CHECK(watcher.control_frame.revision == 1);
   CHECK(watcher.scene.n_objects == 1);
-  // the circle is closed: contact answers servo frames, the servo uses the answers and the scene
+  // the loop is closed: contact answers servo frames, the servo uses the answers and the scene
   CHECK(eventually([&] {
     watcher.servo.latest(watcher.servo_frame);
     return watcher.servo_frame.contact_seq > 0 && watcher.servo_frame.scene_seq > 0 &&
@@ -61,7 +61,7 @@ TEST_CASE("session: all rings flow, and SIGTERM ends it cleanly") {
   CHECK_FALSE(std::filesystem::exists(folder.path() + "/flow.sock"));
   for (const pid_t child : children) CHECK_FALSE(test::is_alive(uint64_t(child)));
   CHECK(eventually([&] { return !watcher.attachments.is_connected(); }));
-  // each ended its loop by itself, and said so
+  // each process ended its loop by itself and reported it
   CHECK(watcher.servo.header()->state == uint32_t(SegmentState::kDead));
   for (const char* name : {"sim", "contact0", "servo0"}) {
     CHECK(hapticd.said(std::string(name) + ": stopped after"));
@@ -80,7 +80,7 @@ TEST_CASE("session: what is killed comes back one generation higher and nobody e
   CHECK(eventually([&] {
     return watcher.contact.latest(watcher.contact_set) && watcher.contact.generation() == 2;
   }));
-  // far enough that one who counts from zero again would show
+  // far enough that a restart from zero would show
   REQUIRE(eventually([&] { return watcher.sim.latest(watcher.scene) && watcher.scene.seq > 100; }));
   const SceneFrame before = watcher.scene;
   kill(writer_of(watcher.sim), SIGKILL);
@@ -122,7 +122,7 @@ TEST_CASE("session: what hangs is killed and replaced") {
 
 namespace {
 
-/// The contact that waits for its turn; 0 where none has said yet that it does.
+/// The spare contact; 0 if none has reported ready.
 pid_t ready_spare(const std::string& session) {
   const std::string status = say_to_session(session, "status"), key = "\"spare\": {\"pid\": ";
   const size_t at = status.find(key);
@@ -165,7 +165,7 @@ TEST_CASE("session: a contact that dies or hangs is replaced by the spare that w
   kill(before, signal);
   CHECK(s.is_answered_by(spare));
   INFO(s.hapticd.log());
-  // who was replaced is dead, not only unheard
+  // the replaced process is dead, not only silent
   CHECK_FALSE(test::is_alive(uint64_t(before)));
   CHECK(s.gets_spare_other_than(spare));
   CHECK(s.contact() == spare);
@@ -255,7 +255,7 @@ TEST_CASE("session: what people ask for reaches the servo before they are answer
   const std::string status = say_to_session("asked", "status");
   CHECK(status.find("\"name\": \"servo0\"") != std::string::npos);
   CHECK(status.find("\"stiffness\": 500") != std::string::npos);
-  // a servo that does not answer is replaced; the request waits for the next one
+  // a silent servo is replaced; the request waits for its successor
   kill(writer_of(watcher.servo), SIGSTOP);
   const std::string said = say_to_session("asked", "pause");
   CHECK((said == "ok" || said.find("the servo has not taken it up within a second") != said.npos));
@@ -277,10 +277,10 @@ TEST_CASE("session: a removed runtime folder is put back, and the session can be
     Watcher watcher("lost");
     REQUIRE(watcher.wait_for_all());
   }
-  // at once: what removes one file after another removes what was put back meanwhile too
+  // at once: deleting file by file would also delete what was restored in the meantime
   std::filesystem::rename(folder, outer.path() + "/removed");
   REQUIRE(eventually([&] { return hapticd.said("put back"); }));
-  // a second one finds it there
+  // a second hapticd finds it there
   HapticdProcess second({write_config(outer.path()), "--session", "lost"}, outer.path());
   CHECK(second.exit_code() == kExitBadInput);
   CHECK(second.said("'lost' runs already"));
@@ -308,7 +308,7 @@ TEST_CASE("session: where another hapticd has taken the name meanwhile, the firs
   first.send(SIGCONT);
   CHECK(first.exit_code() != 0);
   CHECK(first.said("can no longer be reached and ends"));
-  // its end took nothing of the second's away
+  // its end has removed nothing of the second session
   CHECK(say_to_session("taken", "pause") == "ok");
   CHECK(say_to_session("taken", "stop") == "ok");
   CHECK(second.exit_code() == 0);
@@ -330,7 +330,7 @@ TEST_CASE("session: with a log that nobody reads it restarts, pauses and stops")
   }
   Watcher watcher("mute");
   REQUIRE(watcher.wait_for_all());
-  // full for certain, and nobody reads
+  // certainly full, with no reader
   fcntl(ends[1], F_SETFL, O_NONBLOCK);
   while (write(ends[1], "x", 1) == 1) {
   }
@@ -393,7 +393,7 @@ TEST_CASE("session: when hapticd is killed its processes end by themselves") {
   for (const pid_t child : children) {
     CHECK(eventually([&] { return !test::is_alive(uint64_t(child)); }));
   }
-  // nothing is in the way of the next one
+  // nothing blocks the next one
   HapticdProcess next({write_config(folder.path()), "--session", "orphans"}, folder.path());
   Watcher again("orphans");
   CHECK(again.wait_for_all());
@@ -413,7 +413,7 @@ TEST_CASE("session: a second hapticd of the same name leaves with one line") {
   CHECK(second.said("'twin' runs already (hapticd, pid " + std::to_string(first.pid())));
   const std::string said = second.log();
   CHECK(std::count(said.begin(), said.end(), '\n') == 1);
-  // the first one is none the worse for it
+  // the first one is unaffected
   CHECK(eventually([&] { return watcher.sim.latest(watcher.scene); }));
 }
 
@@ -450,13 +450,13 @@ TEST_CASE("session: haptic-contact killed while it reads a mesh leaves the mesh'
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   std::string config = write_config(folder.path());
-  // a mesh that takes seconds
+  // a mesh that takes seconds to bake
   std::ofstream(config, std::ios::app) << "\n[[object]]\nname = \"large\"\n"
                                           "primitive = \"sphere\"\nsize = \"100 mm\"\n"
                                           "subdivisions = 8\n";
   HapticdProcess hapticd({config, "--session", "large"}, folder.path());
   REQUIRE(eventually([&] { return hapticd.said("contact0: preparing primitive:sphere"); }));
-  // as the kernel does where memory has run out
+  // as the kernel does when memory is exhausted
   const std::string status = say_to_session("large", "status");
   const std::string key = "\"contact0\", \"pid\": ";
   const size_t at = status.find(key);
@@ -486,11 +486,11 @@ TEST_CASE("session: a process that keeps dying is started again ever more slowly
     return delays.size() >= 5;
   }));
   CHECK(delays == std::vector<std::string>{"0 ms", "50 ms", "200 ms", "1000 ms", "1000 ms"});
-  // meanwhile the rest of the session runs
+  // in the meantime the rest of the session runs
   Watcher watcher("loop");
   CHECK(eventually([&] { return watcher.sim.latest(watcher.scene); }));
   CHECK(watcher.sim.generation() == 1);
-  // but not for ever: a process that never gets as far as its loop is given up
+  // but not for ever: a process that never reaches its loop is given up
   CHECK(hapticd.exit_code() == 1);
   CHECK(hapticd.said("haptic-contact ended with exit code 1 8 times before it ran"));
 }
@@ -539,7 +539,7 @@ TEST_CASE("session: with --log-json hapticd writes one object a line") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;
   const Programs programs(folder.path());
-  // what a process says itself comes out in the same form
+  // a process's own output gets the same form
   programs.replace("haptic-contact",
                    "echo 'haptic-contact: a \"quoted\" mesh' >&2; exec sleep 1000");
   programs.replace("haptic-servo", "exec sleep 1000");

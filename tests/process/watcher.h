@@ -55,7 +55,7 @@ pid_t writer_of(const Source& source) {
   return static_cast<pid_t>(source.header()->pid.load());
 }
 
-/// Fails the test where a program is missing: one that runs none of them shows nothing.
+/// Fails the test if a program is missing, because then nothing is tested.
 inline bool programs_are_built() {
   for (const char* name :
        {"hapticd", "haptic-sim", "haptic-contact", "haptic-servo", "haptic-emulator"}) {

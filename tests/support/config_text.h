@@ -21,7 +21,7 @@ inline const std::string kScene =
     "primitive = \"box\"\n"                          // 9
     "extent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";  // 10
 
-/// kScene with one line replaced by another text; "" as `old` appends.
+/// kScene with one line replaced; an empty `old` appends.
 inline std::string scene_with(const std::string& old, const std::string& text) {
   std::string scene = kScene;
   if (old.empty()) return scene + text;
@@ -30,7 +30,7 @@ inline std::string scene_with(const std::string& old, const std::string& text) {
   return scene.replace(at, old.size(), text);
 }
 
-/// What a person is told about this text; empty when it is accepted.
+/// The error message for this text; empty if it is accepted.
 inline std::string error_of(const std::string& text) {
   try {
     parse_config(text, "x.toml");
@@ -40,7 +40,7 @@ inline std::string error_of(const std::string& text) {
   }
 }
 
-/// A mistake, where it is and what is said of it.
+/// A mistake, its position and the expected message.
 struct Bad {
   std::string what, text, place, says;
 };

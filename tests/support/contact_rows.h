@@ -16,7 +16,7 @@ struct MotionProblem {
   std::vector<MotionRow> rows;
 };
 
-/// A body of this size: every third time a diagonal metric, else any positive definite one.
+/// The metric of a body of this size: every third one diagonal, else any positive definite one.
 inline Mat6 random_metric(Random& random, double radius) {
   if (random.index(3) == 0) {
     const double mass = random.uniform(0.05, 2), inertia = mass * radius * radius;
@@ -34,12 +34,12 @@ inline Mat6 random_metric(Random& random, double radius) {
 
 struct RowsOptions {
   size_t most = 200;           // rows; most problems have no more than 24
-  bool nearly_equal = true;    // also rows that differ by 1e-15 to 0.1 from others or opposites
+  bool nearly_equal = true;    // also rows within 1e-15 to 0.1 of others or of their opposites
   double largest_push = 2e-3;  // b > 0, of the size of the motion; 0: no overlaps
 };
 
-/// Contacts round about, on a plane, about a peg, through one point, in a bundle; among them
-/// duplicates and opposites of others. Rows have unit normals and lever arms up to `radius`.
+/// Contacts all around, on a plane, around a peg, through one point, in a bundle; some duplicate or
+/// oppose others. Rows have unit normals and lever arms up to `radius`.
 inline MotionProblem random_motion_problem(Random& random, double radius,
                                            const RowsOptions& options = {}) {
   MotionProblem problem;
@@ -84,8 +84,8 @@ inline MotionProblem random_motion_problem(Random& random, double radius,
   return problem;
 }
 
-/// By how much an answer misses the conditions of Karush, Kuhn and Tucker. Relative to the speeds
-/// that each row is the sum of, and to the wrenches.
+/// Residual of the KKT conditions, relative to the speeds that each row sums up and to the
+/// wrenches.
 struct KktResidual {
   double primal = 0, dual = 0, complementarity = 0, stationarity = 0;
 };
@@ -114,7 +114,7 @@ inline KktResidual kkt_residual(const MotionProblem& problem, const ConstrainedM
     force += multiplier * norm(J.v);
     torque += multiplier * norm(J.w);
   }
-  // a row that pushes with lever arm zero has no torque of its own, only rounding of the others'
+  // a row with lever arm zero has no torque of its own, only the rounding of the others
   const double size = std::max({force, torque, 1e-300});
   out.stationarity = std::max(norm(sum.f), norm(sum.t)) / size;
   return out;

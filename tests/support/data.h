@@ -6,15 +6,15 @@
 
 namespace haptic::test {
 
-/// A file or folder of the checkout that the test was built in, by its path from the root. Found
-/// when the test runs: a path in the binary would be that of whoever filled the compiler's cache.
+/// A file or folder of the source tree by its path from the root. Looked up at run time: a path
+/// compiled into the binary would be wrong for a cached object file.
 std::string from_source(const std::string& path);
 
-/// A recording: in $HAPTICD_DATA, else in ../shared/data beside the source tree. Or nothing, said
-/// loudly: a test that needs it then has nothing to do.
+/// A recording in $HAPTICD_DATA, else in ../shared/data next to the source tree; nothing, with a
+/// warning, if absent: tests that need it are then empty.
 std::optional<std::string> find_data(const std::string& name);
 
-/// A mesh of Debian's libcgal-demo: in $HAPTICD_MESHES, else in build/meshes; or nothing, as above.
+/// A mesh of Debian's libcgal-demo in $HAPTICD_MESHES, else in build/meshes; or nothing, as above.
 std::optional<std::string> find_mesh(const std::string& name);
 
 }  // namespace haptic::test

@@ -17,8 +17,8 @@
 
 namespace haptic::test {
 
-/// The real driver and the emulated board on virtual time: bytes go over a pair of sockets in
-/// place of a serial line, and the board takes a turn each quarter of a millisecond.
+/// The real driver and the emulated board on virtual time: a socket pair replaces the serial line,
+/// and the board runs every quarter of a millisecond.
 class EmulatedWoodenHaptics final : public Device {
  public:
   explicit EmulatedWoodenHaptics(const EmulatedDeviceOptions& options) : board_(options, 0) {
@@ -27,7 +27,7 @@ class EmulatedWoodenHaptics final : public Device {
       throw std::runtime_error("no pair of sockets");
     }
     wire_ = FileDescriptor(ends[0]);
-    // the answer to the greeting, which waits in real time
+    // the answer to the greeting, for which the driver waits in real time
     say("[3,0,0,0,0,0,0,0]\n");
     driver_ = std::make_unique<WoodenHaptics>(DeviceConfig{}, FileDescriptor(ends[1]));
     hear();
@@ -39,14 +39,14 @@ class EmulatedWoodenHaptics final : public Device {
     pass(tick.now_ns);
     return driver_->read(tick, state);
   }
-  /// The board goes on meanwhile.
+  /// Time passes for the board only.
   void pass(int64_t t_ns) {
     while (turned_ns_ + kTurnNs <= t_ns) turn(turned_ns_ + kTurnNs);
   }
   void write(const Wrench& F_B) override { driver_->write(F_B); }
   void stop() override { driver_->stop(); }
 
-  /// Of what the board says, until the driver can read it; the order stays.
+  /// Delay until the driver can read the board's answers; their order is kept.
   int64_t delay_ns = 0;
 
   EmulatedDevice& board() { return board_; }

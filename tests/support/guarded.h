@@ -10,17 +10,17 @@
 
 namespace haptic::test {
 
-/// Keeps what the compiler could otherwise see through and leave out.
+/// Hides a value from the optimiser.
 template <typename T>
 void use(T&& value) {
   asm volatile("" : : "g"(&value) : "memory");
 }
 
-/// Runs `body` armed in a thread of its own and returns what was caught.
+/// Runs `body` guarded in its own thread and returns the violations.
 inline GuardReport guarded(const std::function<void()>& body) {
   GuardReport report;
   std::thread([&] {
-    // as a servo begins: a stack that was never touched would fault in the handler of the signal
+    // like the servo at its start: an untouched stack would fault in the signal handler
     enter_realtime({.fifo_priority = 0, .lock_memory = false});
     RtGuard guard;
     guard.arm();
@@ -33,14 +33,14 @@ inline GuardReport guarded(const std::function<void()>& body) {
   return report;
 }
 
-/// Says loudly that interposition is not to be had, where it is not.
+/// Prints a warning if interposition is not available.
 inline bool hooks_are_here() {
   if (guard_hooks_linked()) return true;
   WARN("SKIPPED: sanitizers interpose the same functions");
   return false;
 }
 
-/// Nothing else is caught beside the planted one.
+/// Nothing is caught except the planted violation.
 inline void check_only(const GuardReport& report, Violation kind, uint64_t count) {
   CAPTURE(name_of(kind), report.explain());
   CHECK(report.of(kind).count == count);

@@ -9,7 +9,7 @@
 
 namespace haptic::test {
 
-/// What others may put where a person would read a name or a value.
+/// Hostile texts in place of a name or a value.
 inline const std::vector<std::string> kHostileTexts{"\x1b]0;owned\x07\x1b[2J\x1b[31m",
                                                     "two\nlines\r",
                                                     "\x7f\b\b\t",
@@ -21,7 +21,7 @@ inline const std::vector<std::string> kHostileTexts{"\x1b]0;owned\x07\x1b[2J\x1b
                                                     std::string(5000, 'A'),
                                                     std::string(4000, '\x1b')};
 
-/// The code points of a text by the C library; `is_utf8` says whether they could be had.
+/// The code points of a text by the C library; `is_utf8`: whether it is valid.
 inline std::u32string code_points(std::string text, bool& is_utf8) {
   std::u32string out(text.size(), U'\0');
   char* in = text.data();
@@ -41,8 +41,8 @@ inline size_t length(const std::string& text) {
   return code_points(text, is_utf8).size();
 }
 
-/// What is wrong with what a program has printed; empty: whole lines of printable UTF-8, none of
-/// them longer than a message with the name of a program and the time in front of it.
+/// Defects of a program's output; empty if it is whole lines of printable UTF-8, none of them
+/// longer than a message preceded by the name of a program and the time.
 inline std::string problem_of_message(const std::string& printed) {
   constexpr size_t kLongest = 1000 + 120;  // [characters]
   if (!printed.empty() && printed.back() != '\n') return "does not end its line";

@@ -3,11 +3,10 @@
 
 #include <Eigen/Core>
 
-/// Eigen's decompositions, for oracles. They take long to compile, so they are called from one
-/// file.
+/// Eigen's decompositions for test oracles, in one file because they take long to compile.
 namespace haptic::test {
 
-/// The shortest x with the least |G x − b|, by complete orthogonal decomposition.
+/// The shortest x that minimises |G x − b|, by complete orthogonal decomposition.
 Eigen::VectorXd shortest_solution(const Eigen::MatrixXd& G, const Eigen::VectorXd& b);
 
 /// L of M = L Lᵀ, M symmetric and positive definite.

@@ -8,7 +8,7 @@
 
 namespace haptic::test {
 
-// a soup as the bytes of a file, one function per format the baker reads; text with all 17 digits
+// a soup as the bytes of a file, one function per format of the baker; text with all 17 digits
 
 std::string as_off(const Soup& soup);
 std::string as_obj(const Soup& soup);
@@ -17,7 +17,7 @@ std::string as_binary_stl(const Soup& soup);
 std::string as_text_ply(const Soup& soup);
 std::string as_binary_ply(const Soup& soup);
 
-/// Adds the bytes of a value as they lie in memory.
+/// Adds the bytes of a value as stored in memory.
 template <class T>
 void append(std::string& out, T value) {
   char bytes[sizeof value];

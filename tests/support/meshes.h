@@ -13,7 +13,7 @@
 
 namespace haptic::test {
 
-/// Uniform random numbers and what is made of them, from a fixed seed.
+/// Uniform random numbers, vectors, poses and points from a fixed seed.
 class Random {
  public:
   explicit Random(uint64_t seed) : engine_(seed) {}
@@ -34,7 +34,7 @@ class Random {
   Pose pose(double reach) {
     return {reach * direction(), from_rotation_vector(uniform(0, 3) * direction())};
   }
-  /// Around the mesh: its box grown by half its size on every side.
+  /// Around the mesh: in its box, enlarged by half its size on every side.
   Vec3 near_mesh(const TriangleMesh& mesh) {
     const Vec3 margin = 0.5 * (mesh.upper - mesh.lower);
     return in_box(mesh.lower - margin, mesh.upper + margin);
@@ -52,14 +52,14 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// Reads a plain OFF file of triangles, independent of the baker; scaled so that the longest side
-/// is `size` metres. No triangles where the mesh is absent.
+/// Reads a plain OFF file of triangles, independent of the baker, scaled so that the longest side
+/// is `size` metres. No triangles if the file is absent.
 Soup load_off(const std::string& name, double size);
 
-/// A sheet of n × n quads over 0.1 m × 0.1 m as rough as it is fine: slopes of `slope`, all random.
+/// A sheet of n × n quads over 0.1 m × 0.1 m with random slopes of `slope`.
 Soup make_rough_sheet(uint64_t seed, uint32_t n, double slope);
 
-/// Unconnected random triangles, some of them without area, some of them twice.
+/// Unconnected random triangles, some of zero area, some duplicated.
 Soup make_degenerate_soup(uint64_t seed, size_t n);
 
 }  // namespace haptic::test

@@ -16,7 +16,7 @@
 
 namespace haptic::test {
 
-/// The device's end of a serial line, in the hands of a test.
+/// The device's end of a serial line, controlled by a test.
 class PtyLine {
  public:
   PtyLine() {
@@ -35,22 +35,22 @@ class PtyLine {
 
   const std::string& name() const { return name_; }
 
-  /// For a thread beside the one that reads.
+  /// For use in a thread other than the reader's.
   void pass(std::string_view text) const {
     if (write(master_.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
       throw std::runtime_error("the line is full");
     }
   }
 
-  /// Returns once there is something to read at the other end: the kernel passes it on in a thread
-  /// of its own.
+  /// Returns once there is something to read at the other end; the kernel transfers it
+  /// asynchronously.
   void say(std::string_view text) const {
     pass(text);
     pollfd arriving{slave_.get(), POLLIN, 0};
     poll(&arriving, 1, 50);
   }
 
-  /// What the host has said since the last call; waits a second for the first byte.
+  /// Output of the host since the last call; waits a second for the first byte.
   std::string hear(int wait_ms = 1000) const {
     std::string text;
     std::array<char, 4096> bytes;
@@ -62,7 +62,7 @@ class PtyLine {
     return text;
   }
 
-  /// Pulls the plug.
+  /// Unplugs the device.
   void unplug() {
     slave_.reset();
     master_.reset();

@@ -43,7 +43,7 @@ inline double jacobian_error(const std::function<BodyWrench(const BodyMotion&)>&
   return error;
 }
 
-/// A contact that is pushed in by up to 1 mm, somewhere on a tool of 5 cm.
+/// A contact pressed in by up to 1 mm, somewhere on a tool of 5 cm.
 inline SoftContact random_contact(Random& random, const Pose& X_WC) {
   SoftContact c;
   c.tool_point_C = 0.05 * random.direction();

@@ -16,7 +16,7 @@ struct Touch {
   double gap = 0;
 };
 
-/// A set of the renderers whose tool never enters an object.
+/// A contact set of a renderer whose tool never enters an object.
 inline std::unique_ptr<ContactSet> rigid_set(const Pose& X_WG, const std::vector<Touch>& touches) {
   auto set = std::make_unique<ContactSet>();
   *set = {};
@@ -43,8 +43,8 @@ inline std::vector<Touch> corners_on_floor(double a, double bottom, double gap =
   return touches;
 }
 
-/// Everywhere about a tool of this radius: few or many, on a plane, about a peg, some twice or
-/// opposite; gaps of `reach` at most.
+/// Contacts all around a tool of this radius: few or many, on a plane, around a peg, some duplicate
+/// or opposite; gaps of at most `reach`.
 inline std::vector<Touch> random_touches(Random& random, double radius, double reach) {
   const size_t n = 1 + random.index(random.index(3) == 0 ? kMaxContacts : 8);
   const size_t arrangement = random.index(4);
@@ -65,7 +65,7 @@ inline std::vector<Touch> random_touches(Random& random, double radius, double r
   return touches;
 }
 
-/// A solver and what it keeps from tick to tick.
+/// A solver with its state from tick to tick.
 class RigidLoop {
  public:
   explicit RigidLoop(Renderer renderer) : renderer_(renderer) {

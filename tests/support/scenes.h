@@ -23,7 +23,7 @@ struct TestScene {
   }
 };
 
-/// The same surface seen from the other side: a room instead of a block.
+/// The same surface with reversed orientation: a room instead of a block.
 inline Soup turned_inside_out(Soup soup) {
   for (Triangle& t : soup.triangles) std::swap(t[1], t[2]);
   return soup;

@@ -7,8 +7,7 @@
 
 namespace haptic::test {
 
-/// A record of which each word follows from its number, so that a reader sees whether two records
-/// were mixed.
+/// A record whose words all follow from its number, so that a reader can detect mixed records.
 template <size_t kWords>
 struct SelfDescribing {
   uint64_t n = 0;

@@ -48,7 +48,7 @@ inline ServoInput input_at(int64_t tick, const Vec3& p_W, const ContactSet* set)
   return input;
 }
 
-/// One tick of a session that is armed and leaves the coupling as it is.
+/// One tick of an armed session that leaves the coupling unchanged.
 inline ServoFrame step_armed(const ServoModel& model, ServoState& state, ServoInput input) {
   ControlFrame control{};
   control.armed = 1;

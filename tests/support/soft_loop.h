@@ -14,17 +14,17 @@
 
 namespace haptic::test {
 
-/// Who tells what touches.
+/// The contact detector.
 enum class Asked { kField, kTangentPlanes, kExact };
 
-/// An obstacle at rest at the origin and a tool, with all that the detectors want of them.
+/// A fixed obstacle at the origin and a tool, with the shapes for all detectors.
 struct SoftPair {
   MeshShapeData object, tool;
   VoxmapData map;
   DistanceFieldData field;
   PointshellData shell;
   std::array<VoxelObject, 1> objects;
-  double size = 0;  // of a voxel and of a cell, and between points [m]
+  double size = 0;  // edge of voxels and cells, and point spacing [m]
 
   SoftPair(const Soup& object_soup, const Soup& tool_soup, double voxel)
       : object(build_shape(object_soup)), tool(build_shape(tool_soup)), size(voxel) {
@@ -42,8 +42,8 @@ struct SoftPair {
   SoftPair(const SoftPair&) = delete;
 };
 
-/// Contact and servo in lockstep: a contact set is made every so many ticks where the proxy was
-/// then, or for direct rendering the hand, and is there `every` ticks later at the latest.
+/// Contact and servo in lockstep: a contact set is computed every `every` ticks at the proxy's pose
+/// then, or the hand's for direct rendering, and is available at most `every` ticks later.
 class SoftLoop {
  public:
   SoftProxyModel model;
@@ -86,7 +86,7 @@ class SoftLoop {
     detect_voxel(voxel, *detector_, question, *set_);
   }
 
-  /// One cluster is one contact; there is no linearised wrench.
+  /// Each cluster is one contact; there is no linearised wrench.
   void ask_exact(const Pose& X_OT) {
     std::array<PushCluster, 16> clusters;
     const ExactOptions options{voxel.force.stiffness, voxel.clusters};

@@ -8,7 +8,7 @@
 
 namespace haptic::test {
 
-/// A folder under /tmp that goes with its owner.
+/// A folder under /tmp that is deleted with its owner.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -27,7 +27,7 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// The runtime folder of every session this process starts or looks for, as long as it lives.
+/// The runtime folder for every session that this process starts or looks up during its lifetime.
 class TemporaryRuntimeFolder : public TemporaryFolder {
  public:
   TemporaryRuntimeFolder() { setenv("HAPTICD_RUNTIME_DIR", path().c_str(), 1); }

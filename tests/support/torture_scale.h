@@ -12,18 +12,18 @@ inline constexpr size_t kSlowdown = 20;
 inline constexpr size_t kSlowdown = 1;
 #endif
 
-/// Number of random trials, fewer where a sanitizer slows each one down.
+/// Number of random trials, fewer if a sanitizer slows them down.
 constexpr size_t trials(size_t n) {
   return n / kSlowdown > 0 ? n / kSlowdown : 1;
 }
 
-/// How much longer than in CI: the environment's HAPTIC_TORTURE_SCALE, 1 where it is not set.
+/// The environment's HAPTIC_TORTURE_SCALE, which lengthens tests beyond CI; 1 if unset.
 inline double torture_scale() {
   const char* text = std::getenv("HAPTIC_TORTURE_SCALE");
   return text != nullptr ? std::strtod(text, nullptr) : 1;
 }
 
-/// Length of a sweep whose full length is a command: as many trials, times the torture scale.
+/// Length of a sweep that can be run in full by command: `trials` times the torture scale.
 inline size_t sweep(size_t n) {
   return static_cast<size_t>(static_cast<double>(trials(n)) * torture_scale());
 }
