@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/step.cpp: what it makes of what the servo says.
+// Tests for contact/step.cpp with hand-made servo frames.
 #include "contact/step.h"
 
 #include <cstring>
@@ -15,7 +15,7 @@ using haptic::Vec3;
 
 namespace {
 
-/// A block of 10 cm about the origin, and the detector over it.
+/// A block of 10 cm around the origin, and its detector.
 struct Bench {
   haptic::MeshShapeData block = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
   haptic::ContactModel model;
@@ -53,10 +53,10 @@ TEST_CASE("contact step: a hand that feels nothing passes through, and begins wh
   Bench b;
   const Vec3 above_W{0, 0, 0.06}, inside_W{0, 0, 0.02}, below_W{0, 0, -0.06};
   b.answer(above_W, 0);
-  // felt: held back at the surface
+  // rendered: held back at the surface
   CHECK(b.answer(inside_W, haptic::kServoContact)->X_WG.p.z > 0.05);
   const uint64_t reseeds = b.answer(inside_W, haptic::kServoContact)->reseeds;
-  // not felt: no longer held back, and the servo is told to begin softly
+  // not rendered: no longer held back, and the servo is told to start softly
   const auto passing = b.answer({0, 0, -0.04}, closed);
   CHECK(passing->X_WG.p.z < -0.05);
   CHECK(passing->reseeds > reseeds);
@@ -89,7 +89,7 @@ TEST_CASE("contact step: witnesses never change a result", "[contact][trap]") {
   const haptic::MeshShape other = other_data.view();
   const haptic::ContactModel model = build_contact_model(config, shapes);
   haptic::test::Random random(5);
-  // kept as they come, new each time, and of anywhere
+  // in the order in which they come, each time new, and of any object
   const auto kept = std::make_unique<haptic::ContactState>();
   const auto fresh = std::make_unique<haptic::ContactState>();
   const auto foreign = std::make_unique<haptic::ContactState>();

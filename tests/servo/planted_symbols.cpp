@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What must never be in the servo's step, for the test that tests/symbols.cmake refuses it.
+// Forbidden calls in the servo's step, for the test that tests/symbols.cmake refuses them.
 #include <pthread.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-double ring_up(double x);  // of ours, but not among the objects
+double ring_up(double x);  // a function of this project, but not among the objects
 
 double plant_everything(double x, pthread_mutex_t* mutex, std::vector<double>& values,
                         void*& memory) {

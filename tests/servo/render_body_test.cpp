@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render_body.cpp: ticks of a tool with six degrees of freedom on hand-made
-// contacts.
+// Tests for servo/render_body.cpp: ticks of a 6-DoF tool on hand-made contacts.
 #include <limits>
 #include <memory>
 
@@ -35,7 +34,7 @@ std::unique_ptr<ContactSet> soft_set(const Vec3& tool_point_T, double stiffness)
   return set;
 }
 
-/// That it is held in place until its proxy rests.
+/// Held in place until its proxy rests.
 ServoFrame settled(const ServoModel& model, const ContactSet& set, const Vec3& p_W) {
   ServoState state;
   ServoFrame f{};
@@ -52,7 +51,7 @@ ServoFrame settled(const ServoModel& model, const ContactSet& set, const Vec3& p
 
 TEST_CASE("servo: a tool with six degrees of freedom feels coupling and contact in series",
           "[servo]") {
-  // algorithms.md 7.2: k_vc k_c/(k_vc + k_c) times the depth; direct: k_c alone
+  // k_vc k_c/(k_vc + k_c) times the depth; direct: k_c alone
   const double k_vc = 800, k_c = 3000, depth = 1e-3;
   const auto set = soft_set({}, k_c);
   ServoModel model = plain_model(k_vc);
@@ -69,7 +68,7 @@ TEST_CASE("servo: a tool with six degrees of freedom feels coupling and contact 
   // the proxy is above the hand; direct has none
   const double above = solver == SoftSolver::kDirect ? 0 : k * depth / k_vc;
   CHECK_THAT(f.X_WP.p, IsNear({0, 0, -depth + above}, 1e-9));
-  // the object was pushed the other way, over two seconds
+  // the object was pushed the opposite way, over two seconds
   if (solver != SoftSolver::kPenaltyDynamics) {
     CHECK(f.object_impulse_W[0].f.z == Approx(-2 * k * depth).epsilon(2e-3));
   }
@@ -82,7 +81,7 @@ TEST_CASE("servo: a contact beside the tool's origin turns it, about the grip", 
   model.proxy.solver = haptic::SoftSolver::kDirect;
   const ServoFrame f = settled(model, *set, {0, 0, -depth});
   CHECK_THAT(f.F_coupling_W.t, IsNear({0, -arm * k_c * depth, 0}, 1e-12));
-  // the handle is 5 cm beside the tool: the force has that arm as well
+  // the handle is 5 cm beside the tool, which gives the force a lever arm
   model.map.X_HT.p = {0.05, 0, 0};
   const ServoFrame held = settled(model, *set, {-0.05, 0, -depth});
   CHECK_THAT(held.F_device_B.t, IsNear({0, -(0.05 + arm) * k_c * depth, 0}, 1e-12));
@@ -106,7 +105,7 @@ TEST_CASE("servo: contacts of a tool that are not finite are a fault", "[servo]"
 }
 
 TEST_CASE("servo: a point that takes over from a body begins anew", "[servo][trap]") {
-  // many contacts of a body must not be taken for features of a point
+  // many contacts of a body must not be treated as features of a point
   auto soft = soft_set({}, 3000);
   for (uint32_t i = 1; i < 8; ++i) soft->contacts[soft->n_contacts++] = soft->contacts[0];
   ServoModel model = plain_model(800);
@@ -115,7 +114,7 @@ TEST_CASE("servo: a point that takes over from a body begins anew", "[servo][tra
   step_armed(model, state, input_at(1, {0, 0, -1e-3}, soft.get()));
   const auto hard = set_of({plane({0, 0, 1}, {})});
   const ServoFrame f = step_armed(model, state, input_at(2, {0, 0, -1e-3}, hard.get()));
-  // the hand has not moved: what appears comes slowly
+  // the hand has not moved: a new contact fades in
   CHECK((f.flags & haptic::kServoSlewing) != 0);
 }
 
@@ -144,7 +143,7 @@ TEST_CASE("servo: what the objects are pushed with is what the hand feels", "[se
   using haptic::SoftSolver;
   const SoftSolver solver =
       GENERATE(SoftSolver::kDirect, SoftSolver::kPenaltyDynamics, SoftSolver::kQuasiStatic);
-  // a linearised wrench that says more than the springs, of which quasi-static knows nothing
+  // a linearised wrench beyond the springs, which quasi-static does not use
   auto set = soft_set({0.005, 0, 0}, 2000);
   set->trust_radius = 1e-3;
   set->X_WT.p = {0, 0, -1e-3};

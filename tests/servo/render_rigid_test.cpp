@@ -26,7 +26,7 @@ std::unique_ptr<ContactSet> floor_set(Renderer renderer) {
   return set;
 }
 
-/// Ticks with a fresh set each.
+/// Ticks with a new set each.
 class Session {
  public:
   explicit Session(const ContactSet& set) : set_(std::make_unique<ContactSet>(set)) {}
@@ -45,7 +45,7 @@ class Session {
     input.control = control;
     return step_armed(model, state, input);
   }
-  bool answers = true;  // contact does
+  bool answers = true;  // whether contact answers
 
  private:
   std::unique_ptr<ContactSet> set_;
@@ -67,7 +67,7 @@ TEST_CASE("servo: a tool that never enters an object feels the coupling alone", 
   CHECK((f.flags & kServoContact) != 0);
   CHECK((f.flags & kServoSolverLimit) == 0);
   CHECK(f.n_contacts >= 1);
-  // the objects are pushed with what the hand feels
+  // the objects are pushed with the force that the hand feels
   const Wrench before = session.state.object_impulse_W[0];
   f = session.tick({0, 0, -depth});
   const Wrench after = session.state.object_impulse_W[0];
@@ -143,7 +143,7 @@ TEST_CASE("servo: a rigid tool fades when contact falls silent", "[servo][trap]"
   bool stale = false;
   for (int i = 0; i < 3000; ++i) {
     f = session.tick({0, 0, -5e-3});
-    // a fiftieth of the force a tick, and what the mass and its damper add
+    // a fiftieth of the force per tick, plus the effect of the mass and its damper
     REQUIRE(std::fabs(f.F_device_B.f.z - before) < 0.2);
     before = f.F_device_B.f.z;
     stale |= (f.flags & kServoStale) != 0;
@@ -166,7 +166,7 @@ TEST_CASE("servo: rigid tools begin anew where nothing was felt, or another rend
   control.rotational_stiffness = 2;
   for (int i = 0; i < 20; ++i) session.tick({0, 0, -1e-3}, {}, &control);
   CHECK(started());
-  // paused, the proxy goes where the hand goes as far as the contacts let it
+  // while paused, the proxy follows the hand as far as the contacts permit
   control.paused = 1;
   const ServoFrame f = session.tick({0.01, 0, -1e-3}, {}, &control);
   CHECK(f.F_device_B == Wrench{});

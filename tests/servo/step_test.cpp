@@ -50,7 +50,7 @@ TEST_CASE("servo: above the plane there is no force", "[servo]") {
 
 TEST_CASE("servo: penalty force is plus k d n (the slide has minus: its normal points in)",
           "[servo][trap]") {
-  // algorithms.md 0.4: the force must push the tool out, whatever the plane's direction
+  // the force must push the tool out, whatever the plane's direction
   for (const Vec3& n : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, haptic::normalized(Vec3{1, 2, -3})}) {
     const auto set = set_of({plane(n, {})});
     ServoState state;
@@ -70,7 +70,7 @@ TEST_CASE("servo: 90 degree concave corner", "[servo][trap]") {
 
 TEST_CASE("servo: a corner of small facets holds although the tool is deep in both walls",
           "[servo]") {
-  // extents far below the depth: the proxy is in the corner, so both planes hold in full
+  // extents far below the depth: the proxy is in the corner, so both planes push in full
   const auto set = set_of({plane({1, 0, 0}, {0, 0, 0}, 5e-4), plane({0, 1, 0}, {0, 0, 0}, 5e-4)});
   const PointProxySolution s = solve_point_proxy(*set, {}, {-3e-3, -5e-3, 0}, 1);
   CHECK_THAT(s.proxy_W, IsNear({0, 0, 0}, 1e-15));
@@ -91,7 +91,7 @@ TEST_CASE("servo: ghost wall trap: beyond its extent a plane gives no force", "[
   };
   CHECK(force_at(0.9e-3) == Approx(0.5));
   CHECK(force_at(1.2e-3) == 0);
-  // in between it falls without a step: 1 µm of motion changes it by at most 1 % of the full force
+  // in between it fades without a step: 1 µm of motion changes it by at most 1 % of the full force
   for (int k = 0; k < 300; ++k) {
     const double x = 0.9e-3 + 1e-6 * k;
     CHECK(std::fabs(force_at(x + 1e-6) - force_at(x)) <= 0.5 * 0.0101);
@@ -128,7 +128,7 @@ TEST_CASE("servo: a dead sim freezes the scene after 20 ms", "[servo]") {
   const ServoFrame f = step_armed(plain_model(1000), state, input);
   CHECK(f.depth == Approx(0.1 * 0.020));
 
-  // what stands still does not push the damper either
+  // a surface at rest does not act through the damper either
   ServoModel damped = plain_model(1000);
   damped.coupling.translational_damping = 5;
   ServoState fresh;
@@ -141,7 +141,7 @@ TEST_CASE("servo: the damper fades with the contacts and never steps", "[servo]"
   model.coupling.translational_damping = 5;
   ServoState state;
   std::vector<double> force;
-  // contacts answer until 100 ms, stop for 200 ms and come back
+  // contacts answer until 100 ms, stop for 200 ms and return
   for (int64_t k = 1; k <= 500; ++k) {
     if (k <= 100 || k > 300) {
       set->answers_t_ns = (k - 1) * kMs;
@@ -203,12 +203,12 @@ TEST_CASE("servo: a proxy placed anew starts softly even if its set was never se
   input.contact_generation = 1;
   CHECK(step_armed(model, state, input).F_device_B.f.z == Approx(4));
 
-  // the set that says kContactReseeded was overwritten: only its count is left
+  // the set with kContactReseeded was overwritten: only its count is left
   set->reseeds = 1;
   set->seq = 2;
   input.tick = 2, input.t_ns = 2 * kMs;
   CHECK(step_armed(model, state, input).F_device_B.f.z == 0);
-  // one start a placing, and none for a restarted contact that took the proxy up where it was
+  // one soft start per re-placement, and none for a restarted contact that took over the proxy
   input.tick = 3, input.t_ns = 3 * kMs;
   CHECK(step_armed(model, state, input).F_device_B.f.z > 0);
   set->reseeds = 0;
@@ -282,7 +282,7 @@ TEST_CASE("servo: NaN in the device sample or in a contact gives zero and a latc
 }
 
 TEST_CASE("servo: a sample that jumps does not take the tool with it", "[servo]") {
-  // contact follows the tool of the frame: led round an object, it would pull the hand through
+  // contact follows the frame's tool: led around an object, it would pull the hand through
   ServoState state;
   const ServoModel model = plain_model(1000);
   const Vec3 hand_W{0, 0, -1e-3}, elsewhere_W{-0.67, 0, 0};
@@ -304,7 +304,7 @@ TEST_CASE("servo: before somebody has said that it may, nothing is felt", "[serv
   const ServoFrame f = servo_step(plain_model(1000), state, input_at(1, {0, 0, -1e-3}, set.get()));
   CHECK(f.F_device_B == haptic::Wrench{});
   CHECK((f.flags & haptic::kServoDisarmed) != 0);
-  // and without contacts there is nothing to begin with
+  // and without contacts there is none to start with
   ServoState alone;
   const ServoFrame g = step_armed(plain_model(1000), alone, input_at(1, {}, nullptr));
   CHECK((g.flags & haptic::kServoNoContactSet) != 0);
@@ -331,7 +331,7 @@ TEST_CASE("servo: a fault outlives its servo, and an old request clears nothing"
     CHECK(f.fault == control.fault);
     CHECK(f.F_device_B == haptic::Wrench{});
   }
-  // what the former servo was told is done; a new request is not
+  // the former servo's requests are done; a new request is not
   control.fault_clears = 4;
   CHECK(step().fault == 0);
   CHECK(step().F_device_B.f.z > 0);
@@ -397,7 +397,7 @@ TEST_CASE("servo: nothing is rendered of a device that is lost or not homed, the
     CHECK((f.flags & haptic::kServoNoDevice) != 0);
     CHECK(f.object_impulse_W[0].f.z == step(bad).object_impulse_W[0].f.z);
   }
-  // one sample that is missing is no loss
+  // one missing sample is not a loss
   CHECK(step(good).F_device_B == haptic::Wrench{});
   CHECK(step(good).F_device_B.f.z == Approx(0.01));
   for (int i = 0; i < 200; ++i) step(good);

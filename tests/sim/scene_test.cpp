@@ -98,7 +98,7 @@ TEST_CASE("scene: a spin stays normalised and in phase over a day", "[sim]") {
     const Quat q = sim_step(model, state, t_ns).X_WO[1].q;
     REQUIRE(std::fabs(dot(q, q) - 1) <= tol(kAlgebra));
   }
-  // 0.3 turns a second: the day is a whole number of turns; 1.6e5 rad leave 3e-11 of a radian
+  // 0.3 turns per second: a day is a whole number of turns; 1.6e5 rad leave 3e-11 of a radian
   const SceneFrame last = sim_step(model, state, 24 * hour_ns);
   CHECK_THAT(rotation_between(last.X_WO[1].q, model.objects[1].X_WO.q), IsNear({}, 1e-9));
 }
@@ -121,7 +121,7 @@ TEST_CASE("scene: a restarted sim continues where the last frame's extrapolation
   const int64_t shown_ns =
       died_ns + std::min<int64_t>(outage_ns, std::llround(kMaxExtrapolation * 1e9));
   const SceneFrame expected = sim_step(model, first, shown_ns);
-  // asin at the turning point of an oscillation knows the phase to √ε, the position to ε
+  // near the turning point of an oscillation asin gives the phase to √ε, the position to ε
   constexpr double kPhaseError = 1e-7;
   for (uint32_t i = 0; i < model.n_objects; ++i) {
     CAPTURE(i);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The elementary queries of continuous collision beside exact ground truth and another method.
+// The elementary queries of continuous collision detection against exact ground truth and another
+// method.
 #include "clients/bench/work/ccd_queries.h"
 
 #include <catch2/catch.hpp>
@@ -16,7 +17,7 @@ using namespace haptic::test;
 TEST_CASE("ccd queries: no false negative on exact ground truth, few false alarms", "[trap]") {
   const auto folder = find_data("ccd-queries");
   if (!folder) return;
-  // advanced only, capped for real time, and not capped
+  // conservative advancement only, capped for real time, and not capped
   const uint32_t budget = GENERATE(0u, 500u, 1'000'000u);
   size_t n = 0, truly = 0, missed = 0, false_alarms = 0;
   for (const CcdFile& file : read_ccd_queries(*folder)) {
@@ -32,7 +33,7 @@ TEST_CASE("ccd queries: no false negative on exact ground truth, few false alarm
   CHECK(n >= 4000);
   CHECK(truly > n / 20);
   CHECK(missed == 0);
-  // Tight-Inclusion has 222 of 7,279; without boxes all that comes near is said to meet
+  // Tight-Inclusion has 222 of 7,279; without boxes every approach within tolerance counts as a hit
   if (budget > 0) CHECK(false_alarms * 7279 <= 250 * n);
 }
 
@@ -48,7 +49,7 @@ TEST_CASE("ccd queries: what intervals in time say, on queries of a hand's scale
     if (own && other) CHECK(own->time == Approx(*other).margin(1e-4));
   }
   CHECK(meet > queries.size() / 50);
-  // neither misses any: where they differ one has a false alarm
+  // neither misses a hit: where they differ, one has a false alarm
   CHECK(differ <= queries.size() / 500);
 }
 

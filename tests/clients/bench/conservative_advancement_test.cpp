@@ -47,7 +47,7 @@ TEST_CASE("conservative advancement: a box that falls flat on a box") {
 TEST_CASE("conservative advancement: the rotating rod that linear interpolation misses") {
   const MeshShapeData rod = build_shape(make_box({1, 0.01, 0.01}));
   const MeshShapeData post = build_shape(make_box({0.01, 0.01, 0.5}));
-  // its ends change places: on straight lines all points pass through the middle
+  // its ends swap places: with linear motion all points would pass through the centre
   const Pose from{{0, -0.4, 0}, {}}, to{{0, -0.4, 0}, from_rotation_vector({0, 0, 3.1})};
   const Advancement result = advance(post.view(), rod.view(), motion_between(from, to, {}));
   REQUIRE(result.is_hit);
@@ -103,7 +103,7 @@ TEST_CASE("conservative advancement: A against B as B against A") {
   const MeshShapeData box = build_shape(make_box({0.06, 0.04, 0.05}));
   const MeshShapeData ball = build_shape(make_icosphere(0.03, 2));
   for (size_t trial = 0; trial < trials(30); ++trial) {
-    // without turning the motion seen from the other is the opposite one
+    // without rotation, the motion seen from the other body is the opposite one
     const Pose from{0.12 * random.direction(), {}}, to{0.02 * random.direction(), {}};
     const Advancement one = advance(box.view(), ball.view(), motion_between(from, to, {}));
     const Advancement other =

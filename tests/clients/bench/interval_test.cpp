@@ -12,7 +12,7 @@ using namespace haptic::test;
 
 namespace {
 
-/// Of any size, now and then a single number or zero.
+/// An interval of any size, sometimes a single number or zero.
 Interval random_interval(Random& random) {
   const auto number = [&] {
     const double size = std::exp2(random.uniform(-60, 60));
@@ -22,7 +22,7 @@ Interval random_interval(Random& random) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-/// An end or something between.
+/// One end or a number in between.
 double pick(Random& random, const Interval& from) {
   const size_t which = random.index(4);
   if (which == 0) return from.lo;

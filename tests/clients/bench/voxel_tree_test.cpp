@@ -62,7 +62,7 @@ TEST_CASE("voxel tree: bricks and nodes that are all one are one", "[contact]") 
 
 TEST_CASE("voxel tree: a fraction of a dense map's memory", "[contact]") {
   if (kSlowdown > 1) return;
-  // a 256th of the box [McNeely, Puterbaugh, Troy 1999]; dense is two bits a voxel
+  // 1/256 of the box [McNeely, Puterbaugh, Troy 1999]; dense storage takes two bits per voxel
   const VoxmapData map = map_of(make_icosphere(kRadius, 4), 2 * kRadius / 256);
   const VoxelTreeData tree = build_voxel_tree(map.view());
   CAPTURE(tree.bytes(), map.bytes(), voxels_in(map) / 4);

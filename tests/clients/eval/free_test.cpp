@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The judge of free space, and what it says of every renderer.
+// The check of free space, and its result for every renderer.
 #include "clients/eval/free.h"
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@ TEST_CASE("eval free: no renderer without mass is felt where nothing is", "[lab]
   for (const Row& row : eval_free(eval)) {
     CAPTURE(row.case_name, row.metric, row.value, row.note);
     CHECK(row.holds.value_or(true));
-    // the slaps do arrive
+    // the slaps do reach the object
     if (row.metric == "ticks that may touch, and do") CHECK(row.value > 0);
   }
 }

@@ -25,15 +25,15 @@ using haptic::test::tol;
 
 namespace {
 
-constexpr double kForceRelative = 1e-9;  // the issue's bound on force = k·depth
+constexpr double kForceRelative = 1e-9;  // on force = k·depth
 constexpr double kStiffness = 800;
 
-/// The answer to the first tick is there when so many have passed.
+/// The answer to the first tick is visible after this many ticks.
 bool is_answered(const ServoFrame& f, const LockstepOptions& options) {
   return f.tick >= options.contact_latency;
 }
 
-/// The force is k times depth along n, and a plane carries it.
+/// The force is k times depth along n, and the plane is in the active set.
 void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1}) {
   const double exact = kStiffness * depth;
   CAPTURE(f.tick, depth, exact, f.n_contacts, f.F_device_B.f);
@@ -41,8 +41,8 @@ void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1})
   REQUIRE(norm(f.F_device_B.f - exact * n) <= tol(kForceRelative) * exact);
 }
 
-/// Runs a scripted hand against one object and shows each frame, with the contacts it used, to
-/// `see`.
+/// Runs a scripted hand against one object and calls `see` with each frame and the contacts it
+/// used.
 void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> path, double seconds,
          const LockstepOptions& options,
          const std::function<void(const ServoFrame&, const ContactSet*)>& see) {
@@ -57,8 +57,7 @@ void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> pa
   }
 }
 
-/// Whether the tool is behind the plane of a contact in the set (of an object that lies at the
-/// origin).
+/// Whether the tool is behind the plane of a contact in the set, for an object at the origin.
 bool is_behind_a_plane(const ServoFrame& f, const ContactSet& set) {
   return std::any_of(
       set.contacts.begin(), set.contacts.begin() + set.n_contacts,
@@ -97,7 +96,7 @@ TEST_CASE("god-object: plane force is k times depth with exact direction", "[lab
 }
 
 TEST_CASE("god-object: sphere force is k times depth along the facet's normal", "[lab]") {
-  // pressed in through the middle of each facet: the exact answer is the facet's plane
+  // pressed in through the centre of each facet: the exact answer is the facet's plane
   const double radius = 0.05;
   const MeshShapeData owned = haptic::build_shape(haptic::make_icosphere(radius, 2));
   const auto mesh = owned.view().mesh;
@@ -116,7 +115,7 @@ TEST_CASE("god-object: sphere force is k times depth along the facet's normal", 
       if (depth <= 0) continue;
       ++touched;
       require_force(f, depth, n);
-      // and the smooth sphere's force within the facet error
+      // and within the facet error of the smooth sphere's force
       const double smooth = kStiffness * (radius - norm(f.X_WT.p));
       REQUIRE(std::fabs(norm(f.F_device_B.f) - smooth) <= kStiffness * 2 * sagitta);
     }
@@ -150,7 +149,7 @@ TEST_CASE("god-object: no ripple on the frictionless flat slide", "[lab][trap]")
 TEST_CASE("god-object: sliding over a convex edge never drops through and never pulls", "[lab]") {
   SessionConfig config = plain_session(kStiffness);
   const auto over_the_edge = [](double t) {
-    const double x = 0.03 + 0.04 * t;  // off the top face at x = 0.05, 2 mm deep
+    const double x = 0.03 + 0.04 * t;  // past the edge of the top face at x = 0.05, 2 mm deep
     return Vec3{x, 0.001, 0.05 - 0.002 * std::min(1.0, t / 0.2)};
   };
   const MeshShapeData block = haptic::build_shape(haptic::make_box({0.1, 0.1, 0.1}));
@@ -161,7 +160,7 @@ TEST_CASE("god-object: sliding over a convex edge never drops through and never 
         if (f.tick > 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
         const Vec3 p = f.X_WT.p;
         const double depth = 0.05 - p.z;
-        // up to the edge the whole top face carries, deep as the hand is and near as the side is
+        // up to the edge the whole top face pushes, although the side is nearer
         if (p.x < 0.05 && depth > 0) {
           ++carried;
           require_force(f, depth);
@@ -180,7 +179,7 @@ TEST_CASE("god-object: sliding over a convex edge never drops through and never 
 TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there is no ghost wall",
           "[lab][trap]") {
   SessionConfig config = plain_session(kStiffness);
-  // 1 mm above the face, off the edge at x = 50 mm, then down past where the face's plane would be
+  // 1 mm above the face, over the edge at x = 50 mm, then down past the plane of the face
   const auto fly_past = [](double t) {
     const double x = -0.04 + 0.5 * t;
     const double beyond = std::max(0.0, x - 0.052);
@@ -198,7 +197,7 @@ TEST_CASE("god-object: past a convex edge at 0.5 m/s with contact at 50 Hz there
         REQUIRE(norm(f.F_device_B.f) == 0);
       });
   CHECK(lowest < 0.045);
-  CHECK(tempted > 0);  // beyond the edge a plane was there that could have pushed
+  CHECK(tempted > 0);  // beyond the edge the set did contain a plane that could push
 }
 
 TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "[lab][property]") {
@@ -225,7 +224,7 @@ TEST_CASE("god-object: a closed loop pressed into one face returns no energy", "
         peak = std::max(peak, norm(f.F_device_B.f));
       });
   CHECK(peak > kStiffness * 2.999e-3);
-  // there and back: three times up and down by 2 mm under 1.6 N on average
+  // up and down by 2 mm three times under 1.6 N on average
   CHECK(done == Approx(6 * 0.002 * 1.6).epsilon(1e-3));
   CHECK(std::fabs(work) <= tol(1e-6));
 }
@@ -259,7 +258,7 @@ TEST_CASE("god-object: verified proxy is never inside, on a rough random walk", 
         REQUIRE(is_finite(f.F_device_B));
       });
   CHECK(pressed > 2000);
-  CHECK(peak > kStiffness * 0.0099);  // the hand goes 10 mm deep
+  CHECK(peak > kStiffness * 0.0099);  // the hand is up to 10 mm deep
 }
 
 TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through", "[lab][trap]") {
@@ -279,7 +278,8 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
   for (int k = 0; k < 3000; ++k) {
     REQUIRE(lockstep.step());
     const ServoFrame& f = lockstep.frame();
-    // where the servo has the plate this tick: the resting hand is that deep below its top
+    // the plate's pose in this tick as the servo knows it: the hand at rest is that deep below its
+    // top
     const double top = haptic::object_pose_at(lockstep.scene(), 0, f.t_ns).p.z + 0.005;
     if (top > 0) {
       require_force(f, top);
@@ -296,7 +296,7 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
     REQUIRE(lockstep.contacts() != nullptr);
     REQUIRE(f.X_WG.p.z >= lockstep.contacts()->X_WO[0].p.z + 0.005);
   }
-  // right through the hand and far beyond the plate's own thickness, each time
+  // through the hand and far beyond the plate's own thickness, each time
   CHECK(passed >= 9);
   CHECK(fastest > 0.8);
   CHECK(highest > 0.0249);
@@ -321,7 +321,7 @@ TEST_CASE("god-object: a hand that starts inside gets no kick", "[lab]") {
 
 TEST_CASE("god-object: a restarted contact takes the proxy up where the servo last saw it",
           "[lab]") {
-  // a thin plate: seeding at the tool would put the proxy on the wrong side
+  // a thin plate: a proxy that started at the tool would be on the wrong side
   const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.2, 0.2, 0.001}));
   const std::array<MeshShape, 1> shapes{plate.view()};
   SessionConfig config = plain_session(kStiffness);

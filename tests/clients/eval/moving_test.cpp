@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The judge of tools among objects that move: its free ways and sides against closed forms and
+// The check of tools among moving objects: its free paths and sides against closed forms and
 // planted faults, and a few scenes of the suite.
 #include "clients/eval/moving.h"
 
@@ -28,7 +28,7 @@ MovingScene scene_of(const std::string& kind) {
   }
 }
 
-/// What the judge says of one tick with this verified pose and this proxy, its force [N].
+/// Result for one tick with this verified pose and this proxy, its force [N].
 MovingFound judged(const MovingScene& scene, const Pose& X_WG, const Pose& X_WP, double force,
                    uint32_t flags = 0) {
   MovingJudge judge(scene);
@@ -55,7 +55,7 @@ TEST_CASE("eval moving: surfaces of two boxes meet where they overlap", "[lab]")
   CHECK(meet({1.5, 0, 0}));
   CHECK(meet({1.5 - 1e-12, 0.3, 0.2}));
   CHECK_FALSE(meet({1.5 + 1e-12, 0.3, 0.2}));
-  // its surface is within the other's
+  // the tool's surface is inside the other's
   CHECK_FALSE(meet({0.2, 0.1, 0}));
   // a corner reaches √3/2 along the diagonal
   const Quat corner_down =
@@ -79,7 +79,7 @@ TEST_CASE("eval moving: a way that is not free, or too near, is none", "[lab][tr
     MovingScene other = scene;
     other.way_W = [&](double t) { return Pose{way(t).p + Vec3{0.5, 0, 0}, way(t).q}; };
     CHECK_FALSE(has_free_way(other));
-    // it jumps where no time is asked
+    // it jumps between two samples
     MovingScene jumps = scene;
     jumps.way_W = [&](double t) {
       const double jump = t > 0.5 * scene.seconds ? 4.1 * scene.clearance : 0;
@@ -93,7 +93,7 @@ TEST_CASE("eval moving: planted faults are found", "[lab][trap]") {
   const MovingScene scene = scene_of("jaws");
   const Pose home = scene.way_W(0);
   const Pose jaw = object_poses(scene, 0)[0];
-  // a tool's size below the lower jaw
+  // the tool's size below the lower jaw
   const Pose thrown{home.p + rotate(jaw.q, Vec3{0, 0, -60e-3}), home.q};
   REQUIRE_FALSE(scene.is_on_side(thrown, object_poses(scene, 0)));
   const MovingFound right = judged(scene, home, home, 1);
@@ -131,11 +131,11 @@ TEST_CASE("summary: a rigid tool that was put on the other side of an object is 
     return std::array{found.placed_anew, found.across, found.without_pose};
   };
   using Found = std::array<size_t, 3>;
-  // a little way, and two placings on the same side
+  // a short way, and two re-placements on the same side
   CHECK(judged_way(12e-3, 0) == Found{0, 0, 0});
   CHECK(judged_way(12e-3, kContactReseeded) == Found{1, 0, 0});
   CHECK(judged_way(60e-3, 0) == Found{1, 0, 0});
-  // through it, said or not
+  // through it, flagged or not
   CHECK(judged_way(-14.1e-3, kContactReseeded) == Found{1, 1, 0});
   CHECK(judged_way(-14.1e-3, 0) == Found{1, 1, 0});
   CHECK(judged_way(-14.1e-3, 0, true) == Found{0, 0, 0});

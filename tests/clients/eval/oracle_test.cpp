@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The oracle against closed forms: it judges others, so nothing of theirs may judge it.
+// The oracle against closed forms only: it checks the renderers, so they cannot check it.
 #include "clients/eval/oracle/oracle.h"
 
 #include "clients/eval/scenes/workload.h"
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kExact = 1e-14;  // [m]
 
-/// Two walls and a floor that meet in the origin, seen from the positive octant.
+/// Two walls and a floor that meet at the origin, seen from the positive octant.
 haptic::Soup make_corner() {
   haptic::Soup soup;
   constexpr double kFar = 0.05;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderer penalty3 in lockstep: its force, and its two artefacts, measured beside the
-// god-object that has neither.
+// The renderer penalty3 in lockstep: its force, and its two artefacts, compared with the
+// god-object, which has neither.
 #include "clients/eval/artefacts.h"
 #include "clients/lab/lockstep.h"
 #include "proto/ipc/control.h"
@@ -62,14 +62,14 @@ TEST_CASE("penalty: the force is k times depth along the normal of the nearest f
 }
 
 TEST_CASE("penalty: artefact 1, the force turns by 90 degrees at the bisector", "[lab][trap]") {
-  // algorithms.md 1.1: k = 1 N/mm, 2 mm deep in both faces: |ΔF| = √2·k·d = 2.83 N
+  // k = 1 N/mm, 2 mm deep in both faces: |ΔF| = √2·k·d = 2.83 N
   const auto penalty = run_artefact(ArtefactScene::kEdge, Renderer::kPenalty3);
   CHECK(penalty.largest_step() == Approx(std::sqrt(2.0) * 1000 * 2e-3).epsilon(2e-3));
   CHECK(penalty.force_W.front().z > 1.9);
   CHECK(penalty.force_W.back().x > 1.4);
   CHECK(penalty.force_W.back().z == 0);
 
-  // a proxy that came in through the top stays there: |ΔF| ≤ k·|Δtool|
+  // a proxy that entered through the top stays there: |ΔF| ≤ k·|Δtool|
   const Renderer renderer = GENERATE(Renderer::kGodObject3, Renderer::kVirtualProxy3);
   const auto proxy = run_artefact(ArtefactScene::kEdge, renderer);
   CHECK(proxy.largest_step_beyond(1000) <= tol(1e-9));
@@ -77,8 +77,8 @@ TEST_CASE("penalty: artefact 1, the force turns by 90 degrees at the bisector", 
 }
 
 TEST_CASE("penalty: artefact 2, a thin plate lets the tool pop through", "[lab][trap]") {
-  // algorithms.md 1.1: plate of 4 mm, k = 400 N/m: at most k·w/2 = 0.80 N resist; past the middle
-  // the force helps; 2 mm beyond the far face nothing or god-object force -2.4 N
+  // plate of 4 mm, k = 400 N/m: at most k·w/2 = 0.80 N resist; past the middle the force helps; 2
+  // mm beyond the far face no force, or −2.4 N with the god-object
   const auto penalty = run_artefact(ArtefactScene::kPlate, Renderer::kPenalty3);
   CHECK(penalty.most_resisting() == Approx(0.80).epsilon(0.03));
   CHECK(penalty.most_helping() == Approx(0.80).epsilon(0.03));
@@ -98,7 +98,7 @@ TEST_CASE("penalty: the measured artefacts are those of theory", "[lab]") {
 }
 
 TEST_CASE("penalty: another renderer takes over while the session runs, softly", "[lab]") {
-  // from the penalty force to the god-object and on to a sphere, the hand pressed 5 mm deep
+  // from the penalty force to the god-object and on to a sphere, the hand pressed in by 5 mm
   SessionConfig config = session(Renderer::kPenalty3, 800);
   config.safety.soft_start = 0.2;
   config.proxy_radius = 2e-3;
@@ -126,7 +126,7 @@ TEST_CASE("penalty: another renderer takes over while the session runs, softly",
     const ServoFrame f = servo_step(servo_model, servo, input);
     set = contact_step(contact_model, *contact, f, nullptr);
     CAPTURE(k, last, f.F_device_B.f);
-    // only the switch itself may step down; what comes up is a ramp
+    // only the switch itself may step down; increases are ramps
     REQUIRE(f.F_device_B.f.z - last <= 7e-3 * 800 / 200 + 1e-9);
     last = f.F_device_B.f.z;
     if (k == 499 || k == 999) REQUIRE(last == Approx(800 * 0.005));

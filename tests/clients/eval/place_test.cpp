@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What judges a place without the way that led there, against closed forms.
+// The placement check, which does not know the path, against closed forms.
 #include "clients/eval/oracle/place.h"
 
 #include <catch2/catch.hpp>
@@ -37,7 +37,7 @@ TEST_CASE("eval place: a sphere nearer than its radius, beside a border too", "[
   CHECK(behind_surface(facets, {0.01, 0.02, 0.0521}, kRadius, 0.01).depth == 0);
   CHECK(behind_surface(facets, {0.01, 0.02, 0.0515}, kRadius, 0.01).depth == Approx(0.5e-3));
   CHECK(behind_surface(facets, {0.01, 0.02, 0.049}, kRadius, 0.01).depth == Approx(3e-3));
-  // beside the edge x = z = 50 mm, 1.4 mm away
+  // next to the edge x = z = 50 mm, 1.4 mm away
   CHECK(behind_surface(facets, {0.051, 0.02, 0.051}, kRadius, 0.01).depth ==
         Approx(kRadius - std::sqrt(2.0) * 1e-3));
   const MeshShapeData plane = haptic::build_shape(haptic::make_grid(0.1, 5));
@@ -53,9 +53,9 @@ TEST_CASE("eval place: at rest on a face, not beside its foot", "[lab]") {
   const Vec3 tool{0.01, 0.02, 0.045};
   const Vec3 foot{0.01, 0.02, 0.05 + radius};
   CHECK(free_descent(facets, foot, tool, radius) <= tol(1e-15));
-  // moved aside by 1 µm, it could go back all of it
+  // displaced by 1 µm, it could go back all the way
   CHECK(free_descent(facets, foot + Vec3{1e-6, 0, 0}, tool, radius) == Approx(1e-6));
-  // 10 µm above, nothing holds it
+  // 10 µm above nothing holds it
   CHECK(free_descent(facets, foot + Vec3{0, 0, 1e-5}, tool, radius) ==
         Approx(norm(foot - tool) + 1e-5));
 }

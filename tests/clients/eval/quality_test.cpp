@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The judge of the quality scenes against answers that are right, and wrong, by construction; and a
+// The checks of the quality scenes against answers that are right or wrong by construction, and a
 // short form of each scene.
 #include "clients/eval/quality.h"
 
@@ -18,7 +18,7 @@ namespace {
 constexpr size_t kSamples = 24;
 constexpr QualityGrain kCoarse{kSamples, 1, 1e-3, 0.8e-3};
 
-/// What symmetry demands, with a stiffness of 10 kN/m.
+/// The symmetric answer, with a stiffness of 10 kN/m.
 Wrench ideal(QualityScene scene, const Pose& X_WT) {
   constexpr double kStiffness = 1e4;
   const Vec3 axis = rotate(X_WT.q, {0, 0, 1});
@@ -42,7 +42,7 @@ std::vector<Row> judged(QualityScene scene, const WrenchAt& wrench_at) {
   return judge_quality(scene, wrench_at, kSamples, {}, "judge");
 }
 
-/// How many goals a falsified answer misses.
+/// Number of goals missed by a falsified answer.
 template <class Falsify>
 size_t missed(QualityScene scene, const Falsify& falsify) {
   size_t n = 0;
@@ -120,7 +120,7 @@ TEST_CASE("eval quality: noise is what a moving average leaves", "[lab]") {
   const auto rows = judged(QualityScene::kConeOnPlane, [n = 0](const Pose&) mutable {
     return Wrench{{0, 0, ++n % 2 == 0 ? 1.01 : 0.99}, {}};
   });
-  // the average of 21 keeps a 21st of the last
+  // the moving average contains 1/21 of the last sample
   CHECK(figure(rows, "noise") == Approx(0.01).epsilon(0.06));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The goals of the point renderer on the published work, on short stretches of the way; the whole
-// way is a command (docs/benchmarks).
+// The goals of the point renderer on the benchmark set, on short parts of the paths; the whole
+// paths are a command (docs/benchmarks).
 #include "clients/eval/renderer.h"
 
 #include <catch2/catch.hpp>
@@ -81,7 +81,7 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   const std::string name = GENERATE("bunny00.off", "refined_elephant.off", "armadillo.off",
                                     "femur.off", "bones.off", "pig.stl", "mannequin-devil.off");
   const auto path = haptic::test::find_mesh(name);
-  // the largest take a minute to check under sanitizers
+  // the largest meshes take a minute to check under sanitizers
   if (!path || (haptic::test::kSlowdown > 1 && name != "bones.off" && name != "pig.stl")) return;
   CAPTURE(name);
   const haptic::BakedShape mesh = haptic::bake_scan(*path, 0.15);
@@ -122,7 +122,7 @@ TEST_CASE("eval: a sphere on scanned and broken meshes: no NaN, no more than the
 }
 
 TEST_CASE("eval: a slide that is cut short is held where it ended, never let go", "[lab][trap]") {
-  // deep in a broken mesh there are more facets on the way than one step may try
+  // deep in a broken mesh there are more facets on the path than one step may try
   haptic::Soup soup = haptic::test::load_off("mannequin-devil.off", 0.15);
   if (soup.triangles.empty() || haptic::test::kSlowdown > 1) return;
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(soup));
@@ -136,7 +136,7 @@ TEST_CASE("eval: a slide that is cut short is held where it ended, never let go"
     if ((lockstep.contacts()->flags & haptic::kContactIterationLimit) == 0) continue;
     ++cut_short;
     const haptic::ServoFrame& f = lockstep.frame();
-    // the answer is one slide ahead of the verified proxy, a little nearer to the tool
+    // the servo's answer is one slide ahead of the verified proxy, a little nearer to the tool
     REQUIRE(norm(f.F_coupling_W.f) >= 0.9 * kStiffness * norm(f.X_WG.p - f.X_WT.p));
   }
   CHECK(cut_short > 0);
@@ -154,7 +154,7 @@ TEST_CASE(
     frame.X_WT.p = {1e-4 * k, 0, -1e-3};
     truth.proxy_O = {1e-4 * k, 0, 0};
     frame.X_WP.p = truth.proxy_O;
-    // from tick 4 on the proxy stays; its force is 0.1 N beyond from 0.46 mm on
+    // the proxy stays from tick 4 on; its force exceeds the limit of 0.1 N from 0.46 mm on
     if (k >= 4) frame.X_WP.p = {4e-4, 0, 0};
     frame.F_coupling_W.f = kStiffness * (frame.X_WP.p - frame.X_WT.p);
     judge.add(frame, 0, truth, {});
@@ -227,7 +227,7 @@ TEST_CASE("eval: many cases in one go, mesh by mesh", "[lab]") {
 
 TEST_CASE("eval: where legs take turns a sphere settles on the planes of all of them",
           "[lab][trap]") {
-  // a cut-out of hf:742 at tick 17416: two places 80 nm apart, equally near within the stand-off
+  // part of hf:742 at tick 17416: two places 80 nm apart, equally near within the stand-off
   constexpr double kRadius = 5e-3, kAround = 12e-3;
   constexpr uint64_t kFirst = 17300;
   const haptic::EvalWork work = haptic::make_eval_work("hf:742", kRadius);
@@ -239,7 +239,7 @@ TEST_CASE("eval: where legs take turns a sphere settles on the planes of all of 
   }
   const haptic::MeshShapeData mesh = haptic::build_shape(std::move(near));
   ScriptedHand hand([&](double t) {
-    // down from above at first, then on the published path
+    // first down from above, then along the benchmark path
     const double above = t < 0.05 ? 10e-3 * (1 - t / 0.05) : 0;
     return work.path(1e-3 * kFirst + t) + haptic::Vec3{0, 0, above};
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Places of rest judged by ways taken at random; the whole is `hapt eval --suite rest`.
+// Rest positions tested by random segments; the full test is `hapt eval --suite rest`.
 #include "clients/eval/rest.h"
 
 #include <algorithm>
@@ -27,10 +27,10 @@ using haptic::test::sweep;
 
 namespace {
 
-constexpr double kLeast = 1e-6;  // that a way gains [m]
+constexpr double kLeast = 1e-6;  // gain of a segment [m]
 constexpr int kDirections = 400;
 
-/// Boxes of 0.1 m, each so far along x from the last.
+/// Boxes of 0.1 m, each displaced along x from the previous one.
 Soup boxes(int n, double apart) {
   Soup soup;
   for (int i = 0; i < n; ++i) {
@@ -74,7 +74,7 @@ TEST_CASE("rest: ways from a place that holds, beside one, and inside", "[lab]")
   CHECK_FALSE(judge.free_way(foot, tool, kLeast, kDirections, 1).found);
   const FoundWay aside = judge.free_way(foot + Vec3{2e-3, 0, 0}, tool, kLeast, kDirections, 1);
   CHECK(aside.found);
-  // the way back to the foot is worth this
+  // gain of the way back to the foot of the perpendicular
   const double most = std::hypot(0.01, 2e-3) - 0.01;
   CHECK(aside.gain <= most);
   CHECK(aside.gain > 0.5 * most);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The judges of tools that never enter an object: against planted faults and closed forms, and on
+// The checks of tools that never enter an object: against planted faults and closed forms, and on
 // short sessions.
 #include "clients/eval/rigid.h"
 
@@ -18,7 +18,7 @@ namespace {
 constexpr uint64_t kShort = 250;
 constexpr RigidPoseJudge::Springs kSprings{1000, 2};
 
-/// A session of the god-object on a plate in which `falsify` changes what the judge is shown of
+/// A session of the god-object on a plate in which `falsify` changes what the check is given for
 /// tick 200.
 template <class Falsify>
 RigidJudge::Found falsified(const Falsify& falsify) {
@@ -49,18 +49,18 @@ TEST_CASE("eval rigid: what is left of a way above a plane", "[lab]") {
   CHECK(left.is_known);
   CHECK(left.rows > 0);
   CHECK(left.length <= tol(1e-12));
-  // aslant: the part along the plane
+  // at an angle: the part along the plane
   left = judge.way_left(touching, {{2e-3, 1e-3, 5e-3}, {}}, kMargin, kBand);
   CHECK_THAT(left.motion.v, IsNear({2e-3, 1e-3, 0}, 1e-11));
   CHECK_THAT(left.motion.w, IsNear({}, 1e-10));
-  // away: all of it, turn and all
+  // away: all of it, including the rotation
   const Vec3 turn{0.1, 0, 0.2};
   left = judge.way_left(touching, {{0, 1e-3, 20e-3}, from_rotation_vector(turn)}, kMargin, kBand);
   CHECK_THAT(left.motion.v, IsNear({0, 1e-3, 10e-3 - kMargin}, 1e-12));
   CHECK_THAT(left.motion.w, IsNear(turn, 1e-12));
   const double squared = norm_squared(left.motion.v) + 2.0 / 1000 * norm_squared(turn);
   CHECK(left.length == Approx(std::sqrt(squared)));
-  // beyond the band nothing is known to hold it
+  // beyond the band no constraint is known
   left = judge.way_left({{0, 0, 10.1e-3}, {}}, {}, kMargin, kBand);
   CHECK(left.rows == 0);
   CHECK(left.length == Approx(10.1e-3));
@@ -171,7 +171,7 @@ TEST_CASE("eval rigid: shaken in a tight hole and on a scan nothing meets", "[la
   if (auto scan = bunny_on_bunny(meshes_folder())) {
     scenes.push_back(*std::move(scan));
   } else {
-    // they come from a package; the hole needs none
+    // these meshes come from a package; the hole needs none
     WARN("SKIPPED: no scans in HAPTICD_MESHES: `./run meshes` puts them there");
   }
   for (const RigidScene& scene : scenes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The oracle of a sphere against closed forms: it judges others, so nothing of theirs may judge it.
+// The sphere oracle against closed forms only: it checks the renderers, so they cannot check it.
 #include "clients/eval/oracle/sphere_oracle.h"
 
 #include "clients/eval/oracle/place.h"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kExact = 1e-12;  // [m]
 
-/// An oracle with the mesh that it needs.
+/// An oracle with its mesh.
 struct Lab {
   Lab(haptic::Soup soup, double radius)
       : made(haptic::build_shape(std::move(soup))),
@@ -74,7 +74,7 @@ TEST_CASE("sphere oracle: a fillet of its radius in a corner of one, two and thr
 
 TEST_CASE("sphere oracle: it rolls around an edge on a cylinder and around a vertex on a sphere",
           "[lab][trap]") {
-  // a tool on an arc about the edge, 4 to 0.05 mm in front of it
+  // a tool on an arc around the edge, 4 to 0.05 mm in front of it
   constexpr double kRadius = 5e-3;
   const double nearer = GENERATE(4e-3, 1e-3, 5e-5);
   Lab lab(haptic::make_box({0.1, 0.1, 0.1}), kRadius);
@@ -116,7 +116,7 @@ TEST_CASE("sphere oracle: on a ball it is the foot within the facets' sagitta, o
     const double expected = kBall + sign * kRadius;
     REQUIRE(norm(answer.proxy_O) <= expected + tol(1e-12));
     REQUIRE(norm(answer.proxy_O) >= expected - 2 * sagitta);
-    // not a hair nearer than its radius
+    // never nearer than its radius
     REQUIRE(behind_surface(lab.facets, answer.proxy_O, kRadius, 1e-3).depth <= 1e-14);
   }
 }

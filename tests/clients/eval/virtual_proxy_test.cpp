@@ -56,7 +56,7 @@ void run(const SessionConfig& config, haptic::Soup soup, std::function<Vec3(doub
   }
 }
 
-/// Presses to `depth` over 50 ms, then lets `sideways` move it.
+/// Presses to `depth` over 50 ms; `sideways` then moves it.
 std::function<Vec3(double)> press(double depth, std::function<Vec3(double)> sideways,
                                   double radius) {
   return [=](double t) {
@@ -80,11 +80,11 @@ double angle_between(const Vec3& a, const Vec3& b) {
   return std::atan2(norm(cross(a, b)), dot(a, b));
 }
 
-/// The largest turn of the force from tick to tick on a circle at constant depth in a sphere.
+/// The largest rotation of the force per tick on a circle at constant depth in a sphere.
 struct Circle {
   double largest_turn = 0;
   double largest_error = 0;  // of |F| against k·depth [N]
-  double sagitta = 0;        // the sphere is deeper than its facets by at most this [m]
+  double sagitta = 0;        // largest depth of the sphere below its facets [m]
 };
 
 Circle circle_on_sphere(double crease_angle, double radius) {
@@ -127,7 +127,7 @@ TEST_CASE("virtual proxy: plane force is k times the depth of the sphere", "[lab
   run(session(radius), block(), haptic::test::flat_slide, 2, {1, latency},
       [&](const ServoFrame& f, const ContactSet*) {
         const double exact = kStiffness * std::max(0.0, radius - f.X_WT.p.z);
-        // the first answers need their ticks; a sphere begins 5 mm above
+        // the first answers take their ticks; a sphere begins 5 mm above
         if (f.tick > 200 && exact > 0) {
           ++touched;
           REQUIRE(norm(f.F_device_B.f - Vec3{0, 0, exact}) <= tol(1e-9));
@@ -187,7 +187,7 @@ TEST_CASE("virtual proxy: it sticks up to the static cone, then the ratio is mu_
 }
 
 TEST_CASE("virtual proxy: on a slope it sticks iff the tangent is below mu_s", "[lab]") {
-  // the tool is pressed in along directions that lean from the normal by theta
+  // the tool is pressed in along directions at an angle theta to the normal
   const double mu = 0.5;
   const double lean = GENERATE(0.4, 0.49, 0.51, 0.7);  // tan theta
   const double radius = 1e-3;
@@ -205,7 +205,7 @@ TEST_CASE("virtual proxy: on a slope it sticks iff the tangent is below mu_s", "
         ratio = tangential(f.F_device_B.f) / f.F_device_B.f.z;
       });
   CAPTURE(lean, moved, ratio);
-  // the first touch is up to a tick's way behind the surface
+  // the first touch is up to one tick of motion behind the surface
   CHECK((moved < 0.03e-3) == (lean < mu));
   CHECK(std::fabs(ratio - std::min(lean, mu)) <= tol(0.01) * mu);
 }
@@ -214,7 +214,7 @@ TEST_CASE("virtual proxy: with viscous friction it creeps at (f_t - mu_d f_n)/b"
   MaterialConfig m = rough(0.2, 0.2);
   m.friction_viscous = 20;
   const double radius = 1e-3, depth = 2e-3;
-  // the tool goes aside by 3 mm within 10 ms and stays
+  // the tool moves sideways by 3 mm within 10 ms and stays
   double last_x = 0;
   int moving = 0;
   run(session(radius, m), block(),
@@ -237,8 +237,8 @@ TEST_CASE("virtual proxy: with viscous friction it creeps at (f_t - mu_d f_n)/b"
 }
 
 TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy", "[lab][trap]") {
-  // on a curved surface: contact must look where the proxy is, 3 mm beside the hand's foot; held on
-  // an edge, its own proxy may rest on either face beside it, 4 mm · 0.05 rad away
+  // on a curved surface: contact must search around the proxy, 3 mm from the foot of the hand; on
+  // an edge, its own proxy may rest on either adjacent face, 4 mm · 0.05 rad away
   const uint32_t period = GENERATE(1u, 20u);
   const double radius = 1e-3, depth = 4e-3;
   Vec3 anchor;
@@ -262,7 +262,7 @@ TEST_CASE("virtual proxy: what sticks is not dragged off by the verified proxy",
 }
 
 TEST_CASE("virtual proxy: what sticks is carried by its object", "[lab][trap]") {
-  // the plate moves sideways at up to 1 m/s under a resting hand; the anchor goes along
+  // the plate moves sideways at up to 1 m/s under a hand at rest; the anchor moves with it
   SessionConfig config = session(1e-3, rough(5, 5));
   config.objects[0].motion.kind = haptic::MotionKind::kOscillate;
   config.objects[0].motion.axis_O = {1, 0, 0};
@@ -290,7 +290,7 @@ TEST_CASE("virtual proxy: what sticks is carried by its object", "[lab][trap]") 
 
 TEST_CASE("virtual proxy: without friction nothing pulls sideways, with it work is only lost",
           "[lab][property]") {
-  // a closed loop pressed into one face: the integral of F·dx of the hand
+  // a closed path pressed into one face: the integral of F·dx of the hand
   const double mu = GENERATE(0.0, 0.3);
   const double radius = 1e-3;
   double work = 0;
@@ -310,7 +310,7 @@ TEST_CASE("virtual proxy: without friction nothing pulls sideways, with it work 
   if (mu == 0) {
     CHECK(std::fabs(work) <= tol(1e-6));
   } else {
-    // μ k d over the circumference, d 2 mm in the mean; the cone's edge trails the tool
+    // μ k d over the circumference, d 2 mm on average; the proxy lags behind the tool on the cone
     CHECK(work == Approx(-mu * kStiffness * 2e-3 * 2 * kPi * 0.01).epsilon(0.02));
   }
 }
@@ -358,7 +358,7 @@ TEST_CASE("virtual proxy: without shading a prism of ten sides turns the force b
 }
 
 TEST_CASE("virtual proxy: a crease keeps its edge", "[lab]") {
-  // a box: its edges turn by 90 degrees, more than the crease angle: the force is that of the face
+  // the edges of a box have 90 degrees, more than the crease angle: the force is that of the face
   MaterialConfig material;
   material.crease_angle = 0.7;
   run(
@@ -470,10 +470,10 @@ TEST_CASE(
     const ServoFrame& f = lockstep.frame();
     const double true_top =
         -0.03 + 0.05 * std::sin((static_cast<double>(f.t_ns) * 1e-9 - 1) / 0.05) + 0.005;
-    if (f.tick < 200) continue;  // the first contacts enter through a ramp
+    if (f.tick < 200) continue;  // the first contacts fade in
     const double depth = true_top + radius;
     CAPTURE(k, period, depth, f.X_WP.p.z, f.n_contacts);
-    // where it comes faster than the look-ahead of a slow contact the first touch may be late
+    // if it comes faster than the look-ahead of a slow contact, the first touch may be late
     if (depth > 1e-3 * (period + 1)) {
       ++pressed;
       REQUIRE(f.n_contacts > 0);
@@ -497,7 +497,7 @@ TEST_CASE("virtual proxy: a plate that turns at 1 m/s under the tool does not pa
   const double half = 0.5e-3;
   const MeshShapeData plate = haptic::build_shape(haptic::make_box({0.3, 0.3, 2 * half}));
   const std::array<MeshShape, 1> shapes{plate.view()};
-  // 54 mm from the axis, in front of the plate for half a turn, then behind it for the other half
+  // 54 mm from the axis, in front of the plate for half a turn and behind it for the other half
   ScriptedHand hand([](double) { return Vec3{0.01, 0.05, 0.02}; });
   Lockstep lockstep(config, shapes, hand);
   int pressed = 0, passes = 0;
@@ -514,7 +514,7 @@ TEST_CASE("virtual proxy: a plate that turns at 1 m/s under the tool does not pa
     passes += before > 0 && height <= 0;
     before = height;
     if ((f.flags & haptic::kServoNoContactSet) != 0) continue;
-    // always on the side from which it came
+    // always on the side it came from
     REQUIRE(height_over(lockstep.contacts()->X_WO[0], f.X_WG.p) >= half + radius);
     if (height > radius - 2e-3) continue;
     ++pressed;
@@ -559,7 +559,7 @@ TEST_CASE("virtual proxy: with contact throttled to 50 Hz the surface is sticky,
     if ((f.flags & haptic::kServoNoContactSet) == 0) REQUIRE_FALSE(oracle.inside(f.X_WG.p));
   }
   CAPTURE(period, radius, mu, peak, ripple, pressed);
-  // the spring at its deepest: the intention is 10 mm below the surface, the hand 300 N/m
+  // the deepest spring force: the intention is 10 mm below the surface, the hand 300 N/m
   CHECK(pressed > 1000);
   CHECK(peak < 4);
   CHECK(ripple < 0.3);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Five hands on an emulated WoodenHaptics, whole sessions on virtual time: nothing an honest device
-// does in them is taken for a lie.
+// Five hands on an emulated WoodenHaptics, whole sessions on virtual time: an honest device is
+// never taken for a lying one.
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"
 #include "device-io/hand/impedance.h"
@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint32_t kDoubt = kDeviceStale | kDeviceNoisy | kDeviceLost;
 
-/// The arm of the emulator in this hand, which strokes and presses with a tremor.
+/// The emulator's arm with this hand, which strokes and presses with a tremor.
 EmulatedDeviceOptions arm_in(const HandImpedance& hand) {
   EmulatedDeviceOptions options;
   options.hand.mass = 0.15;
@@ -49,7 +49,7 @@ TEST_CASE("emulated hands: five of them touch a block, and none is taken for a f
   }
   CHECK(faults == 0);
   CHECK(doubted == 0);
-  // but for the first tick, in which nothing has been asked yet
+  // except in the first tick, before anything has been requested
   CHECK(held == 1);
   if (hand.stiffness > 0) CHECK(touching > ticks / 20);
   WARN(hand.name << ": " << ticks << " ticks, " << touching << " in contact, " << faults

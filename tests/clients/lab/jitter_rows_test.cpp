@@ -10,7 +10,7 @@ namespace {
 
 constexpr int64_t kUs = 1000;
 
-/// A round in which every wake is as late as this, but for one of 300 µs.
+/// A round in which every wake is this late, except for one of 300 µs.
 JitterRound make_round(int64_t own_ns, int64_t peer_ns, int64_t hybrid_ns) {
   JitterRound round;
   for (int i = 0; i < 1000; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whole sessions in lockstep: the shipped scenes, the recorded hand, and bit-for-bit repetition.
+// Whole sessions in lockstep: the shipped scenes, the recorded hand, and bit-identical repetition.
 #include "clients/lab/lockstep.h"
 
 #include "clients/report/summary.h"
@@ -76,7 +76,7 @@ TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never
     data.frames.push_back(f);
   }
   CHECK(touching > 500);
-  // a passive wall gives back no more than it took
+  // a passive wall returns no more energy than it received
   const haptic::PortEnergy energy = port_energy(data.frames);
   CHECK(energy.into_device > 1e-3);
   CHECK(energy.net() >= 0);
@@ -104,7 +104,7 @@ TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-ident
     const double depth = wall - f.X_WT.p.x;
     CAPTURE(frames, depth, f.n_contacts, f.F_device_B.f.x);
     // one recording begins inside the wall: no contact has answered its first sample yet, and the
-    // force it then meets grows by the slew limit and the hand's own motion
+    // force then grows by the slew limit and the hand's own motion
     if (depth > 0 && frames >= options.contact_latency) {
       ++pressed;
       REQUIRE(f.n_contacts > 0);

@@ -44,7 +44,7 @@ Series ramp(size_t count, double seconds) {
   return series;
 }
 
-/// The value that nearest-rank percentiles are defined by.
+/// The percentile by the definition of nearest rank.
 int64_t exact_percentile(std::vector<int64_t> values, double percent) {
   std::sort(values.begin(), values.end());
   const double rank = std::ceil(percent / 100 * static_cast<double>(values.size()) - 1e-9);

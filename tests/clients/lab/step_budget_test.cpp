@@ -6,7 +6,7 @@
 using namespace haptic;
 
 TEST_CASE("step budget: the largest that ends within the deadline", "[clients]") {
-  // 10 ns a point and 100 µs whatever their number
+  // 10 ns per point plus a constant 100 µs
   int asked = 0;
   const auto time_of = [&](uint32_t budget) {
     ++asked;
@@ -16,7 +16,7 @@ TEST_CASE("step budget: the largest that ends within the deadline", "[clients]")
   CHECK(budget <= 70'000);
   CHECK(budget >= 63'000);
   CHECK(asked < 12);
-  // all that there are, and none
+  // the whole budget, and none
   CHECK(budget_for(0.8e-3, 5000, time_of) == 5000);
   CHECK(budget_for(1e-4, 1'000'000, time_of) == 0);
   CHECK(budget_for(0.9e-4, 1, time_of) == 0);

@@ -14,15 +14,15 @@ constexpr int64_t kUs = 1000;
 }  // namespace
 
 TEST_CASE("wake lateness: a late wake is shared where the witness was held up at that time") {
-  // wakes of the servo at 0, 1, 2, 3 and 4 ms; the last is not late enough to ask about
+  // wakes of the servo at 0, 1, 2, 3 and 4 ms; the last is not late enough to count
   const std::vector<LateWake> servo{{0, 300 * kUs},
                                     {1000 * kUs, 250 * kUs},
                                     {2000 * kUs, 900 * kUs},
                                     {3000 * kUs, 201 * kUs},
                                     {4000 * kUs, 200 * kUs}};
-  const std::vector<LateWake> witness{{30 * kUs, 270 * kUs},     // the same hole
+  const std::vector<LateWake> witness{{30 * kUs, 270 * kUs},     // the same delay
                                       {1260 * kUs, 500 * kUs},   // after the second was over
-                                      {2790 * kUs, 105 * kUs},   // a corner of the third
+                                      {2790 * kUs, 105 * kUs},   // overlaps the third
                                       {3030 * kUs, 100 * kUs}};  // not late
   const SharedLateness shared = compare_with_witness(servo, witness);
   CHECK(shared.late == 4);
@@ -38,7 +38,7 @@ TEST_CASE("wake lateness: a loop and its witness tick on the same grid, 30 us ap
   CHECK((run.witness.start_ns - run.servo.start_ns) % options.period == kWitnessPhaseNs);
   for (const WakeRun* r : {&run.servo, &run.witness}) {
     CAPTURE(r->late.count(), r->skipped, r->rights.explain());
-    // every grid point is a tick or was skipped, but for those skipped at the very end
+    // every grid point is a tick or was skipped, except those skipped at the very end
     CHECK(r->late.count() + r->skipped <= 300);
     CHECK(r->late.count() >= 1);
     CHECK(r->over_1ms <= r->over_100us);

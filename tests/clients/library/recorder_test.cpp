@@ -25,7 +25,7 @@ using test::TemporaryRuntimeFolder;
 constexpr int64_t kPatienceNs = 60 * kNsPerSecond;  // only a hang takes this long
 constexpr uint64_t kServoSlots = decltype(ServoChannels::frames)::kCapacity;
 
-/// A session in this process: the socket of hapticd, and a recorder that is its client.
+/// A session in this process: hapticd's socket, and a recorder as its client.
 struct Session {
   TemporaryRuntimeFolder folder;
   HandoutServer server{"recorded"};
@@ -58,7 +58,7 @@ struct Session {
       server.serve({});
       recorder->drain(*trace, now_ns());
     }
-    // a segment may have come since: from here on its rings are read
+    // a segment may have been attached since: from here on its rings are read
     recorder->drain(*trace, now_ns());
     return true;
   }
@@ -98,7 +98,7 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
   SegmentWriter<ContactChannels> contact(1);
   SegmentWriter<SimChannels> sim(1);
   SegmentWriter<ControlChannels> control(1);
-  // control and events are wanted even when they are older than the recording
+  // control and events are recorded even if they are older than the recording
   ControlFrame wanted{};
   wanted.revision = 9;
   control.channels().frames.publish(wanted);
@@ -112,7 +112,7 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
            session.recorded(kEvents) == 1;
   }));
 
-  // the other rings are attached once a first item has come through
+  // the other rings are attached once a first item has arrived
   ContactSet set{};
   set.answers_t_ns = 77;
   SceneFrame scene{};
@@ -188,7 +188,7 @@ TEST_CASE("recorder: it follows a servo that is restarted, without a hole") {
   session.announce(first);
   REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
   publish(first, 0, 500);
-  // not drained yet: the first one's last frames and the second's come together
+  // not drained yet: the last frames of the first writer and those of the second come together
   publish(second, 500, 300);
   session.announce(second);
   REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 800; }));
@@ -207,7 +207,7 @@ TEST_CASE("recorder: a chunk is closed after a quarter of a second, however litt
   session.announce(servo);
   REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
   publish(servo, 0, 1);
-  // on virtual time: drain() is told what time it is
+  // on virtual time: drain() is told the time
   int64_t t_ns = now_ns() + kPatienceNs;
   REQUIRE(session.recorder->drain(*session.trace, t_ns));
   const uint64_t with_first = session.trace->size();
@@ -216,13 +216,13 @@ TEST_CASE("recorder: a chunk is closed after a quarter of a second, however litt
   CHECK(session.trace->size() == with_first);
   REQUIRE(session.recorder->drain(*session.trace, t_ns += 1));
   CHECK(session.trace->size() > with_first);
-  // and a reader sees it though the file has no end yet
+  // a reader sees it although the file has no end yet
   CHECK(TraceReader(session.path).read(kServo0Topic).size() == 2);
 }
 
 namespace {
 
-/// A frame that cannot be compressed.
+/// An incompressible frame.
 ServoFrame noisy_frame(uint64_t tick) {
   ServoFrame frame = frame_of(tick);
   std::mt19937_64 random(tick);
@@ -234,7 +234,7 @@ ServoFrame noisy_frame(uint64_t tick) {
   return frame;
 }
 
-/// Publishes until the file is ended by an error, and then some; finishes it and checks the counts.
+/// Publishes until a write error ends the file, and beyond; finishes it and checks the counts.
 void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>& servo) {
   uint64_t published = 0;
   bool good = true;
@@ -243,7 +243,7 @@ void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>
     good = session.recorder->drain(*session.trace, now_ns());
   }
   REQUIRE_FALSE(good);
-  // what still comes before the recorder ends is lost as well
+  // everything that arrives before the recorder ends is lost too
   for (int i = 0; i < 7; ++i) servo.channels().frames.publish(noisy_frame(published++));
   CHECK_FALSE(session.recorder->finish(*session.trace, now_ns()));
 
@@ -268,7 +268,7 @@ TEST_CASE("recorder: at a limit of the file size what is not in the file is coun
   REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
-  // as `ulimit -f` sets it; the writer looks at it before the kernel sends a signal
+  // as set by `ulimit -f`; the writer checks it before the kernel sends a signal
   const rlimit small{1'000'000, before.rlim_max};
   REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
   check_counts_of_what_is_full(session, servo);

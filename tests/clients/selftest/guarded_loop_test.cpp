@@ -77,7 +77,7 @@ TEST_CASE("guarded loop: nor do the renderers of a tool with six degrees of free
   config.tool.extent = {0.02, 0.02, 0.02};
   config.tool.size = 0.02;
   config.tool.subdivisions = 3;
-  // the second object is touched as well, and harder
+  // the second object is touched too, and harder
   config.n_objects = 2;
   config.objects[1] = config.objects[0];
   config.objects[1].X_WO.p = {1e-3, 1e-3, 1e-3};
@@ -151,7 +151,7 @@ TEST_CASE("guarded loop: a page touched for the first time in mid-run is caught"
   constexpr size_t kPage = 4096;
   void* page = mmap(nullptr, kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   REQUIRE(page != MAP_FAILED);
-  // locking brings every page in: this one is taken away again, from outside the filter
+  // locking maps every page: this one is discarded again, from outside the filter
   std::atomic<int> turn{0};
   std::thread taker([&] {
     while (turn.load() == 0) std::this_thread::yield();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The account of samples on recordings with planted gaps, and the quota of the faults.
+// The account of samples on recordings with planted gaps, and the proportions of the faults.
 #include "clients/torture/account.h"
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kStart = 9'000 * kMs;
 
-/// A recording of one frame a millisecond from `from` up to `to` [ms], without those in `missing`.
+/// A recording of one frame per millisecond from `from` to `to` [ms], without those in `missing`.
 RecordingPart record(const std::string& path, int64_t from, int64_t to,
                      const std::vector<int64_t>& missing = {}, double told_lost = 0) {
   TraceWriter trace(path, {});
@@ -32,7 +32,7 @@ RecordingPart record(const std::string& path, int64_t from, int64_t to,
   return {path, static_cast<size_t>(to)};
 }
 
-/// One a millisecond, seen at once.
+/// One frame per millisecond, seen at once.
 std::vector<SeenFrame> published(int64_t n) {
   std::vector<SeenFrame> frames;
   for (int64_t ms = 0; ms < n; ++ms) frames.push_back({kStart + ms * kMs, kStart + ms * kMs});
@@ -47,7 +47,7 @@ TEST_CASE("account: what is in the files is recorded, what came before and after
   const SampleAccount account = account_for_samples({part}, published(1000));
   CHECK(account.published == 900);
   CHECK(account.recorded == 800);
-  CHECK(account.explained == 100);  // after it had been told to end
+  CHECK(account.explained == 100);  // after the recorder was told to end
   CHECK(account.unexplained == 0);
   CHECK(account.told == 0);
 }
@@ -58,10 +58,10 @@ TEST_CASE("account: a frame that is missing in the middle is unexplained") {
   SampleAccount account = account_for_samples({part}, published(1000));
   CHECK(account.unexplained == 3);
   CHECK(account.told == 7);
-  // one that runs to this day explains nothing either
+  // a recorder that is still running explains no loss either
   part.n_seen = RecordingPart::kRuns;
   CHECK(account_for_samples({part}, published(1000)).unexplained == 3);
-  // a kill costs the end of the file, not what lies before a frame that was written
+  // a kill costs the end of the file, not frames before one that was written
   part.killed_ns = kStart + 500 * kMs;
   account = account_for_samples({part}, published(1000));
   CHECK(account.unexplained == 2);
@@ -71,7 +71,7 @@ TEST_CASE("account: a frame that is missing in the middle is unexplained") {
 TEST_CASE("account: a frame that was due before the end and came after it is nobody's") {
   const test::TemporaryFolder folder;
   RecordingPart part = record(folder.path() + "/a.mcap", 0, 900);
-  // the servo was held up in the tick of 900 ms, and ended with a frame of the same time
+  // the servo stalled in the tick of 900 ms, and ended with a frame of the same time
   std::vector<SeenFrame> frames = published(901);
   frames.back().seen_ns += 12'000 * kMs;
   frames.push_back(frames.back());
@@ -83,11 +83,11 @@ TEST_CASE("account: a frame that was due before the end and came after it is nob
   account = account_for_samples({part}, frames);
   CHECK(account.explained == 1);
   CHECK(account.unexplained == 1);
-  // so had a frame whose twin is in the file
+  // and so had a frame with the same time as one in the file
   part.n_seen = 902;
   frames[900] = frames[901] = frames[899];
   CHECK(account_for_samples({part}, frames).unexplained == 2);
-  // a killed recorder was not shown the late one in time to write it
+  // a killed recorder did not receive the late frame in time to write it
   part.killed_ns = frames[900].seen_ns = frames[901].seen_ns = kStart + 20'000 * kMs;
   CHECK(account_for_samples({part}, frames).unexplained == 0);
 }
@@ -97,7 +97,7 @@ TEST_CASE("account: a killed recorder explains its open chunk, and no more") {
   RecordingPart killed = record(folder.path() + "/a.mcap", 0, 700);
   killed.n_seen = 950;
   killed.killed_ns = kStart + 950 * kMs;
-  // 250 ms were open, nobody recorded until the next one began
+  // 250 ms were open, and nothing was recorded until the next recorder began
   const RecordingPart next = record(folder.path() + "/b.mcap", 1000, 2000);
   SampleAccount account = account_for_samples({killed, next}, published(2000));
   CHECK(account.recorded == 1700);
@@ -107,7 +107,7 @@ TEST_CASE("account: a killed recorder explains its open chunk, and no more") {
   killed.killed_ns = kStart + 1000 * kMs;
   account = account_for_samples({killed, next}, published(2000));
   CHECK(account.unexplained == 10);
-  // one that was not killed had no right to lose any
+  // a recorder that was not killed may not lose any
   killed.killed_ns = 0;
   CHECK(account_for_samples({killed, next}, published(2000)).unexplained == 300);
 }
@@ -126,7 +126,7 @@ TEST_CASE("account: a machine that stands still keeps a chunk open, for as long 
   };
   CHECK(unexplained({}) == 210);
   CHECK(unexplained({stall(800, 900)}) == 110);
-  // the second lies in what the first has added
+  // the second lies in the time added by the first
   CHECK(unexplained({stall(640, 700), stall(800, 900)}) == 50);
   CHECK(unexplained({stall(100, 400)}) == 210);
   CHECK(unexplained({stall(790, 1000)}) == 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The judge of forces is shown one lawful account and one breach of each kind.
+// The force check on one correct log and one breach of each kind.
 #include "clients/torture/force_judge.h"
 
 #include <algorithm>
@@ -22,14 +22,14 @@ constexpr double kWall = 500 * kDepth;  // [N]
 const ForceRules kRules;
 const WoodenHapticsGeometry kArm;
 
-/// Counts of the encoders at a depth below the wall, so far to the side.
+/// Encoder counts at a depth below the wall and a distance to the side.
 MotorCounts counts_at(double depth, double aside = 0) {
   Vec3 angles;
   REQUIRE(solve_joint_angles(kArm, {aside, 0, -depth}, angles));
   return motor_counts(kArm, angles);
 }
 
-/// The spring that the rules ask for, from what the encoders say.
+/// The spring force required by the rules, from the encoder counts.
 double spring_at(double depth) {
   const Vec3 tip_B = tip_position(kArm, joint_angles(kArm, counts_at(depth)));
   return kRules.stiffness * -tip_B.z;
@@ -45,7 +45,7 @@ Milliamperes currents_for(const MotorCounts& counts, const Vec3& force_B) {
   return out;
 }
 
-/// A second of commands, one each millisecond, force as a share of the spring at time t [ms].
+/// A second of commands, one per millisecond, with force as a share of the spring at time t [ms].
 Records account(const std::function<double(double)>& share, double depth = kDepth) {
   Records out;
   const MotorCounts counts = counts_at(depth);
@@ -76,7 +76,7 @@ double full(double) {
   return 1;
 }
 
-/// Full for 20 ms after 100 ms, faded over 50 ms, back at 500 ms by a ramp of 50 ms.
+/// Full force for 20 ms after 100 ms, faded over 50 ms, back at 500 ms by a ramp of 50 ms.
 double faded(double t) {
   if (t < 300) return std::clamp(1 - (t - 120) / 50, 0.0, 1.0);
   return std::clamp((t - 500) / 50, 0.0, 1.0);
@@ -107,12 +107,12 @@ TEST_CASE("judge: zero and soft start break nothing, and the zero is timed") {
   const ForceVerdict verdict = judge_force(kRules, account(closed), fault(Effect::kZero, 100, 500));
   CHECK(verdict.violations.empty());
   CHECK(verdict.zero_after_ns == 5 * kMs);
-  // nor where nobody knows when the next servo begins
+  // nor if the start of the next servo is unknown
   CHECK(judge_force(kRules, account(closed), fault(Effect::kZero, 100, 0)).violations.empty());
 }
 
 TEST_CASE("judge: a zero that came before the time of the fault was noted is in time") {
-  // the last command at 99 ms; what does the fault is held up until 130 ms
+  // the last command at 99 ms; the injector stalls until 130 ms
   Records records = account([](double t) { return t < 99 ? 1.0 : 0.0; });
   records.resize(100);
   EmulatorRecord watchdog = records.back();
@@ -122,7 +122,7 @@ TEST_CASE("judge: a zero that came before the time of the fault was noted is in 
   JudgedFault late = fault(Effect::kZero, 130, 0);
   CHECK(judge_force(kRules, records, late).violations.empty());
   CHECK(judge_force(kRules, records, late).zero_after_ns == 0);
-  // the firmware alone is too late
+  // the firmware's watchdog alone is too late
   records[99].force_B = records[98].force_B;
   CHECK(breaks(judge_force(kRules, records, late), ForceBreach::kLateZero));
 }
@@ -140,7 +140,7 @@ TEST_CASE("judge: a fault that has to be found may last so much longer, and no l
 }
 
 TEST_CASE("judge: the currents of a pose that a lying device has said are judged there") {
-  // it says that the hand is 4 mm deep; it is 30 mm nearer, where the same currents push more
+  // the device reports a depth of 4 mm but is 30 mm nearer, where the same currents give more force
   Records records = account(full);
   const MotorCounts truth = counts_at(kDepth, -30e-3);
   double most = 0;
@@ -155,7 +155,7 @@ TEST_CASE("judge: the currents of a pose that a lying device has said are judged
   CHECK(breaks(judge_force(kRules, records, lie), ForceBreach::kBeyondWall));
   lie.is_misled = true;
   CHECK(judge_force(kRules, records, lie).violations.empty());
-  // a tenth more than the wall at the pose that was said
+  // a tenth more than the wall at the reported pose
   for (EmulatorRecord& r : records) {
     r.currents = currents_for(r.answered, {0, 0, 1.1 * spring_at(kDepth)});
   }
@@ -186,7 +186,7 @@ TEST_CASE("judge: a zero before the stated time may be another's, and force may 
   CHECK(breaks(judge_force(rules, account(chance), lie), ForceBreach::kLateZero));
   rules.zero_ns = 100 * kMs;
   CHECK(judge_force(rules, account(chance), lie).violations.empty());
-  // once the stated time is over it stays
+  // once the documented time is over it stays
   const auto again = [](double t) { return t < 150 || t == 300 ? 0.1 : 0.0; };
   CHECK(breaks(judge_force(rules, account(again), lie), ForceBreach::kEarlyReturn));
 }
@@ -208,7 +208,7 @@ TEST_CASE("judge: more than the wall and its damper is caught") {
 }
 
 TEST_CASE("judge: planes that are not there may push beyond the wall, but not in a step") {
-  // to 1.2 times the wall: in 5 ms, and in one
+  // to 1.2 times the wall: within 5 ms, and within one
   const auto lied = [](double time) {
     return account([time](double t) { return 1 + 0.2 * std::clamp((t - 200) / time, 0.0, 1.0); });
   };
@@ -234,7 +234,7 @@ TEST_CASE("judge: a force that returns in a step is caught") {
                                    fault(Effect::kFade, 100, 500));
   REQUIRE(verdict.violations.size() == 1);
   CHECK(verdict.violations.front().breach == ForceBreach::kRise);
-  // 200 N/s over two ticks and twice the step of the currents
+  // 200 N/s over two ticks plus twice the step of the currents
   CHECK(verdict.violations.front().allowed == Approx(0.41));
 }
 
@@ -273,7 +273,7 @@ TEST_CASE("judge: a change where nothing may change is caught, unless the machin
   const ForceVerdict excused = judge_force(kRules, records, f);
   CHECK(excused.violations.empty());
   CHECK(excused.excused == 1);
-  // one that was long before, or comes after, excuses nothing
+  // a stall long before or after excuses nothing
   f.stalls = {{kStart - 200 * kMs, kStart}, {kStart + 301 * kMs, kStart + 400 * kMs}};
   CHECK(breaks(judge_force(kRules, records, f), ForceBreach::kChanged));
 }
@@ -290,7 +290,7 @@ TEST_CASE("judge: a stale wall is caught, and what the machine was late by is al
   CHECK(breaks(judge_force(kRules, late(20), f), ForceBreach::kLateFade));
   f.stalls = {{kStart + 130 * kMs, kStart + 150 * kMs}};
   CHECK(judge_force(kRules, late(20), f).violations.empty());
-  // a wall that stays for good is none of the machine's doing
+  // a wall that stays for ever is not due to the machine
   CHECK(breaks(judge_force(kRules, account(full), f), ForceBreach::kLateFade));
 }
 
@@ -360,7 +360,7 @@ TEST_CASE("judge: a standstill of the emulator is what is longer than its own pe
   CHECK(held_up(stalls, kStart, kStart + 999 * kMs) == 39 * kMs);
   CHECK(held_up(stalls, kStart + 330 * kMs, kStart + 999 * kMs) == 20 * kMs);
   CHECK(held_up(stalls, kStart, kStart + 300 * kMs) == 0);
-  // two witnesses of one stall are one stall
+  // two witnesses of one stall count as one
   const std::vector<Stall> other{{kStart, kStart + 2 * kMs},
                                  {kStart + 340 * kMs, kStart + 360 * kMs}};
   CHECK(held_up(merge_stalls(stalls, other), kStart, kStart + 999 * kMs) == 51 * kMs);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// When a process had no time: one that sleeps, one that is stopped, one that is not there.
+// Waits of processes: one that sleeps, one that is stopped, one that does not exist.
 #include "clients/torture/process_waits.h"
 
 #include <pthread.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
-/// Does one thing again and again until it is killed.
+/// Repeats an action until it is killed.
 class Child {
  public:
   template <typename Do>
@@ -80,7 +80,7 @@ TEST_CASE("process waits: one that is stopped has no time, one that sleeps waits
 TEST_CASE("process waits: it waits for a processor on which others run") {
   const cpu_set_t before = this_threads_processors();
   pin_to_processor(0);
-  // both want the same one all the time
+  // both always want the same processor
   const Child busy([] {});
   ProcessWaits waits(busy.pid());
   const auto counted = [&] {

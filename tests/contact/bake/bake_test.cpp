@@ -28,7 +28,7 @@ namespace {
 constexpr uint64_t kPlenty = uint64_t{4} << 30;
 constexpr double kLengthTolerance = 1e-12;  // [m]
 
-/// A folder for meshes and cache, with the cache pointed at it.
+/// Folders for meshes and for the cache, which is set to it.
 struct Bench {
   TemporaryFolder folder;
   Bench() { ::setenv("HAPTICD_CACHE", (folder.path() + "/cache").c_str(), 1); }
@@ -60,7 +60,7 @@ std::string error_of(const ObjectConfig& object, uint64_t limit = kPlenty) {
 
 std::string error_of(const Bench& bench, const std::string& name, const std::string& bytes) {
   const std::string message = error_of(object_at(bench.write(name, bytes)));
-  // one line, and it says where
+  // one line with the position
   CHECK(message.find('\n') == std::string::npos);
   CHECK_THAT(message, Contains(name));
   return message;
@@ -141,7 +141,7 @@ TEST_CASE("bake: all formats of one shape give the same mesh in double") {
     CHECK(baked.shape.mesh.vertices.size() == reference.shape.mesh.vertices.size());
     CHECK(same_shape(baked, reference));
   }
-  // doubles survive: no rounding to float on the way
+  // doubles are preserved: no rounding to float on the way
   Soup fine = sphere;
   for (Vec3& v : fine.vertices) v *= 1 + 1e-12;
   const BakedShape baked = bake_object(object_at(bench.write("f.off", as_off(fine))), kPlenty);
@@ -168,7 +168,7 @@ TEST_CASE("bake: truncated files are refused in every format") {
   CHECK_THAT(error_of(bench, "a.off", cut(as_off(sphere), 30)), Contains("a.off:"));
   CHECK_THAT(error_of(bench, "b.off", as_off(sphere).substr(0, 60)), Contains("cannot hold"));
   CHECK_THAT(error_of(bench, "c.off", "OFF\n8 12"), Contains("c.off:2"));
-  // a cut within the last face, and a cut that leaves out vertices
+  // a cut within the last face, and one before all vertices are read
   CHECK_THAT(error_of(bench, "a.obj", cut(as_obj(box), 6)), Contains("three corners"));
   CHECK_THAT(error_of(bench, "b.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\n"), Contains("b.obj:1"));
   CHECK_THAT(error_of(bench, "c.obj", "v 0 0 0\nv 1 0 0\nv 1 1"), Contains("c.obj:3"));
@@ -217,7 +217,7 @@ TEST_CASE("bake: files without triangles and with wrong indices are refused") {
   CHECK_THAT(error_of(bench, "r.ply", as_text_ply(box)), Contains("out of range"));
   CHECK_THAT(error_of(bench, "b.ply", as_binary_ply(box)), Contains("face 6"));
   CHECK_THROWS_AS(bake(box), MeshError);
-  // triangles, but all on one line
+  // triangles, but all collinear
   CHECK_THAT(error_of(bench, "l.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), Contains("area"));
   CHECK_THAT(error_of(bench, "p.obj", "v 1 1 1\nf 1 1 1\n"), Contains("area"));
 }
@@ -289,7 +289,7 @@ TEST_CASE("bake: a cavity stays a cavity") {
   const Soup hole = make_icosphere(0.02, 1);
   const auto first = static_cast<uint32_t>(hollow.vertices.size());
   hollow.vertices.insert(hollow.vertices.end(), hole.vertices.begin(), hole.vertices.end());
-  // outward like the shell: to be turned
+  // outward like the shell: must be reversed
   for (const auto& [a, b, c] : hole.triangles) {
     hollow.triangles.push_back({first + a, first + b, first + c});
   }
@@ -312,7 +312,7 @@ TEST_CASE("bake: degenerate and double faces are removed and counted") {
   CHECK(baked.shape.mesh.closed);
   CHECK(baked.shape.mesh.triangles.size() == 12);
 
-  // a vertex on the middle of an edge, filled up by a triangle without area
+  // a vertex at the middle of an edge, closed by a triangle without area
   Soup sliver = make_box({0.1, 0.1, 0.1});
   const Triangle split = sliver.triangles[0];
   sliver.vertices.push_back(0.5 * (sliver.vertices[split[0]] + sliver.vertices[split[1]]));
@@ -408,7 +408,7 @@ TEST_CASE("bake: the cache gives back the same shape and the same report, mapped
   while (std::getline(maps, line)) mapped = mapped || line.find(name) != std::string::npos;
   CHECK(mapped);
 
-  // other options are another entry
+  // other options give another entry
   object.unit = 0;
   object.size = 0.2;
   CHECK_FALSE(bake_object(object, kPlenty).report.from_cache);
@@ -512,7 +512,7 @@ TEST_CASE("bake: a machine without enough memory is told so, with the mesh and t
       ::_exit(1);
     } catch (const MeshError& error) {
       ::_exit(std::string(error.what()).find("not enough memory") != std::string::npos ? 0 : 2);
-    } catch (...) {  // in a forked child: whatever else comes is told by the exit code
+    } catch (...) {  // in a forked child: the exit code reports any other exception
       ::_exit(3);
     }
   }

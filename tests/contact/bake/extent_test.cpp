@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How large and how small a mesh may be, and what is said of one that is neither.
+// The limits of a mesh's size, and the messages outside them.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
@@ -17,7 +17,7 @@ using Catch::Contains;
 
 constexpr uint64_t kPlenty = uint64_t{4} << 30;
 
-/// A cube of this edge in a file, baked from nothing each time.
+/// A cube of this edge in a file, baked without the cache.
 class Cube {
  public:
   explicit Cube(double edge, const std::string& name = "cube.off")
@@ -61,7 +61,7 @@ TEST_CASE("bake: coordinates beyond all scenes are refused with file, figure and
     CHECK(test::problem_of_message(problem + "\n") == "");
   }
   CHECK_THAT(huge.problem_at(1e-3, 0), Contains("at most 1e+09 (1e+06 m)"));
-  // scaled to its size it is as good as any
+  // scaled to its size it is valid
   CHECK(huge.size_at(0, 0.1) == Approx(0.1));
 }
 

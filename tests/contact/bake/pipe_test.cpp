@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A pipe where a mesh or its cache is looked for: to open one waits until somebody writes to it.
+// A pipe in place of a mesh or its cache: opening one blocks until there is a writer.
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint64_t kPlenty = uint64_t{4} << 30;
 
-/// A folder for a mesh, and the cache in a folder of it.
+/// A folder for a mesh, with the cache inside it.
 struct Bench {
   test::TemporaryFolder folder;
   std::string cache = folder.path() + "/cache";

@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint64_t kPlenty = uint64_t{4} << 30;  // [bytes]
 
-/// A point of the plane with integer coordinates, so that the judge's arithmetic is exact.
+/// A point of the plane with integer coordinates, so that the oracle's arithmetic is exact.
 struct Grid2 {
   int64_t x, y;
   bool operator==(const Grid2&) const = default;
@@ -44,7 +44,7 @@ bool meet(const Grid2& a, const Grid2& b, const Grid2& c, const Grid2& d) {
   return on_segment(a, b, c) || on_segment(a, b, d) || on_segment(c, d, a) || on_segment(c, d, b);
 }
 
-/// By definition: sides meet only where they follow each other, and there in the corner alone.
+/// By definition: sides meet only if they are consecutive, and then only at the corner.
 bool is_simple(const std::vector<Grid2>& polygon) {
   const size_t n = polygon.size();
   for (size_t i = 0; i < n; ++i) {
@@ -71,7 +71,7 @@ bool is_flat(const std::vector<Grid2>& polygon) {
   return true;
 }
 
-/// On a plane through the origin that is tilted so that the last axis stays the normal's largest.
+/// On a plane through the origin, tilted such that the last axis stays the normal's largest.
 std::vector<Vec3> lifted(const std::vector<Grid2>& polygon) {
   std::vector<Vec3> corners;
   for (const Grid2& p : polygon) {
@@ -83,7 +83,7 @@ std::vector<Vec3> lifted(const std::vector<Grid2>& polygon) {
 
 using Side = std::pair<uint32_t, uint32_t>;
 
-/// How often each side of the triangles is walked along, less how often back.
+/// Per edge, the number of uses in one direction minus those in the other.
 std::map<Side, int> border(const std::vector<Triangle>& triangles) {
   std::map<Side, int> sides;
   for (const Triangle& t : triangles) {
@@ -159,7 +159,7 @@ TEST_CASE("bake polygons: where corners begin and which way they turn does not c
     return sets;
   };
   for (size_t round = 0; round < sweep(500); ++round) {
-    // round and wavy, of no plane
+    // round and wavy, not planar
     const size_t n = 4 + random() % 20;
     std::vector<Vec3> corners;
     for (size_t i = 0; i < n; ++i) {
@@ -208,7 +208,7 @@ TEST_CASE("bake polygons: corners on one line are a fan, double corners are no m
   PolygonSoup soup{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}},
                    {{0, 4, 1, 2, 2, 3, 0}}};
   CHECK_NOTHROW(check_polygons(soup, "thing"));
-  // the third face is a bow tie, and one of its corners is twice the same
+  // the third face is a bow tie and repeats one of its corners
   soup.polygons = {{0, 1, 2, 3}, {0, 1, 2}, {0, 0, 2, 1, 3}};
   CHECK_THROWS_WITH(
       check_polygons(soup, "thing.obj"),
@@ -220,7 +220,7 @@ TEST_CASE(
   ObjectConfig object;
   object.unit = 1;
   assign(object.mesh, "thing.obj");
-  // a pyramid whose base of five corners is bent and has a notch
+  // a pyramid whose base of five corners is non-planar and has a notch
   const BakedShape baked = bake_contents(
       "v 0 0 0\nv 4 0 0.5\nv 4 4 0\nv 2 1 0.3\nv 0 4 0.2\nv 2 0.5 5\n"
       "f 5 4 3 2 1\nf 1 2 6\nf 2 3 6\nf 3 4 6\nf 4 5 6\nf 5 1 6\n",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the mesh readers take and refuse: the freedoms of each format, and what is no mesh.
+// What the mesh readers accept and refuse: variants of each format, and invalid files.
 #include "contact/bake/read.h"
 
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ std::string error_of(const std::string& name, const std::string& bytes) {
     read_mesh(bytes, name, kPlenty);
   } catch (const MeshError& error) {
     const std::string message = error.what();
-    // one line of printable text, and it says where
+    // one line of printable text with the position
     CHECK(std::all_of(message.begin(), message.end(), [](char c) { return c >= ' ' && c <= '~'; }));
     CHECK_THAT(message, Contains(name));
     return message;
@@ -39,7 +39,7 @@ std::string first_replaced(std::string text, const std::string& what, const std:
   return text.replace(text.find(what), what.size(), with);
 }
 
-/// The corners of each face as places, so that formats with and without indices compare.
+/// The corners of each face as points, so that formats with and without indices compare.
 std::vector<std::vector<Vec3>> places(const PolygonSoup& soup) {
   std::vector<std::vector<Vec3>> faces;
   for (const auto& polygon : soup.polygons) {
@@ -54,7 +54,7 @@ struct Variant {
   std::string bytes;
 };
 
-/// Each variant holds what the soup holds.
+/// Checks that each variant has the content of the soup.
 void check_variants(const std::string& name, const Soup& soup,
                     const std::vector<Variant>& variants) {
   std::vector<std::vector<Vec3>> faces;
@@ -221,7 +221,7 @@ TEST_CASE("bake read: a binary PLY of either byte order, with other properties b
 }
 
 TEST_CASE("bake read: a PLY whose element has rows but no property is refused at once") {
-  // no row takes a byte, so that no end of the file ends them
+  // rows of zero bytes, which no end of file ends
   const std::string junk = "element junk 9000000000000000000\n";
   for (const std::string& ply : {as_text_ply(box()), as_binary_ply(box())}) {
     CHECK_THAT(error_of("a.ply", first_replaced(ply, "element face", junk + "element face")),
@@ -257,7 +257,7 @@ TEST_CASE("bake read: numbers of other languages are refused, too small ones are
   }
   CHECK(read_mesh(replaced(obj, "X", "1e-400"), "n.obj", kPlenty).points[1].z == 0);
   CHECK(read_mesh(replaced(obj, "X", "+.5e+1"), "n.obj", kPlenty).points[1].z == 5);
-  // what is not text is not put into a message
+  // binary data is not quoted in a message
   error_of("n.obj", replaced(obj, "X", "\x1b[31m" + std::string(1000, '\x07')));
 }
 
@@ -271,7 +271,7 @@ TEST_CASE(
     CHECK_THROWS_WITH(bake_contents(as_obj(make_box({side, side, side})), object, kPlenty),
                       Contains("thing.obj: its l") && Contains("state the right unit"));
   }
-  // without area by a rounding: normals would not be of length one
+  // zero area by rounding: normals would not have length one
   const BakedShape baked = bake_contents(
       first_replaced(as_obj(box()), "f ", "v 0 0 1e-85\nv 0 1e-85 0\nv 0 0 0\nf -1 -2 -3\nf "),
       object, kPlenty);

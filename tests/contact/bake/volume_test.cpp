@@ -132,7 +132,7 @@ TEST_CASE("bake volume: the field of a sphere is its distance, the map has none 
   CHECK(shares.front() == 0);
   CHECK(shares.back() == 1);
   CHECK(std::is_sorted(shares.begin(), shares.end()));
-  // what a facet is off by, and a cell's interpolation
+  // errors of the facets and of the interpolation in a cell
   const double facet = 1e-4, cell = 0.5 * 2e-3 * 2e-3 / (kRadius - 6e-3);
   Random random(1);
   for (size_t i = 0; i < trials(5000); ++i) {
@@ -242,9 +242,9 @@ TEST_CASE("baked volume: every damaged section is refused even with a right chec
       [](Data& d) { d.shell.nodes[0].count = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].point = 1u << 20; },
       [](Data& d) { d.shell.nodes[0].radius = std::nanf(""); },
-      // a search has room for the points of a node two levels above them, 8² at most
+      // a search has space for the points of a node two levels above them, at most 8²
       [](Data& d) { d.shell.nodes[d.shell.levels[d.shell.levels.size() - 4]].count = 65; },
-      // a node that is the child of two would be looked into twice
+      // a node with two parents would be visited twice
       [](Data& d) { d.shell.nodes[2].first_child = d.shell.nodes[1].first_child; },
       [](Data& d) { d.shell.nodes.back().n_children = 1; }};
   for (size_t i = 0; i < breaks.size(); ++i) {
@@ -311,7 +311,7 @@ TEST_CASE("mass properties: box, ball and bored block in closed form, wherever t
   const MassProperties s = mass_properties(build_mesh(ball.vertices, ball.triangles).view());
   CHECK(s.inertia_O.row[2].z == Approx(0.4 * s.volume * kRadius * kRadius).epsilon(2e-3));
 
-  // a block less its hole: what is left out counts against it
+  // a block minus its hole: points in the hole count against it
   const PegAndHole fit;
   const Soup block = make_hole(fit, {400, 1});
   const MassProperties h = mass_properties(build_mesh(block.vertices, block.triangles).view());

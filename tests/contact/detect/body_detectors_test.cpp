@@ -61,7 +61,7 @@ TEST_CASE("body detectors: a ball in a block is pushed out, by triangles and by 
   CHECK_THAT(set->X_WT.p, IsNear({0.01, 0.02, 0.0095}, 0));
   CHECK_THAT(set->X_WG.p, IsNear({0.01, 0.02, 0.0095}, 0));
   CHECK(set->tool.mass == 0.05);
-  // what pushes is where it touches, about its lowest point
+  // contacts are near the lowest point of the ball
   Vec3 middle_T;
   double weight = 0;
   for (uint32_t i = 0; i < set->n_active; ++i) {
@@ -118,7 +118,7 @@ TEST_CASE("tool body: what is not given is that of an evenly filled body") {
   config = {};
   config.density = 1000;
   CHECK(tool_body(box.view(), config).mass == Approx(0.048));
-  // an open mesh stands for its box, a flat one for a ring
+  // the body of an open mesh is its box, that of a flat one a ring
   const Soup sheet = make_grid(0.01, 4);
   const ToolBody flat = tool_body(build_mesh(sheet.vertices, sheet.triangles).view(), ToolConfig{});
   CHECK(flat.mass == ToolConfig{}.mass);

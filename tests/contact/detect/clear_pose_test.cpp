@@ -57,7 +57,7 @@ struct ClearPair {
   bool meets(const Pose& X_WT) const {
     return !cgal_triangle_pairs(corners(pair.object, {}), corners(pair.tool, X_WT)).empty();
   }
-  /// No point moves further than that.
+  /// Upper bound of the motion of any point.
   Pose moved_by(const Pose& X_WT, double way, Random& random) const {
     const double share = random.uniform(0, 1);
     const Pose X_WC{X_WT * model.body.centre_T, X_WT.q};
@@ -110,17 +110,17 @@ TEST_CASE("clear pose: leads as far as the way is free", "[contact]") {
   Soup plate = make_box({0.1, 0.1, 0.004});
   ClearPair c(plate, make_box({0.02, 0.02, 0.02}), VoxelForce::kField, 0);
   const Pose above{{0, 0, 0.02}, {}}, far{{0, 0, 0.1}, {}};
-  // the whole way, and what is clear at its end
+  // the whole way is free, with the clearance at its end
   const ClearPose free = c.clear(above, far);
   CHECK(free.X_WT == far);
   CHECK(free.clearance[0] < 0.088);
   CHECK(free.clearance[0] > 0.9 * 0.088 - kVoxel);
-  // through the plate there is none
+  // there is no way through the plate
   const ClearPose held = c.clear(above, {{0, 0, -0.1}, {}});
   CHECK(held.clearance[0] > 0);
   CHECK(held.X_WT.p.z - held.clearance[0] > 0.012);
   CHECK_FALSE(c.meets(held.X_WT));
-  // where something touches it is known to be nowhere
+  // in contact, the clearance is unknown
   const Pose inside{{0, 0, 0.0119}, {}};
   CHECK(c.clear(inside, far).X_WT == inside);
   CHECK(c.clear(inside, far).clearance[0] == 0);
@@ -134,6 +134,6 @@ TEST_CASE("clear pose: what is too little to be of use is not looked for", "[con
   CHECK(c.clear(near, near).clearance[0] > 1e-3);
   c.model.least = 2e-3;
   CHECK(c.clear(near, near).clearance[0] == 0);
-  // but a tool that is behind its hand is led
+  // but a tool that lags behind its hand is led
   CHECK(c.clear(near, hand).X_WT == hand);
 }

@@ -45,7 +45,7 @@ TEST_CASE("clusters: the sum of the forces stays, and the torque of what is flat
 }
 
 TEST_CASE("clusters: opposite normals do not cancel", "[contact][trap]") {
-  // a peg in a slot: two walls push at one another, nearer to each other than the radius
+  // a peg in a slot: two walls push against each other, closer together than the radius
   std::vector<PointPush> pushes;
   for (int i = 0; i < 20; ++i) {
     pushes.push_back({{1e-3, 1e-4 * i, 0}, {1, 0, 0}, 1e-4, 100});

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kAlgebraTolerance = 1e-12;
 
-/// Room for a few thousand pairs.
+/// Capacity for a few thousand pairs.
 struct Room {
   std::vector<TrianglePair> pairs = std::vector<TrianglePair>(20000);
   std::vector<PointPush> pushes = std::vector<PointPush>(kPushesPerPair * 20000);
@@ -41,14 +41,14 @@ void append(Soup& soup, const Soup& other, const Vec3& at) {
   }
 }
 
-/// Pyramid that points down to the origin.
+/// A pyramid that points down to the origin.
 Soup make_foot(double width, double height) {
   const double w = 0.5 * width;
   return {{{0, 0, 0}, {-w, -w, height}, {w, -w, height}, {w, w, height}, {-w, w, height}},
           {{0, 2, 1}, {0, 3, 2}, {0, 4, 3}, {0, 1, 4}, {1, 2, 3}, {1, 3, 4}}};
 }
 
-/// Side × side of n feet each: a box that touches a plane at n² points.
+/// n × n feet over `side` × `side`: a box that touches a plane at n² points.
 Soup make_brush(double side, size_t n) {
   Soup brush;
   for (size_t i = 0; i < n; ++i) {
@@ -70,9 +70,9 @@ double stiffness_along_z(const std::function<double(double)>& force_at, double z
 }  // namespace
 
 TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is bounded") {
-  // algorithms 2.1: box of side L on a plane with 4 to 400 contact points
+  // ∂F/∂z = n·k: box of side L on a plane with 4 to 400 contact points
   const double side = 20e-3, k = 1000;
-  // on one triangle of the plane: where faces meet there are pushes for each
+  // on one triangle of the plane: several faces would push at each point
   const MeshShapeData plane = build_shape(make_grid(0.1, 1));
   Room room;
   for (const size_t n : {2u, 4u, 10u, 20u}) {
@@ -95,7 +95,7 @@ TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is boun
         return sum;
       };
     };
-    // all in one, and as many as there is place for: disks of half the radius about the leaders
+    // all pushes are counted, and there are no more clusters than fit
     CHECK(stiffness_along_z(clustered(2 * side), -1e-4) == Approx(k).epsilon(1e-6));
     const double radius = 5e-3, grown = side + radius;
     const double most = grown * grown / (std::numbers::pi * radius * radius / 4);
@@ -141,7 +141,7 @@ TEST_CASE("exact: a corner of the object in a face of the tool pushes as the oth
 }
 
 TEST_CASE("exact: two crossed edges push along what is perpendicular to both") {
-  // bars stood on an edge: one along x, one along y above it
+  // bars standing on an edge: one along x, one along y above it
   const double w = 0.01, half_diagonal = w / std::sqrt(2.0), depth = 5e-4;
   const auto turned = [](Soup soup, const Vec3& about) {
     for (Vec3& v : soup.vertices) v = rotate(from_rotation_vector(about), v);
@@ -155,7 +155,7 @@ TEST_CASE("exact: two crossed edges push along what is perpendicular to both") {
     return sum_pushes(pushes_of(lower, upper, {{1e-3, 2e-3, up - d}, {}}), {}).F0_O;
   };
   CHECK(force(-1e-6).f == Vec3{});
-  // one push for four pairs of faces, where the edges pass
+  // one push for four pairs of faces, where the edges cross
   const std::vector<PointPush> pushes = pushes_of(lower, upper, {{1e-3, 2e-3, up - depth}, {}});
   REQUIRE(pushes.size() == 1);
   CHECK_THAT(pushes[0].point_O, IsNear({1e-3, 0, half_diagonal - depth}, kAlgebraTolerance));

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMargin = 1e-6;
 
-/// A tool among objects, with all that it is judged by.
+/// A tool among objects, with its oracles.
 struct World {
   std::deque<MeshShapeData> owned;
   std::vector<MeshShape> objects;
@@ -64,7 +64,7 @@ struct World {
   Twist way(const Pose& from, const Pose& to) const {
     return {to.p - from.p, to_rotation_vector(to.q * conjugate(from.q))};
   }
-  /// How far the pose could still go towards another one, as all triangles within a band allow [m].
+  /// Feasible motion towards another pose, by all triangles within a band [m].
   double residual(const Pose& X_WT, const Pose& led_W, double band) const;
 };
 
@@ -134,7 +134,7 @@ TEST_CASE("god object of six degrees of freedom: a box pushed into a box rests a
     CHECK(move.n_active > 0);
   }
   CHECK(god.X_WG().p.z - kRest == Approx(kMargin).epsilon(0.1));
-  // and leaves as it came
+  // and leaves the way it came
   CHECK(god.move(world.X_WO, at(1e-3, 2e-3, 18e-3), 0).n_active == 0);
   CHECK_THAT(god.X_WG().p, IsNear({1e-3, 2e-3, 18e-3}, 0.05 * kMargin));
 }
@@ -173,7 +173,7 @@ TEST_CASE("god object of six degrees of freedom: in free space 1 − k_s/2 of th
   REQUIRE(god.place(world.X_WO, first));
   CHECK(god.move(world.X_WO, led, 0).free_fraction == 1);
   CHECK_THAT(god.X_WG().p, IsNear(led.p, 1e-15));
-  // a turn too, as far as it bends no more than it may: the rest in the moves that follow
+  // a rotation too, up to the largest allowed bend per move: the rest follows in later moves
   const Pose turned{led.p, from_rotation_vector({0.3, -0.2, 0.1})};
   for (int step = 0; step < 100; ++step) god.move(world.X_WO, turned, 0);
   CHECK(norm(world.way(god.X_WG(), turned).w) * world.body.radius < kMargin);
@@ -220,14 +220,14 @@ TEST_CASE("god object of six degrees of freedom: it begins only where it is free
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(god.place(world.X_WO, at(nan, 0, 40e-3)));
   CHECK_FALSE(god.place(world.X_WO, {{0, 0, 40e-3}, {nan, 0, 0, 1}}));
-  // wholly inside, and the other way round
+  // fully inside, and the other way round
   World inside(make_box({2e-3, 2e-3, 2e-3}));
   inside.add(make_icosphere(20e-3, 2));
   CHECK_FALSE(inside.make().place(inside.X_WO, at(1e-3, 0, 0)));
   World around(make_icosphere(20e-3, 2));
   around.add(make_box({2e-3, 2e-3, 2e-3}));
   CHECK_FALSE(around.make().place(around.X_WO, at(1e-3, 0, 0)));
-  // of two balls that are one tool only the second is inside
+  // of two balls that form one tool only the second is inside
   Soup two = make_icosphere(2e-3, 1);
   const auto n = static_cast<uint32_t>(two.vertices.size());
   const Soup one = two;
@@ -286,7 +286,7 @@ TEST_CASE("god object of six degrees of freedom: a plate of 0.01 mm at 10 m/s is
     const double z = random.uniform(6e-3, 20e-3);
     const Pose first{{random.uniform(-5e-3, 5e-3), 0, z}, random.pose(1).q};
     REQUIRE(god.place(world.X_WO, first));
-    // 10 mm each millisecond
+    // 10 mm per millisecond
     for (int step = 1; step <= 5; ++step) {
       const Quat q = from_rotation_vector(0.1 * step * random.direction()) * first.q;
       const Pose led{first.p - Vec3{0, 0, 10e-3 * step}, q};
@@ -313,7 +313,7 @@ TEST_CASE(
   worlds.back().add(make_box({20e-3, 20e-3, 4e-3}), at(0, 0, -6e-3));
   worlds.back().add(make_bumpy_ball(5, 7e-3, 2), at(9e-3, 0, 2e-3));
   Random random(6);
-  const size_t steps = trials(2500);  // of each world: fewer do not show the share that settles
+  const size_t steps = trials(2500);  // per scene; fewer do not show the share that settles
   for (size_t w = 0; w < worlds.size(); ++w) {
     const World& world = worlds[w];
     GodObject6 god = world.make();
@@ -322,7 +322,7 @@ TEST_CASE(
     size_t n_held = 0, n_settled = 0;
     double worst = 0, nearest = 1;
     for (size_t step = 0; step < steps; ++step) {
-      // a hand that is drawn to the middle, and now and then leaps
+      // a hand that is drawn to the centre and sometimes jumps
       const double leap = step % 50 == 49 ? 10e-3 : random.uniform(0, 0.7e-3);
       const Vec3 back = 0.05 * (Vec3{0, 0, 2e-3} - led.p);
       const Vec3 turn = random.uniform(0, 0.1) * random.direction();
@@ -389,7 +389,7 @@ TEST_CASE(
       REQUIRE_FALSE(world.is_met(god.X_WG()));
       return;
     }
-    // free of the objects where it has them
+    // free of the objects at the poses it knows
     for (size_t i = 0; i < world.objects.size(); ++i) {
       const Pose X_OT = inverse(god.X_WO(i)) * god.X_WG();
       REQUIRE(triangle_pairs(world.objects[i], world.tool.view(), X_OT, {}) == 0);
@@ -418,8 +418,8 @@ TEST_CASE(
     "[trap]") {
   constexpr double kEdge = 30e-3, kRoom = 2e-3, kThick = 4e-3;
   const double tilt = GENERATE(-0.3, 0.1, 0.2, 0.35);
-  const double step = GENERATE(10e-6, 100e-6);  // of each jaw
-  const double through = GENERATE(0.0, 30e-3);  // a jaw: where the hand is
+  const double step = GENERATE(10e-6, 100e-6);  // motion of each jaw per step [m]
+  const double through = GENERATE(0.0, 30e-3);  // height of the hand; 30 mm is past a jaw [m]
   World world(make_box({kEdge, kEdge, kEdge}));
   const double open = kEdge * (std::cos(tilt) + std::sin(std::fabs(tilt))) + 0.2e-3;
   for (const double side : {-1.0, 1.0}) {
@@ -447,7 +447,7 @@ TEST_CASE(
     "god object of six degrees of freedom: sheets that move are not let through where first "
     "they are followed in vain",
     "[trap]") {
-  // a plate as a tool between plates that are as thin: what moves a little passes it as a whole
+  // a plate as a tool between equally thin plates: a small motion passes it completely
   World world(make_box({20e-3, 20e-3, 0.01e-3}));
   world.add(make_box({20e-3, 20e-3, 0.01e-3}), at(0, 0, -0.05e-3));
   world.add(make_box({20e-3, 20e-3, 0.01e-3}), at(0, 0, 0.05e-3));
@@ -460,7 +460,7 @@ TEST_CASE(
       // rests on the lower one
       for (int k = 0; k < 5; ++k) god.move(scene.X_WO, at(0, 0, -1e-3), 20e-6);
       REQUIRE(!god.contacts(at(0, 0, -1e-3)).empty());
-      // the upper one comes down through where it is, or the lower one up
+      // the upper one comes down through it, or the lower one up
       scene.X_WO[step < 0 ? 1 : 0].p.z += step;
       scene.X_WO[step < 0 ? 0 : 1].p.z += other;
       const double between = scene.X_WO[1].p.z - scene.X_WO[0].p.z;
@@ -480,7 +480,7 @@ TEST_CASE("god object of six degrees of freedom: objects that move right after i
   GodObject6 god = world.make();
   REQUIRE(god.place(world.X_WO, {}));
   god.move(world.X_WO, {}, 20e-6);
-  // the plate is above it now; it is placed over the plate, which goes back up
+  // the plate is now above it; the tool is re-placed over the plate, which goes back up
   REQUIRE(god.place(world.X_WO, at(0, 0, -0.15e-3)));
   world.X_WO[0].p.z = -0.2e-3;
   const GodObjectMove move = god.move(world.X_WO, at(0, 0, -0.15e-3), 20e-6);
@@ -512,7 +512,7 @@ TEST_CASE("god object of six degrees of freedom: the same questions have the sam
   for (size_t i = 0; i < first.size(); ++i) {
     CAPTURE(i);
     REQUIRE(is_same(first[i], again[i]));
-    // roundings may have it end a move earlier: no further away than what counts as arrived
+    // rounding may end it a move earlier, within the tolerance that counts as arrived
     CHECK_THAT(elsewhere[i].p, IsNear(first[i].p, 0.05 * kMargin));
     CHECK(norm(to_rotation_vector(elsewhere[i].q * conjugate(first[i].q))) < 1e-7);
   }
@@ -550,7 +550,7 @@ TEST_CASE(
       continue;
     }
     has_wall |= contacts[i].object == 1;
-    // what this pose passes by most comes first, then what is nearest
+    // contacts violated by this pose come first, then the nearest
     const Vec3 moved_by = answered.p - god.X_WG().p;
     const double slack = dot(c.normal_A, moved_by) + c.distance - kMargin;
     const double rank = slack < 0 ? slack : c.distance;

@@ -12,7 +12,7 @@ using namespace haptic::test;
 
 namespace {
 
-/// Features on which all triangles around agree that they are nearest, with p in front.
+/// Features that all adjacent triangles agree are nearest, with p in front.
 std::map<uint64_t, double> brute_features(const TriangleMesh& mesh, const Vec3& p, double radius) {
   std::map<uint64_t, std::pair<size_t, ClosestPoint>> agreeing;
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -50,7 +50,7 @@ void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t 
     const auto expected = brute_features(view.mesh, p, radius);
     const NearResult near = near_features(view, p, radius, scratch, out);
     CAPTURE(i, p, radius);
-    // a broken mesh may have more near triangles than fit: then nothing is promised
+    // a broken mesh may have more near triangles than fit: then there is no guarantee
     if (near.truncated) continue;
     ++complete;
     std::map<uint64_t, double> found;
@@ -102,7 +102,7 @@ TEST_CASE("near features: a pit is not felt from behind, a plate is on both side
   CHECK(out[0].normal_O.z == Approx(1));
   REQUIRE(near_features(box.view(), {0.01, 0.02, -0.001}, 0.01, scratch, out).count == 1);
   CHECK(out[0].normal_O.z == Approx(-1));
-  // inside, every face turns its back
+  // from inside, every face is a back face
   CHECK(near_features(box.view(), {0.01, 0.02, 0}, 0.01, scratch, out).count == 0);
 }
 

@@ -58,7 +58,7 @@ TEST_CASE("point proxy: on a face it is the projection of the tool", "[contact]"
 }
 
 TEST_CASE("point proxy: 90 degree concave corner", "[contact][trap]") {
-  // the inside of a room: walls x ≥ 0 and y ≥ 0 of algorithms.md 1.4, tool 1 and 2 mm behind them
+  // the inside of a room with walls x ≥ 0 and y ≥ 0, the tool 1 and 2 mm behind them
   TestScene s;
   s.add(haptic::test::turned_inside_out(haptic::make_box({0.2, 0.2, 0.2})), {{0.1, 0.1, 0}, {}});
   PointProxy proxy = proxy_at(s, {0.01, 0.01, 3e-3});
@@ -79,7 +79,7 @@ TEST_CASE("point proxy: three walls meet in a vertex", "[contact]") {
 }
 
 TEST_CASE("point proxy: over-constraint trap", "[contact][trap]") {
-  // a floor and a ramp that the tool's goal violates too, but that does not push
+  // a floor, and a ramp that the tool also violates but that does not push
   TestScene s;
   haptic::Soup soup;
   soup.vertices = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}};
@@ -121,7 +121,7 @@ TEST_CASE("point proxy: prism of dependent normals", "[contact][trap]") {
 }
 
 TEST_CASE("point proxy: acute wedge is swept again after each solve", "[contact][trap]") {
-  // walls 10 degrees apart, tool far behind the apex: without the second sweep it pops through
+  // walls 10 degrees apart, tool far behind the apex: without the second sweep it would tunnel
   TestScene s;
   const double half_angle = 5 * 3.14159265358979323846 / 180;
   for (const double side : {1.0, -1.0}) {
@@ -148,7 +148,7 @@ TEST_CASE("point proxy: acute wedge is swept again after each solve", "[contact]
 }
 
 TEST_CASE("point proxy: thin plate is never passed in 1e5 random ticks", "[contact][trap]") {
-  // algorithms.md 1.4: plate of 0.1 mm, the tool up to 50 mm behind it
+  // a plate of 0.1 mm, the tool up to 50 mm behind it
   TestScene s;
   s.add(haptic::make_box({1, 1, 1e-4}));
   std::mt19937_64 rng(5);
@@ -186,7 +186,7 @@ TEST_CASE("point proxy: random walk on a sphere and a notched block never gets i
     CAPTURE(k, notched, tool.x, tool.y, tool.z);
     REQUIRE((move.flags & haptic::kContactIterationLimit) == 0);
     REQUIRE_FALSE(oracle.inside(inverse(s.scene.X_WO[0]) * proxy.g_W));
-    // every update reduces the distance to the tool: that is the convergence proof
+    // every update reduces the distance to the tool, which proves convergence
     REQUIRE(norm(tool - proxy.g_W) <= before + tol(kEpsilon));
   }
 }
@@ -236,7 +236,7 @@ TEST_CASE("point proxy: a proxy crushed between two objects is reported", "[cont
 }
 
 TEST_CASE("point proxy: what carries it must not push it into another moving object", "[contact]") {
-  // the block below comes up, the one above moves sideways: whichever stands first in the scene
+  // the block below rises, the one above moves sideways, in either order in the scene
   const bool below_first = GENERATE(true, false);
   TestScene s;
   s.add(haptic::make_box({0.1, 0.1, 0.1}), {{0, 0, below_first ? -0.0505 : 0.0505}, {}});

@@ -47,7 +47,7 @@ struct Bench {
     servo.flags = kServoNoContactSet;
   }
 
-  /// The next tick, hand and proxy at this pose.
+  /// The next tick, with hand and proxy at this pose.
   const ContactSet& answer(const Pose& X_WT) {
     servo.X_WT = servo.X_WP = X_WT;
     return answer();
@@ -148,7 +148,7 @@ TEST_CASE("rigid tool: what begins inside is placed where it is free, and that i
 TEST_CASE("rigid tool: while the force is closed it is where the hand is, if it is free there") {
   Bench bench(block_over_block(Renderer::kGodObject6));
   bench.answer(at(0, 0, 0.03));
-  // through the block: nothing is felt, nothing is rendered
+  // through the block: no contacts, no force
   for (const double z : {0.02, 0.0, -0.05, -0.2}) {
     bench.servo.flags = kServoPaused;
     const ContactSet& set = bench.answer(at(0, 0, z));
@@ -173,12 +173,12 @@ TEST_CASE("rigid tool: a contact that was started anew takes it up where the ser
   const ContactSet& set = anew.answer();
   CHECK((set.flags & (kContactReseeded | kContactNoFreePose)) == 0);
   CHECK_THAT(set.X_WG.p, IsNear(rest.p, 0.2 * kMargin));
-  // one that no contact has ever answered begins where the hand is
+  // without any previous answer it begins where the hand is
   Bench blank(block_over_block(Renderer::kGodObject6));
   blank.servo = first.servo;
   blank.servo.flags = kServoNoContactSet;
   CHECK((blank.answer().flags & kContactReseeded) != 0);
-  // nor is a place taken up that is no number
+  // and a pose that is not finite is not taken over
   Bench broken(block_over_block(Renderer::kGodObject6));
   broken.servo = first.servo;
   broken.servo.X_WG.p.x = std::numeric_limits<double>::quiet_NaN();
@@ -260,9 +260,9 @@ TEST_CASE("rigid tool: shaken among objects that move, what is published meets n
       const Vec3 apart_W = set.X_WG * c.tool_point_T - X_WO * c.object_point_O;
       const double gap = dot(rotate(X_WO.q, c.normal_O), apart_W);
       REQUIRE(norm(c.normal_O) == Approx(1));
-      // the margin is the object's: what is beyond it is not in the object
+      // the margin belongs to the object: beyond it is not inside
       REQUIRE(gap > -kMargin);
-      // along the normal, nothing aside
+      // along the normal, with no tangential part
       REQUIRE(norm(apart_W - gap * rotate(X_WO.q, c.normal_O)) < 1e-9);
       const bool is_settled = (set.flags & kContactIterationLimit) == 0;
       if (i < set.n_active && is_settled) REQUIRE(gap <= kMargin);
@@ -304,7 +304,7 @@ TEST_CASE(
       continue;
     }
     CHECK(closed == 0);
-    // the objects where the tool is free of them
+    // the poses of the objects at which the tool is free of them
     REQUIRE_FALSE(bench.is_met(set.X_WG));
     if (set.X_WO[1] == scene.X_WO[1]) continue;
     ++behind;
@@ -313,7 +313,7 @@ TEST_CASE(
   }
   CHECK(behind == 20);
   REQUIRE(closed > 100);
-  // beyond the lid the hand is free; there is no way to there
+  // beyond the lid the hand is free, but no path leads there
   const Pose beyond = at(0, 0, 0.05);
   const uint64_t reseeds = bench.set->reseeds;
   int waited = 0;

@@ -38,7 +38,7 @@ std::vector<PointPush> push_wall(const Voxmap& map, const Pointshell& shell, dou
 }  // namespace
 
 TEST_CASE("voxmap-pointshell: from ten points on 10·K_ff·d, continuous at ten", "[contact][trap]") {
-  // algorithms.md 3.1: all points at depth d on a flat wall; its top voxel layer is surface
+  // all points at depth d on a flat wall, whose top voxel layer is surface (McNeely et al. 1999)
   const MeshShapeData block = build_shape(make_box({0.2, 0.2, 0.05}));
   const VoxmapData data = build_voxmap(block.mesh.view(), {1e-3, 2});
   const Voxmap map = data.view();
@@ -54,7 +54,7 @@ TEST_CASE("voxmap-pointshell: from ten points on 10·K_ff·d, continuous at ten"
     const Wrench F = sum_pushes(pushes, {}).F0_O;
     CAPTURE(n);
     CHECK_THAT(F.f, IsNear({0, 0, 1000 * d * std::min<double>(static_cast<double>(n), 10)}, 1e-6));
-    // the torque is shared as well: the force acts in the middle of the points
+    // the torque is divided too: the force acts at the centre of the points
     Vec3 middle;
     for (const PointPush& p : pushes) middle += (1.0 / static_cast<double>(n)) * p.point_O;
     CHECK_THAT(F.t, IsNear(cross(middle, F.f), 1e-7));
@@ -73,7 +73,7 @@ TEST_CASE("distance-field penalty: what approaches is no harder than what touche
     (p.depth > 0 ? touching : near) += p.stiffness;
   }
   CHECK(touching == Approx(4000));
-  // 60 of 64 that would share 10·K_ff
+  // 60 of 64 points that would divide 10·K_ff
   CHECK(near == Approx(10000 * 60.0 / 64));
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("voxmap-pointshell: interior pushes, proximity only brakes", "[contact
   REQUIRE(near.size() == 4);
   CHECK(near[0].depth < 0);
   CHECK(sum_pushes(near, {}).F0_O == Wrench{});
-  // 0.1 m/s down and 0.1 m/s aside, two readings of the paper
+  // 0.1 m/s down and 0.1 m/s sideways, two interpretations of the paper
   const Twist V{{0.1, 0, -0.1}, {}};
   const Wrench along_v = braking_wrench(near, V, {}, 2, Braking::kAlongVelocity);
   CHECK_THAT(along_v.f, IsNear((-4 * 2 / std::sqrt(2.0)) * V.v, 1e-9));
@@ -114,7 +114,7 @@ TEST_CASE("voxmap-pointshell: interior pushes, proximity only brakes", "[contact
 
 TEST_CASE("voxmap-pointshell: a voxel's border is a step of at most K_ff·s a point",
           "[contact][trap]") {
-  // algorithms.md 3.1, artefacts: one point through surface and interior in steps of 1 µm
+  // artefacts of the method: one point through surface and interior in steps of 1 µm
   const double size = 1e-3;
   const MeshShapeData block = build_shape(make_icosphere(0.02, 3));
   const VoxmapData data = build_voxmap(block.mesh.view(), {size, 2});
@@ -139,7 +139,7 @@ TEST_CASE("voxmap-pointshell: a voxel's border is a step of at most K_ff·s a po
       largest = std::max(largest, std::fabs(f - last));
       last = f;
     }
-    // in the interior, the most there is
+    // in the interior, the maximum
     REQUIRE(last == Approx(1000 * 0.5 * std::sqrt(3.0) * size));
   }
   CHECK(largest <= 1000 * size);
@@ -147,8 +147,8 @@ TEST_CASE("voxmap-pointshell: a voxel's border is a step of at most K_ff·s a po
 }
 
 TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[contact][trap]") {
-  // algorithms.md 3.5: |ΔF| ≤ k_c Σ |ΔP_i| over what touches, the level fixed and nothing shared;
-  // 1e5 steps with HAPTIC_TORTURE_SCALE = 20
+  // |ΔF| ≤ k_c Σ |ΔP_i| over the touching points, at a fixed level and without division of
+  // stiffness; 1e5 steps with HAPTIC_TORTURE_SCALE = 20
   const double radius = 0.05, stiffness = 100;
   const DistanceFieldData field =
       build_distance_field(-radius * Vec3{1, 1, 1}, radius * Vec3{1, 1, 1},
@@ -170,7 +170,7 @@ TEST_CASE("distance-field penalty: continuous under steps of a micrometre", "[co
   Pose X_last;
   double most = 0;
   for (size_t k = 0; k < steps; ++k) {
-    // 1 µm at a time; short runs from many places where there are few
+    // 1 µm per step; with few steps, short runs from many places
     const double start = 0.01 * static_cast<double>((7 * (k / 500) + 13) % 20) / 20;
     const Pose X_OT = at(start + 1.5e-6 * static_cast<double>(k % 500));
     const ShellAnswer answer =

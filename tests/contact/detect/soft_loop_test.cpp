@@ -23,7 +23,7 @@ std::vector<std::array<Vec3, 3>> triangles_of(const TriangleMesh& mesh, const Po
   return out;
 }
 
-/// Those that come within a radius of a point.
+/// Those within a radius of a point.
 std::vector<std::array<Vec3, 3>> triangles_near(const std::vector<std::array<Vec3, 3>>& all,
                                                 const Vec3& centre, double radius) {
   std::vector<std::array<Vec3, 3>> out;
@@ -36,7 +36,7 @@ std::vector<std::array<Vec3, 3>> triangles_near(const std::vector<std::array<Vec
   return out;
 }
 
-/// Where a hand is at time t.
+/// The hand's pose at time t.
 using Path = std::function<Pose(double t)>;
 
 ToolMotion motion_at(const Path& path, double t) {
@@ -47,10 +47,10 @@ ToolMotion motion_at(const Path& path, double t) {
            (1 / (2 * h)) * to_rotation_vector(after.q * conjugate(before.q))}};
 }
 
-/// What a hand that presses as hard as the coupling lets it does to the meshes.
+/// Penetration of the meshes by a hand that presses as hard as the coupling allows.
 struct Pressing {
-  size_t pairs = 0;    // of triangles that met, in all
-  double nearest = 1;  // a point of the tool to the obstacle, by the field [m]
+  size_t pairs = 0;    // intersecting triangles, in total
+  double nearest = 1;  // smallest distance of a tool point to the obstacle, by the field [m]
   int pressed = 0, clamped = 0, ticks = 0;
 };
 
@@ -80,8 +80,8 @@ Pressing press(const SoftPair& pair, SoftLoop& loop, const Path& path, double du
   return out;
 }
 
-/// Two voxels of force layer; one point at half its depth bears all the force of the coupling, and
-/// all its torque at the tool's radius; no point travels further in a tick than is looked ahead.
+/// Two voxels of force layer; one point at half its depth carries all the force of the coupling,
+/// and all its torque at the tool's radius; no point moves further in a tick than the look-ahead.
 void prescribe(SoftLoop& loop, const SoftPair& pair, SoftSolver solver) {
   const double stiffness = 2000, layer = 2 * pair.size;
   loop.voxel.force = {stiffness, 10, layer};
@@ -95,7 +95,7 @@ void prescribe(SoftLoop& loop, const SoftPair& pair, SoftSolver solver) {
   loop.model.max_travel = pair.size;
 }
 
-/// Nothing meets, though the layer was pressed into, by a hand that was mostly at the clamp.
+/// Nothing intersects although the layer was compressed, mostly at the coupling's limit.
 void check_apart(const SoftPair& pair, Asked asked, SoftSolver solver, const Path& path) {
   SoftLoop loop(pair, asked);
   prescribe(loop, pair, solver);
@@ -156,7 +156,7 @@ TEST_CASE("soft loop: without the force layer the same hand presses triangles th
 
 TEST_CASE("soft loop: a hand that jumps through a plate leaves the proxy on its side",
           "[contact][trap]") {
-  // the speed limit: no point goes further in a tick than the detector looks ahead
+  // the speed limit: no point moves further in a tick than the detector looks ahead
   const auto solver = GENERATE(SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
   const SoftPair pair(make_box({0.06, 0.06, 0.003}), make_bumpy_ball(0.008, 2), 1e-3);
   const auto path = [](double t) {
@@ -175,8 +175,8 @@ TEST_CASE("soft loop: a hand that jumps through a plate leaves the proxy on its 
 
 TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attractive",
           "[contact][trap]") {
-  // a box pressed flat and tilted onto a plate, then drawn away, straight and aslant: contacts must
-  // never take the hand further in than it would be without them
+  // a box pressed flat and tilted onto a plate, then withdrawn, straight and at an angle: contacts
+  // must never pull the hand further in than it would be without them
   const auto asked = GENERATE(Asked::kField, Asked::kTangentPlanes, Asked::kExact);
   const auto solver =
       GENERATE(SoftSolver::kDirect, SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
@@ -209,7 +209,7 @@ TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attract
           REQUIRE(with.F_hand_W.f.z >= without.F_hand_W.f.z - 1e-9);
           pushed = std::max(pushed, with.F_hand_W.f.z);
           if (solver != SoftSolver::kPenaltyDynamics) REQUIRE(with.F_hand_W.f.z >= -1e-9);
-          // 13 ms away there is a set of the way out, and nothing is left
+          // 13 ms later a set from the way out is in use, and no contact is left
           if (i > 125 && solver != SoftSolver::kPenaltyDynamics) REQUIRE(with.F_hand_W == Wrench{});
         }
         CHECK(pushed > 0.2);
@@ -220,7 +220,7 @@ TEST_CASE("soft loop: retreat at 0.5 m/s with contact at 100 Hz is never attract
 
 TEST_CASE("soft loop: nothing is felt past an edge, though the contacts are old",
           "[contact][trap]") {
-  // algorithms.md 11.9: planes that stay behind are ghost walls
+  // planes that stay behind would be ghost walls
   static const SoftPair pair(make_box({0.04, 0.08, 0.02}), make_icosphere(0.006, 3), 1e-3);
   const auto path = [](double t) {
     return Pose{{0.5 * std::max(t - 0.02, 0.0), 0, 0.0175 - std::min(0.05 * t, 1e-3)}, {}};
@@ -248,8 +248,8 @@ TEST_CASE("soft loop: nothing is felt past an edge, though the contacts are old"
 
 TEST_CASE("soft loop: old contacts on a curved way are off by a part of the force, no more",
           "[contact][trap]") {
-  // algorithms.md 4.4 (5): over a ball of 50 mm at 100 mm/s, contact at 50 to 1000 Hz. Springs of
-  // one set resist sideways, as its points have normals of their own
+  // over a ball of 50 mm at 100 mm/s, contact at 50 to 1000 Hz; the springs of one set resist
+  // sideways, because its points have different normals
   const auto solver = GENERATE(SoftSolver::kQuasiStatic, SoftSolver::kPenaltyDynamics);
   static const SoftPair pair(make_icosphere(0.05, 4), make_icosphere(0.008, 2), 2e-3);
   const auto path = [](double t) {
@@ -279,7 +279,7 @@ TEST_CASE("soft loop: old contacts on a curved way are off by a part of the forc
     const double off = std::sqrt(sum / static_cast<double>(felt.size()));
     CAPTURE(static_cast<int>(solver), every, off, most, largest);
     CHECK(largest > 0.5);
-    // a short run is mostly its beginning
+    // a short run consists mostly of its beginning
     CHECK(off < (kSlowdown > 1 ? 0.5 : 0.4) * largest);
     CHECK(most < 1.5 * largest);
   }

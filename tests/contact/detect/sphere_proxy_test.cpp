@@ -39,7 +39,7 @@ double clearance(const TestScene& s, const PointProxy& proxy) {
   return least;
 }
 
-/// A triangle large enough to be a plane for all that happens near the origin.
+/// A triangle large enough to act as a plane near the origin.
 void add_plane(haptic::Soup& soup, const Vec3& n, double offset, double size) {
   const Vec3 u = any_perpendicular(n), v = cross(n, u);
   const auto first = static_cast<uint32_t>(soup.vertices.size());
@@ -109,7 +109,7 @@ TEST_CASE("sphere proxy: 90 degree concave corner and three walls", "[contact][t
 }
 
 TEST_CASE("sphere proxy: it rolls around a convex edge and a vertex", "[contact]") {
-  // beside the edge x = z = 50 mm, nearer than the radius: pushed straight away from it
+  // next to the edge x = z = 50 mm, nearer than the radius: pushed straight away from it
   TestScene s;
   s.add(haptic::make_box({0.1, 0.1, 0.1}));
   s.scene.radius = 5e-3;
@@ -149,13 +149,12 @@ TEST_CASE("sphere proxy: prism of linearly dependent normals", "[contact][trap]"
   s.scene.radius = 0.01;
   PointProxy proxy = proxy_at(s, {0.01, 0.4, 0});
   move_proxy(s.scene, {0.05, -1, 0.2}, proxy);
-  // two ramps carry it above the floor: each a radius away
+  // two ramps lift it above the floor: each a radius away
   CHECK_THAT(proxy.g_W, IsNear({0, 0.02, 0.2}, 1e-6));
 }
 
 TEST_CASE("sphere proxy: random convex soups against the exact QP", "[contact][property]") {
-  // the free side of n_i·x ≥ d_i is convex: the proxy is the QP's solution for planes pushed in by
-  // r
+  // the free side of n_i·x ≥ d_i is convex: the proxy solves the QP of the planes offset by r
   const double radius = GENERATE(0.0, 1e-3, 5e-3);
   Random random(23);
   for (size_t trial = 0; trial < trials(150); ++trial) {
@@ -232,7 +231,7 @@ TEST_CASE("sphere proxy: on a random walk it never comes nearer than its radius,
     REQUIRE_FALSE(oracle.inside(inverse(s.scene.X_WO[0]) * proxy.g_W));
     REQUIRE(clearance(s, proxy) >= radius - tol(1e-15));
     REQUIRE(norm(tool - proxy.g_W) <= before + tol(1e-7));
-    // no jam: where it rests nothing nearer to the tool is free around it
+    // no jam: at rest, no free place around it is nearer to the tool
     if ((move.flags & haptic::kContactIterationLimit) != 0 || k % 10 != 0) continue;
     for (int i = 0; i < 20; ++i) {
       const Vec3 aside = proxy.g_W + 20e-6 * random.direction();

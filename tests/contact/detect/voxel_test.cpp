@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRadius = 0.05;
 
-/// A box as the tool, two balls to touch.
+/// A box as the tool, two balls as objects.
 struct Scene {
   MeshShapeData ball = build_shape(make_icosphere(kRadius, 4));
   VoxmapData map = build_voxmap(ball.mesh.view(), {1e-3, 2});
@@ -46,7 +46,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
   int pressed = 0;
   for (size_t k = 0; k < trials(60); ++k) {
     const Vec3 u = random.direction();
-    // anyhow, or on its lower side, which alone touches
+    // in any case, or on its lower side, which alone touches
     const bool flat = k % 2 == 0;
     const Vec3 turn = flat ? std::acos(u.z) * normalized(Vec3{-u.y, u.x, 0}) : random.direction();
     scene.question.X_WT = {(kRadius + 0.009) * u, from_rotation_vector(turn)};
@@ -69,14 +69,14 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
       CHECK_THAT(sum, IsNear(set->F0_W.f, 1e-4 * (1 + norm(set->F0_W.f))));
     // it pushes the tool out
     if (reading == VoxelForce::kField) CHECK(dot(set->F0_W.f, u) > 0);
-    // the part of the servo: springs and rest give it back
+    // the servo's part: springs and rest reproduce it
     RigidBody tool;
     SoftCarry carry;
     const SoftContacts contacts = carry_soft_contacts(*set, tool, carry);
     const Wrench again =
         soft_contact_wrench(contacts.view(), {scene.question.X_WT, {}}).F_W +
         rest_wrench(contacts, tool, scene.question.X_WT, {scene.question.X_WT, {}}).F_W;
-    // what clusters across the object's normal would pull is cut
+    // a pulling part, due to clusters across the object's normal, is cut off
     const double cut = flat ? 1e-9 : 0.1;
     CHECK_THAT(again.f, IsNear(set->F0_W.f, cut * (1 + norm(set->F0_W.f))));
     CHECK_THAT(again.t, IsNear(set->F0_W.t, 1e-9 * (1 + norm(set->F0_W.f))));
@@ -85,7 +85,7 @@ TEST_CASE("voxel: clusters and the linearised wrench tell of the same force", "[
 }
 
 TEST_CASE("voxel: a face on a plate has its torque in the clusters alone", "[contact][trap]") {
-  // more places than 16 clusters have room for, and sides whose normals are across
+  // more places than fit into 16 clusters, and sides with perpendicular normals
   Scene scene(VoxelForce::kField);
   const DistanceFieldData plate =
       build_distance_field({-0.05, -0.05, -2e-3}, {0.05, 0.05, 0},
@@ -105,7 +105,7 @@ TEST_CASE("voxel: a face on a plate has its torque in the clusters alone", "[con
       const double depth = dot(c.normal_O, c.object_point_O - scene.question.X_WT * c.tool_point_T);
       torque += cross(arm, c.stiffness * depth * c.normal_O);
     }
-    // the sides' points push across the plate: they are told of in F0 and K alone
+    // the sides' points push across the plate: they appear only in F0 and K
     CHECK_THAT(torque, IsNear(set->F0_W.t, 0.05 * norm(set->F0_W.t) + 2e-6));
   }
 }
@@ -158,7 +158,7 @@ TEST_CASE("voxel: a short budget is flagged and holds", "[contact]") {
 
 TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
           "[contact][trap]") {
-  // algorithms.md 2.1: ∂F/∂z of 4 to 400 contacts; direct rendering has n·k in the tests of exact
+  // ∂F/∂z = n·k for 4 to 400 contacts; direct rendering has it in the tests of exact
   const MeshShapeData plate = build_shape(make_box({0.1, 0.1, 0.02}));
   const VoxmapData map = build_voxmap(plate.mesh.view(), {1e-3, 2});
   VoxelIndex top = map.view().index_of({0, 0, 0});
@@ -184,7 +184,7 @@ TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
       question.X_WT.p = {-0.02, -0.02, height - depth};
       const auto set = std::make_unique<ContactSet>();
       detect_voxel(model, state, question, *set);
-      // what the servo's springs make of it
+      // the wrench of the servo's springs
       SoftCarry carry;
       set->X_WT = question.X_WT;
       const SoftContacts contacts = carry_soft_contacts(*set, {}, carry);
@@ -201,7 +201,7 @@ TEST_CASE("voxel: a box on a plane is n times as stiff, and at most ten points",
 
 TEST_CASE("voxel: the linearised wrench against asking again within the trust radius",
           "[contact][trap]") {
-  // a box flat on a plate: all its lower side stays in touch
+  // a box flat on a plate: its whole lower side stays in contact
   const MeshShapeData plate = build_shape(make_box({0.1, 0.1, 0.02}));
   const DistanceFieldData field =
       build_distance_field({-0.05, -0.05, -0.01}, {0.05, 0.05, 0.01},
@@ -229,11 +229,11 @@ TEST_CASE("voxel: the linearised wrench against asking again within the trust ra
   K.a = here->K;
   Random random(4);
   for (size_t i = 0; i < trials(200); ++i) {
-    // the furthest corner by at most half the depth, so that none leaves
+    // the farthest corner by at most half the depth, so that no point leaves
     const Twist motion{0.1e-3 * random.direction(), 0.009 * random.direction()};
     const Pose there{X_WT.p + motion.v, from_rotation_vector(motion.w) * X_WT.q};
     const Wrench again = ask(there)->F0_W, change = K * motion;
-    // the sides' points that come to touch push sideways only
+    // the sides' points that come into contact push sideways only
     const double off = again.f.z - here->F0_W.f.z - change.f.z;
     CAPTURE(off, change.f.z, here->F0_W.f.z);
     CHECK(std::fabs(off) <= 0.02 * norm(change.f) + 1e-3 * here->F0_W.f.z);
@@ -264,7 +264,7 @@ TEST_CASE("voxel: what approaches is braked before it touches, by the relative v
   B.a = near->B;
   const Wrench brake = B * Twist{{0, 0, -0.1}, {}};
   CHECK(brake.f.z > 0.1);
-  // the ball flees
+  // the ball moves away
   scene.question.V_WO[0].v = {0, 0, -0.1};
   CHECK(ask()->B == ContactSet{}.B);
 }

@@ -18,8 +18,8 @@ namespace {
 constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
 constexpr double kLengthTolerance = 1e-12;  // [m], objects of 0.1 m: a thousand roundings
 
-/// The nearest by squared distance, among equals the lowest triangle index: to the last bit what a
-/// search has to find.
+/// The nearest by squared distance, among equals the lowest triangle index: a search must find it
+/// to the last bit.
 ClosestPoint brute_closest(const TriangleMesh& mesh, const Vec3& p) {
   ClosestPoint best;
   double least = kAnyDistance;
@@ -36,7 +36,7 @@ bool same(const ClosestPoint& a, const ClosestPoint& b) {
          a.point_O == b.point_O && a.feature == b.feature && a.inside == b.inside;
 }
 
-/// A point of one of the kinds where queries go wrong.
+/// A point of a kind at which queries are prone to errors.
 Vec3 awkward_point(const TriangleMesh& mesh, Random& random, size_t kind) {
   const double size = norm(mesh.upper - mesh.lower);
   const Triangle& tri = mesh.triangles[random.index(mesh.triangles.size())];
@@ -73,7 +73,7 @@ void equals_brute_force(const MeshShapeData& shape, uint64_t seed, size_t n) {
   }
 }
 
-/// A hand that drags, rests, and now and then jumps.
+/// A hand that drags, rests, and sometimes jumps.
 Vec3 next_point(const TriangleMesh& mesh, Random& random, const Vec3& p) {
   const double size = norm(mesh.upper - mesh.lower);
   const size_t what = random.index(20);
@@ -114,7 +114,7 @@ void compare_with_brute_force(const MeshShapeData& shape, uint64_t seed, size_t 
   }
 }
 
-/// Closest point by projection onto the plane and the three sides: another route than the regions.
+/// Closest point by projection onto the plane and the three sides instead of regions.
 Vec3 reference_point(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = normalized(cross(b - a, c - a));
   const Vec3 foot = p - dot(p - a, n) * n;
@@ -141,7 +141,7 @@ void sign_agrees_with_judge(const MeshShapeData& shape, uint64_t seed, size_t n)
     const Vec3 p = random.on_surface(shape.mesh.view()) + off * random.direction();
     const ClosestPoint closest = closest_point(shape.view(), p, kAnyDistance);
     CAPTURE(i, p, closest.distance, static_cast<int>(closest.feature.kind));
-    // nearer than rounding the two may differ
+    // at distances below rounding the two may differ
     if (closest.distance < 1e-13 * size) continue;
     REQUIRE(closest.inside == judge.inside(p));
     inside += closest.inside;
@@ -168,7 +168,7 @@ TEST_CASE("closest point: on a triangle it agrees with projection and clamping")
     const Vec3 p = random.in_box({-2, -2, -2}, {2, 2, 2});
     const ClosestPoint c = closest_point_on_triangle(mesh.view(), 0, p);
     const Vec3 expected = reference_point(p, soup.vertices[0], soup.vertices[1], soup.vertices[2]);
-    // slivers lose digits along themselves, hardly in distance
+    // slivers lose digits along themselves, but hardly any in distance
     CAPTURE(i, p, c.point_O, expected);
     REQUIRE(std::fabs(c.distance - norm(p - expected)) < tol(1e-9));
   }
@@ -282,7 +282,7 @@ TEST_CASE("closest point: to the last bit what brute force finds, wherever the p
   equals_brute_force(build_shape(make_icosphere(0.05, 3)), 12, trials(2100));
   equals_brute_force(build_shape(make_grid(0.05, 12)), 13, trials(4200));
   equals_brute_force(build_shape(make_degenerate_soup(14, 400)), 14, trials(3500));
-  // the last is broken: holes, doubled and folded faces
+  // the last is broken: holes, duplicate and folded faces
   for (const char* name : {"bunny00.off", "bones.off"}) {
     const Soup soup = load_off(name, 0.1);
     if (!soup.triangles.empty()) equals_brute_force(build_shape(soup), 15, trials(210));
@@ -311,7 +311,7 @@ TEST_CASE("closest point: slivers and tiny triangles beside large ones") {
 }
 
 TEST_CASE("closest point: coordinates far from the origin, and of every size") {
-  // 1000 m off, a float knows only to a tenth of a millimetre where it is
+  // at 1000 m a float resolves only a tenth of a millimetre
   for (const double offset : {1.0, 1000.0}) {
     for (const double scale : {1e-6, 1.0, 1e6}) {
       Soup soup = make_icosphere(0.05, 2);

@@ -24,7 +24,7 @@ std::vector<NearPair> near(const MeshShapeData& A, const MeshShapeData& B, const
   return pairs;
 }
 
-/// Nothing is thinned but what is the same place.
+/// Only coincident contacts are merged.
 constexpr NearContactOptions kAll{.cone_slack = 1e-9, .normal = 1e-9, .place = 0};
 
 Feature feature_of_part(const TriangleMesh& mesh, uint32_t triangle, TrianglePart part) {
@@ -40,7 +40,7 @@ size_t triangles_around(const TriangleMesh& mesh, const Feature& feature) {
   return mesh.edge_faces[feature.index][1] == kNoFace ? 1 : 2;
 }
 
-/// Local minima otherwise: every pair of triangles around both features must name them.
+/// Local minima by another definition: every pair of triangles around both features must name them.
 std::set<uint64_t> agreed_minima(const MeshShapeData& A, const MeshShapeData& B,
                                  std::span<const NearPair> pairs, const Pose& X_AB) {
   struct Votes {
@@ -157,7 +157,7 @@ TEST_CASE("near contacts: what is thinned out is stood for, and what has no room
   NearContacts all(sheet.view(), sheet.view()), few(sheet.view(), sheet.view());
   const NearContactOptions options;
   const NearContactSet kept = few.reduce(pairs, X, options);
-  // of all minima as many as there is room for
+  // as many of the minima as fit
   const NearContactSet minima = all.reduce(pairs, X, {options.cone_slack, 0, 0});
   REQUIRE(kept.minima > NearContacts::kRoom);
   CHECK(minima.contacts.size() == NearContacts::kRoom);

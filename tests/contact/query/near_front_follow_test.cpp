@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for NearFront::follow: what its suspects leave out does not meet on the way. Truth: every
-// triangle with every other one, at many places of the way.
+// Tests for NearFront::follow: pairs that are not suspects must not meet during the motion. Ground
+// truth: all pairs of triangles at many poses of the motion.
 #include "contact/query/proximity/near_front.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::vector<Ball> balls_of(const TriangleMesh& mesh) {
   return balls;
 }
 
-/// Those that come as near as this somewhere on the way.
+/// Pairs that come this near at some time of the motion.
 Pairs met_on_the_way(const MeshShapeData& A, const MeshShapeData& B, const RigidMotion& way,
                      double nearer, int samples) {
   const TriangleMesh a = A.mesh.view(), b = B.mesh.view();
@@ -59,7 +59,7 @@ Pairs met_on_the_way(const MeshShapeData& A, const MeshShapeData& B, const Rigid
   return met;
 }
 
-/// How many of them the front does not suspect.
+/// Number of them that are not suspects.
 size_t forgotten(const NearFront& front, const Pairs& met) {
   Pairs suspects(front.suspects().begin(), front.suspects().end());
   std::sort(suspects.begin(), suspects.end());
@@ -101,7 +101,7 @@ TEST_CASE("near front: what it does not suspect does not meet on the way", "[con
   const PegAndHole fit{.diameter = 10e-3, .length = 20e-3, .clearance = 0.3e-3, .block = 24e-3};
   struct Couple {
     MeshShapeData A, B;
-    double apart;  // of their origins, about which they meet [m]
+    double apart;  // distance of their origins, around which they meet [m]
   };
   std::vector<Couple> couples;
   couples.push_back(
@@ -123,7 +123,7 @@ TEST_CASE("near front: what it does not suspect does not meet on the way", "[con
       if (tick % 7 == 6) band = radius * std::pow(10, random.uniform(-4, -1.5));
       const double way = 2 * radius * std::pow(10, random.uniform(-4, -1));
       const double turn = random.uniform(0, 1) * std::sqrt(8 * 0.45 * band / radius);
-      // to and fro about where they meet
+      // to and fro around the place where they meet
       const double off = norm(X.p) - apart;
       const Vec3 back = std::fabs(off) > 1e-3 ? -off / std::fabs(off) * normalized(X.p) : Vec3{};
       Pose next{X.p + way * normalized(random.direction() + back),
@@ -141,7 +141,7 @@ TEST_CASE("near front: what it does not suspect does not meet on the way", "[con
         CAPTURE(c, tick, way, turn, band, met.size(), front.suspects().size());
         REQUIRE((is_first || forgotten(front, met) == 0));
         n_met += met.size();
-        // what neither end tells
+        // neither end of the motion shows it
         const Pairs at_first = met_on_the_way(A, B, motion_between(X, X, {}), band, 1);
         const Pairs at_last = met_on_the_way(A, B, motion_between(next, next, {}), band, 1);
         n_new += static_cast<size_t>(std::count_if(met.begin(), met.end(), [&](const auto& pair) {
@@ -161,8 +161,8 @@ TEST_CASE(
     "near front: the other half of a pair that its parent stands for is not forgotten on the "
     "way",
     "[contact][trap]") {
-  // two boxes, a third that goes through one of them and ends far from both: whichever of them is
-  // looked at first, their parent may not wait for both
+  // two boxes, and a third that passes through one of them and ends far from both: their parent
+  // must not wait for both, whichever is visited first
   const MeshShapeData A = build_shape(make_two_boxes(5e-3, 0.5e-3));
   const MeshShapeData B = build_shape(make_box({0.5e-3, 0.5e-3, 0.5e-3}));
   size_t n_met = 0;
@@ -184,8 +184,7 @@ TEST_CASE(
 
 TEST_CASE("near front: what is near at first and gone at last may have met on a bend",
           "[contact][trap]") {
-  // a pendulum of 50 mm over a floor: it dips into it on the way, and ends further from it than
-  // the band
+  // a pendulum of 50 mm over a floor: it dips into it during the motion and ends beyond the band
   const double length = 50e-3, band = 1e-3;
   const MeshShapeData A = build_shape(make_box({20e-3, 20e-3, 2e-3}));
   const MeshShapeData B = build_shape(make_box({0.1e-3, 0.1e-3, 0.1e-3}));

@@ -37,7 +37,7 @@ struct Brute {
   double least = std::numeric_limits<double>::infinity();
 };
 
-/// Every triangle with every other one.
+/// All pairs of triangles.
 Brute brute_force(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB, double band) {
   const TriangleMesh mesh_A = A.mesh.view(), mesh_B = B.mesh.view();
   Brute all;
@@ -94,7 +94,7 @@ TEST_CASE("box distance: never more than that of what the boxes hold, nor useles
     const Vec3 apart = random.uniform(0, 0.1) * random.direction();
     const Pose X_AB{box_a.centre_O + apart - rotate(q_AB, box_b.centre_O), q_AB};
     const double bound = BoxDistance(X_AB).at_least(a, b);
-    // the nearest found by walking from box to box: no less than the distance
+    // the nearest found by descending from box to box: an upper bound of the distance
     const auto into = [](const Obb& box, const Vec3& p) {
       Vec3 q = box.R_BO * (p - box.centre_O);
       for (int i = 0; i < 3; ++i) q[i] = std::clamp(q[i], -box.half[i], box.half[i]);
@@ -148,7 +148,7 @@ TEST_CASE("near pairs: all that brute force finds, and the mesh distance with th
     const auto with = mesh_distance(A.view(), B.view(), X_AB, all.least + 1, &witness);
     REQUIRE(with.at_least == all.least);
     REQUIRE_FALSE(mesh_distance(A.view(), B.view(), X_AB, all.least).found);
-    // cut short it is a bound
+    // ended early, it is a bound
     for (const size_t boxes : {0, 1, 8, 40, 200}) {
       DistanceSearch search;
       search.most_boxes = boxes;
@@ -191,7 +191,7 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
   Random random(3);
   struct Course {
     MeshShapeData A, B;
-    std::function<Pose(double)> path;  // at a time [s]
+    std::function<Pose(double)> path;  // at time t [s]
   };
   const BoltAndNut screw{};
   const double fine = 16.0 / 40;  // rings of both at the same heights
@@ -227,7 +227,7 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
       const Pose X = course.path(t);
       CAPTURE(&course - courses.data(), tick, t, band);
       const Pairs expected = cold(course.A, course.B, X, band);
-      // now and then it is only asked whether there is any, and catches up later
+      // sometimes only the existence of a pair is queried, and the front catches up later
       if (tick % 5 == 3) {
         REQUIRE(front.any_near_pair(X, band) == !expected.empty());
         continue;
@@ -235,7 +235,7 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
       REQUIRE(sorted(front.update(X, band)) == expected);
       n_near += expected.size();
     }
-    // few poses under sanitizers may all be apart
+    // under sanitizers the few poses may all be apart
     CHECK((n_near > 0 || kSlowdown > 1));
   }
 }

@@ -28,7 +28,7 @@ TEST_CASE("obb overlap: no window leaves out a time at which the boxes share a p
   for (size_t trial = 0; trial < trials(20000); ++trial) {
     const CompactObb& a = ball.tree.nodes[random.index(ball.tree.nodes.size())].box;
     const CompactObb& b = sheet.tree.nodes[random.index(sheet.tree.nodes.size())].box;
-    // a point of each at the same place, at a time of the sweep
+    // a point of each at the same place, at some time of the sweep
     const double angle = trial % 3 == 0 ? 0 : random.uniform(0, trial % 3 == 1 ? 0.1 : 3);
     const RigidMotion free = motion_between({},
                                             {random.uniform(0, 0.1) * random.direction(),
@@ -90,14 +90,14 @@ TEST_CASE("obb overlap: sphere bound conservative against 10,000 time samples", 
 
 TEST_CASE("obb overlap: a window of spheres, in closed form", "[contact]") {
   const CompactObb box{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {1e-3F, 1e-3F, 1e-3F}, {}};
-  // radii √3 mm; 10 mm along x past each other, 2 mm beside: within √8 mm of the middle
+  // radii √3 mm; 10 mm along x past each other, offset by 2 mm: within √8 mm of the middle
   const RigidMotion passing = motion_between({{-5e-3, 2e-3, 0}, {}}, {{5e-3, 2e-3, 0}, {}}, {});
   const SweepWindow window = when_spheres_may_meet(box, box, sweep_between(passing, 0, 1));
   CHECK(window.enter == Approx(-std::sqrt(8.0) / 5).margin(1e-4));
   CHECK(window.leave == Approx(std::sqrt(8.0) / 5).margin(1e-4));
   const RigidMotion beside = motion_between({{-5e-3, 4e-3, 0}, {}}, {{5e-3, 4e-3, 0}, {}}, {});
   CHECK(when_spheres_may_meet(box, box, sweep_between(beside, 0, 1)).is_empty());
-  // about its own centre it may turn as it likes
+  // rotation about its own centre is unlimited
   const RigidMotion turning =
       motion_between({{4e-3, 0, 0}, {}}, {{4e-3, 0, 0}, from_rotation_vector({0, 0, 3})}, {});
   CHECK(when_spheres_may_meet(box, box, sweep_between(turning, 0, 1)).is_empty());

@@ -12,12 +12,12 @@ using namespace haptic::test;
 
 namespace {
 
-// position along a segment, where the same triangle is hit through other roundings
+// tolerance of the position along a segment, if the same triangle is hit with other roundings
 constexpr double kFractionTolerance = 1e-9;
-// what the box test may take for a meeting, on boxes and segments of a few metres
+// margin of the box test, for boxes and segments of a few metres
 constexpr double kBoxSlack = 1e-4;
 
-/// Every triangle, no tree.
+/// All triangles, without a tree.
 SegmentHit brute_hit(const TriangleMesh& mesh, const Vec3& from, const Vec3& to) {
   SegmentHit best;
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -68,7 +68,7 @@ bool slabs_meet(const Vec3& from, const Vec3& to, const Obb& box) {
   return enter <= leave;
 }
 
-/// Segments through exact points of edges and exact vertices, from outside to inside: the worst
+/// Segments through exact vertices and exact points of edges, from outside to inside: the worst
 /// places for cracks. `depth` must keep both ends clear of the rest of the surface.
 void never_slips(const MeshShapeData& shape, double depth, uint64_t seed, size_t n) {
   Random random(seed);
@@ -79,7 +79,7 @@ void never_slips(const MeshShapeData& shape, double depth, uint64_t seed, size_t
     const Vec3 &a = mesh.vertices[tri[0]], &b = mesh.vertices[tri[1]];
     const double u = i % 2 == 0 ? 0 : random.uniform(0, 1);
     const Vec3 aim = a + u * (b - a);
-    // the aim splits the segment anywhere; half of them run towards the centre
+    // the target divides the segment at random; half of them run towards the centre
     Vec3 inward = -normalized(aim);
     if (i % 4 >= 2) inward = normalized(inward + 0.5 * random.direction());
     const Vec3 from = aim - random.uniform(0.1, 1) * depth * inward;
@@ -98,7 +98,7 @@ TEST_CASE("segment hit: the tree finds what brute force finds") {
   compare_with_brute_force(build_shape(make_icosphere(0.05, 3)), 2, trials(4000));
   compare_with_brute_force(build_shape(make_grid(0.05, 12)), 3, trials(8000));
   compare_with_brute_force(build_shape(make_degenerate_soup(4, 400)), 4, trials(8000));
-  // sheets close behind one another: the first hit shadows many
+  // closely spaced sheets: the first hit hides many
   Soup sheets;
   for (int k = 0; k < 30; ++k) {
     const Soup grid = make_grid(0.05, 4);
@@ -124,7 +124,7 @@ TEST_CASE("segment hit: on three meshes every search finds what brute force find
     SegmentWitness witness;
     Vec3 before = random.on_surface(shape.mesh.view());
     for (size_t i = 0; i < n; ++i) {
-      // dragged, as in use; every tenth from anywhere to anywhere
+      // dragged, as in use; every tenth between random points
       const Vec3 aim =
           i % 40 == 0 ? random.on_surface(shape.mesh.view()) : before + 0.002 * random.direction();
       const Vec3 from = i % 10 == 0 ? random.near_mesh(shape.mesh.view()) : before;
@@ -145,7 +145,7 @@ TEST_CASE("segment hit: no segment slips between triangles that share an edge or
   never_slips(build_shape(make_icosphere(0.05, 4)), 0.02, 6, trials(1500000));
   never_slips(build_shape(make_icosphere(1, 1)), 0.3, 7, trials(500000));
   never_slips(build_shape(make_box({1, 1, 1})), 0.3, 8, trials(500000));
-  // far from the origin the vertices are coarse, yet shared
+  // far from the origin the vertices are coarse, but shared
   Soup away = make_icosphere(0.05, 3);
   for (Vec3& v : away.vertices) v += Vec3{1e3, -2e3, 5e2};
   const MeshShapeData shape = build_shape(away);
@@ -271,7 +271,7 @@ TEST_CASE("segment hit: the box test agrees with slab clipping up to its slack")
 }
 
 TEST_CASE("segment hit: the witness changes no hit") {
-  // a probe dragged over the surface, now and then elsewhere; with the witness of another mesh too
+  // a probe dragged over the surface, sometimes elsewhere; also with the warm start of another mesh
   for (const Soup& soup :
        {make_icosphere(0.05, 4), make_grid(0.05, 20), make_degenerate_soup(5, 400)}) {
     const MeshShapeData shape = build_shape(soup);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kRadius = 0.05;
 
-/// A ball to touch, and a box to touch it with.
+/// A ball as the object, and a box as the tool.
 struct Pair {
   DistanceFieldData field;
   PointshellData shell;
@@ -34,7 +34,7 @@ struct Pair {
                   const ShellQuery& query = {}) {
     return find_touches(field.view(), shell.view(), X_OT, query, coherence, visited, touches);
   }
-  /// Whether the other was told the same.
+  /// Whether the other query gave the same answer.
   bool told_as(const ShellAnswer& own, const Pair& other, const ShellAnswer& others) const {
     const auto is_same = [](const ShellTouch& a, const ShellTouch& b) {
       return a.point == b.point && a.count == b.count && a.distance == b.distance;
@@ -92,7 +92,7 @@ TEST_CASE("shell in field: of a patch that approaches the nearest point stands f
     const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0155);
     const ShellQuery query{2e-3, ~0u, 0.5e-3};
     const ShellAnswer answer = pair.ask(X_OT, nullptr, query);
-    // each patch by itself, point after point
+    // each patch by itself, point by point
     std::vector<ShellTouch> expected;
     for (const ShellNode& patch : shell.nodes.subspan(first, end - first)) {
       ShellTouch nearest{0, patch.count, query.reach};
@@ -152,7 +152,7 @@ TEST_CASE("shell in field: temporal coherence is bit-identical, and asks ten tim
 
 TEST_CASE("shell in field: coherence is bit-identical on a random walk and for any reach",
           "[contact][trap]") {
-  // algorithms.md 3.3: random frames, 1e5 with HAPTIC_TORTURE_SCALE = 40
+  // random frames, 1e5 with HAPTIC_TORTURE_SCALE = 40
   Pair with(1.5e-3, 1.2e-3), without(1.5e-3, 1.2e-3);
   ShellCoherence coherence(with.shell.view());
   Random random(8);
@@ -161,13 +161,13 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
   const auto frames = sweep(2500);
   double reach = 0;
   for (size_t k = 0; k < frames; ++k) {
-    // at most a third of a millimetre a frame; drawn back to where something touches
+    // at most a third of a millimetre per frame; drawn back if something touches
     const Vec3 home = (kRadius + 0.014) * normalized(X_OT.p);
     X_OT.p += random.uniform(0, 0.3e-3) * random.direction() + 0.02 * (home - X_OT.p);
     X_OT.q =
         normalized(from_rotation_vector(random.uniform(0, 0.02) * random.direction()) * X_OT.q);
     if (k % 50 == 0) reach = k % 100 == 0 ? 0 : 5.5e-3;
-    // sometimes all within reach, sometimes the nearest of each patch
+    // sometimes all points within reach, sometimes the nearest of each patch
     const ShellQuery query{reach, ~0u, k / 150 % 2 == 0 ? reach : 0.2e-3};
     const ShellAnswer a = with.ask(X_OT, &coherence, query);
     const ShellAnswer b = without.ask(X_OT, nullptr, query);
@@ -179,7 +179,7 @@ TEST_CASE("shell in field: coherence is bit-identical on a random walk and for a
 
 TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever the reach",
           "[contact][trap]") {
-  // points nearer to the surface than a cell, cells coarser than the gap
+  // points closer to the surface than a cell, cells coarser than the gap
   Pair with(3e-3, 0.7e-3), without(3e-3, 0.7e-3);
   ShellCoherence coherence(with.shell.view());
   uint64_t asked_with = 0, asked_without = 0, told = 0;
@@ -194,7 +194,7 @@ TEST_CASE("shell in field: coherence is bit-identical in a narrow gap, whatever 
     asked_with += a.tested;
     asked_without += b.tested;
   }
-  // few trials end before it touches
+  // with few trials it ends before it touches
   if (kSlowdown == 1) CHECK(told > 0);
   CHECK(asked_with * 2 < asked_without);
 }
@@ -244,7 +244,7 @@ TEST_CASE("shell in field: out of budget coarser points stand for the rest", "[c
     uint32_t covered = 0;
     for (size_t i = 0; i < part.n; ++i) covered += pair.touches[i].count;
     if (part.is_complete) CHECK(covered == whole.n);
-    // more points never tell of less
+    // more points never give a smaller answer
     CHECK(part.is_complete == (budget == whole.tested));
     CHECK(part.level >= level_before);
     level_before = part.level;
@@ -256,7 +256,7 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
   ShellCoherence coherence(pair.shell.view());
   size_t cut_short = 0;
   for (size_t k = 0; k < trials(2000); ++k) {
-    // the budget comes and goes: what was not asked for want of it is not believed to be free
+    // the budget varies: points that were not tested for lack of budget must not count as free
     const uint32_t budget = k % 3 == 0 ? ~0u : 16 + static_cast<uint32_t>(k % 100);
     const Pose X_OT = slide(1e-3 * static_cast<double>(k), 0.0355);
     const ShellAnswer a = pair.ask(X_OT, &coherence, {1e-3, budget});
@@ -265,7 +265,7 @@ TEST_CASE("shell in field: no point over the budget, with coherence either", "[c
     for (size_t i = 0; i < a.n; ++i) REQUIRE(pair.touches[i].distance < 1e-3);
     if (budget == ~0u) REQUIRE(a.n == pair.ask(X_OT, nullptr, {1e-3, ~0u}).n);
   }
-  // few trials leave little to cut
+  // with few trials there is little to cut off
   if (kSlowdown == 1) CHECK(cut_short > 0);
 }
 
@@ -274,7 +274,7 @@ TEST_CASE("shell in field: a budget for what is near becomes enough though all i
   Pair pair(2e-3, 0.7e-3), other(2e-3, 0.7e-3);
   ShellCoherence coherence(pair.shell.view());
   const auto at = [](size_t k) { return slide(1e-4 * static_cast<double>(k), 0.0152); };
-  // known to the last point: how many are looked up then
+  // number of lookups if every point must be tested
   const ShellQuery whole{1e-3, ~0u, 0};
   uint32_t first = 0, later = 0;
   for (size_t k = 0; k < 50; ++k) {
@@ -299,7 +299,7 @@ TEST_CASE("shell in field: a budget for what is near becomes enough though all i
 
 TEST_CASE("shell in field: whatever the budget, what touches is told where points are",
           "[contact][trap]") {
-  // known to the last point, then pressed in at once: many nearest points begin to touch
+  // every point tested, then pressed in at once: many nearest points begin to touch
   Pair pair(2e-3, 1e-3);
   const ShellQuery whole{1e-3, ~0u, 0};
   size_t short_ones = 0, touching = 0;
@@ -311,7 +311,7 @@ TEST_CASE("shell in field: whatever the budget, what touches is told where point
     const Pose X_OT = at(0.02e-3);
     ShellCoherence copy = known;
     const uint32_t enough = pair.ask(X_OT, &copy, whole).tested;
-    // from enough to a little less than is asked at first
+    // from a sufficient budget to a little less than the first query needs
     const uint32_t budget = enough - std::min(enough, static_cast<uint32_t>(k / 10));
     const ShellAnswer a = pair.ask(X_OT, &known, {1e-3, budget, 0});
     REQUIRE(a.tested <= budget);

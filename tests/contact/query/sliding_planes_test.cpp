@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/query/proximity/sliding_planes.cpp and leaf_bounds.cpp. Truth: the points
-// themselves, in double, at every pose.
+// Tests for contact/query/proximity/sliding_planes.cpp and leaf_bounds.cpp. Ground truth: the
+// points themselves, in double, at every pose.
 #include "contact/query/proximity/sliding_planes.h"
 
 #include <algorithm>
@@ -18,13 +18,13 @@ namespace {
 
 constexpr double kReach = 0.05;  // of B [m]
 
-/// A ball of B, of which these points are, and a plane of A that they were on one side of.
+/// A ball of B that contains these points, and a plane of A that they were on one side of.
 struct Piece {
   SlidingPlane plane;
   std::vector<Vec3> points_B;
   double offset = 0;  // of the plane along its normal [m]
 
-  /// How far the nearest is from the plane.
+  /// Distance of the nearest point from the plane.
   double distance(const Pose& X_AB) const {
     double least = 1e9;
     for (const Vec3& p : points_B) least = std::min(least, dot(plane.normal_A, X_AB * p) - offset);
@@ -38,7 +38,7 @@ Piece random_piece(Random& random, const Pose& X_AB) {
   plane.normal_A = SlidingPlanes::rounded(random.direction());
   plane.centre_B = random.uniform(0, 0.9 * kReach) * random.direction();
   plane.radius = random.uniform(0, 0.1 * kReach);
-  // on the ball and nowhere else: nothing else is nearer
+  // on the ball and nowhere else: no other point is nearer
   for (int k = 0; k < 20; ++k) {
     piece.points_B.push_back(plane.centre_B + plane.radius * random.direction());
   }
@@ -85,9 +85,9 @@ TEST_CASE("sliding planes: a gap is never wider than it is, and little narrower 
         const Piece& piece = pieces[owner];
         const double gap = planes.gap(owner), distance = piece.distance(X);
         CAPTURE(trial, step, owner, way, turn);
-        // a gap that is used up says no more
+        // a slack that is used up gives no bound
         REQUIRE((gap <= distance || gap < 0));
-        // what is lost: what the turns make of the ball, twice at most, and roundings
+        // allowed loss: at most twice the effect of rotation on the ball, and rounding
         REQUIRE(gap >=
                 distance - 2.01 * turned * piece.plane.radius - 1e-5 * way * (step + 1) - 3e-8);
         REQUIRE(is_in(used_up, owner) == !(gap > 1e-5));
@@ -118,7 +118,7 @@ TEST_CASE("sliding planes: each owner keeps its own through all that come and go
     if (k % 50 != 0) continue;
     for (uint32_t i = 0; i < 300; ++i) REQUIRE(planes.has(i) == (expected.count(i) != 0));
     for (const auto& [i, gap] : expected) REQUIRE(planes.gap(i) == Approx(gap).epsilon(1e-3));
-    // all of them, each once, and none that is gone
+    // all of them, each once, and none that was removed
     std::vector<SlidingPlanes::UsedUp> all;
     planes.move(PoseChange({}, {}, kReach), 2, all);
     REQUIRE(all.size() == expected.size());

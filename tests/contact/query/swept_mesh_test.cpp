@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for contact/query/sweep/swept_mesh.cpp and what it is made of. Truth: closed forms, and
-// exact answers whether two meshes meet at many times (triangle_pairs).
+// Tests for contact/query/sweep/swept_mesh.cpp and its parts. Ground truth: closed forms, and exact
+// intersection of two meshes at many times (triangle_pairs).
 #include "contact/query/sweep/swept_mesh.h"
 
 #include <catch2/catch.hpp>
@@ -33,7 +33,7 @@ double segment_distance(const Vec3& a, const Vec3& b, const Vec3& p) {
   return norm(p - a - u * (b - a));
 }
 
-/// Of two segments: ends against the other, or the feet of the common perpendicular.
+/// Distance of two segments: ends against the other, or the feet of the common perpendicular.
 double edge_distance(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   double least = std::min({segment_distance(a, b, c), segment_distance(a, b, d),
                            segment_distance(c, d, a), segment_distance(c, d, b)});
@@ -47,7 +47,7 @@ double edge_distance(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d)
   return least;
 }
 
-/// Of two meshes that do not meet, over all pairs of features.
+/// Distance of two disjoint meshes, over all pairs of features.
 double distance_of(const MeshShape& object, const MeshShape& tool, const Pose& X_OT) {
   double least = std::numeric_limits<double>::infinity();
   const Pose X_TO = inverse(X_OT);
@@ -99,7 +99,7 @@ TEST_CASE("swept mesh: a plate of 0.01 mm at 10 m/s and 100 Hz is not tunnelled"
   const MeshShapeData ball = build_shape(make_icosphere(5e-3, 2));
   Random random(3);
   for (size_t trial = 0; trial < trials(100); ++trial) {
-    // 100 mm in a step, the plate somewhere within
+    // 100 mm in a step, with the plate somewhere within
     const double height = random.uniform(10e-3, 90e-3);
     const Vec3 aside = random.in_box({-20e-3, -20e-3, 0}, {20e-3, 20e-3, 0});
     const Quat q = random.pose(1).q;
@@ -172,7 +172,7 @@ TEST_CASE("swept mesh: A against B is B against A", "[contact][trap]") {
   size_t hits = 0;
   const size_t n = 400;
   for (size_t trial = 0; trial < n; ++trial) {
-    // a straight way, or a turn about the tool's origin: what B sees is of the same kind
+    // a straight motion, or a rotation about the tool's origin: seen from B it is of the same kind
     const bool turns = trial % 2 == 0;
     const RigidMotion any = random_motion(random, turns ? 0 : 15e-3, turns ? 3 : 0);
     const RigidMotion motion = motion_between(any.at(0), any.at(1), {});
@@ -182,7 +182,7 @@ TEST_CASE("swept mesh: A against B is B against A", "[contact][trap]") {
     const MeshMeeting there = impact(box.view(), ball.view(), motion);
     const MeshMeeting back = impact(ball.view(), box.view(), seen);
     hits += there.meets ? 1 : 0;
-    // what only comes near may be told one way and not the other
+    // a mere approach may count as a hit in one order and not in the other
     for (const MeshMeeting& hit : {there, back}) {
       if (!hit.meets) continue;
       CHECK(distance_of(box.view(), ball.view(), motion.at(hit.time)) <= 1.1e-6);
@@ -225,7 +225,7 @@ TEST_CASE("swept mesh: what it remembers changes no answer", "[contact]") {
     const MeshMeeting hit = remembers.time_of_impact(motion, kOptions);
     const MeshMeeting cold = impact(box.view(), ball.view(), motion);
     CHECK(hit.meets == cold.meets);
-    // both within the tolerance, which a slow approach takes long for
+    // both within the tolerance, which a slow approach takes long to cross
     if (hit.meets && hit.time != cold.time) {
       CHECK(distance_of(box.view(), ball.view(), motion.at(std::min(hit.time, cold.time))) <=
             1.1e-6);
@@ -250,14 +250,14 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
     const MeshMeeting of_pairs = swept.time_of_impact(motion, kOptions, all);
     CHECK_FALSE(swept.time_of_impact(motion, kOptions, {}).meets);
     const double first = std::min(of_pairs.time, of_trees.time);
-    // both within the tolerance, which a slow approach takes long for
+    // both within the tolerance, which a slow approach takes long to cross
     if (std::fabs(of_pairs.time - of_trees.time) > 1e-9) {
       CHECK(distance_of(box.view(), ball.view(), motion.at(first)) <= 1.1e-6);
     } else {
       CHECK(of_pairs.meets == of_trees.meets);
     }
     hits += of_pairs.meets ? 1 : 0;
-    // that pair alone, and all but it
+    // that pair only, and all except it
     if (!of_pairs.meets) continue;
     const TrianglePair alone[] = {of_pairs.pair};
     CHECK(swept.time_of_impact(motion, kOptions, alone).time == Approx(of_pairs.time).margin(1e-4));
@@ -278,7 +278,7 @@ TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not",
   const MeshShapeData bolt = build_shape(make_bolt(parts, {48, 80}));
   const MeshShapeData nut = build_shape(make_nut(parts, {48, 32}));
   REQUIRE_FALSE(meet(nut.view(), bolt.view(), {}));
-  // without the turn that goes with it the thread is met
+  // without the matching rotation the thread is hit
   const RigidMotion pull = motion_between({}, {{0, 0, 0.5e-3}, {}}, {});
   const MeshMeeting jam = impact(nut.view(), bolt.view(), pull);
   REQUIRE(jam.meets);
@@ -289,7 +289,7 @@ TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not",
 TEST_CASE("swept mesh: what is nearer than the tolerance can leave and slide along",
           "[contact][trap]") {
   const MeshShapeData box = build_shape(make_box({20e-3, 20e-3, 20e-3}));
-  // turned about the normal; the faces 0.2 µm apart
+  // rotated about the normal; the faces 0.2 µm apart
   const Quat turned = from_rotation_vector({0, 0, 0.4});
   const Vec3 at{1e-3, 2e-3, 20e-3 + 0.2e-6};
   const auto ask = [&](const Vec3& way, double spin) {

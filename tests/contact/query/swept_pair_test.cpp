@@ -61,7 +61,7 @@ TEST_CASE("swept pair: parallel edges that fall on one another meet", "[contact]
   REQUIRE(hit);
   CHECK(hit->time <= 0.5);
   CHECK(hit->time >= 0.49);
-  // one behind the other on a line: they come no nearer than 0.1
+  // collinear, one behind the other: they come no nearer than 0.1
   CHECK_FALSE(edge_edge_meeting(edge(0, 0, 0), edge(1.1, 1, -1), {}));
 }
 
@@ -72,13 +72,13 @@ TEST_CASE("swept pair: never later than a meeting that was made", "[contact][tra
     Query query;
     const bool is_face = k % 2 == 0;
     const size_t moving = is_face ? 1 : 2;
-    // a tool's features of millimetres that a hand moves
+    // a tool's features of millimetres, moved by a hand
     const Vec3 way = 2e-3 * random.direction();
     for (size_t i = 0; i < 4; ++i) {
       const Vec3 at = random.in_box({-1e-3, -1e-3, -1e-3}, {1e-3, 1e-3, 1e-3});
       query.points[i] = {at, i < moving ? at + way + 2e-4 * random.direction() : at};
     }
-    // put to where a place on one is a place on the other at a time
+    // placed such that a point on one meets a point on the other at a known time
     const double time = random.uniform(0, 1), u = random.uniform(0.05, 0.5),
                  v = random.uniform(0.05, 0.45);
     std::array<Vec3, 4> p;
@@ -91,7 +91,7 @@ TEST_CASE("swept pair: never later than a meeting that was made", "[contact][tra
     const auto hit = ask(query, is_face, {1e-8, k % 4 < 2 ? 0u : 100000u});
     REQUIRE(hit);
     latest = std::max(latest, hit->time - time);
-    // there may have been another meeting before, of two edges or a face that turns
+    // there may have been an earlier contact, of two edges or a face that turns
     earliest += hit->time < time - 1e-3 ? 1 : 0;
   }
   CHECK(latest <= 1e-12);
@@ -125,7 +125,7 @@ TEST_CASE("swept pair: corners that are not finite meet at once, unproven", "[co
 
 TEST_CASE("swept pair: a rod that turns half round passes a post that straight ways miss",
           "[contact][trap]") {
-  // a rod of 1 m about its middle; a thin post stands off its first and last place
+  // a rod of 1 m about its middle; a thin post is clear of its first and last pose
   const std::array<Vec3, 2> rod{{{-0.5, 0, 0}, {0.5, 0, 0}}};
   const std::array<Vec3, 2> post{{{0, 0.4, -0.1}, {0, 0.4, 0.1}}};
   const RigidMotion half_turn =
@@ -160,7 +160,7 @@ TEST_CASE("swept pair: rigid motions, never late against dense samples", "[conta
                                  : edge_edge_meeting(stretch, {p[0], p[1]}, {p[2], p[3]}, options);
     meetings += hit ? 1 : 0;
     unproven += hit && !hit->is_proven ? 1 : 0;
-    // signed volumes change their sign where features may pass: dense in time, the least distance
+    // signed volumes change sign where features may pass; dense in time, the least distance
     const double end = hit ? hit->time : 1;
     const int steps = 200;
     double last = 0;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kFar = 1e9;
 
-/// Every triangle asked; the same arithmetic.
+/// All triangles, with the same arithmetic.
 SegmentHit brute_force(const haptic::MeshShape& shape, const SweptSphere& sphere) {
   SegmentHit best;
   for (uint32_t i = 0; i < shape.mesh.triangles.size(); ++i) {
@@ -128,7 +128,7 @@ TEST_CASE("swept sphere: a witness never changes a result", "[contact][trap]") {
   for (size_t k = 0; k < trials(3000); ++k) {
     const Vec3 from = random.near_mesh(shape.view().mesh);
     const SweptSphere s{from, from + random.uniform(0, 2) * random.direction(), 0.3};
-    // what the last one found, any triangle, one of another mesh
+    // warm start from the last hit, from any triangle, and from one of another mesh
     haptic::SegmentWitness foreign{k % 3 == 0 ? ~0u - 1
                                               : static_cast<uint32_t>(random.index(1280))};
     const SegmentHit expected = first_sphere_hit(shape.view(), s);
@@ -144,7 +144,7 @@ TEST_CASE("swept sphere: a witness never changes a result", "[contact][trap]") {
 
 TEST_CASE("swept sphere: the first hit is where the distance comes down to the radius",
           "[contact][property]") {
-  // against the closest point, which knows nothing of sweeps
+  // against the closest point, which is independent of sweeps
   const double radius = GENERATE(0.005, 0.05, 0.4);
   const MeshShapeData shape = haptic::build_shape(haptic::make_icosphere(1, 2));
   Random random(11);

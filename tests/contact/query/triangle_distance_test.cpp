@@ -41,7 +41,7 @@ long double point_segment(const Long3& p, const Long3& a, const Long3& b) {
   return length(p - along(a, d, t));
 }
 
-/// The least at the four ends, or where the lines are nearest, if inside both.
+/// The least of the four ends, or the distance of the lines if both feet are inside.
 long double segment_segment(const Long3& a, const Long3& b, const Long3& c, const Long3& d) {
   long double least = std::min({point_segment(a, c, d), point_segment(b, c, d),
                                 point_segment(c, a, b), point_segment(d, a, b)});
@@ -57,7 +57,7 @@ long double segment_segment(const Long3& a, const Long3& b, const Long3& c, cons
   return least;
 }
 
-/// Above the inside of the triangle by coordinates in its plane; else what its sides say.
+/// If p is above the inside of the triangle, by coordinates in its plane; else by its sides.
 long double point_face(const Long3& p, const Long3& a, const Long3& b, const Long3& c) {
   const Long3 u = b - a, v = c - a, w = p - a;
   const long double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), det = uu * vv - uv * uv;
@@ -130,7 +130,7 @@ TEST_CASE("triangle distance: fifteen pairs of parts in long double, 0 where CGA
     }
     const double expected = brute_force(a, b);
     REQUIRE(std::fabs(found.distance - expected) < tol(2e-8));
-    // only sides that are nearly parallel and nearly touch lose figures
+    // only sides that are nearly parallel and nearly touch lose digits
     if (trial % 4 != 2 && expected > 1e-3) {
       REQUIRE(std::fabs(found.distance - expected) < tol(1e-12));
     }
@@ -202,7 +202,7 @@ TEST_CASE("triangle distance: by hand, which parts carry it") {
         TrianglePart::kCorner0);
   check({{{2, -1, -1}, {2, -1, 1}, {2, -5, 0}}}, 1, TrianglePart::kSide0, TrianglePart::kSide0);
   CHECK(triangle_distance(a, {{{1, 1, -1}, {1, 1, 3}, {8, 8, 3}}}).distance == 0);
-  // a needle without area is its border, also where it pierces the face
+  // a triangle without area equals its border, also where it pierces the face
   CHECK(triangle_distance(a, {{{1, 1, 1}, {1, 1, 2}, {1, 1, 3}}}).distance == Approx(1));
   CHECK(triangle_distance(a, {{{5, 0, 0}, {5, 0, 0}, {5, 0, 0}}}).distance == Approx(1));
 }

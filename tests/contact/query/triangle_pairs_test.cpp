@@ -34,7 +34,7 @@ std::vector<Corners> all_corners(const MeshShapeData& shape, const Pose& X) {
   return corners;
 }
 
-/// Every triangle with every other one.
+/// All pairs of triangles.
 Pairs brute_force(const MeshShapeData& A, const MeshShapeData& B, const Pose& X_AB) {
   const std::vector<Corners> in_A = all_corners(A, {}), in_B = all_corners(B, X_AB);
   Pairs pairs;
@@ -55,7 +55,7 @@ Soup moved(Soup soup, const Pose& X) {
   return soup;
 }
 
-/// Corners of a cubic lattice: touching, sharing and lying in one plane are the rule.
+/// Corners of a cubic lattice: touching, sharing and coplanar triangles are common.
 Corners on_lattice(Random& random, size_t n) {
   Corners corners;
   for (Vec3& p : corners) {
@@ -114,7 +114,7 @@ TEST_CASE("triangles meet: as CGAL says, touching and in one plane too") {
     const size_t fine = trial % 3 == 0 ? 3 : trial % 3 == 1 ? 4 : 1000;
     Corners a = on_lattice(random, fine), b = on_lattice(random, fine);
     if (!has_area(a) || !has_area(b)) continue;
-    // off the lattice, rounded: nearly touching, nearly in one plane
+    // off the lattice, rounded: nearly touching, nearly coplanar
     if (trial % 5 == 0) {
       const Pose X = random.pose(0.1);
       for (Vec3& p : a) p = X * p;
@@ -136,11 +136,11 @@ TEST_CASE("triangles meet: a corner on a face, an edge on an edge, one inside an
   CHECK(triangles_meet(a, {{{1, 1, 0}, {1, 1, 1}, {2, 1, 1}}}));          // corner on the face
   CHECK(triangles_meet(a, {{{2, 2, -1}, {2, 2, 1}, {5, 5, 0}}}));         // edge on an edge
   CHECK(triangles_meet(a, {{{4, 0, 0}, {5, 0, 1}, {5, 0, 0}}}));          // corner on a corner
-  CHECK(triangles_meet(a, {{{1, 1, 0}, {1.5, 1, 0}, {1, 1.5, 0}}}));      // inside, in one plane
+  CHECK(triangles_meet(a, {{{1, 1, 0}, {1.5, 1, 0}, {1, 1.5, 0}}}));      // inside, coplanar
   CHECK(triangles_meet(a, {{{0, 0, 0}, {4, 0, 0}, {0, -4, 0}}}));         // share an edge
   CHECK(triangles_meet(a, {{{1, 0, 0}, {2, 0, 0}, {1, 0, 1}}}));          // edge along an edge
   CHECK_FALSE(triangles_meet(a, {{{1, 1, 1}, {1.5, 1, 1}, {1, 2, 1}}}));  // parallel
-  CHECK_FALSE(triangles_meet(a, {{{3, 3, 0}, {4, 3, 0}, {3, 4, 0}}}));    // beside, in one plane
+  CHECK_FALSE(triangles_meet(a, {{{3, 3, 0}, {4, 3, 0}, {3, 4, 0}}}));    // beside, coplanar
   CHECK_FALSE(triangles_meet(a, {{{1, 1, 0}, {2, 1, 0}, {3, 1, 0}}}));    // without area
   CHECK_FALSE(triangles_meet(a, {{{1, 1, -1}, {1, 1, 1}, {1, 1, 3}}}));   // without area, across
 }

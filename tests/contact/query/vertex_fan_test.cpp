@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ways from a vertex, and a point that comes to rest at one, against directions tried one by one.
+// Directions from a vertex, and a point at rest on one, against brute force over directions.
 #include "contact/query/triangle/vertex_fan.h"
 
 #include <catch2/catch.hpp>
@@ -24,10 +24,10 @@ namespace {
 
 constexpr uint32_t kFirst = 1;  // vertex of the rim; 0 is the apex
 constexpr int kTurns = 240, kTilts = 120;
-// between two directions that are tried [rad]
+// angle between two tested directions [rad]
 constexpr double kGrid = 2 * std::numbers::pi / kTurns;
 
-/// Facets around the origin that rise and fall at random, seen from +z.
+/// Facets around the origin with random heights, seen from +z.
 Soup make_fan(Random& random) {
   const auto n = static_cast<uint32_t>(5 + random.index(5));
   Soup soup;
@@ -41,7 +41,7 @@ Soup make_fan(Random& random) {
   return soup;
 }
 
-/// Height of the fan over (x, y): the facet over which it lies, by its two coordinates there.
+/// Height of the fan over (x, y), by the two coordinates in the facet below.
 double height_over(const Soup& fan, double x, double y) {
   for (const Triangle& t : fan.triangles) {
     const Vec3 &p = fan.vertices[t[1]], &q = fan.vertices[t[2]];
@@ -52,7 +52,7 @@ double height_over(const Soup& fan, double x, double y) {
   return 0;
 }
 
-/// Largest goal · d over unit directions above the fan; at least zero: it may stay.
+/// Largest goal · d over unit directions above the fan; at least zero, because it may stay.
 double furthest_above(const Soup& fan, const Vec3& goal) {
   double best = 0;
   for (int i = 0; i < kTurns; ++i) {
@@ -68,7 +68,7 @@ double furthest_above(const Soup& fan, const Vec3& goal) {
   return best;
 }
 
-/// A goal that the apex does not see.
+/// A goal that is not visible from the apex.
 Vec3 hidden_goal(Random& random, const Soup& fan) {
   for (;;) {
     const Vec3 goal = 0.02 * random.direction();

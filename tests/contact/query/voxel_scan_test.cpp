@@ -11,7 +11,7 @@ namespace {
 
 std::vector<VoxelHit> scan(const Voxmap& map, const Pointshell& shell, const Pose& X_OT,
                            ScanPath path, uint32_t first = 0) {
-  std::vector<VoxelHit> hits(shell.x.size() + 64);  // room for the lanes to the end
+  std::vector<VoxelHit> hits(shell.x.size() + 64);  // padded for SIMD
   const auto count = static_cast<uint32_t>(shell.x.size()) - first;
   hits.resize(scan_voxels(map, shell, shell_in_voxels(map, X_OT), first, count, path, hits, 0));
   return hits;

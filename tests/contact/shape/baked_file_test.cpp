@@ -54,7 +54,7 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
       [](MeshShapeData& s) { occupied(s).first = 1u << 30; },
       [](MeshShapeData& s) { occupied(s).count = 1u << 30; },
       [](MeshShapeData& s) { occupied(s).is_crowded = 1; },
-      // a query has room for the triangles of cells that are not crowded
+      // a query has space for the triangles of normal cells
       [](MeshShapeData& s) {
         const TriangleBatch batch = s.grid.batches[0];
         s.grid.batches.insert(s.grid.batches.end(), kCrowded / kBatch + 1, batch);
@@ -63,7 +63,7 @@ TEST_CASE("baked file: every damaged index is refused even with a right checksum
       },
       [](MeshShapeData& s) { s.grid.batches.back().triangle[7] = 80; },
       [](MeshShapeData& s) { s.grid.roots.push_back(1u << 20); },
-      // a search for a cell that is not there would never end
+      // a search for an absent cell would never end
       [](MeshShapeData& s) { std::fill(s.grid.slots.begin(), s.grid.slots.end(), occupied(s)); },
       [](MeshShapeData& s) { s.patches.nodes.clear(); },
       [](MeshShapeData& s) { s.patches.nodes[0].child[1] = 0; },

@@ -24,7 +24,7 @@ DistanceFieldData sphere_field(double cell, double band) {
 }  // namespace
 
 TEST_CASE("distance field: sphere within half a cell squared times curvature", "[contact]") {
-  // algorithms.md 3.5: |φ − exact| ≤ 0.5·cell²·curvature, gradient norm 1 ± 2 %
+  // |φ − exact| ≤ 0.5·cell²·curvature, gradient norm 1 ± 2 %
   const double cell = 1e-3, band = 5e-3;
   const DistanceFieldData data = sphere_field(cell, band);
   Random random(1);
@@ -43,7 +43,7 @@ TEST_CASE("distance field: continuous across every border", "[contact][trap]") {
   const DistanceFieldData data = sphere_field(2e-3, 6e-3);
   Random random(2);
   for (size_t i = 0; i < trials(50000); ++i) {
-    // from one side of a plane of nodes to the other, bricks' borders among them
+    // from one side of a plane of nodes to the other, including borders of bricks
     const double plane = data.lower_O.x + data.cell * static_cast<double>(random.index(50));
     const Vec3 p = (kRadius + random.uniform(-1e-3, 1e-3)) * random.direction();
     const Vec3 at{plane, p.y, p.z};

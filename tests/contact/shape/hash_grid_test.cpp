@@ -23,7 +23,7 @@ MeshShapeData with_cells(MeshShapeData shape, double cell) {
   return shape;
 }
 
-/// The triangles that a cell holds, by its batches or below its roots.
+/// The triangles of a cell, from its batches or below its roots.
 std::set<uint32_t> held(const MeshShape& shape, const GridCell& cell) {
   std::set<uint32_t> triangles;
   for (const TriangleBatch& batch : cell.batches) {
@@ -117,7 +117,7 @@ TEST_CASE("hash grid: two cells with the same slot are told apart") {
     if (slot.count == 0) continue;
     displaced += first_slot(slot.key, grid.slots.size()) != i;
     REQUIRE(grid.find(slot.key).batches.data() == &grid.batches[slot.first]);
-    // another cell that begins its search on the same slot
+    // another cell whose search begins at the same slot
     uint64_t other = slot.key + 1;
     while (first_slot(other, grid.slots.size()) != first_slot(slot.key, grid.slots.size())) ++other;
     const GridCell found = grid.find(other);
@@ -182,7 +182,7 @@ TEST_CASE("hash grid: where cells cannot be counted there is no grid, and querie
     CHECK(with_cells(shape, cell).grid.slots.empty());
   }
   CHECK(first_hit(with_cells(shape, 0).view(), {1, 1e-3, 0}, {0, 1e-3, 0}).hit);
-  // a huge triangle among small ones would fill the memory with cells
+  // a huge triangle among small ones would need too many cells
   Soup mixed = make_icosphere(1e-4, 4);
   const auto first = static_cast<uint32_t>(mixed.vertices.size());
   mixed.vertices.insert(mixed.vertices.end(), {{-1, -1, -1}, {1, 1, -1}, {0, 1, 1}});
@@ -228,7 +228,7 @@ TEST_CASE("grid cost: a sweep of the size of the cells shows the minimum of C_h"
   REQUIRE(choices.size() > 8);
   const auto cheaper = [](const GridChoice& a, const GridChoice& b) { return a.cost < b.cost; };
   const auto least = std::min_element(choices.begin(), choices.end(), cheaper);
-  // finer cells are more of them on the way, coarser ones are fuller
+  // with finer cells there are more on the way, coarser ones have more triangles
   CHECK(least != choices.begin());
   CHECK(least != choices.end() - 1);
   CHECK(std::is_sorted(least, choices.end(), cheaper));
@@ -238,12 +238,12 @@ TEST_CASE("grid cost: a sweep of the size of the cells shows the minimum of C_h"
   const ValidInterval valid = valid_interval(costs, n);
   CHECK(least->triangles > valid.lower);
   CHECK(least->triangles < valid.upper);
-  // where memory allows it that is the choice
+  // chosen if memory permits
   const GridChoice chosen = choose_cell(choices);
   for (const GridChoice& choice : choices) {
     if (choice.bytes_per_triangle <= chosen.bytes_per_triangle) CHECK(choice.cost >= chosen.cost);
   }
-  // waiting for memory at each lookup favours coarser cells
+  // a memory access per lookup favours coarser cells
   const auto slow = weigh_cells(shape.mesh.view(), {200e-9, 16e-9, 20e-9});
   CHECK(std::min_element(slow.begin(), slow.end(), cheaper)->cell > least->cell);
 }
@@ -252,7 +252,7 @@ TEST_CASE("grid cost: what is expected of a size of cells is what they hold") {
   const MeshShapeData shape = build_shape(make_icosphere(0.05, 5));
   const auto n = static_cast<double>(shape.mesh.triangles.size());
   for (const GridChoice& choice : weigh_cells(shape.mesh.view(), {})) {
-    if (choice.cell > 0.01) break;  // crowded cells are another matter
+    if (choice.cell > 0.01) break;  // crowded cells behave differently
     const MeshShapeData other = with_cells(shape, choice.cell);
     const auto bytes = static_cast<double>(other.grid.slots.size() * sizeof(GridSlot) +
                                            other.grid.batches.size() * sizeof(TriangleBatch));

@@ -78,7 +78,7 @@ TEST_CASE("machine parts: the bolt is free in the nut, triangle by triangle", "[
   REQUIRE(bolt.mesh.triangles.size() == 27072);
   REQUIRE(nut.mesh.triangles.size() == 38784);
   CHECK(triangle_pairs(nut.view(), bolt.view(), {}, {}) == 0);
-  // from the flanks' 20 to the crests' 50 µm
+  // from 20 µm at the flanks to 50 µm at the crests
   const double gap = least_gap(bolt, nut);
   CHECK(gap > 0.01e-3);
   CHECK(gap < 0.06e-3);
@@ -88,7 +88,7 @@ TEST_CASE("machine parts: two gears mesh", "[contact]") {
   if (kSlowdown > 1) return;
   const Gear gear{12, 3e-3, 10e-3, 8e-3, 0.2e-3};
   const MeshShapeData one = build_shape(make_gear(gear, {720, 2}));
-  // the other is a pitch diameter away and half a tooth on: its tooth is in a gap
+  // the other gear is a pitch diameter away and rotated by half a tooth: its tooth is in a gap
   Soup soup = make_gear(gear, {720, 2});
   const Quat turn = from_rotation_vector({0, 0, std::numbers::pi * (1 + 1.0 / gear.teeth)});
   for (Vec3& v : soup.vertices) v = rotate(turn, v) + Vec3{gear.teeth * gear.module, 0, 0};

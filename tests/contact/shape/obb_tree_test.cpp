@@ -18,7 +18,7 @@ constexpr double kAlgebraTolerance = 1e-12;
 // boxes are kept in floats
 constexpr double kFloatTolerance = 1e-6;
 
-/// Checks every promise of the header; returns the depth of the deepest leaf.
+/// Checks every guarantee of the header; returns the depth of the deepest leaf.
 int check_tree(const MeshShapeData& shape) {
   const ObbTree tree = shape.tree.view();
   const TriangleMesh mesh = shape.mesh.view();
@@ -33,7 +33,7 @@ int check_tree(const MeshShapeData& shape) {
     deepest = std::max(deepest, depth);
     const ObbNode& node = tree.nodes[index];
     const Obb box = node.box.unpacked();
-    // beyond the range of floats a box keeps nothing out
+    // beyond the range of floats a box excludes nothing
     const bool is_open = std::isinf(box.half.x);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
@@ -41,7 +41,7 @@ int check_tree(const MeshShapeData& shape) {
         REQUIRE(std::fabs(d - (i == j && !is_open ? 1 : 0)) < tol(kFloatTolerance));
       }
     }
-    // every triangle below must lie in the box, without slack
+    // every triangle below must lie in the box, without tolerance
     std::vector<uint32_t> below;
     std::vector<uint32_t> open{index};
     while (!open.empty()) {
@@ -140,7 +140,7 @@ TEST_CASE("mesh topology: Euler, unit normals, closedness and borders") {
       CHECK((faces[0] == f || faces[1] == f));
     }
   }
-  // inscribed: a little less than the ball, and outward
+  // inscribed: a little less than the ball, and oriented outwards
   CHECK(volume > 0.98 * 4 / 3 * std::numbers::pi);
   CHECK(volume < 4.0 / 3 * std::numbers::pi);
   for (size_t v = 0; v < sphere.vertices.size(); ++v) {
@@ -158,7 +158,7 @@ TEST_CASE("mesh topology: Euler, unit normals, closedness and borders") {
 }
 
 TEST_CASE("mesh topology: the corner of a cube has the space diagonal as pseudo-normal") {
-  // angle weights make it independent of how the faces are cut into triangles
+  // angle weights make it independent of the triangulation of the faces
   const Soup box = make_box({2, 2, 2});
   const MeshData mesh = build_mesh(box.vertices, box.triangles);
   CHECK(mesh.closed);

@@ -42,7 +42,7 @@ TEST_CASE("pointshell: on the true surface, normals inwards", "[contact][trap]")
 }
 
 TEST_CASE("pointshell: a symmetric body has symmetric points", "[contact][trap]") {
-  // sides that are whole numbers of cubes, and such that are not
+  // sides that are integer multiples of a cube, and sides that are not
   const Vec3 extent = GENERATE(Vec3{0.02, 0.02, 0.02}, Vec3{0.02, 0.0213, 0.0172});
   const MeshShapeData shape = build_shape(make_box(extent));
   const PointshellData data = build_pointshell(shape.mesh.view(), 4e-4);
@@ -72,7 +72,7 @@ TEST_CASE("pointshell: every place of the surface has a point nearby, none is tw
       nearest = std::min(nearest, norm(point_of(shell, k) - q));
     REQUIRE(nearest <= std::sqrt(3.0) * spacing);
   }
-  // the middle of the mesh is the corner or the middle of a cube, along each axis
+  // the centre of the mesh is the corner or the centre of a cube, along each axis
   const Vec3 middle = 0.5 * (shape.mesh.lower + shape.mesh.upper);
   size_t most = 0;
   for (int choice = 0; choice < 8; ++choice) {
@@ -84,7 +84,7 @@ TEST_CASE("pointshell: every place of the surface has a point nearby, none is tw
     }
     most = std::max(most, cubes.size());
   }
-  // rounding to float may put a point on the border of a cube into the next
+  // rounding to float may move a point on the border of a cube into the next
   CHECK(most >= shell.x.size() - 2);
 }
 

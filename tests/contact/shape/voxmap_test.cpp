@@ -11,7 +11,7 @@ using namespace haptic::test;
 
 namespace {
 
-/// Every voxel of the map with what it is, from the definition: no bricks, no lists.
+/// The kind of every voxel, from the definition: no bricks, no lists.
 struct DenseMap {
   VoxelIndex side{};
   std::vector<Voxel> voxels;
@@ -37,9 +37,8 @@ struct DenseMap {
   }
 };
 
-/// Squared distance from a point to a triangle's nearest point along each axis: whether they meet
-/// is asked of the clipped polygon (Sutherland & Hodgman), which shares nothing with separating
-/// axes.
+/// Squared distance from a point to a triangle's nearest point along each axis; whether they meet
+/// is decided by polygon clipping (Sutherland & Hodgman), independent of separating axes.
 bool meets_by_clipping(std::array<Vec3, 3> corners, double half) {
   std::vector<Vec3> polygon(corners.begin(), corners.end());
   for (int axis = 0; axis < 3; ++axis) {
@@ -138,7 +137,7 @@ TEST_CASE("voxmap: every voxel is what the definition says", "[contact]") {
 }
 
 TEST_CASE("voxmap: the force begins one voxel before surfaces can touch", "[contact][trap]") {
-  // two layers: from anywhere on the mesh at least one whole voxel of interior lies outwards
+  // two layers: everywhere on the mesh at least one whole voxel of interior lies outwards
   const MeshShapeData shape = build_shape(make_icosphere(0.05, 3));
   const double size = 2e-3;
   const VoxmapData data = build_voxmap(shape.view().mesh, {size, 2});

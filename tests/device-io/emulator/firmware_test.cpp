@@ -15,7 +15,7 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
-/// An arm in a typical hand that means to stay at the origin.
+/// An arm in a typical hand that aims at the origin.
 EmulatedDeviceOptions still_hand() {
   EmulatedDeviceOptions options;
   put_into_hand(*find_hand("typical"), options.hand);
@@ -25,7 +25,7 @@ EmulatedDeviceOptions still_hand() {
   return options;
 }
 
-/// Sends a text at once and lets the loop turn until it has nothing more to say.
+/// Sends a text at once and runs the loop until it has no more output.
 std::string tell(EmulatedDevice& device, std::string_view text, int64_t t_ns) {
   device.receive({text.data(), text.size()});
   std::string said;
@@ -36,7 +36,7 @@ std::string tell(EmulatedDevice& device, std::string_view text, int64_t t_ns) {
   return said;
 }
 
-/// The error at the end of an answer.
+/// The error code at the end of an answer.
 int error_of(const std::string& answer) {
   return std::stoi(answer.substr(answer.rfind(',') + 1));
 }
@@ -57,10 +57,10 @@ TEST_CASE("emulator: the motors are off 100 ms after the last good line, and it 
   CHECK(device.record().currents == Milliamperes{});
   CHECK(device.record().force_B == Vec3{});
   CHECK(device.record().watchdog == 1);
-  // once, not each turn
+  // once, not in each turn
   for (int64_t t = 106; t < 300; ++t) device.turn(t * kMs);
   CHECK(device.record().watchdog == 1);
-  // a dropped line does not wake the motors, a good one does
+  // a dropped line does not enable the motors, a valid one does
   tell(device, "[1,2]\n", 301 * kMs);
   CHECK(device.record().motors_on == 0);
   tell(device, "[4,5,6]\n", 302 * kMs);
@@ -81,7 +81,7 @@ TEST_CASE("emulator: a disturbed answer is off by what was asked for, as often, 
   const MotorCounts lied = device.record().answered;
   tell(device, "[0,0,0]\n", 5 * kMs);
   CHECK(device.record().answered == honest);
-  // the farthest that this arm can be from where it is
+  // the largest reach of this arm
   const WoodenHapticsGeometry arm;
   const Vec3 way =
       tip_position(arm, joint_angles(arm, lied)) - tip_position(arm, joint_angles(arm, honest));

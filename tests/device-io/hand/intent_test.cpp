@@ -68,7 +68,7 @@ TEST_CASE("intent: the velocity is the derivative of the position and has no jum
   const double h = 1e-5;
   // the tremor's own a·h²ω³/6 and the strokes' third derivative 60·0.22 m/(0.6 s)³ times h²/6
   constexpr double kDifferenceError = 2e-9;
-  // largest acceleration: 5.8·0.22 m/(0.6 s)² of travel, 0.6 m/s² of tremor; a jump would not scale
+  // largest acceleration: 5.8·0.22 m/(0.6 s)² of travel, 0.6 m/s² of tremor; a jump would exceed it
   const double steepest = 2 * h * 6;
   Intent before = intent_at(config, 3, 0);
   for (double t = h; t < kCycles / 4 * cycle_of(config); t += 100 * h) {
@@ -78,7 +78,7 @@ TEST_CASE("intent: the velocity is the derivative of the position and has no jum
     REQUIRE_THAT(at.v_B, IsNear((after.p_B - before.p_B) / (2 * h), kDifferenceError + h * 0.001));
     REQUIRE(norm(after.v_B - before.v_B) < steepest);
   }
-  // and across every seam of a cycle
+  // and across every boundary of a cycle
   for (int k = 0; k < 200; ++k) {
     for (const double share : {0.0, 0.25, 0.75, 1.0}) {
       const double seam = k * cycle_of(config) + share * config.stroke_time;

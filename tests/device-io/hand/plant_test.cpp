@@ -17,7 +17,7 @@ namespace {
 constexpr double kAlgebra = 1e-12;
 constexpr int64_t kMs = 1'000'000;
 
-/// Mass and damper alone: nobody holds it, no friction, no encoder.
+/// Mass and damper only: no hand, no friction, no encoder.
 SimulatedHandConfig bare_device(double mass, double damping) {
   SimulatedHandConfig config;
   config.mass = mass;
@@ -35,7 +35,7 @@ struct SampledWall {
   double encoder = 0;  // position quantum [m]
 };
 
-/// A bilateral wall at x = 0, as a servo would render it: sampled, held, backward difference.
+/// A bilateral wall at x = 0, as rendered by a servo: sampled, held, backward difference.
 class WallLoop {
  public:
   WallLoop(const SimulatedHandConfig& device, const SampledWall& wall, double x, double v)
@@ -68,7 +68,7 @@ class WallLoop {
   double last_ = 0;
 };
 
-/// Largest |x| of the last quarter of the run against that of the second quarter: above one, it
+/// Largest |x| in the last quarter of the run relative to that in the second quarter: above one, it
 /// grows.
 double growth(const SimulatedHandConfig& device, const SampledWall& wall, double seconds) {
   WallLoop loop(device, wall, -0.0005, 0);
@@ -77,7 +77,7 @@ double growth(const SimulatedHandConfig& device, const SampledWall& wall, double
   for (int k = 0; k < periods; ++k) {
     loop.step();
     const double x = std::fabs(loop.plant.p_B.x);
-    // far gone: no need to see more
+    // already diverged
     if (x > 1) return 1e9;
     if (k >= periods / 4 && k < periods / 2) second = std::max(second, x);
     if (k >= periods * 3 / 4) last = std::max(last, x);
@@ -103,7 +103,7 @@ TEST_CASE("hand plant: a constant force gives the closed-form motion", "[device-
 
 TEST_CASE("hand plant: the error of the integrator falls with the square of the step",
           "[device-io]") {
-  // a firm hand rings: its spring is what the integrator has to get right
+  // a firm hand rings: its spring is the hard part for the integrator
   SimulatedHandConfig config = bare_device(0.1, 0.5);
   config.hand_stiffness = 600;
   config.intent.hover_radius = config.intent.press_radius = 0.05;
@@ -138,7 +138,7 @@ TEST_CASE("hand plant: the energy ledger closes to rounding with friction, hand 
   const double before = mechanical_energy(config, plant);
   double lost = 0;
   for (int k = 0; k < 3000; ++k) {
-    // a wall the hand presses into, held over each period
+    // a wall that the hand presses into, held over each period
     const double depth = std::max(0.0, 0.05 - norm(plant.p_B));
     advance(config, plant, 800 * depth * normalized(plant.p_B), kMs);
     const double now_lost = plant.energy.device_loss + plant.energy.hand_loss;
@@ -185,7 +185,7 @@ TEST_CASE("hand plant: a hand settles on its intention displaced by force over s
   CHECK_THAT(plant.p_B - plant.intent_B, IsNear(force_B / config.hand_stiffness, 1e-9));
 }
 
-// algorithms.md 8.1 of the reference: exact limits by Schur–Cohn of the sampled, held wall
+// exact limits from the Schur–Cohn criterion for the sampled, held wall
 TEST_CASE("hand plant: the stability limit of a sampled wall is that of the table in 8.1",
           "[device-io]") {
   struct Row {
@@ -200,7 +200,7 @@ TEST_CASE("hand plant: the stability limit of a sampled wall is that of the tabl
                            Row{1.0, 5, 0, kMs, 1, 3338}, Row{0.1, 0.8, 0, 10 * kMs, 0, 162},
                            Row{0.1, 0.1, 5, kMs, 0, 9704}, Row{0.1, 0.1, 60, kMs, 0, 64757});
   CAPTURE(row.m, row.b, row.B, row.period_ns, row.delay, row.limit);
-  // three per cent of K change the envelope by a tenth of its damping: two seconds show it
+  // 3 % of K change the envelope by a tenth of its damping, which shows after two seconds
   constexpr double kBand = 0.03, kSeconds = 2;
   const auto growth_at = [&](double stiffness) {
     return growth(bare_device(row.m, row.b), {stiffness, row.B, row.period_ns, row.delay},
@@ -212,7 +212,7 @@ TEST_CASE("hand plant: the stability limit of a sampled wall is that of the tabl
 
 TEST_CASE("hand plant: inside the limit of Abbott and Okamura a quantised wall is passive",
           "[device-io]") {
-  // K ≤ min(2b/T, 2f/Δ): what the wall gave out in all, damping and friction have already taken
+  // K ≤ min(2b/T, 2f/Δ) (Abbott & Okamura 2005): damping and friction absorb the wall's energy
   const double b = 2, step = 40e-6;
   const double friction = GENERATE(0.02, 0.05, 0.2, 0.5);
   const double share = GENERATE(0.3, 0.95);
@@ -247,8 +247,7 @@ TEST_CASE("hand plant: far outside the limit of Abbott and Okamura a quantised w
   CHECK(largest > 10 * step);
 }
 
-// algorithms.md 8.3: with displacements y of the held steps the spring leaks, Σ K y_k(y_{k+1} −
-// y_k)
+// with displacements y of the held steps the spring leaks, Σ K y_k(y_{k+1} − y_k)
 TEST_CASE("hand plant: a held spring leaks half K times the sum of squared displacements",
           "[device-io]") {
   SimulatedHandConfig device = bare_device(0.1, 0.8);
@@ -261,13 +260,13 @@ TEST_CASE("hand plant: a held spring leaks half K times the sum of squared displ
     loop.step();
     const double y = loop.plant.p_B.x, dy = y - previous;
     squares += dy * dy;
-    paired += K * previous * dy;   // the force held with the displacement it was held over
+    paired += K * previous * dy;   // the held force paired with the displacement of its step
     wrongly_paired += K * y * dy;  // the backward difference
     previous = y;
   }
   const double potential = K / 2 * (previous * previous - start * start);
   const double size = K * (squares + start * start);
-  // work of the device = − work done on the spring: what the hand gets out
+  // work of the device = − work done on the spring: the energy that the hand receives
   CHECK(std::fabs(-loop.plant.energy.device_work - paired) <= tol(1e-12) * size);
   CHECK(std::fabs(paired - (potential - K / 2 * squares)) <= tol(1e-12) * size);
   CHECK(std::fabs(wrongly_paired - (potential + K / 2 * squares)) <= tol(1e-12) * size);

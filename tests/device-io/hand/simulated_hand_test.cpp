@@ -29,7 +29,7 @@ DeviceState read_at(Device& device, int64_t t_ns) {
   return state;
 }
 
-/// A spring around the centre, as a stand-in for a server.
+/// A spring to the centre in place of a server.
 std::vector<DeviceState> session(uint64_t seed, int ticks) {
   DeviceConfig config;
   config.hand.seed = seed;
@@ -153,7 +153,7 @@ TEST_CASE("simulated hand: a read one second late is bounded and flagged", "[dev
   CHECK(state.t_ns == 1000 * kMs);
   CHECK(hand.plant().t_ns == kMaxCatchUpNs);
   CHECK((state.flags & kDeviceLostTime) != 0);
-  // what was not lived through did not move it, and the next period is an ordinary one
+  // skipped time did not move it, and the next period is a normal one
   CHECK(norm(hand.plant().v_B) < 2);
   CHECK((read_at(hand, 1001 * kMs).flags & kDeviceLostTime) == 0);
   CHECK(hand.plant().t_ns == kMaxCatchUpNs + kMs);

@@ -21,7 +21,7 @@ constexpr double kAlgebra = 1e-12;
 constexpr int64_t kMs = 1'000'000;
 constexpr double kGap = 0.02;
 
-/// A hand that swings and turns: slow enough for a camera at 75 Hz.
+/// A hand that swings and turns slowly enough for a camera at 75 Hz.
 Vec3 position(double t) {
   return {0.05 * std::sin(2 * kPi * t), 0.03 * std::cos(2 * kPi * 0.7 * t), 0.1 * t};
 }
@@ -35,7 +35,7 @@ DeviceState sample_at(int64_t t_ns) {
   const double t = 1e-9 * static_cast<double>(t_ns);
   DeviceState sample{};
   sample.t_ns = t_ns;
-  // turned at the start, so that B and H are told apart
+  // rotated at the start, so that B and H differ
   sample.X_BH = {position(t), from_rotation_vector(t * kSpin) * from_rotation_vector({1, 2, -1})};
   sample.flags = kDeviceFresh | kDeviceHomed;
   return sample;
@@ -54,7 +54,7 @@ Vec3 rotation_between(const Quat& a, const Quat& b) {
 }  // namespace
 
 TEST_CASE("replay: a sample on the grid comes back bit for bit", "[device-io]") {
-  // 2 kHz, an odd start, one that carries its own twist and buttons
+  // 2 kHz, an odd start, one with its own twist and buttons
   std::vector<DeviceState> samples = recording(500'000, 400, 123'456'789);
   for (DeviceState& sample : samples) {
     sample.V_BH = {{0.1, 0.2, 0.3}, {1, 2, 3}};
@@ -64,7 +64,7 @@ TEST_CASE("replay: a sample on the grid comes back bit for bit", "[device-io]") 
   Replay replay(HandCurve(samples, Resampling::kCubic, kGap), 8);
   for (int k = 0; k < 200; ++k) {
     DeviceState state{};
-    // a late wake-up does not bend the trace
+    // a late wake-up does not distort the trace
     const int64_t deadline_ns = 9'000'000'000 + k * kMs;
     REQUIRE(replay.read({deadline_ns, deadline_ns + 300'000}, state));
     const DeviceState& sample = samples[static_cast<size_t>(2 * k)];
@@ -89,7 +89,7 @@ TEST_CASE("replay: a clock a microsecond off the samples still meets them exactl
 
 TEST_CASE("replay: 75 Hz becomes 1 kHz with cubic error", "[device-io]") {
   const int64_t period_ns = 1'000'000'000 / 75;
-  // the time stamps of a real recording are not even
+  // the time stamps of a real recording are uneven
   const bool uneven = GENERATE(false, true);
   std::vector<DeviceState> samples;
   for (int i = 0; i < 225; ++i) {
@@ -100,7 +100,7 @@ TEST_CASE("replay: 75 Hz becomes 1 kHz with cubic error", "[device-io]") {
   for (int64_t t_ns = samples[2].t_ns; t_ns < samples[222].t_ns; t_ns += kMs) {
     const DeviceState state = curve.at(t_ns);
     REQUIRE((state.flags & kDeviceFresh) != 0);
-    // a sample within a microsecond keeps its own time
+    // within a microsecond of a sample, the sample's own time is used
     REQUIRE(std::abs(state.t_ns - t_ns) <= 1000);
     const double t = 1e-9 * static_cast<double>(state.t_ns);
     worst_p = std::max(worst_p, norm(state.X_BH.p - position(t)));
@@ -177,12 +177,12 @@ TEST_CASE("replay: a hole is held, flagged, and left again", "[device-io]") {
     REQUIRE(state.X_BH == sample_at((in_hole ? 39 : k) * kMs).X_BH);
     if (!in_hole) continue;
     REQUIRE(state.V_BH == Twist{});
-    REQUIRE(state.t_ns == 39 * kMs);  // when that pose was true
+    REQUIRE(state.t_ns == 39 * kMs);  // the time of that pose
   }
 }
 
 TEST_CASE("replay: slopes do not look across a hole", "[device-io]") {
-  // still, then a hole in which the hand went elsewhere
+  // at rest, then a gap in which the hand moved elsewhere
   std::vector<DeviceState> samples;
   for (int i = 0; i < 10; ++i) samples.push_back(sample_at(i * kMs));
   for (DeviceState& sample : samples) sample.X_BH = {{0.1, 0, 0}, {}};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Answers matched to questions, shown a board that is written here from the description of the
-// firmware, honest and with each way of being late or frozen.
+// Matching of answers to questions, with a board written here from the description of the firmware,
+// honest and with each way of being late or frozen.
 #include "device-io/woodenhaptics/answer_match.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using haptic::AnswerMatch;
 
 namespace {
 
-/// What a firmware says to a text: an error for each ']' in it.
+/// The firmware's answer to a text: an error for each ']' in it.
 std::deque<int> answers_to(std::string_view text) {
   std::deque<int> out;
   std::string line;
@@ -28,7 +28,7 @@ std::deque<int> answers_to(std::string_view text) {
   return out;
 }
 
-/// A question each tick as long as nothing is awaited, else again after five: as the driver does.
+/// Like the driver: a question in each tick if none is pending, else again after five ticks.
 struct Line {
   AnswerMatch match;
   int waited = 0, questions = 0, challenges = 0, accepted = 0;
@@ -71,7 +71,7 @@ TEST_CASE("answers: an honest device is believed, and every tick has its sample"
 
 TEST_CASE("answers: the same answer for ever is noticed and never believed again", "[device-io]") {
   Line line;
-  // to each line, or to each write
+  // per line, or per write
   const bool to_lines = GENERATE(false, true);
   const int before = GENERATE(0, 7, 20, 39);
   for (int i = 0; i < before; ++i) line.hear(line.ask());
@@ -116,7 +116,7 @@ TEST_CASE("answers: from a queue they are noticed, however long it is", "[device
 TEST_CASE("answers: old ones before the new ones are noticed, wherever the reads fall",
           "[device-io]") {
   const size_t old = GENERATE(1, 2, 5);
-  // the old ones at once, the new ones a tick later; or all at once
+  // the old answers at once and the new ones a tick later; or all at once
   const bool split = GENERATE(false, true);
   Line line;
   std::deque<int> late;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Noise of encoders told from motion: paths in closed form, and recorded hands.
+// Encoder noise against motion: paths in closed form, and recorded hands.
 #include "device-io/woodenhaptics/encoder_noise.h"
 
 #include <algorithm>
@@ -22,10 +22,10 @@ using haptic::MotorCounts;
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr double kCount = 33e-6;  // of an encoder at the tip, the finest there is [m]
+constexpr double kCount = 33e-6;  // finest count of an encoder, at the tip [m]
 
-/// Ticks until a path in metres is taken for noise; -1: never. Each sample is taken `sampled_ms`
-/// after its question, which is answered a tick after it.
+/// Ticks until a path in metres is classified as noise; -1: never. Each sample is taken
+/// `sampled_ms` after its question, which is answered a tick after it.
 int noisy_after(
     const std::function<double(double)>& path, int ticks,
     const std::function<double()>& sampled_ms = [] { return 0.25; }) {
@@ -46,15 +46,15 @@ TEST_CASE("noise: nothing a hand does is noise", "[device-io]") {
   const auto sine = [pi2](double amplitude, double hertz) {
     return [=](double t) { return amplitude * std::sin(pi2 * hertz * t); };
   };
-  // sampled at any instant from question to answer: the velocity seems to jump by as much as it is
+  // sampled at any instant between question and answer: velocity errors as large as the velocity
   std::minstd_rand random;
   const auto any = [&random] { return std::uniform_real_distribution<double>(0, 0.999)(random); };
   CHECK(noisy_after(sine(0.1, 10 / pi2), 60'000, any) == -1);  // 10 rad/s, 1 m/s
   CHECK(noisy_after(sine(1e-3, 12), 60'000, any) == -1);       // the strongest tremor
   CHECK(noisy_after(sine(5e-3, 12), 60'000, any) == -1);
-  CHECK(noisy_after(sine(1e-3, 50), 60'000, any) == -1);  // a wall that buzzes, 98 m/s²
+  CHECK(noisy_after(sine(1e-3, 50), 60'000, any) == -1);  // a vibrating wall, 98 m/s²
   CHECK(noisy_after([](double) { return 0.0; }, 60'000) == -1);
-  // a count that flickers
+  // a flickering count
   CHECK(noisy_after([&](double) { return any() * 1.9 * kCount; }, 60'000) == -1);
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("noise: a slap of 1.5 m/s that rebounds is not noise", "[device-io]") 
     return v * (s - touch);
   };
   CHECK(noisy_after(slap, 60'000) == -1);
-  // and on a stop as hard as steel: one turn that cannot be
+  // and on a stop as hard as steel: one implausible reversal
   const auto stop = [=](double t) { return v * std::fabs(std::fmod(t, 0.25) - 0.1); };
   CHECK(noisy_after(stop, 60'000) == -1);
 }
@@ -108,7 +108,7 @@ TEST_CASE("noise: it holds until the encoders have been quiet, and one jump is n
 }
 
 TEST_CASE("noise: a longer time between samples allows a larger turn", "[device-io]") {
-  // 20 ms apart nothing is known: 5 mm back and forth is a hand that shakes
+  // samples 20 ms apart decide nothing: 5 mm back and forth may be a shaking hand
   EncoderNoise noise;
   for (int i = 0; i < 1000; ++i) {
     noise.add({i % 2 == 0 ? 50 : -50, 0, 0}, 20 * i * kMs, (20 * i + 1) * kMs);
@@ -118,7 +118,7 @@ TEST_CASE("noise: a longer time between samples allows a larger turn", "[device-
 
 namespace {
 
-/// A column of a recording against its first, sampled at 1 kHz by straight lines in between.
+/// A column of a recording over its first, sampled at 1 kHz with linear interpolation.
 std::function<double(double)> column_of(const std::string& path, size_t column, double scale) {
   std::ifstream file(path);
   std::string line;
@@ -141,7 +141,7 @@ std::function<double(double)> column_of(const std::string& path, size_t column, 
 }  // namespace
 
 TEST_CASE("noise: no recorded hand is noise", "[device-io]") {
-  constexpr double kLever = 0.075;  // [m] of arm
+  constexpr double kLever = 0.075;  // lever arm [m]
   const std::string tue = "tue-1dof-bilateral/", epfl = "epfl-wiping/";
   for (const char* name : {"m2_question1c_foam", "m2_question1c_free_motion", "m2_question1c_rigid",
                            "m2_question1c_spring", "question1a_foam", "question1a_free_motion",

@@ -21,7 +21,7 @@ Vec3 random_vector() {
           GENERATE(take(5, random(-1.0, 1.0)))};
 }
 
-/// A pose within the workspace: a box of 16 cm around the origin.
+/// A position within the workspace: a box of 16 cm around the origin.
 Vec3 random_place() {
   return 0.08 * random_vector();
 }
@@ -29,7 +29,7 @@ Vec3 random_place() {
 }  // namespace
 
 TEST_CASE("woodenhaptics: at home the upper arm stands and the forearm lies", "[device-io]") {
-  // x = Lc − 0.22, z = La + Lb − 0.08, by hand from the lengths of the reference
+  // x = Lc − 0.22, z = La + Lb − 0.08, by hand from the lengths of the device
   CHECK_THAT(joint_angles(kArm, {0, 0, 0}), IsNear({0, 0, std::numbers::pi / 2}, kAlgebra));
   CHECK_THAT(tip_position(kArm, joint_angles(kArm, {0, 0, 0})),
              IsNear({0.025, 0, 0.205}, kAlgebra));
@@ -49,7 +49,7 @@ TEST_CASE("woodenhaptics: encoder counts turn the bodies as the reference says",
 }
 
 TEST_CASE("woodenhaptics: one count moves the tip by what the reference gives", "[device-io]") {
-  // devices.md 4: 2π · 0.245 / 2000 / 12 = 64 µm
+  // 2π · 0.245 / 2000 / 12 = 64 µm
   const Vec3 before = tip_position(kArm, joint_angles(kArm, {0, 0, 0}));
   const Vec3 after = tip_position(kArm, joint_angles(kArm, {0, 0, 1}));
   CHECK(norm(after - before) == Approx(64.14e-6).epsilon(1e-3));

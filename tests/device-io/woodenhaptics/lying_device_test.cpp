@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The driver and an emulated board that lies: frozen, late or noisy. And boards that do not,
-// however little they move.
+// The driver and an emulated board that lies: frozen, late or noisy. And honest boards that hardly
+// move.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -22,8 +22,7 @@ constexpr double kStiffness = 500;       // of the wall [N/m]
 constexpr int kFoundWithin = 100;        // as documented [ticks]
 constexpr uint32_t kDoubt = kDeviceStale | kDeviceNoisy;
 
-/// A hand of this kind that means to be `press` below the origin for ever, and trembles by a tenth
-/// of a millimetre.
+/// A hand of this kind that constantly aims `press` below the origin, with a tremor of 0.1 mm.
 EmulatedDeviceOptions pressing(const char* hand, double press) {
   EmulatedDeviceOptions options;
   options.hand.mass = 0.15;
@@ -38,7 +37,7 @@ EmulatedDeviceOptions pressing(const char* hand, double press) {
   return options;
 }
 
-/// A wall at z = 0 under the hand, and what the driver says of the board, tick by tick.
+/// A wall at z = 0 under the hand, and the driver's flags, tick by tick.
 struct Wall {
   EmulatedWoodenHaptics device;
   DeviceState state{};
@@ -57,7 +56,7 @@ struct Wall {
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) step();
   }
-  /// Ticks until a flag is seen; -1: it was not, within so many.
+  /// Ticks until a flag is set; -1: not within so many.
   int ticks_until(uint32_t flag, int most) {
     for (int i = 0; i < most; ++i) {
       step();
@@ -71,7 +70,7 @@ struct Wall {
   }
 };
 
-/// Said by this flag within the stated time, and then the motors are off.
+/// The flag is set within the documented time, and then the motors are off.
 void check_found(Wall& w, uint32_t flag) {
   const int found = w.ticks_until(flag, 1000);
   CAPTURE(found);
@@ -90,7 +89,7 @@ TEST_CASE("lying device: frozen, it is found and gets zero", "[device-io]") {
   REQUIRE((w.seen & kDoubt) == 0);
   w.device.board().lie(EmulatorFault::kFrozen);
   check_found(w, kDeviceStale);
-  // and for as long as it lasts
+  // and as long as it lasts
   w.run(2000);
   CHECK((w.state.flags & kDeviceStale) != 0);
   CHECK(w.largest_current() == 0);
@@ -127,7 +126,7 @@ TEST_CASE("lying device: once it is honest again the driver says so", "[device-i
 }
 
 TEST_CASE("lying device: a clamped handle at full force is no fault", "[device-io]") {
-  // nothing moves by as much as a count: the encoders say the same for ten minutes
+  // no motion reaches a count: the encoders are constant for ten minutes
   EmulatedDeviceOptions clamped = pressing("stiff-arm", 0.0095);
   clamped.hand.hand_stiffness = 1e6;
   clamped.hand.intent.tremor_amplitude = 0;
@@ -153,7 +152,7 @@ TEST_CASE("lying device: a servo that is held up, and lines of hapticd meanwhile
   w.run(100);
   for (int round = 0; round < 300; ++round) {
     w.run(1 + round % 7);
-    // up to four, of which some meet each other in the queue
+    // up to four, some of which overtake each other in the queue
     for (int i = 0; i < round % 5; ++i) {
       w.device.board().receive({kZeroCommand.data(), kZeroCommand.size()});
       if (round % 2 == 0) w.device.pass(kStart + (w.tick + i) * kMs);
@@ -167,7 +166,7 @@ TEST_CASE("lying device: a servo that is held up, and lines of hapticd meanwhile
 }
 
 TEST_CASE("lying device: an honest one behind a busy machine is believed, however late it is") {
-  // bytes that wait for a processor, up to what a device may be silent; by a constant or by chance
+  // bytes delayed for lack of a processor, up to the allowed silence; constant or random
   const int most_ms = GENERATE(3, 6, 9, 12, 15), by_chance = GENERATE(0, 1);
   Wall wall(pressing("stiff-arm", 5e-3));
   wall.run(200);
@@ -185,7 +184,7 @@ TEST_CASE("lying device: an honest one behind a busy machine is believed, howeve
   CAPTURE(most_ms, by_chance, lost);
   CHECK((wall.seen & kDoubt) == 0);
   CHECK(lost == 0);
-  // and as soon as the machine is idle again it is as before
+  // and as soon as the machine is idle again, everything is as before
   wall.device.delay_ns = 0;
   wall.run(100);
   CHECK((wall.state.flags & (kDeviceLost | kDeviceHomed | kDoubt)) == kDeviceHomed);

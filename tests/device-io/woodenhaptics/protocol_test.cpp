@@ -101,7 +101,7 @@ TEST_CASE("protocol: random bytes give no answer out of range of the reader and 
     text += likely ? kLikely[random() % kLikely.size()] : static_cast<char>(random());
   }
   answers_in(text);
-  // whatever came, a line end and a whole line are read
+  // after any input, a line end and a whole line are read
   REQUIRE(answers_in(text + kGood).size() >= 1);
   CHECK(is_good(answers_in(text + kGood).back()));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The driver on a real node (a pseudo-terminal), the device's part played by the test.
+// The driver on a real node (a pseudo-terminal), with the test acting as the device.
 #include "device-io/woodenhaptics/woodenhaptics.h"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ std::string answer_of(const MotorCounts& n, int error = 0) {
          ",0,0,0," + std::to_string(error) + "]\n";
 }
 
-/// A driver, its line, and a clock that the test moves.
+/// A driver, its line, and a clock controlled by the test.
 struct Bench {
   PtyLine line;
   std::unique_ptr<Device> device;
@@ -67,7 +67,7 @@ struct Bench {
     t_ns += later_ns;
     return device->read({t_ns, t_ns}, state);
   }
-  /// A tick in which the device answers the line of the tick before.
+  /// A tick in which the device answers the line of the previous tick.
   bool tick(const Vec3& force_B, const MotorCounts& counts) {
     line.say(answer_of(counts));
     const bool fresh = read();
@@ -90,7 +90,7 @@ std::string line_for(const Vec3& amperes) {
 TEST_CASE("woodenhaptics driver: encoder counts become a pose of the tick that asked",
           "[device-io]") {
   Bench b;
-  // nothing was asked yet: the pose of the greeting, held
+  // no question yet: the pose of the greeting, held
   CHECK_FALSE(b.read());
   CHECK(b.has(kDeviceHeld));
   CHECK_FALSE(b.has(kDeviceFresh));
@@ -136,7 +136,7 @@ TEST_CASE("woodenhaptics driver: a force beyond the motors is shortened, its dir
   b.read();
   b.device->write({});
   b.line.hear();
-  const Vec3 force_B{0, 4.5, 0.6};  // shorter than 5 N, but more than two amperes of a motor
+  const Vec3 force_B{0, 4.5, 0.6};  // less than 5 N, but more than two amperes in one motor
   const Vec3 wanted = motor_currents(kArm, joint_angles(kArm, counts), force_B);
   const double largest = std::max({std::fabs(wanted.x), std::fabs(wanted.y), std::fabs(wanted.z)});
   REQUIRE(largest > 2);
@@ -144,7 +144,7 @@ TEST_CASE("woodenhaptics driver: a force beyond the motors is shortened, its dir
   CHECK(b.line.hear() == line_for(2 / largest * wanted));
   b.tick({}, counts);
   CHECK(b.has(kDeviceSaturated));
-  // and 50 N is cut to the 5 N of the device first
+  // 50 N is first limited to the device's 5 N
   b.line.hear();
   b.tick({0, 0, 50}, counts);
   const Vec3 five = motor_currents(kArm, joint_angles(kArm, counts), {0, 0, 5});
@@ -193,7 +193,7 @@ TEST_CASE("woodenhaptics driver: an answer with an error holds old counts and is
   CHECK_FALSE(b.read());
   CHECK(b.has(kDeviceHeld));
   CHECK(b.state.X_BH.p == before_B);
-  // and it is an answer all the same: the next line goes out at once
+  // but it is an answer: the next line is sent at once
   b.line.hear();
   b.device->write({});
   CHECK_FALSE(b.line.hear(100).empty());
@@ -211,7 +211,7 @@ TEST_CASE("woodenhaptics driver: noise, torn lines and another model are no samp
   CHECK_FALSE(b.read());
   CHECK_THAT(b.state.X_BH.p, IsNear({0.025, 0, 0.205}, 1e-12));
   b.device->write({});
-  // what was torn does not spoil the next one
+  // a torn answer does not spoil the next one
   CHECK(b.tick({}, {1, 2, 3}));
   CHECK(b.state.X_BH.p == tip_position(kArm, joint_angles(kArm, {1, 2, 3})));
 }
@@ -222,7 +222,7 @@ TEST_CASE("woodenhaptics driver: a flood of bytes costs one read a bounded amoun
   b.device->write({});
   b.line.say(std::string(3000, 'x'));
   b.line.say(answer_of({7, 7, 7}));
-  // 1 KiB a tick: the third read comes to the end of it
+  // 1 KiB per tick: the third read reaches its end
   int ticks = 0;
   while (!b.read(kMs / 10)) {
     ++ticks;
@@ -244,14 +244,14 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
     b.device->write({{0, 0, 2}, {}});
   }
   CHECK(silent == 21);
-  // what is said from now on is zero
+  // every command from now on is zero
   b.line.hear(50);
   for (int i = 0; i < 20; ++i) {
     b.read();
     b.device->write({{0, 0, 2}, {}});
   }
   CHECK(b.line.hear() == kZeroCommand);
-  // it answers again: the jump meanwhile is no velocity
+  // it answers again: the jump in between is not a velocity
   CHECK_FALSE(b.tick({0, 0, 2}, {3000, 0, 0}));
   CHECK(b.tick({}, {3000, 0, 0}));
   CHECK_FALSE(b.has(kDeviceLost));
@@ -270,8 +270,8 @@ TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any fo
   }
   REQUIRE(b.has(kDeviceLost));
   b.line.hear();
-  // the first answer is one that was under way when it fell silent: the lines since lie in a heap,
-  // and the firmware drops heaps
+  // the first answer was under way when the device fell silent: the lines since then are queued,
+  // and the firmware drops queued lines
   CHECK_FALSE(b.tick({0, 0, 2}, {10, 0, 0}));
   CHECK(b.has(kDeviceLost));
   CHECK(b.line.hear() == kZeroCommand);
@@ -279,7 +279,7 @@ TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any fo
   CHECK_FALSE(b.read());
   b.device->write({{0, 0, 2}, {}});
   CHECK(b.line.hear() == kZeroCommand);
-  // that one it has obeyed
+  // that line was obeyed
   CHECK(b.tick({0, 0, 2}, {10, 0, 0}));
   CHECK_FALSE(b.has(kDeviceLost));
   CHECK(b.line.hear() != kZeroCommand);
@@ -314,7 +314,7 @@ TEST_CASE("woodenhaptics driver: after a pause of the loop the force does not ju
   b.read(pause_ms * kMs);
   b.device->write({{0, 0, 2}, {}});
   CHECK(b.has(kDeviceFresh));
-  // the firmware lets go after 100 ms
+  // the firmware releases the motors after 100 ms
   CHECK(b.has(kDeviceLost) == (pause_ms > 100));
   CHECK((b.line.hear() == kZeroCommand) == (pause_ms > 100));
   // and the answer to the next line confirms the zero
@@ -346,7 +346,7 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
   b.read();
   b.device->write({});
   for (int n = 0; n <= 200; ++n) {
-    // an honest device: a line that is no command is answered as such, before the question
+    // an honest device answers an invalid line as such, before the question
     const std::string asked = b.line.hear();
     const std::string echo =
         asked.rfind("[]", 0) == 0 ? answer_of({0, 0, 5 * n - 5}, 512) : std::string();
@@ -354,7 +354,7 @@ TEST_CASE("woodenhaptics driver: the velocity follows a ramp", "[device-io]") {
     REQUIRE(b.read());
     b.device->write({});
   }
-  // 5 counts of the forearm a millisecond, at the pose half a tick before
+  // 5 counts of the forearm per millisecond, at the pose half a tick earlier
   const Vec3 per_count_B = tip_position(kArm, joint_angles(kArm, {0, 0, 1000})) -
                            tip_position(kArm, joint_angles(kArm, {0, 0, 999}));
   CHECK_THAT(b.state.V_BH.v, IsNear(5 / 1e-3 * per_count_B, 2e-3));
@@ -367,7 +367,7 @@ TEST_CASE("woodenhaptics driver: stop sends zero until it is confirmed, and take
   b.device->write({});
   b.tick({0, 0, 2}, {0, 0, 0});
   b.line.hear();
-  // nobody answers: some times, for 40 ms
+  // no answers, several times, for 40 ms
   const int64_t begin_ns = now_ns();
   b.device->stop();
   CHECK(now_ns() - begin_ns < 500 * kMs);
@@ -376,7 +376,7 @@ TEST_CASE("woodenhaptics driver: stop sends zero until it is confirmed, and take
   CHECK(said.size() <= 8 * kZeroCommand.size());
   while (said.starts_with(kZeroCommand)) said.erase(0, kZeroCommand.size());
   CHECK(said.empty());
-  // one that answers is told no more
+  // a device that answers is not sent more
   std::string told;
   std::thread device([&] {
     told = b.line.hear();
@@ -398,7 +398,7 @@ TEST_CASE("woodenhaptics driver: stop is obeyed by a firmware that was held up m
   b.device->write({});
   b.line.hear();
   EmulatedDevice firmware({}, now_ns());
-  b.tick({0, 0, 2}, {0, 0, 0});  // its line waits, and meets the zero
+  b.tick({0, 0, 2}, {0, 0, 0});  // its line waits, and is replaced by the zero
   std::atomic<bool> ending{false};
   std::thread device([&] {
     DeadlineClock clock(kMs / 4);
@@ -449,7 +449,7 @@ TEST_CASE("woodenhaptics driver: it drives a node that is open already", "[devic
 
 TEST_CASE("woodenhaptics driver: a firmware that waits for its button is not homed",
           "[device-io]") {
-  // the first encoder is a sine, the second repeats the first current
+  // the first encoder follows a sine, the second repeats the first current
   Bench b({}, answer_of({8000, 0, 0}));
   CHECK(b.device->description().find("NOT HOMED") != std::string::npos);
   b.read();

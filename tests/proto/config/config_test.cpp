@@ -26,7 +26,7 @@ using test::scene_with;
 
 constexpr double kRounding = 1e-15;  // relative: one multiplication by a decimal factor
 
-/// Sets a variable of the environment for the life of the object.
+/// Sets an environment variable for the lifetime of the object.
 class Environment {
  public:
   Environment(const char* name, const std::string& value) : name_(name) {
@@ -398,7 +398,7 @@ TEST_CASE("config: a material with a grating and one with an image") {
   CHECK(config.images[0].grey[1] == 255);
   CHECK(config.images[0].grey[2] == 51);
 
-  // binary pixels, and files that will not do
+  // binary pixels, and unusable files
   std::ofstream(folder / "grain.pgm", std::ios::binary) << "P5 2 1 255\n" << '\x0a' << '\xff';
   config = with(image);
   CHECK(config.images[0].grey[0] == 10);

@@ -35,7 +35,7 @@ TEST_CASE("config: a tool and the voxels reach their fields, and follow the size
   CHECK(voxel.offset_layers == 1);
   CHECK(voxel.field == 0);
   CHECK(voxel.open_as_sheet == 1);
-  // one layer, and what is beyond it
+  // one layer, and invalid values
   CHECK(voxel.band == (1 + kBandVoxels) * voxel.size);
   CHECK(voxel.point_spacing == voxel.size);
   CHECK(voxel.stiffness == 2000);
@@ -130,7 +130,7 @@ TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has
     CHECK(config.rigid.k_s == 0.5);
     CHECK(config.rigid.margin == 2e-6);
     CHECK(config.rigid.moves == 3);
-    // what the soft renderers are told does not let the hand meet the contacts itself
+    // the soft renderers' settings keep the hand from meeting the contacts directly
     CHECK(has_springs(config.proxy, config.renderer));
     CHECK_FALSE(has_springs(config.proxy, Renderer::kVoxel));
     const std::string error = error_of(scene(name, false) + rigid);
@@ -159,11 +159,11 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(stiff[0].find("two-port margin") != std::string::npos);
   CHECK(warned(hand, "stiffness = \"1100 N/m\"\ndamping = \"0.4 N·s/m\"\n").empty());
   CHECK(warned(hand, "stiffness = \"1200 N/m\"\ndamping = \"0.4 N·s/m\"\n").size() == 1);
-  // a device feels its own metres and newtons: s φ = 4
+  // a device has its own metres and newtons: s φ = 4
   CHECK(
       warned(hand, "stiffness = \"600 N/m\"\n[map]\nmotion_scale = 2\nforce_scale = 2\n").size() ==
       1);
-  // without a proxy it is the contacts that the hand feels
+  // without a proxy the hand feels the contacts directly
   const std::string direct = "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n[proxy]\n";
   const auto felt = [&](const std::string& stiffness) {
     return config_warnings(
@@ -174,7 +174,7 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(felt("1900 N/m").empty());
   REQUIRE(felt("2 kN/m").size() == 1);
   CHECK(felt("2 kN/m")[0].find("contact_stiffness in [proxy]") != std::string::npos);
-  // turning has margins of its own where the device has torque and says what it is made of
+  // rotation has its own margin if the device has torque and states its inertia
   const std::string torque =
       "max_torque = \"0.1 N·m\"\ninertia = \"1e-4 kg·m²\"\n"
       "rotational_damping = \"1e-3 N·m·s/rad\"\n";

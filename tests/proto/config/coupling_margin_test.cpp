@@ -11,8 +11,8 @@ using namespace haptic::test;
 
 namespace {
 
-/// Swings of a device of mass m and damping b, stepped exactly through the hold, on a coupling to a
-/// proxy: held fast, or a free mass integrated implicitly. Returns last over first energy.
+/// Swings of a device of mass m and damping b, stepped exactly through the hold, coupled to a proxy
+/// that is fixed or a free mass integrated implicitly. Returns last energy over first.
 double swing(const CoupledAxis& axis, double proxy_mass) {
   const double T = axis.period, m = axis.mass, b = axis.damping;
   const double e = std::exp(-b / m * T);
@@ -63,7 +63,7 @@ TEST_CASE("coupling margin: more stiffness has less margin, more damping of the 
 TEST_CASE("coupling margin: what has a margin is stable, held fast and free", "[proto][trap]") {
   Random random(5);
   int with_both = 0, without = 0, alone_is_not_enough = 0;
-  // algorithms.md 2.4: 200 settings with a margin, none of them unstable
+  // 200 settings with a margin, none of them unstable
   const int wanted = static_cast<int>(trials(200));
   while (with_both < wanted) {
     CoupledAxis axis;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One rule for quantities: what is wrong with the text, and what is known. The same at the doors of
-// the programs: tests/process/words_test.cpp.
+// One rule for quantities: errors in the text, and known units. The same at the inputs of the
+// programs: tests/process/quantities_test.cpp.
 #include "proto/config/quantity.h"
 
 #include <catch2/catch.hpp>
@@ -18,7 +18,7 @@
 namespace haptic {
 namespace {
 
-/// What is wrong with a length; empty: nothing.
+/// The error message for a length; empty if it is valid.
 std::string problem_of(const std::string& text, const Range& range = kAny,
                        const std::string& bare_unit = "") {
   try {
@@ -29,7 +29,7 @@ std::string problem_of(const std::string& text, const Range& range = kAny,
   }
 }
 
-/// What a command line with `--size` and `--friction` says on standard error.
+/// Standard error of a command line with `--size` and `--friction`.
 struct Typed {
   std::optional<int> code;
   std::string said;

@@ -9,14 +9,14 @@
 
 namespace haptic::test {
 
-/// What is left out of, or weakened in, a ring.
+/// The step left out of a ring, or the weakened memory order.
 enum class Defect {
   kNone,
   // steps
-  kNoRecheck,         // the reader does not look at the ticket again after the copy
+  kNoRecheck,         // the reader does not check the ticket again after the copy
   kOddTicketDropped,  // the writer does not mark the slot while it overwrites it
-  kHeadFirst,         // the count goes up before the payload is there
-  // memory orders, each weakened to relaxed; x86 runs all of these but the memory model does not
+  kHeadFirst,         // the count is incremented before the payload is written
+  // memory orders, each weakened to relaxed; x86 masks all of these, the memory model does not
   kRelaxedHead,
   kRelaxedWords,
   kRelaxedTicket,
@@ -25,8 +25,8 @@ enum class Defect {
   kRelaxedWordLoads,
 };
 
-/// proto/ipc/ring.h with one defect: what the tests of the ring must catch. With kNone it is the
-/// same ring, so that a test which catches the others because of this copy would be seen.
+/// proto/ipc/ring.h with one defect that the tests of the ring must catch. With kNone it equals the
+/// ring, which shows that a test catches the defect and not the copy.
 template <typename T, uint64_t kSlots, Defect kDefect,
           template <typename> class Atomic = std::atomic>
 class BrokenRing {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for proto/ipc/control_socket.cpp: hapticd's end and its peers, in one process and beside
-// it.
+// Tests for proto/ipc/control_socket.cpp: hapticd's end and its peers, in one process and in
+// several.
 #include "proto/ipc/control_socket.h"
 
 #include <poll.h>
@@ -19,7 +19,7 @@
 namespace haptic {
 namespace {
 
-/// A peer that speaks when it wants to.
+/// A peer controlled by the test.
 class Peer {
  public:
   explicit Peer(const std::string& path)
@@ -34,7 +34,7 @@ class Peer {
   void say(const std::string& line) const {
     send(socket_.get(), line.data(), line.size(), MSG_NOSIGNAL);
   }
-  /// What is there to hear now; "-" for nothing, empty when the other end has hung up.
+  /// The available text; "-" if there is none, empty if the other end has hung up.
   std::string hear() const {
     pollfd waiting{socket_.get(), POLLIN, 0};
     if (poll(&waiting, 1, 0) <= 0) return "-";
@@ -73,7 +73,7 @@ TEST_CASE("control socket: an answer goes to who asked, however late, and to nob
   }
   b.serve();
   REQUIRE(b.said.size() == 1);
-  // the next one may well be given the descriptor of the one that left
+  // the next peer may be given the descriptor of the one that left
   const Peer next(b.path);
   b.serve();
   b.server.answer(b.said[0].first, "ok");

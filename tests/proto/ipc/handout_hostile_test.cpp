@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a peer that means harm, or too many of them, can do to hapticd's sockets.
+// Malicious or too many peers at hapticd's sockets.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/file.h>
@@ -58,7 +58,7 @@ void send_descriptors(int socket, size_t size, size_t count) {
   REQUIRE(sendmsg(socket, &message, MSG_NOSIGNAL) == static_cast<ssize_t>(size));
 }
 
-/// Serves until the condition holds; false: it never did.
+/// Serves until the condition holds; false if it never did.
 template <typename Condition>
 bool serve_until(HandoutServer& server, Condition holds) {
   const int64_t give_up = now_ns() + kPatienceNs;
@@ -70,8 +70,8 @@ bool serve_until(HandoutServer& server, Condition holds) {
   return true;
 }
 
-/// Runs the body as another user, in a process of its own, while `meanwhile` is called; its exit
-/// code.
+/// Runs the body as another user in a separate process while `meanwhile` is called; returns its
+/// exit code.
 int as_stranger(const std::function<int()>& body, const std::function<void()>& meanwhile) {
   const pid_t pid = fork();
   if (pid == 0) {
@@ -93,7 +93,7 @@ bool may_become_stranger() {
   return false;
 }
 
-/// What the server says to a connection before it hangs up; empty: it serves it.
+/// The server's message to a connection before it hangs up; empty if it is served.
 std::string refusal_of(const FileDescriptor& socket) {
   Attachments attachments{FileDescriptor(dup(socket.get()))};
   attachments.start();
@@ -129,7 +129,7 @@ TEST_CASE("handout: a child that sends two descriptors at once leaks none and of
   send_descriptors(child.get(), sizeof(Announcement), 2);
   server.serve([&](const Announcement&, int) { ++offers; });
   CHECK(offers == 0);
-  // the server's end of the pair is gone with the peer
+  // the server's end of the pair is closed with the peer
   CHECK(open_descriptors() == before - 1);
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("handout: one user cannot keep others out, and is told that he is one 
           told += refusal_of(socket).find("user 65534 already watches this session 16 times") == 0;
           if (told == 10) break;
         }
-        // still connected: the owner comes now
+        // still connected: now the owner connects
         sleep_until(now_ns() + kNsPerSecond / 2);
         return told;
       },
@@ -175,7 +175,7 @@ TEST_CASE("handout: where no descriptor is left nobody is served, and children s
     const rlimit few{120, 120};
     if (setrlimit(RLIMIT_NOFILE, &few) != 0) _exit(10);
     HandoutServer server("few");
-    // the client's ends are in a process of their own
+    // the clients' ends are in a separate process
     const pid_t crowd = fork();
     if (crowd == 0) {
       std::vector<FileDescriptor> sockets;
@@ -188,7 +188,7 @@ TEST_CASE("handout: where no descriptor is left nobody is served, and children s
       sleep_until(now_ns() + 1'000'000);
     }
     int code = server.n_clients() > 20 && server.n_clients() < 100 ? 0 : 1;
-    // nobody waits at the door for ever: that would keep the loop awake
+    // no connection stays pending for ever: that would keep the loop busy
     pollfd waiting{server.poll_fd(), POLLIN, 0};
     if (poll(&waiting, 1, 0) != 0) code = 2;
     try {
@@ -273,8 +273,8 @@ TEST_CASE(
     CHECK((status.st_mode & 0777) == 0600);
     CHECK(message().find("hapt stop --session locked") != std::string::npos);
   }
-  // of a server that is gone, and held by a process that is no hapticd: nobody is named as one to
-  // kill. That pid runs, but did not begin then
+  // the lock of a server that is gone, held by another process: no pid is suggested to kill. That
+  // pid exists, but its process started later
   std::ofstream(path) << getppid() << " 1";
   const pid_t holder = fork();
   if (holder == 0) {

@@ -53,7 +53,7 @@ void announce(HandoutServer& server, SegmentWriter<SimChannels>& writer) {
   server.announce(SegmentId::kSim, writer.header().generation, "sim", writer.fd());
 }
 
-/// A client of its own connection that reads the scene frames.
+/// A client with its own connection that reads the scene frames.
 struct Client {
   Attachments attachments;
   SimRing frames;
@@ -77,7 +77,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Forks a writer of frames numbered from 0 that publishes without end; kill() it.
+/// Forks a writer that publishes frames numbered from 0 without end; stop it by kill().
 class ForkedWriter {
  public:
   ForkedWriter(FileDescriptor socket, uint64_t generation) {
@@ -140,7 +140,7 @@ TEST_CASE("handout: a late joiner starts at the newest item, or at the oldest th
   publish(writer, before, 1);
   REQUIRE(newest.frames.next(out));
   CHECK(out.seq == before);
-  // what happened before it came is not lost: it was not there to lose it
+  // items from before its connection do not count as lost
   CHECK(newest.frames.lost() == 0);
   CHECK(oldest.frames.lost() == 0);
 }
@@ -160,7 +160,7 @@ TEST_CASE("handout: the old writer's items are read to the end before its succes
   publish(second, 200, 1);
   publish(third, 300, 1);
   announce(server, second);
-  announce(server, second);  // again: means the same
+  announce(server, second);  // again: no change
   announce(server, third);
   std::vector<uint64_t> seen;
   REQUIRE(serve_until(server, [&] {
@@ -171,7 +171,7 @@ TEST_CASE("handout: the old writer's items are read to the end before its succes
   CHECK(client.frames.lost() == 0);
   CHECK(client.frames.generation() == 3);
 
-  // an old generation never takes the place of a newer one
+  // an old generation never replaces a newer one
   announce(server, first);
   Client late("restart");
   REQUIRE(serve_until(server, [&] { return late.frames.next(out); }));
@@ -198,7 +198,7 @@ TEST_CASE(
   offer_segment(sender.get(), SegmentId::kSim, 5, "sim", first.fd());
   offer_segment(sender.get(), SegmentId::kSim, 2, "sim", second.fd());
   offer_segment(sender.get(), SegmentId::kSim, 1, "sim", first.fd());
-  // announcements are taken in order: once this one is there, so are the others
+  // announcements are processed in order: once this one is there, so are the others
   offer_segment(sender.get(), SegmentId::kControl, 1, "control", last.fd());
   const int64_t give_up = now_ns() + kPatienceNs;
   while (controls.channels() == nullptr && now_ns() < give_up) sleep_until(now_ns() + 1'000'000);
@@ -246,7 +246,7 @@ TEST_CASE("handout: the latest item survives its writer until there is a newer o
     return client.frames.generation() == 2;
   }));
   CHECK(out.seq == 5);
-  // the source has gone on, the item in hand is still the old writer's
+  // the source has moved on, the item in hand is still the old writer's
   CHECK(client.frames.item_generation() == 1);
   publish(second, 50, 2);
   REQUIRE(client.frames.latest(out));
@@ -259,7 +259,7 @@ TEST_CASE("handout: kill -9 of a writer at any moment loses nothing uncounted") 
   std::mt19937_64 random(5);
   for (int round = 0; round < 12; ++round) {
     HandoutServer server("killed");
-    // a view of hapticd's own on each generation says how much there was
+    // hapticd's own view of each generation says how many items there were
     std::vector<std::unique_ptr<SegmentView<SimChannels>>> views;
     const auto take = [&](const Announcement&, int fd) {
       views.push_back(std::make_unique<SegmentView<SimChannels>>(reopen_read_only(fd)));
@@ -296,7 +296,7 @@ TEST_CASE("handout: kill -9 of a writer at any moment loses nothing uncounted") 
     second.kill();
     drain();
     CAPTURE(round, first_end, begin, got, frames.lost());
-    // a killed writer may have spoilt one slot, which begin is well clear of
+    // a killed writer may have spoilt one slot, far from begin
     CHECK((got_of_first == 0 || got_of_first == first_end - begin));
     const uint64_t from = got_of_first == 0 ? 0 : first_end - begin;
     CHECK(got + frames.lost() == from + views[1]->channels().frames.published());
@@ -324,7 +324,7 @@ TEST_CASE("handout: a generation is unmapped once its reader has gone on, not be
   CHECK(n_mapped() == 1);
   announce(server, second);
   REQUIRE(serve_until(server, [&] { return n_mapped() == 2; }));
-  // it is mapped a moment before it is linked in: look until the reader has gone on
+  // it is mapped shortly before it is linked in: poll until the reader has moved on
   CHECK(serve_until(server, [&] {
     client.frames.next(out);
     return n_mapped() == 1;
@@ -349,7 +349,7 @@ TEST_CASE("handout: a stuck client is dropped and the others are served") {
     }
     return controls.generation() == wanted;
   };
-  // in batches that fit a socket many times over: the good client keeps up, the other's fills
+  // in batches much larger than a socket buffer: the good client keeps up, the other's fills
   for (uint64_t batch = 1; batch < 500 && server.n_clients() == 2; ++batch) {
     for (int i = 0; i < 20; ++i) {
       server.announce(SegmentId::kContact0, ++generation, "contact0", contact.fd());

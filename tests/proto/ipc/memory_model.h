@@ -11,15 +11,15 @@
 
 namespace haptic::test {
 
-/// Every outcome the C++ memory model allows one reader beside one writer, tried one after the
-/// other, whatever this processor would do.
+/// Enumerates every outcome that the C++ memory model allows for one reader and one writer,
+/// independent of this processor.
 ///
-/// A location keeps every value ever stored in it. A thread may load any of them that is not older
-/// than one it knows of; a release store takes along what its thread knows, an acquire load learns
-/// it (views, as in Kang et al., "A promising semantics for relaxed-memory concurrency", POPL 2017,
-/// without promises: no store goes ahead of an earlier load). The writer loads nothing that others
-/// store, so it can run to its end first; readers store nothing, so they cannot see each other and
-/// one of them stands for all. What is left to try is which value each load of the reader returns.
+/// A location keeps every value ever stored in it. A thread may load any that is not older than one
+/// it knows of; a release store publishes what its thread knows, an acquire load learns it (views,
+/// as in Kang et al., "A promising semantics for relaxed-memory concurrency", POPL 2017, without
+/// promises: no store moves before an earlier load). The writer loads nothing that others store, so
+/// it can run to its end first; readers store nothing, so they cannot see each other and one stands
+/// for all. What remains to enumerate is the value that each load of the reader returns.
 class MemoryModel {
  public:
   MemoryModel() { active() = this; }
@@ -31,13 +31,13 @@ class MemoryModel {
     return model;
   }
 
-  /// The writer dies after that many stores: later ones are not made.
+  /// The writer dies after that many stores; later ones are dropped.
   void kill_writer_after(uint64_t stores) { stores_left_ = stores; }
   uint64_t n_stores() const { return n_stores_; }
 
   /// Runs the reader once for each combination of loaded values, as long as it returns true;
-  /// returns how many there were.
-  /// `writer_is_gone`: the reader was told by the kernel that the writer is dead, and sees all.
+  /// returns the number of runs. `writer_is_gone`: the kernel has told the reader that the writer
+  /// is dead, so it sees all stores.
   template <typename Reader>
   uint64_t explore(bool writer_is_gone, Reader reader) {
     uint64_t outcomes = 0;
@@ -66,7 +66,7 @@ class MemoryModel {
     ++n_stores_;
     auto& messages = locations_[location];
     writer_view_[location] = static_cast<uint8_t>(messages.size());
-    // a relaxed store tells of itself alone
+    // a relaxed store publishes only itself
     View told{};
     told[location] = writer_view_[location];
     messages.push_back({value, order == std::memory_order_release ? writer_view_ : told});
@@ -88,7 +88,7 @@ class MemoryModel {
 
  private:
   static constexpr size_t kMaxLocations = 32;
-  /// Per location, the newest message a thread knows of.
+  /// Per location, the newest message known to a thread.
   using View = std::array<uint8_t, kMaxLocations>;
   struct Message {
     uint64_t value;
@@ -103,7 +103,7 @@ class MemoryModel {
     return choices_[depth_++].taken;
   }
 
-  /// Depth first: the last choice that has another option takes it.
+  /// Depth first: advances the last choice that has another option.
   bool next_outcome() {
     while (!choices_.empty() && choices_.back().taken + 1 == choices_.back().options) {
       choices_.pop_back();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The ring under every outcome the C++ memory model allows: x86 alone would hide a missing order.
+// The ring under every outcome of the C++ memory model: x86 alone would hide a missing order.
 #include <catch2/catch.hpp>
 
 #include "proto/ipc/handout.h"
@@ -21,9 +21,9 @@ constexpr uint64_t kLapped = kSlots + 3;  // items: three slots are overwritten
 
 struct Findings {
   uint64_t outcomes = 0;
-  uint64_t torn = 0;        // mixed items, or an item under another's number
-  uint64_t lost = 0;        // counted as published, not overwritten, and yet not delivered
-  uint64_t miscounted = 0;  // delivered and lost do not add up to where the reader is
+  uint64_t torn = 0;        // mixed items, or an item with the number of another
+  uint64_t lost = 0;        // counted as published, not overwritten, but not delivered
+  uint64_t miscounted = 0;  // delivered and lost do not add up to the reader's position
   uint64_t all() const { return torn + lost + miscounted; }
 };
 
@@ -43,11 +43,11 @@ void read_in_order(const RingType& ring, uint64_t published, Findings& found) {
   uint64_t got = 0;
   for (Item out; read_next(ring, cursor, out); ++got) check_item(out, cursor.next - 1, found);
   found.miscounted += got + cursor.lost != cursor.next || cursor.next > published;
-  // without a lap there is nothing to lose
+  // without wrap-around there is nothing to lose
   if (published <= kSlots) found.lost += cursor.lost;
 }
 
-/// Readers beside a living writer of that many items, one after the other in each outcome.
+/// Readers of a living writer of that many items, one after the other in each outcome.
 template <typename RingType>
 void look_beside_writer(uint64_t published, Findings& found) {
   MemoryModel model;
@@ -74,7 +74,7 @@ void look_beside_writer(uint64_t published, Findings& found) {
   }
 }
 
-/// A reader that finds what a writer left which was killed after each number of stores.
+/// A reader after a writer that was killed after each number of stores.
 template <typename RingType>
 void look_after_kill(uint64_t published, Findings& found) {
   uint64_t stores = ~uint64_t{0};
@@ -93,7 +93,7 @@ void look_after_kill(uint64_t published, Findings& found) {
         last = out.n;
       }
       found.miscounted += got + cursor.lost != end;
-      // all but the oldest: its slot may be half overwritten
+      // all except the oldest, whose slot may be half overwritten
       const uint64_t reach = end < kSlots ? end : kSlots - 1;
       found.lost += got < reach || (got > 0 && last + 1 != end);
       return found.all() == 0;
@@ -123,7 +123,7 @@ TEST_CASE("ring: no outcome the memory model allows is torn, loses an item or mi
   CHECK(found.lost == 0);
   CHECK(found.miscounted == 0);
   CHECK(found.outcomes > 1000);
-  // the copy the defects are made in is the same ring
+  // the copy without a defect behaves like the ring
   const Findings copied = look_at<ModelledBroken<Defect::kNone>>();
   CHECK(copied.outcomes == found.outcomes);
   CHECK(copied.all() == 0);

@@ -25,7 +25,7 @@ namespace {
 using test::SelfDescribing;
 using Record = SelfDescribing<32>;  // 256 bytes
 
-/// A ring in memory that a forked writer shares with this process.
+/// A ring in memory shared with a forked writer.
 template <typename RingType>
 class SharedRing {
  public:
@@ -57,7 +57,7 @@ void write_until_killed(RingType& ring, std::chrono::microseconds lifetime) {
 #ifdef __SANITIZE_THREAD__
 std::atomic<int> thread_sanitizer_reports{0};
 
-/// What Ring must not be made of.
+/// Types that Ring must reject.
 template <typename T>
 class Plain {
  public:
@@ -131,7 +131,7 @@ TEST_CASE("ring: a lapped reader counts exactly what it lost") {
       REQUIRE(out.n >= expected_next);
       expected_next = out.n + 1;
       ++got;
-      // what came before this item was delivered or counted
+      // everything before this item was delivered or counted
       REQUIRE(got + cursor.lost == expected_next);
     }
   }
@@ -142,7 +142,7 @@ TEST_CASE("ring: a lapped reader counts exactly what it lost") {
 }
 
 TEST_CASE("ring: readers beside a hammering writer see no torn item and lose none uncounted") {
-  // short, so that the writer is always on the reader's heels
+  // short, so that the writer is always close behind the reader
   Ring<Record, 4> ring;
   constexpr uint64_t kItems = 200'000;
   std::atomic<bool> done{false};
@@ -165,7 +165,7 @@ TEST_CASE("ring: readers beside a hammering writer see no torn item and lose non
           result.disorder += out.n < next;
           next = out.n + 1;
         }
-        // the oldest item: its slot is the one that is overwritten next
+        // the oldest item, whose slot is overwritten next
         const uint64_t end = ring.published();
         if (end >= 4 && ring.read(end - 4, out)) result.torn += !out.is_whole() || out.n != end - 4;
         if (last_look) break;
@@ -217,7 +217,7 @@ extern "C" void __tsan_on_report(void*) {
 namespace haptic {
 
 TEST_CASE("ring: one of plain words is reported by the thread sanitizer") {
-  // negative control, in a process of its own: a report would fail this one
+  // negative control, in a separate process: a report would fail this one
   ForkedProcess racing([] {
     Ring<Record, 8, Plain> ring;
     std::thread writer([&] {
@@ -245,7 +245,7 @@ TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the
     typename TestType::Item out;
     CAPTURE(round, end);
     REQUIRE(end > 0);
-    // the slot of the oldest may have been half overwritten by an item that was never counted
+    // an item that was never counted may have half overwritten the slot of the oldest
     for (uint64_t n = end >= 16 ? end - 15 : 0; n < end; ++n) {
       REQUIRE(ring.read(n, out));
       REQUIRE(out.is_whole());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a reader does with a damaged segment: a named error, never a crash, never a hang.
+// A reader of a damaged segment reports a named error; it never crashes or hangs.
 #include <sys/socket.h>
 
 #include <atomic>
@@ -23,7 +23,7 @@ using Header = SegmentHeader;
 
 constexpr size_t kTotal = kSegmentSpec<SimChannels>.total_bytes;
 constexpr size_t kTable = offsetof(Header, channels);
-constexpr size_t kEntries = 2;  // that SimChannels uses; the rest of the table is not looked at
+constexpr size_t kEntries = 2;  // used by SimChannels; the rest of the table is not read
 
 /// A segment whose bytes can be changed and restored under its readers.
 class PatchedSegment {
@@ -35,7 +35,7 @@ class PatchedSegment {
   }
   std::optional<SegmentFault> fault() const { return fault_of(reopen_read_only(fd_.get())); }
 
-  /// With these bytes in the place of its own, which come back afterwards.
+  /// Temporarily replaces its bytes by these.
   std::optional<SegmentFault> fault_with(size_t at, const void* bytes, size_t count) {
     write(at, bytes, count);
     const auto found = fault();
@@ -54,8 +54,8 @@ class PatchedSegment {
   FileDescriptor fd_;
 };
 
-/// What a reader must say of a header in which that byte is wrong; none: a byte that may have any
-/// value (who writes, how its loop goes, and what is not used).
+/// The error expected for a header in which that byte is wrong; none for a byte that may have any
+/// value (writer identity, state of its loop, unused).
 std::optional<SegmentFault> fault_of_byte(size_t at) {
   const auto in = [at](size_t begin, size_t size) { return at >= begin && at < begin + size; };
   if (in(offsetof(Header, magic), 8)) return SegmentFault::kWrongMagic;
@@ -219,7 +219,7 @@ TEST_CASE("segment fuzz: whatever lies in a ring, a reader of it comes to an end
   const size_t at = kSegmentSpec<SimChannels>.channels[0].offset;
   std::vector<uint64_t> words(sizeof(RingType) / 8);
   for (int round = 0; round < 200; ++round) {
-    // tickets near each other now and then, so that some items look whole
+    // sometimes similar tickets, so that some items look complete
     const uint64_t span = round % 2 == 0 ? std::numeric_limits<uint64_t>::max() : 1024;
     for (uint64_t& word : words) word = random() % span;
     const uint64_t n = kOddNumbers[static_cast<size_t>(round) % std::size(kOddNumbers)];

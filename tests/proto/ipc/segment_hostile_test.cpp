@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a reader tries against a published segment: each attempt is refused and nothing changes.
+// Attempts of a reader to change a published segment: each is refused and nothing changes.
 #include <sys/sendfile.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -16,7 +16,7 @@ namespace {
 using test::Bytes;
 constexpr size_t kTotal = kSegmentSpec<ControlChannels>.total_bytes;
 
-/// A published segment with one frame, and how it looked then.
+/// A published segment with one frame, and a copy of its bytes.
 class Target {
  public:
   Target() {
@@ -26,7 +26,7 @@ class Target {
   }
   int fd() const { return writer_.fd(); }
   FileDescriptor reader() const { return reopen_read_only(fd()); }
-  /// Opening for writing succeeds: what counts is that nothing can be done with it.
+  /// Opening for writing succeeds, but must be useless.
   FileDescriptor reopened_for_writing() const {
     const std::string path = "/proc/self/fd/" + std::to_string(fd());
     FileDescriptor hostile(open(path.c_str(), O_RDWR | O_CLOEXEC));
@@ -37,7 +37,7 @@ class Target {
     struct stat status {};
     return fstat(fd(), &status) == 0 && status.st_size == off_t(kTotal) && bytes() == before_;
   }
-  /// The writer goes on, and a reader sees it.
+  /// The writer continues, and a reader sees it.
   bool is_alive() {
     const SegmentView<ControlChannels> view(reader());
     ++frame_.revision;
@@ -57,7 +57,7 @@ class Target {
   Bytes before_;
 };
 
-/// A mapping that goes with its owner.
+/// A mapping that is removed with its owner.
 class Mapping {
  public:
   Mapping(int fd, int protection, int flags)
@@ -152,7 +152,7 @@ TEST_CASE(
   REQUIRE(mapping.is_mapped());
   CHECK(refused(mprotect(mapping.memory(), kTotal, PROT_READ | PROT_WRITE), EACCES));
   CHECK(madvise(mapping.memory(), kTotal, MADV_REMOVE) == -1);
-  // harmless: the pages come back as they were
+  // harmless: the pages are restored as they were
   madvise(mapping.memory(), kTotal, MADV_DONTNEED);
   iovec local{const_cast<char*>(kJunk), sizeof kJunk}, remote{mapping.memory(), sizeof kJunk};
   CHECK(process_vm_writev(getpid(), &local, 1, &remote, 1, 0) == -1);

@@ -13,12 +13,12 @@
 
 #include "proto/ipc/segment.h"
 
-/// Segments as bytes in files: what a reader may be handed.
+/// Segments as bytes in files, as input for a reader.
 namespace haptic::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// What a writer of generation 3 with one frame left in memory.
+/// Memory of a writer of generation 3 with one frame.
 inline Bytes valid_image() {
   SegmentWriter<SimChannels> writer(3);
   SceneFrame frame{};
@@ -36,8 +36,8 @@ inline FileDescriptor file_with(const Bytes& image, int seals = F_SEAL_SHRINK) {
   return fd;
 }
 
-/// The fault of an attempt to read a file; none: it was accepted. The message is one line that
-/// names the segment.
+/// The error of an attempt to read a file; none if it was accepted. The message is one line with
+/// the name of the segment.
 template <typename Channels = SimChannels>
 std::optional<SegmentFault> fault_of(FileDescriptor fd, const ViewOptions& options = {}) {
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What no hand can have done is refused where it is read, before a device plays it.
+// Impossible hand motion is refused on reading, before a device plays it.
 #include "proto/log/hand_trace.h"
 
 #include <catch2/catch.hpp>
@@ -32,7 +32,7 @@ std::string error_of(const std::string& path, double lever_arm = 0) {
   }
 }
 
-/// Three ticks of a recording, the second one changed.
+/// Three ticks of a recording, with the second one changed.
 std::string recording(const std::string& folder, const std::function<void(DeviceState&)>& change) {
   std::string path = folder + "/hand.mcap";
   TraceWriter trace(path, {});

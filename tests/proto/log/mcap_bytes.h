@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-/// MCAP files put together byte by byte from the specification, with nothing of the program's
-/// writer, so that they can be wrong wherever a test wants it.
+/// MCAP files assembled byte by byte from the specification, without the program's writer, so that
+/// they can be wrong anywhere.
 namespace haptic::test {
 
-/// What is in a record, or in a file.
+/// Content of a record or of a file.
 class McapBytes {
  public:
   template <typename T>
@@ -66,7 +66,7 @@ inline McapBytes message(std::string_view payload) {
   return out.raw(payload);
 }
 
-/// The content of a chunk index record for a chunk at this place.
+/// The content of a chunk index record for a chunk at this offset.
 inline McapBytes chunk_index(uint64_t offset, uint64_t length) {
   McapBytes out;
   out.number(uint64_t{0}).number(uint64_t{0}).number(offset).number(length);
@@ -74,7 +74,7 @@ inline McapBytes chunk_index(uint64_t offset, uint64_t length) {
   return out.number(uint64_t{0}).number(uint64_t{0});
 }
 
-/// The end of a file: the records of its summary, which begins at this place, and the footer.
+/// The end of a file: the records of its summary, which begins at this offset, and the footer.
 inline std::string mcap_end(uint64_t summary_at, const McapBytes& summary) {
   McapBytes footer, out;
   footer.number(summary_at).number(uint64_t{0}).number(uint32_t{0});

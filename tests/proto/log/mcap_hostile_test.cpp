@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a small file may cost that looks like a recording.
+// The cost of a small file that looks like a recording.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ struct Written : test::TemporaryFolder {
   explicit Written(const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
 };
 
-/// How many messages of channel 1 there are; -1 and the reason where the file is refused.
+/// Number of messages of channel 1; -1 and the reason if the file is refused.
 int64_t count_messages(const std::string& file, std::string& why) {
   int64_t n = 0;
   try {
@@ -45,7 +45,7 @@ std::string file_with(const McapBytes& content) {
   return McapBytes().raw(kMcapMagic).record(0x06, content).bytes();
 }
 
-/// Memory that a process of its own needs beyond this one's, at its peak [bytes].
+/// Peak memory of a forked process beyond this one's [bytes].
 int64_t peak_of(const std::function<void()>& body) {
   const auto run = [](const std::function<void()>& what) {
     const pid_t pid = fork();
@@ -84,14 +84,14 @@ TEST_CASE("mcap: a small file that unpacks to a gigabyte is refused before it ta
 
 TEST_CASE("mcap: the largest chunk that is read is 16 MiB") {
   constexpr uint64_t kEach = 128 << 10;
-  // messages are records, and one of zeros has no length: opcode 0, nine bytes each
+  // messages are records, and a record of zeros is empty: opcode 0, nine bytes each
   const auto largest = [&](uint32_t blocks) {
     return file_with(
         chunk(blocks * kEach, "zstd", test::repeating_frame(blocks, kEach, blocks * kEach)));
   };
   std::string why;
   count_messages(Written(largest(128)).file, why);
-  CHECK_THAT(why, Catch::EndsWith("is cut; the file is damaged"));  // 16 MiB are no multiple of 9
+  CHECK_THAT(why, Catch::EndsWith("is cut; the file is damaged"));  // 16 MiB is not a multiple of 9
   count_messages(Written(largest(129)).file, why);
   CHECK_THAT(why, Catch::Contains("claims 16 MiB, more than the 16"));
 }
@@ -105,7 +105,7 @@ TEST_CASE("mcap: what an index names twice is read once") {
   std::string why;
   CHECK(count_messages(Written(start + test::mcap_end(start.size(), summary)).file, why) == 1);
 
-  // and the index that is sound is followed
+  // and a valid index is used
   McapBytes sound;
   sound.record(0x08, chunk_index(kMcapMagic.size(), length));
   const Written whole(start + test::mcap_end(start.size(), sound));
@@ -124,7 +124,7 @@ TEST_CASE("mcap: a chunk that is not as long as its index says is not read") {
 }
 
 TEST_CASE("mcap: a record longer than the longest chunk is not read into memory") {
-  // a sparse file: as long as it claims, and no byte of it on the disk
+  // a sparse file: as long as it claims, with no byte on the disk
   const Written written(
       McapBytes().raw(kMcapMagic).number(uint8_t{0x0C}).number(uint64_t{1} << 40).bytes());
   std::filesystem::resize_file(written.file, (uint64_t{1} << 40) + 100);

@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file name of this test alone, not there yet.
+/// A file name used by this test only; the file does not exist yet.
 std::string fresh_file(const std::string& name) {
   static const test::TemporaryFolder folder;
   fs::remove(folder.path() + "/" + name);
@@ -92,7 +92,7 @@ Stamp stamp_of(const ServoFrame& frame) {
   return {frame.t_ns, frame.realtime_ns, frame.tick};
 }
 
-/// Ticks 1, 2, 3, … as they were written, and nothing else.
+/// Ticks 1, 2, 3, … as written, and nothing else.
 uint64_t count_whole(const std::string& path) {
   uint64_t tick = 0;
   TraceReader(path).for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& f, const Stamp& s) {
@@ -261,7 +261,7 @@ TEST_CASE("trace: a file cut at any byte gives the chunks before the cut and no 
   for (uint64_t size = fs::file_size(path); size-- > 64;) {
     fs::resize_file(path, size);
     CAPTURE(size);
-    // a chunk is readable from its last byte on; its index follows and is not needed
+    // a chunk is readable as soon as it is complete; its index follows and is not needed
     uint64_t at_least = 0;
     while (at_least < ends.size() && ends[at_least] <= size) ++at_least;
     const uint64_t got = count_whole(path);
@@ -316,7 +316,7 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
 
 TEST_CASE("trace: at a limit of the file size the recording ends whole and says so") {
   const std::string path = fresh_file("limit.mcap");
-  // in a child: the limit cannot be taken back
+  // in a child process: the limit cannot be lifted again
   const pid_t child = ::fork();
   REQUIRE(child >= 0);
   if (child == 0) {
@@ -350,7 +350,7 @@ TEST_CASE("trace: on a full disk the recording ends whole and says so") {
   }
   const std::string path = (disk / "full.mcap").string();
   {
-    // what else is on the disk
+    // other data on the disk
     std::ofstream(disk / "other") << std::string(500'000, 'x');
     TraceWriter trace(path, {});
     uint64_t tick = 1;
@@ -361,7 +361,7 @@ TEST_CASE("trace: on a full disk the recording ends whole and says so") {
     CHECK_FALSE(trace.close());
     const TraceReader read(path);
     CHECK(read.mcap().finished());
-    // all but the open chunk: 256 KiB of records
+    // all except the open chunk: 256 KiB of records
     const uint64_t found = read.read(kSimTopic).size();
     CHECK(found > 400);
     CHECK(found + 1 + (256 << 10) / sizeof(SceneFrame) >= tick - 1);
@@ -496,7 +496,7 @@ TEST_CASE("csv: mistakes are told with file and line") {
 TEST_CASE("csv: what is no recording at all is said to be none") {
   const std::string folder = fs::path(fresh_file("folder")).parent_path().string();
   CHECK(error_of(replay_of(folder)) == folder + ": is a folder; name a recording (.mcap or .csv)");
-  // an MCAP file is one by what it holds, not by its name
+  // an MCAP file is recognised by its content, not by its name
   const std::string path = written("renamed.csv", std::string("\x89MCAP0\r\n", 8) + "rest");
   CHECK_THAT(error_of(replay_of(path)), !Catch::Contains("has no column"));
   CHECK_THAT(error_of(replay_of(written("lever.csv", "t_s,lever_rad\n0,0\n1,1\n"))),
@@ -532,7 +532,7 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
   assign(config.column, "master_rad");
   config.lever_arm = 0.075;
   const HandTrace trace = load_hand_trace(config);
-  // 2 kHz without a gap, 4 to 5 s, as the data's own notes say
+  // 2 kHz without a gap, 4 to 5 s, according to the notes of the data set
   CHECK(trace.duration() > 3.9);
   CHECK(trace.duration() < 5.1);
   CHECK(trace.samples.front().X_BH.p == Vec3{0.075 * -0.07026696, 0, 0});

@@ -13,7 +13,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kDirection = 1e-4;  // of friction where the slip is slow, see CoulombSolver [rad]
+constexpr double kDirection = 1e-4;  // of friction at slow slip, see CoulombSolver [rad]
 constexpr double kG = 9.81, kH = 1e-3, kDegree = 0.017453292519943295;
 
 /// A box of 1 kg and 0.1 × 0.1 × 0.04 m on its face.
@@ -33,8 +33,8 @@ double kinetic_energy(const Mat6& M, const Twist& v) {
   return 0.5 * dot(M * v, v);
 }
 
-/// What is left of the law at one contact: λ − projection onto the cone of λ − (u + μ |u_t| n),
-/// velocity in units of impulse by `mass`. Zero exactly where the law holds.
+/// Residual of Coulomb's law at one contact: λ − projection onto the cone of λ − (u + μ |u_t| n),
+/// velocity in units of impulse by `mass`. Zero exactly if the law holds.
 Vec3 law_residual(const FrictionContact& c, const Twist& v, const Vec3& impulse, double mass) {
   const Vec3 u = velocity_at(v, c.r);
   const double u_n = dot(u, c.normal);
@@ -63,8 +63,8 @@ double worst_residual(std::span<const FrictionContact> contacts, const FrictionS
   return worst;
 }
 
-/// Oracle: block Gauss–Seidel, an exact round cone at each contact, its own 3×3 problem by
-/// projected iteration. False where it does not settle.
+/// Oracle: block Gauss–Seidel with an exact round cone at each contact, its own 3×3 problem by
+/// projected iteration. False if it does not converge.
 bool by_gauss_seidel(const MotionMetric& metric, const Twist& v_free,
                      std::span<const FrictionContact> contacts, Twist& v,
                      std::vector<Vec3>& impulse) {
@@ -74,7 +74,7 @@ bool by_gauss_seidel(const MotionMetric& metric, const Twist& v_free,
     double changed = 0;
     for (size_t i = 0; i < contacts.size(); ++i) {
       const FrictionContact& c = contacts[i];
-      // no less than the largest response of the contact's velocity to a unit impulse
+      // at least the largest response of the contact's velocity to a unit impulse
       double response_bound = 0;
       for (int k = 0; k < 3; ++k) {
         Vec3 unit;
@@ -95,7 +95,7 @@ bool by_gauss_seidel(const MotionMetric& metric, const Twist& v_free,
   return false;
 }
 
-/// Contacts of a body of radius 1 on a plane, in a bowl, all round, or about a peg.
+/// Contacts of a body of radius 1 on a plane, in a bowl, all round, or around a peg.
 std::vector<FrictionContact> random_contacts(Random& random, size_t n, double most_friction) {
   std::vector<FrictionContact> contacts;
   const Vec3 axis = random.direction();
@@ -179,7 +179,7 @@ TEST_CASE("coulomb: a belt takes a box along, up to its own speed", "[math]") {
 }
 
 TEST_CASE("coulomb: a sliding body is not lifted off", "[math][trap]") {
-  // the convex law alone would: u_n = μ |u_t|
+  // the convex law alone would give u_n = μ |u_t|
   CoulombSolver solver(4);
   const double mu = GENERATE(0.2, 1.0, 2.0);
   const FrictionStep out = solver.step(factor_metric(kBox), {{5, 0, -kG * kH}, {}}, corners(mu));
@@ -189,7 +189,7 @@ TEST_CASE("coulomb: a sliding body is not lifted off", "[math][trap]") {
 }
 
 TEST_CASE("coulomb: a spinning disc is braked at its rim", "[math]") {
-  // thirty-two contacts at radius R: torque μ m g R, no force beside
+  // thirty-two contacts at radius R: torque μ m g R, no net force
   constexpr double kR = 0.03, kMu = 0.25, kInertia = 4.5e-4;
   const Mat6 M = mass_matrix(1, {{{2.5e-4, 0, 0}, {0, 2.5e-4, 0}, {0, 0, kInertia}}});
   std::vector<FrictionContact> rim;
@@ -202,7 +202,7 @@ TEST_CASE("coulomb: a spinning disc is braked at its rim", "[math]") {
   REQUIRE(out.converged);
   CHECK_THAT(out.v.w, IsNear({0, 0, 20 - kMu * kG * kH * kR / kInertia}, 1e-7));
   CHECK_THAT(out.v.v, IsNear({}, 1e-8));
-  // slowly turning it stops, and does not turn back
+  // rotating slowly it stops and does not turn back
   const FrictionStep slow = solver.step(factor_metric(M), {{0, 0, -kG * kH}, {0, 0, 0.1}}, rim);
   CHECK_THAT(slow.v.w, IsNear({}, 1e-9));
 }
@@ -220,7 +220,7 @@ TEST_CASE("coulomb: the law holds at random contacts", "[math][property]") {
     const MotionMetric metric = factor_metric(M);
     const FrictionStep out = solver.step(metric, v_free, contacts);
     CAPTURE(trial, contacts.size(), out.iterations, out.solves);
-    // energy: whether it converged or not
+    // energy, whether it converged or not
     REQUIRE(kinetic_energy(M, out.v) <= kinetic_energy(M, v_free) * (1 + 1e-9));
     Wrench total;
     double pushes = 0;
@@ -241,7 +241,7 @@ TEST_CASE("coulomb: the law holds at random contacts", "[math][property]") {
     ++converged;
     REQUIRE(worst_residual(contacts, out, 1) <= tol(kDirection) * (1 + pushes));
   }
-  // what fails is flagged and answered by the convex law
+  // failures are flagged and answered by the convex law
   CHECK(100 * (n - converged) <= n);
 }
 
@@ -261,7 +261,7 @@ TEST_CASE("coulomb: agrees with a block Gauss-Seidel of round cones", "[math][pr
     ++compared;
     CAPTURE(trial, contacts.size());
     REQUIRE(worst_residual(contacts, out, 1) <= tol(kDirection) * 2);
-    // where a body jams between contacts the law has several answers
+    // if a body jams between contacts the law has several solutions
     double residual = 0;
     for (size_t i = 0; i < contacts.size(); ++i) {
       residual = std::max(residual, norm(law_residual(contacts[i], v, impulse[i], 1)));
@@ -319,7 +319,7 @@ TEST_CASE("coulomb: what is not finite or too much is flagged", "[math][trap]") 
 
 TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays or goes along",
           "[math][trap]") {
-  // no room to lift off: a law without the shift contradicts itself
+  // no room to separate: a law without the shift contradicts itself
   CoulombSolver solver(8);
   const MotionMetric metric = factor_metric(kBox);
   const double push = GENERATE(-1.0, 1.0);
@@ -331,7 +331,8 @@ TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays 
   const FrictionStep out = solver.step(metric, {{0, 0, push}, {}}, contacts);
   REQUIRE(out.converged);
   CHECK_FALSE(out.contradictory);
-  // to the plate it is pressed by 1 N·s, whose friction takes it along; the floor lets it stay
+  // pressed to the plate by 1 N·s, whose friction carries it along, and to the floor, which lets it
+  // stay
   CHECK_THAT(out.v.v, IsNear({push > 0 ? 0.1 : 0, 0, 0}, 1e-6));
 }
 
@@ -341,7 +342,7 @@ TEST_CASE("coulomb: a bound on the quadratic programs ends with the convex law",
   const Twist v_free{{1, 0, -0.1}, {}};
   const FrictionStep bound = solver.step(metric, v_free, corners(0.5), 1);
   CHECK_FALSE(bound.converged);
-  // it lifts off, and penetrates nothing
+  // it separates and penetrates nothing
   CHECK(bound.v.v.z >= 0);
   CHECK(solver.step(metric, v_free, corners(0.5)).converged);
 }

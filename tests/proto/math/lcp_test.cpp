@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for proto/math/lcp.cpp; with qp.cpp each proves the other.
+// Tests for proto/math/lcp.cpp, cross-checked with qp.cpp.
 #include "proto/math/lcp.h"
 
 #include <limits>
@@ -15,7 +15,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kAgree = 1e-8;  // of the issue: the three methods, relative
+constexpr double kAgree = 1e-8;  // relative difference of the three methods
 constexpr double kG = 9.81, kH = 1e-3;
 
 const Mat6 kCube = mass_matrix(1, 1.0 / 6 * Mat3{});
@@ -47,7 +47,7 @@ double row_difference(const MotionProblem& problem, const Twist& a, const Twist&
 }  // namespace
 
 TEST_CASE("lcp: cube on one contact, in closed form", "[math]") {
-  // algorithms.md 6.3: A = 2.5, b = −1
+  // A = 2.5, b = −1
   LcpSolver solver(4);
   const std::array<double, 1> A{2.5}, b{-1};
   for (const LcpMethod method : {LcpMethod::kPivoting, LcpMethod::kGaussSeidel}) {
@@ -153,7 +153,7 @@ TEST_CASE("lcp: pivoting, Gauss-Seidel and least constraint agree", "[math][prop
   Random random(31);
   LcpSolver solver(200);
   size_t solved = 0, relaxed = 0, apart = 0;
-  // in a flat wedge what either leaves over shows a hundred times: one in ten thousand
+  // in a flat wedge the residual of either method is amplified a hundred times: one in ten thousand
   const auto compare = [&](const MotionProblem& problem, const Twist& a, const Twist& b) {
     const double difference = row_difference(problem, a, b);
     REQUIRE(difference <= tol(100 * kAgree));
@@ -179,7 +179,7 @@ TEST_CASE("lcp: pivoting, Gauss-Seidel and least constraint agree", "[math][prop
     if (seidel.converged) compare(problem, seidel.v, qp.a);
   }
   CHECK(10000 * apart <= n);
-  // what fails is flagged, and rare
+  // failures are flagged, and rare
   CHECK(1000 * (n - solved) <= n);
   CHECK(2 * relaxed > n);
 }

@@ -69,7 +69,7 @@ TEST_CASE("project: a point outside every plane stays", "[math]") {
 }
 
 TEST_CASE("project: 90 degree concave corner", "[math][trap]") {
-  // algorithms.md 1.4: HIP = (−1, −2, 3) mm, planes x ≥ 0 and y ≥ 0, g = (0, 0, 3) mm
+  // tool = (−1, −2, 3) mm, planes x ≥ 0 and y ≥ 0, g = (0, 0, 3) mm
   const std::vector<HalfSpace> h{{{1, 0, 0}, 0}, {{0, 1, 0}, 0}};
   const PointProjection r = project_onto_half_spaces({-1e-3, -2e-3, 3e-3}, h);
   CHECK_THAT(r.x, IsNear({0, 0, 3e-3}, 1e-3 * kAlgebra));
@@ -77,7 +77,7 @@ TEST_CASE("project: 90 degree concave corner", "[math][trap]") {
 }
 
 TEST_CASE("project: over-constraint trap", "[math][trap]") {
-  // both planes are violated by the goal, but only the first one pushes
+  // the goal violates both planes, but only the first one pushes
   const std::vector<HalfSpace> h{{{0, 1, 0}, 0}, {{0.6, 0.8, 0}, 0}};
   const PointProjection r = project_onto_half_spaces({0.1, -1, 0}, h);
   CHECK_THAT(r.x, IsNear({0.1, 0, 0}, kAlgebra));
@@ -86,7 +86,7 @@ TEST_CASE("project: over-constraint trap", "[math][trap]") {
 }
 
 TEST_CASE("project: prism of three dependent normals falls back to two planes", "[math][trap]") {
-  // normals in one plane: the 3×3 system is singular
+  // coplanar normals: the 3×3 system is singular
   const double s = std::sqrt(0.75);
   const std::vector<HalfSpace> h{{{0, 1, 0}, -0.1}, {{s, 0.5, 0}, 0}, {{-s, 0.5, 0}, 0}};
   const PointProjection r = project_onto_half_spaces({0.2, -1, 0.7}, h);
@@ -113,7 +113,7 @@ TEST_CASE("project: contradictory planes are reported, not looped over", "[math]
 }
 
 TEST_CASE("project: shallow valleys are solved at any depth", "[math][property]") {
-  // two planes that nearly agree have huge multipliers of opposite effect: digits are lost there
+  // two nearly equal planes have huge multipliers of opposite effect, which loses digits
   std::mt19937_64 rng(11);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int trial = 0; trial < 20000; ++trial) {

@@ -14,7 +14,7 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kKkt = 1e-9;  // of issue and reference: scaled residuals
+constexpr double kKkt = 1e-9;  // scaled residuals
 
 const Mat6 kCube = mass_matrix(1, 1.0 / 6 * Mat3{});
 
@@ -82,7 +82,7 @@ TEST_CASE("qp: free space is exactly free", "[math][trap]") {
 }
 
 TEST_CASE("qp: cube on one contact, in closed form", "[math]") {
-  // algorithms.md 6.3: f = 0.4, a = (0, −0.6, 0, 0, 0, 1.2)
+  // f = 0.4, a = (0, −0.6, 0, 0, 0, 1.2)
   const std::vector<MotionRow> rows{contact_row({0.5, -0.5, 0}, {0, 1, 0}, 0, 1)};
   const ConstrainedMotion out = least_constraint(factor_metric(kCube), {{0, -1, 0}, {}}, rows);
   REQUIRE(out.n_active == 1);
@@ -118,7 +118,7 @@ TEST_CASE("qp: pushed at 45 degrees into a frictionless plane nothing drags", "[
 }
 
 TEST_CASE("qp: a tight peg keeps its tangential motion", "[math][trap]") {
-  // opposite normals all round: only sliding along and turning about the axis are left
+  // opposite normals all round: only sliding along and turning about the axis remain
   std::vector<MotionRow> rows;
   for (const double z : {-0.1, 0.1}) {
     for (int i = 0; i < 16; ++i) {
@@ -155,7 +155,7 @@ TEST_CASE("qp: forty rows through one point", "[math][trap]") {
     const Twist corner{random.direction(), random.direction()};
     for (int i = 0; i < 40; ++i) {
       Twist J{random.direction(), random.direction()};
-      // all bound the side away from the goal, so that the corner is the answer
+      // all bound the side away from the goal, so that the corner is the solution
       if (dot(J, corner) < 0) J = -1 * J;
       problem.rows.push_back({J, dot(J, corner)});
     }
@@ -174,7 +174,7 @@ TEST_CASE("qp: rows that contradict one another do not freeze the motion", "[mat
 }
 
 TEST_CASE("qp: a flat wedge that overlaps does not shoot the body out", "[math][trap]") {
-  // two walls but 2e-4 rad from opposite: to leave both overlaps means 10⁴ times their depth
+  // two walls 2e-4 rad from opposite: leaving both overlaps takes 10⁴ times their depth
   const double tilt = GENERATE(1e-4, 1e-7, 1e-9, 1e-11);
   const Vec3 left = normalized(Vec3{tilt, 1, 0}), right = normalized(Vec3{tilt, -1, 0});
   const std::vector<MotionRow> rows{contact_row({}, left, -1e-5, 1e-4),

@@ -38,7 +38,7 @@ TEST_CASE("message: control characters, marks of direction and broken bytes are 
       {"Sch\xe4"
        "del",
        "Sch\\xe4del"},                               // Latin-1
-      {"\xc0\xaf", "\\xc0\\xaf"},                    // longer than it has to be
+      {"\xc0\xaf", "\\xc0\\xaf"},                    // overlong
       {"\xed\xa0\x80", "\\xed\\xa0\\x80"},           // half of a surrogate pair
       {"\xf4\x90\x80\x80", "\\xf4\\x90\\x80\\x80"},  // above U+10FFFF
       {"\xe2\x82", "\\xe2\\x82"},                    // cut within a character
@@ -54,10 +54,10 @@ TEST_CASE("message: what is long keeps both ends and says how long it was") {
                       Catch::EndsWith("xxxend"));
   CHECK(test::length(cut) == kLongestShown);
   CHECK(shown(cut) == cut);
-  // as long as it may be, and one more
+  // the longest allowed, and one more
   CHECK(shown(std::string(kLongestShown, 'x')) == std::string(kLongestShown, 'x'));
   CHECK(test::length(shown(std::string(kLongestShown + 1, 'x'))) == kLongestShown);
-  // characters are not cut in two, and a whole message keeps its mend
+  // characters are not cut in two, and a whole message keeps its remedy
   std::string umlauts;
   for (int i = 0; i < 3000; ++i) umlauts += "ä";
   const std::string line = one_line("x.stl:3: '" + umlauts + "' is no number; export it again");
@@ -70,7 +70,7 @@ TEST_CASE("message: whatever the bytes are, one printable line comes out, twice 
   std::mt19937 random(1);
   for (int i = 0; i < 3000; ++i) {
     std::string bytes(random() % 3000, '\0');
-    // bytes of all kinds, or of continued characters and controls alone
+    // bytes of all kinds, or continuation bytes and controls only
     const unsigned base = i % 2 == 0 ? 0 : 0x80, span = i % 2 == 0 ? 256 : 0x70;
     for (char& c : bytes) c = static_cast<char>(base + random() % span);
     const std::string line = one_line(bytes);

@@ -25,7 +25,7 @@ constexpr bool kSanitized = false;
 #endif
 constexpr uid_t kNobody = 65534;
 
-/// Runs in a forked child, whose rights it may spoil, and returns what it says.
+/// Runs in a forked child, whose rights it may change, and returns its result.
 template <typename Function>
 std::string said_by_child(Function function) {
   int ends[2];
@@ -92,7 +92,7 @@ TEST_CASE("realtime: a clock that is overslept skips and counts, it never catche
     ++ticks;
     CAPTURE(i, tick.index, tick.late_ns, tick.skipped);
     CHECK(tick.deadline_ns == grid + int64_t(tick.index) * clock.period());
-    // never a deadline of the past: that would be the burst
+    // never a deadline in the past: that would be a burst
     CHECK(tick.deadline_ns + clock.period() > asked_ns);
     CHECK(tick.late_ns >= 0);
     CHECK(tick.index + 1 == ticks + tick.skipped);
@@ -124,9 +124,9 @@ TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
   const int64_t period = GENERATE(1 * kMs, kMs / 8);
   const int64_t spin = std::min(kHybridSpinNs, period / 2);
   constexpr int kTicks = 50, kAttempts = 40;
-  // the usual slack of 50 us is most of the spin at 8 kHz; a real-time thread has none
+  // the default timer slack of 50 us is most of the spin at 8 kHz; a real-time thread has none
   REQUIRE(prctl(PR_SET_TIMERSLACK, 1) == 0);
-  // a late wake-up spins less: where the machine is busy, one quiet stretch is enough
+  // a late wake-up spins less: on a busy machine, one quiet interval is enough
   int64_t most_ns = 0;
   for (int k = 0; k < kAttempts && most_ns <= kTicks * spin / 4; ++k) {
     DeadlineClock clock(period, kHybridSpinNs);
@@ -137,7 +137,7 @@ TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
     most_ns = std::max(most_ns, spent_ns);
   }
   CAPTURE(period, most_ns);
-  // a sleeper spends a few microseconds a tick
+  // a sleeping loop uses a few microseconds per tick
   CHECK(most_ns > kTicks * spin / 4);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whatever reads a file to its end refuses in one line what is none, and waits for nobody.
+// Every reader of whole files refuses other kinds in one line, without blocking.
 #include "proto/os/regular_file.h"
 
 #include <sys/stat.h>
@@ -24,7 +24,7 @@
 namespace haptic {
 namespace {
 
-/// One of each kind that is no file, and what is said of it.
+/// One of each kind that is not a regular file, and the expected message.
 struct Kinds {
   test::TemporaryFolder folder;
   std::string pipe = folder.path() + "/pipe";
@@ -92,7 +92,7 @@ TEST_CASE("files: no more is read than is asked for, and what grows meanwhile is
   CHECK(read_regular_file(path, 4096, text).empty());
   CHECK(text == std::string(4096, 'x'));
   CHECK(read_regular_file(path, 4095, text) == "has more than 3 KiB");
-  // no size is told of what the kernel makes up as it is read
+  // the kernel reports no size for files that it generates on reading
   CHECK(read_regular_file("/proc/self/status", 1 << 20, text) == "");
   CHECK(read_regular_file(folder.path() + "/none", 1, text) ==
         "cannot be read (No such file or directory)");
@@ -103,7 +103,7 @@ TEST_CASE("files: a session file has a longest length") {
   const std::string path = folder.path() + "/long.toml";
   std::ofstream(path) << std::string(kMostConfigText, '#');
   CHECK(read_config_text(path).size() == kMostConfigText);
-  // the deepest table that fits, which the parser walks by calling itself
+  // the deepest nesting that fits; the parser is recursive
   std::string deep;
   while (deep.size() + 6 < kMostConfigText) deep += "a.";
   CHECK_THAT(error_of([&] { parse_config(deep + "b = 1", path); }),

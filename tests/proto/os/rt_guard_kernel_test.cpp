@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the guard knows from the kernel: system calls, sleeps, faults, switches.
+// Violations that the guard learns from the kernel: system calls, sleeps, faults, switches.
 #include <fcntl.h>
 #include <pthread.h>
 #include <sched.h>
@@ -40,10 +40,10 @@ timespec in_ten_milliseconds() {
   return {t_ns / kNsPerSecond, t_ns % kNsPerSecond};
 }
 
-/// What a child says on standard error, and how it ends.
+/// A child's standard error, and how it ends.
 struct Ended {
   std::string said;
-  int signal = 0;  // 0: it was not ended by one
+  int signal = 0;  // 0: not ended by a signal
 };
 
 Ended run_in_child(const std::function<void()>& body) {
@@ -53,7 +53,7 @@ Ended run_in_child(const std::function<void()>& body) {
   REQUIRE(pid >= 0);
   if (pid == 0) {
     dup2(ends[1], STDERR_FILENO);
-    // Catch2 would report a failure of its own
+    // Catch2 would report its own failure
     signal(SIGABRT, SIG_DFL);
     signal(SIGSEGV, SIG_DFL);
     body();
@@ -127,7 +127,7 @@ TEST_CASE("rt_guard: a wait for a lock is caught, named, and still waits") {
        }},
   }));
   CAPTURE(wait.what);
-  // by this thread, so the guarded one has to wait
+  // locked by this thread, so the guarded one has to wait
   pthread_mutex_lock(&held);
   pthread_rwlock_wrlock(&written);
   int result = 0;
@@ -159,7 +159,7 @@ TEST_CASE("rt_guard: a lock that another thread holds is given over, guarded or 
   });
   other.join();
   CAPTURE(report.explain());
-  // whether it had to wait is the scheduler's choice; that it comes back is what is asked
+  // whether it had to wait is up to the scheduler; it must only return
   if (report.of(Violation::kSystemCall).count > 0) CHECK(report.first_system_call == SYS_futex);
 }
 
@@ -219,7 +219,7 @@ TEST_CASE("rt_guard: a thread of higher priority on the same core is an involunt
   sched_getaffinity(0, sizeof before, &before);
   CPU_ZERO(&one);
   CPU_SET(static_cast<size_t>(sched_getcpu()), &one);
-  // what is started from here stays on this core
+  // threads started from here stay on this core
   REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
   std::atomic<bool> gave_up{false};
   std::atomic<int> turns{0};
@@ -229,12 +229,12 @@ TEST_CASE("rt_guard: a thread of higher priority on the same core is an involunt
     uint64_t seen = 0;
     while (!gave_up && turns < 3) {
       sleep_until(now_ns() + 1'000'000);
-      // the guarded thread has run since the last turn, so this one was taken from it
+      // the guarded thread has run since the last turn, so it was preempted
       if (laps != seen) ++turns;
       seen = laps;
     }
   });
-  // it never sleeps: the other can only have had its turns by taking them
+  // it never sleeps: the other can only run by preempting it
   const GuardReport report = guarded([&] {
     while (turns < 3 && !gave_up) ++laps;
   });
@@ -257,7 +257,7 @@ TEST_CASE("rt_guard: until it is armed for the first time the thread may ask for
     in_warm_up = syscall(SYS_getppid);
     guard.arm();
     guard.disarm();
-    // refused from now on, which nobody may overlook
+    // refused from now on, which must be noticed
     later = syscall(SYS_getppid);
     report = guard.report();
   }).join();

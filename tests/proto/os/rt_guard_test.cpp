@@ -27,7 +27,7 @@ using test::guarded;
 using test::hooks_are_here;
 using test::use;
 
-/// One thing a real-time loop must not do.
+/// One action that is forbidden in a real-time loop.
 struct Plant {
   const char* what;
   Violation kind;
@@ -42,7 +42,7 @@ pthread_rwlock_t rwlock = PTHREAD_RWLOCK_INITIALIZER;
 mtx_t c11_mutex;
 pthread_spinlock_t spin;
 sem_t semaphore;
-void* memory = nullptr;  // given to free, or taken
+void* memory = nullptr;  // passed to free, or allocated
 
 const timespec kLongAgo{1, 0};
 
@@ -156,7 +156,7 @@ TEST_CASE("rt_guard: each planted call of libc is caught once, by its kind") {
   report.of(Violation::kMinorFault).count = 0;
   check_only(report, plant.kind, plant.count);
   if (plant.count > 0) CHECK(report.of(plant.kind).depth > 1);
-  // unguarded it works as ever
+  // unguarded it works as usual
   std::free(memory);
   memory = nullptr;
 }
@@ -164,7 +164,7 @@ TEST_CASE("rt_guard: each planted call of libc is caught once, by its kind") {
 TEST_CASE("rt_guard: under the hooks an alignment that makes no sense is refused as ever") {
   if (!hooks_are_here()) return;
   void* nothing = nullptr;
-  // not written out, or the compiler would refuse it first
+  // indirect, or the compiler would refuse it first
   for (const size_t alignment : {size_t{0}, size_t{2}, size_t{24}, size_t{48}}) {
     CAPTURE(alignment);
     CHECK(posix_memalign(&nothing, alignment, 64) == EINVAL);

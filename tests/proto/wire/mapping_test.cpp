@@ -90,7 +90,7 @@ TEST_CASE("mapping: clutching moves the workspace and never the tool", "[mapping
   Pose X_WT = apply_clutch(map, clutch, device, tool_pose(map, clutch, kHandle));
   const Vec3 before = X_WT.p;
 
-  // hold the button and carry the hand away: the tool stays
+  // hold the button and move the hand away: the tool stays
   device.buttons = 1u << 3;
   for (int i = 0; i < 5; ++i) {
     device.X_BH.p += Vec3{0.01, 0, 0.002};
@@ -98,7 +98,7 @@ TEST_CASE("mapping: clutching moves the workspace and never the tool", "[mapping
     CHECK_THAT(X_WT.p, IsNear(before, 1e-12));
     CHECK(clutch.held);
   }
-  // let go: no jump, then the hand drives the tool from the new place
+  // release it: no jump, then the hand moves the tool from the new place
   device.buttons = 0;
   X_WT = apply_clutch(map, clutch, device, X_WT);
   CHECK_THAT(X_WT.p, IsNear(before, 1e-12));

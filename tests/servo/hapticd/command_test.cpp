@@ -12,7 +12,7 @@ using haptic::ControlFrame;
 
 namespace {
 
-/// With a point for a tool.
+/// With a point as the tool.
 const haptic::SessionConfig kSession{};
 
 }  // namespace
@@ -79,7 +79,7 @@ TEST_CASE("command: a renderer is had where the session has a tool and maps for 
   CHECK(refused.kind == CommandKind::kRefused);
   CHECK(refused.problem.find("[contact.voxel]") != std::string::npos);
   config.voxel.is_wanted = 1;
-  // its proxy turns: there must be a spring for that
+  // its proxy rotates, which needs a rotational spring
   CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kRefused);
   apply_command("set stiffness 800 N/m", config, wanted);
   apply_command("set rotational-stiffness 1 N·m/rad", config, wanted);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/hapticd/device_guard.cpp: against a serial line, a segment and a process of the
-// test.
+// Tests for servo/hapticd/device_guard.cpp with a serial line, a segment and a process of the test.
 #include "servo/hapticd/device_guard.h"
 
 #include <poll.h>
@@ -25,7 +24,7 @@ namespace {
 constexpr int64_t kMs = 1'000'000;
 constexpr std::string_view kZero = "no force\n";
 
-/// A process that does nothing until it is killed: the servo as far as its pidfd goes.
+/// A process that waits until it is killed, in place of the servo: only its pidfd matters.
 class Idler {
  public:
   Idler() : pid_(fork()) {
@@ -54,7 +53,7 @@ class Idler {
 /// A session in this process: hapticd's socket, a servo's segment, and a guard on a line.
 struct Bench {
   test::TemporaryRuntimeFolder folder;
-  Idler servo;  // before the line: it would keep that open
+  Idler servo;  // created before the line, which it would otherwise inherit
   test::PtyLine line;
   HandoutServer server{"guarded"};
   SegmentWriter<ServoChannels> segment{1};
@@ -80,7 +79,7 @@ struct Bench {
     server.announce(SegmentId::kServo0, 1, ServoChannels::kName, segment.fd());
     guard->start();
     guard->watch(servo.pidfd(), 1);
-    // until the segment is mapped nobody knows the bytes
+    // until the segment is mapped the release bytes are unknown
     DeviceRelease got;
     beat_until([&] { return seen.latest(got); });
     beat_for(20 * kMs);
@@ -106,7 +105,7 @@ int times(const std::string& text) {
   return n;
 }
 
-/// All that comes within a tenth of a second.
+/// Everything received within a tenth of a second.
 std::string hear_all(const test::PtyLine& line) {
   std::string text = line.hear();
   for (std::string more; !(more = line.hear(100)).empty();) text += more;
@@ -134,7 +133,7 @@ TEST_CASE("device guard: a servo that dies is answered with its own bytes for no
   Bench b;
   b.line.hear(0);
   b.servo.end();
-  // beats do not help a dead process
+  // heartbeats do not help a dead process
   b.beat_for(100 * kMs);
   CHECK(times(hear_all(b.line)) >= 1);
   CHECK(b.guard->releases() >= 1);
@@ -143,10 +142,10 @@ TEST_CASE("device guard: a servo that dies is answered with its own bytes for no
 TEST_CASE("device guard: a servo that stands still is let go, and again after it went on",
           "[servo]") {
   Bench b;
-  // a busy machine may have held the beats up
+  // a busy machine may have delayed the heartbeats
   b.line.hear(0);
   CHECK(times(hear_all(b.line)) >= 1);
-  // a guard that a busy machine has not let run meanwhile has not seen it go on
+  // a guard that has not run in the meantime has not seen it recover
   int again = 0;
   for (int attempt = 0; attempt < 5 && again == 0; ++attempt) {
     b.beat_for(20 * kMs);
@@ -174,7 +173,7 @@ TEST_CASE("device guard: a device that is pulled out is noticed, and found when 
   CHECK(b.guard->look(now_ns()) == DeviceGuard::Change::kGone);
   CHECK(b.guard->node() == -1);
   CHECK(b.guard->look(now_ns()) == DeviceGuard::Change::kNone);
-  // back under another number, as its stable name says
+  // back under another number, found by its stable name
   const test::PtyLine again;
   std::filesystem::remove(b.link);
   std::filesystem::create_symlink(again.name(), b.link);

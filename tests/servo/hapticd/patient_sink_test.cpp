@@ -16,7 +16,7 @@
 namespace haptic {
 namespace {
 
-/// A pipe as small as the kernel makes them, and a log into it.
+/// A pipe of the smallest size, and a log into it.
 struct Bench {
   FileDescriptor read_end, write_end;
   std::shared_ptr<PatientSink> sink;

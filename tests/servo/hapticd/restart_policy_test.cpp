@@ -22,7 +22,7 @@ TEST_CASE("restart policy: a heart is late after 20 ms and has stopped after 250
   const int64_t period = GENERATE(1 * kMs, kMs / 8, 8 * kMs);
   CHECK(judge_pulse(20 * kMs + period, period) == Pulse::kFine);
   CHECK(judge_pulse(20 * kMs + period + 1, period) == Pulse::kLate);
-  // a host that holds the machine up for 90 ms kills nobody
+  // a host that stalls the machine for 90 ms must not cause a kill
   CHECK(judge_pulse(90 * kMs, period) == Pulse::kLate);
   CHECK(judge_pulse(250 * kMs + period, period) == Pulse::kLate);
   CHECK(judge_pulse(250 * kMs + period + 1, period) == Pulse::kHung);
@@ -35,8 +35,8 @@ TEST_CASE("restart policy: a machine that was asleep has not hung", "[servo]") {
   // asleep between two looks, and the process has not run again at the second and the third
   CHECK(silence.look(7, 100 * kMs, 130 * kMs + nap, nap) == 30 * kMs);
   CHECK(silence.look(7, 100 * kMs, 150 * kMs + nap, 0) == 50 * kMs);
-  // what was forgiven one beat is not forgiven the next
+  // the tolerance for one beat does not extend to the next
   CHECK(silence.look(8, 160 * kMs + nap, 470 * kMs + nap, 0) == 310 * kMs);
-  // it beat once more just before the nap
+  // it beat once more just before the stall
   CHECK(silence.look(9, 471 * kMs + nap, 490 * kMs + 2 * nap, nap) == 19 * kMs);
 }

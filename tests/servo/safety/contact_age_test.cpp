@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/contact_age.cpp: design.md §4, "Age counts from the answered ServoFrame".
+// Tests for servo/safety/contact_age.cpp: age counts from the answered ServoFrame.
 #include "servo/safety/contact_age.h"
 
 #include <catch2/catch.hpp>
@@ -109,7 +109,7 @@ TEST_CASE("contact age: a set that returns in mid-fade does not step up", "[serv
 }
 
 TEST_CASE("contact age: sets that are already too old on arrival are not rendered", "[servo]") {
-  // a contact that answers each tick, but always 200 ms late
+  // a contact that answers every tick, but always 200 ms late
   ContactAge age;
   for (int64_t k = 0; k < 1000; ++k) {
     const ContactArrival arrival{true, static_cast<uint64_t>(k), (k - 200) * kMs, true};

@@ -41,7 +41,7 @@ TEST_CASE("coupling: damping acts along the spring, brakes the entry and never p
   CHECK_THAT(coupling_force(c, {tool, proxy, {0, 0, 0.05}, {}}), IsNear({0, 0, 0.5}, 1e-12));
   CHECK_THAT(coupling_force(c, {tool, proxy, {0, 0, 1}, {}}), IsNear({0, 0, 0}, 1e-12));
   CHECK_THAT(coupling_force(c, {tool, proxy, {0.3, 0, 0}, {}}), IsNear({0, 0, 1}, 1e-12));
-  // a surface that comes along brakes nothing
+  // a surface that moves along does not brake
   CHECK_THAT(coupling_force(c, {tool, proxy, {0, 0, -0.1}, {0, 0, -0.1}}),
              IsNear({0, 0, 1}, 1e-12));
 }

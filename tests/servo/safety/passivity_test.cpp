@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/safety/passivity.cpp: against identities, and a sampled wall that a mass runs
-// into.
+// Tests for servo/safety/passivity.cpp against identities, and with a sampled wall hit by a mass.
 #include "servo/safety/passivity.h"
 
 #include <random>
@@ -18,7 +17,7 @@ namespace {
 constexpr double kDt = 1e-3;
 constexpr int64_t kTickNs = 1'000'000;
 
-/// One tick of the port: what the controller makes of a force at this place.
+/// One tick of the port: the controller's output for a force at this position.
 haptic::PassivityOutput pass(PassivityState& state, int64_t tick, const Vec3& p, const Vec3& force,
                              double max_damping, const Vec3& surface = {}) {
   const auto out =
@@ -46,7 +45,7 @@ struct Mass {
 
 struct Run {
   double amplitude = 0;  // peak to peak in the last half [m]
-  double energy = 0;     // put in by the hand: negative where the wall is active [J]
+  double energy = 0;     // supplied by the hand: negative if the wall is active [J]
 };
 
 /// A mass dropped onto a wall of stiffness K under a constant push.
@@ -74,7 +73,7 @@ Run on_wall(double stiffness, double max_damping, bool controlled, double push =
 
 TEST_CASE("passivity: pairing trap: the leak of a sampled wall is seen with its sign",
           "[servo][trap]") {
-  // algorithms.md 8.3: Σ K y_k (y_{k+1} − y_k) = ½K(y_n² − y_0²) − ½K Σ Δy²
+  // Σ K y_k (y_{k+1} − y_k) = ½K(y_n² − y_0²) − ½K Σ Δy²
   std::mt19937_64 rng(5);
   std::uniform_real_distribution<double> uniform(0.5e-3, 2e-3);
   const double K = 1000;
@@ -92,7 +91,7 @@ TEST_CASE("passivity: pairing trap: the leak of a sampled wall is seen with its 
   pass(state, 20, {-y, 0, 0}, {K * y, 0, 0}, 0);
   const double stored = 0.5 * K * (y * y - y0 * y0);
   CHECK(state.energy == Approx(stored - 0.5 * K * squares).epsilon(1e-12));
-  // the wrong pairing would have said that the wall swallows as much as it gives
+  // the wrong pairing would show the wall absorbing as much as it gives
   CHECK(state.energy < stored);
 }
 
@@ -112,7 +111,7 @@ TEST_CASE("passivity: a wall within the limit of Colgate and Schenkel is left al
 
 TEST_CASE("passivity: a wall that is too stiff buzzes, and with the controller it does not",
           "[servo]") {
-  // 2500 N/m where 1600 is the limit: the published case of algorithms.md 8.3
+  // 2500 N/m, above the limit of 1600 N/m
   const Run loose = on_wall(2500, 0, false), kept = on_wall(2500, 0.8, true);
   CHECK(loose.energy < -5e-3);
   CHECK(loose.amplitude > 0.5e-3);
@@ -125,7 +124,7 @@ TEST_CASE("passivity: a wall that is too stiff buzzes, and with the controller i
 TEST_CASE("passivity: the damper stays within its bound and against the motion", "[servo]") {
   PassivityState state;
   pass(state, 0, {}, {5, 0, 0}, 0.1);
-  // pushed along by 10 mm: 50 mJ were given away in one tick
+  // pushed along by 10 mm: 50 mJ were released in one tick
   const Vec3 step{0.01, 0, 0};
   const auto out = pass(state, 1, step, {5, 0, 0}, 0.1);
   CHECK(out.damped);
@@ -136,7 +135,7 @@ TEST_CASE("passivity: the damper stays within its bound and against the motion",
 TEST_CASE("passivity: a wall that is left pulls no more than it pushed", "[servo]") {
   PassivityState state;
   pass(state, 0, {}, {3, 0, 0}, 5);
-  // 10 m/s would be a damper of 50 N
+  // at 10 m/s the damper alone would give 50 N
   CHECK(pass(state, 1, {0.01, 0, 0}, {}, 5).force_B.x == Approx(-2.9).margin(0.11));
   CHECK(pass(state, 2, {0.02, 0, 0}, {}, 0).force_B.x == 0);
 }
@@ -146,7 +145,7 @@ TEST_CASE("passivity: after a gap the way is divided by the time that it took", 
   PassivityState state;
   state.energy = -20e-3;
   pass(state, 0, {}, {4, 0, 0}, 0);
-  // samples that are not new say nothing and change nothing
+  // stale samples change nothing
   for (int k = 1; k <= 4; ++k) {
     const auto held = haptic::keep_passive(state, {{}, 0, {}, {4, 0, 0}, 2}, kDt);
     CHECK_FALSE(held.damped);
@@ -172,7 +171,7 @@ TEST_CASE("passivity: free space begins a new account, and a debt is bounded", "
   pass(state, 0, {}, {10, 0, 0}, 0);
   pass(state, 1, {1, 0, 0}, {}, 0);
   CHECK(state.energy == -haptic::kPassivityDebt);
-  // the debt is forgotten slowly, a credit at once
+  // an energy debt decays slowly, a credit at once
   for (int k = 2; k < 502; ++k) pass(state, k, {1, 0, 0}, {}, 0);
   CHECK(state.energy == Approx(-haptic::kPassivityDebt * std::exp(-1)).epsilon(0.01));
   state.energy = 1;

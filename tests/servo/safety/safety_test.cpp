@@ -18,7 +18,7 @@ using haptic::test::IsNear;
 namespace {
 
 constexpr double kDt = 1e-3;
-// where a test is not about its growth the force is free to step
+// the force may step in tests that are not about its growth
 const SafetyLimits kLimits{.max_force = 5, .max_torque = 0.1, .soft_start = 0, .slew = 1e9};
 const SafetyLimits kGrowing{.max_force = 5, .max_torque = 0.1, .soft_start = 0, .slew = 2000};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -82,7 +82,7 @@ TEST_CASE("safety: NaN and infinity latch a fault until it is cleared", "[servo]
   CHECK(out.F_B == Wrench{});
   CHECK((out.flags & haptic::kServoFault) != 0);
 
-  // a good wrench afterwards stays zero
+  // a valid wrench afterwards stays zero
   out = make_safe(kLimits, state, asking({{1, 0, 0}, {}}), kDt);
   CHECK(out.F_B == Wrench{});
 
@@ -175,14 +175,14 @@ TEST_CASE("safety: a fault is cleared only while the handle is calm", "[servo]")
   input.fault_clears = 1;
   input.device.V_BH.v = {0.2, 0, 0};
   CHECK((make_safe(kLimits, state, input, kDt).flags & haptic::kServoFault) != 0);
-  // the request waits: it need not be made again
+  // the request waits: it need not be repeated
   input.device.V_BH.v = {0.05, 0, 0};
   CHECK((make_safe(kLimits, state, input, kDt).flags & haptic::kServoFault) == 0);
 }
 
 namespace {
 
-/// A fresh sample at this place and time.
+/// A fresh sample at this position and time.
 SafetyInput sample(const Vec3& p_B, double t_s) {
   SafetyInput input = asking({{1, 0, 0}, {}});
   input.device.X_BH.p = p_B;
@@ -205,7 +205,7 @@ TEST_CASE("safety: a device whose driver doubts it closes the force until it is 
   doubted.device.flags |= flag;
   CHECK(make_safe(kLimits, state, doubted, kDt).F_B == Wrench{});
   CHECK(state.fault == fault);
-  // well again, it waits for somebody who says so; and before that, nobody can
+  // once healthy it waits for clear-fault, which has no effect before that
   CHECK(make_safe(kLimits, state, sample({}, 0.002), kDt).F_B == Wrench{});
   doubted.fault_clears = 1;
   make_safe(kLimits, state, doubted, kDt);
@@ -221,7 +221,7 @@ TEST_CASE("safety: a pose that jumps is a fault, over the time that was measured
   SECTION("one metre in a tick") {
     CHECK(make_safe(kLimits, state, sample({1, 0, 0}, 0.001), kDt).F_B == Wrench{});
     CHECK(state.fault == haptic::Fault::kPoseJump);
-    // cleared where it now is, nothing is compared with what was before
+    // after clearing, the present position is not compared with earlier ones
     SafetyInput input = sample({1, 0, 0}, 0.002);
     input.fault_clears = 1;
     CHECK(make_safe(kLimits, state, input, kDt).F_B.f.x == 1);
@@ -309,7 +309,7 @@ TEST_CASE("safety: the growth counts the time that has passed, not the ticks", "
   };
   at(1);
   input.released = true;
-  // a tick that comes 10.6 ms late counts for one, the next, 0.4 ms later, for 0.4
+  // a tick that is 10.6 ms late counts as one, the next, 0.4 ms later, as 0.4
   CHECK(at(12.6) == Approx(kGrowing.slew * kDt));
   CHECK(at(13) == Approx(1.4 * kGrowing.slew * kDt));
   CHECK(at(14) == Approx(2.4 * kGrowing.slew * kDt));
@@ -329,7 +329,7 @@ TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and ha
   Vec3 last_p, last_F;
   double largest = 0;
   for (int k = 0; k < 20'000; ++k) {
-    // a lie, a lie that stays, or the truth
+    // a lie, a lasting lie, or the truth
     if (k % 3 != 0) input.F_B.f = any(20);
     input.device.X_BH.p += any(1e-3);
     input.device.V_BH.v = {};
@@ -341,7 +341,7 @@ TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and ha
     const double most = kGrowing.slew * kDt + (k > 0 ? stiffness * moved : 0);
     CAPTURE(k, norm(F), norm(last_F), moved);
     REQUIRE(norm(F) - norm(last_F) <= most * (1 + 1e-12));
-    // nor in any direction: of the force before it any part may be left
+    // nor in any direction: any part of the previous force may remain
     const double length2 = norm_squared(last_F);
     const double share = length2 > 0 ? std::clamp(dot(F, last_F) / length2, 0.0, 1.0) : 0;
     REQUIRE(norm(F - share * last_F) <= most * (1 + 1e-12));
@@ -353,7 +353,7 @@ TEST_CASE("safety: whatever is asked for, no tick grows by more than slew and ha
 }
 
 TEST_CASE("safety: a slap of 1.5 m/s on a stiff wall is not slowed", "[servo]") {
-  // twice the slew limit in each tick, and straight into it
+  // twice the slew limit in each tick, and the full force at once
   const double stiffness = GENERATE(500.0, 3000.0), speed = 1.5;
   const Vec3 normal = normalized(Vec3{1, 2, -2});
   SafetyLimits limits = kGrowing;
@@ -381,7 +381,7 @@ TEST_CASE("safety: what is held goes at once, what comes is slow", "[servo]") {
   CHECK(ask({4, 0, 0}).F_B.f.x == step);
   CHECK(ask({4, 0, 0}).F_B.f.x == 4);
   CHECK(ask({0.5, 0, 0}).F_B.f.x == 0.5);
-  // into a corner: the wall that is there stays as it is
+  // into a corner: the force of the existing wall is unchanged
   ask({2, 0, 0});
   CHECK_THAT(ask({2, 3, 0}).F_B.f, IsNear({2, step, 0}, 1e-12));
   // a wall on the other side
@@ -395,16 +395,16 @@ TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it"
   SafetyLimits limits = kGrowing;
   limits.slew = 1000;
   SafetyState state = warm();
-  // a fifth of the largest force and torque a tick
+  // a fifth of the largest force and torque per tick
   const SafetyOutput first = make_safe(limits, state, asking({{}, {0, 0, 0.09}}), kDt);
   CHECK_THAT(first.F_B.t, IsNear({0, 0, 0.02}, 1e-15));
   CHECK((first.flags & haptic::kServoSlewing) != 0);
-  // that of a force that comes slowly comes as slowly
+  // the torque of a slowly growing force grows as slowly
   state = warm();
   const SafetyOutput both = make_safe(limits, state, asking({{4, 0, 0}, {0, 0, 0.04}}), kDt);
   CHECK_THAT(both.F_B.f, IsNear({1, 0, 0}, 1e-15));
   CHECK_THAT(both.F_B.t, IsNear({0, 0, 0.01}, 1e-15));
-  // what the hand's own turn brings is not slowed
+  // changes due to the hand's own rotation are not slowed
   state = warm();
   SafetyInput turned = asking({});
   turned.stiffness.rotational = 1;
@@ -416,7 +416,7 @@ TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it"
 }
 
 TEST_CASE("safety: where contacts fade the passivity controller adds nothing", "[servo]") {
-  // the force is gone and the hand falls: a debt must not push against it
+  // the force is gone and the hand falls: an energy debt must not push against it
   const auto pushed = [](bool fading) {
     SafetyState state = warm();
     state.passivity.energy = -20e-3;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDegree = 0.017453292519943295, kH = 1e-3;
 
-/// A box of 0.1 kg, its corners 2 cm from the middle.
+/// A box of 0.1 kg, its corners 2 cm from the centre.
 RigidLoop constrained() {
   RigidLoop loop(Renderer::kConstrained6);
   loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
@@ -55,7 +55,7 @@ TEST_CASE("constrained6: a pulled box rests on four corners", "[servo]") {
   const Pose rest = out.proxy.X_WT;
   CHECK_THAT(rest.p, IsNear({0, 0, 0.02}, 1e-9));
   CHECK_THAT(out.F_hand_W.f, IsNear({0, 0, 800 * 5e-3}, 1e-6));
-  // Σ λ = h F, and what pushes it is what the hand feels
+  // Σ λ = h F, and the hand feels what pushes the body
   CHECK_THAT(out.push_W[0].f, IsNear(out.F_hand_W.f, 1e-6));
   CHECK_THAT(out.push_W[0].t, IsNear(out.F_hand_W.t, 1e-7));
   for (size_t i = 0; i < trials(10000); ++i) out = loop.hold({{0, 0, 0.015}, {}}, *floor);
@@ -76,7 +76,7 @@ TEST_CASE("constrained6: sticks within the cone of friction and slides at its ed
   const double pull = 3e-3;
   BodySolution out;
   loop.hold({start, {}}, *floor);
-  // an incline seen from the box: the pull grows slowly, its direction stays
+  // an incline seen from the box: the pull grows slowly in a constant direction
   const auto hand_at = [&](int i) {
     const double way = pull * std::min(i, 500) / 500;
     return Pose{start + way * Vec3{std::sin(angle), 0, -std::cos(angle)}, {}};
@@ -90,7 +90,7 @@ TEST_CASE("constrained6: sticks within the cone of friction and slides at its ed
     REQUIRE_THAT(out.proxy.X_WT.p, IsNear({out.proxy.X_WT.p.x, 0, start.z}, 1e-8));
     slipped = out.proxy.X_WT.p.x;
   }
-  // it slips until the spring is back at the edge of the cone, a little further by its mass
+  // it slips until the spring is back at the edge of the cone, a little further by its inertia
   const double edge = pull * std::max(0.0, std::sin(angle) - mu * std::cos(angle));
   if (degrees < 0) CHECK(std::fabs(slipped) < 1e-9);
   if (degrees > 0) CHECK(slipped == Approx(edge).epsilon(0.05));
@@ -152,7 +152,7 @@ TEST_CASE("constrained6: a body that nobody leads never gains energy", "[servo][
         let_go(loop, {random.pose(0.1), {random.direction(), 20 * random.direction()}});
         before = energy(loop);
       }
-      // contacts wherever it is, some of them a little behind
+      // contacts all around it, some slightly violated
       const Pose X_WG = loop.constrained.body.X_WC;
       const auto set = rigid_set(X_WG, random_touches(random, 0.05, 5e-3));
       if (i % 3 == 0) set->contacts[0].object_point_O += 1e-4 * set->contacts[0].normal_O;
@@ -210,7 +210,7 @@ TEST_CASE("constrained6: comes out of what it is behind, a part each tick", "[se
     loop.hold({}, *floor);
     const double now = 0.02 - loop.constrained.body.X_WC.p.z;
     REQUIRE(now == Approx(left * 2 / 3).margin(1e-12));
-    // nothing of it is left as speed
+    // none of it remains as speed
     REQUIRE(norm(loop.constrained.body.V_WC.v) < 1e-12);
     left = now;
   }
@@ -247,7 +247,7 @@ TEST_CASE("constrained6: contacts fade with their age, without a step", "[servo]
   for (int i = 1; i <= 100; ++i) {
     loop.tick.weight = std::max(0.0, 1 - 0.02 * i);
     const double now = loop.hold({{0, 0, -depth}, {}}, *floor).F_hand_W.f.z;
-    // 100 µm a tick, by spring and damper
+    // 100 µm per tick, by spring and damper
     REQUIRE(std::fabs(now - before) <= 0.2);
     before = now;
   }
@@ -301,7 +301,7 @@ TEST_CASE("constrained6: what is not finite renders nothing, and the next tick b
     CHECK(is_finite(out.proxy.X_WT));
     CHECK_FALSE(loop.constrained.started);
   }
-  // a tool without mass is no body: it rests, and that is said
+  // a tool without mass is not a body: it rests, and a flag says so
   loop.tick.V_WO[0] = {};
   loop.model.tool.mass = 0;
   loop.model.coupling = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/solve/body/free_space.cpp, and for what a body's proxy does with it.
+// Tests for servo/solve/body/free_space.cpp, and for its effect on a body's proxy.
 #include "servo/solve/body/free_space.h"
 
 #include <limits>
@@ -15,10 +15,10 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr double kSpeed = 2e-3;  // a tick [m]
+constexpr double kSpeed = 2e-3;  // per tick [m]
 constexpr double kHalfBand = 0.25e-3;
 
-/// Nothing that pushes, and that much room around the tool.
+/// No contacts, and that much free distance around the tool.
 std::unique_ptr<ContactSet> empty_set(double clearance) {
   auto set = set_of({});
   set->renderer = static_cast<uint32_t>(Renderer::kVoxel);
@@ -34,7 +34,7 @@ ServoModel voxel_model() {
   return model;
 }
 
-/// A hand that goes along x and turns about it, with answers `age` ticks late.
+/// A hand that moves along x and rotates about it, with answers `age` ticks late.
 class LateLoop {
  public:
   LateLoop(double clearance, int64_t age, double turn)
@@ -159,7 +159,7 @@ TEST_CASE("free space: while contact is away a hand is caught up with, however f
     const Vec3 hand{way * static_cast<double>(k), 0, 0};
     const ServoFrame f = step_armed(model, state, input_at(k, hand, set.get()));
     behind = std::max(behind, f.depth);
-    // the old set is rendered for 70 ms; what it held back then takes half a band a tick
+    // the old set is rendered for 70 ms; the remaining lag then decays by half a band per tick
     if (static_cast<double>(k) > 70 + behind / kHalfBand + 1) REQUIRE(f.F_coupling_W == Wrench{});
   }
   CHECK(behind > 10 * kHalfBand);
@@ -172,7 +172,7 @@ TEST_CASE("free space: what an object has moved is used up", "[servo]") {
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.05));
   X_WO[0].p.x = 0.01;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.04));
-  // along with it nothing is
+  // along it there is no force
   CHECK(FreeSpace(*set, {}, X_WO).left_at({{0.01, 0, 0}, {}}) == Approx(0.05));
 }
 
@@ -185,7 +185,7 @@ TEST_CASE("free space: an object far away that moves uses up its own clearance a
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.005));
   X_WO[1].p.x = 0.398;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.002));
-  // where one is not known to be away, or there is none, nothing is
+  // if the distance of an object is unknown or there is no object, there is no force
   set->clearance[0] = 0;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
   set->n_objects = 0;

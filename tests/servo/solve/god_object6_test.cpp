@@ -24,7 +24,7 @@ RigidLoop god_object() {
   return RigidLoop(Renderer::kGodObject6);
 }
 
-/// Some way, and a turn as large at the tool's rim.
+/// A translation, and a rotation equally large at the tool's rim.
 Twist random_way(Random& random, double most) {
   return {random.uniform(0, most) * random.direction(),
           random.uniform(0, most / 0.05) * random.direction()};
@@ -37,7 +37,7 @@ Pose at(const Vec3& p_W) {
 }  // namespace
 
 TEST_CASE("god-object6: a cube on one edge and on four corners", "[servo]") {
-  // algorithms.md 6.3: side 1, M = diag(1, 1/6); the inertia stands for k_R
+  // side 1, M = diag(1, 1/6); the inertia acts as k_R
   RigidLoop loop = god_object();
   loop.model.coupling = {1, 0, 1.0 / 6, 0, 0, 0};
   const auto one = rigid_set({}, {{{0.5, -0.5, 0}, {0, 1, 0}, 0}});
@@ -94,7 +94,7 @@ TEST_CASE("god-object6: without friction a plane pushes along its normal alone",
 }
 
 TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") {
-  // Karush–Kuhn–Tucker against the contacts as they are: feasible, and the force in their cone
+  // KKT conditions for the contacts as they are: feasible, and the force in their cone
   Random random(1);
   RigidLoop loop = god_object();
   loop.model.coupling = {800, 0, 2, 0, 0, 0};
@@ -123,7 +123,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
     add_block(weight, 3, 3, 400 * Mat3{});
     std::vector<MotionRow> cone = rows;
     for (MotionRow& row : cone) row.b = 0;
-    // the polar decomposition: −F = what the cone makes + the rest, the rest is zero
+    // polar decomposition: −F = cone part + rest, and the rest is zero
     const MotionMetric metric = factor_metric(weight);
     const Twist push = response(metric, -out.F_hand_W);
     const ConstrainedMotion rest = least_constraint(metric, push, cone);
@@ -135,7 +135,7 @@ TEST_CASE("god-object6: the force lies in the cone of the contacts", "[servo]") 
 }
 
 TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]") {
-  // contacts all round at no gap, opposite ones among them
+  // contacts all round with zero gap, some of them opposite
   std::vector<Touch> wall;
   for (const double z : {-0.02, 0.02}) {
     for (int i = 0; i < 12; ++i) {
@@ -158,7 +158,7 @@ TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]
     REQUIRE(std::fabs(out.F_hand_W.t.z) <= 1e-9 * norm(out.F_hand_W.f));
     REQUIRE_THAT(out.F_hand_W.f, IsNear({-1.6, -0.8, 0}, 1e-6));
   }
-  // along the axis nothing is felt
+  // along the axis there is no force
   const BodySolution free = god_object().hold(at({0, 0, 0.01}), *set);
   CHECK(free.F_hand_W == Wrench{});
 }
@@ -190,7 +190,7 @@ TEST_CASE("god-object6: what is new is let in over some ticks, what is gone let 
 }
 
 TEST_CASE("god-object6: another feature of the same surface changes nothing", "[servo][trap]") {
-  // slides over facets: each tick another contact and another verified pose
+  // slides over facets: a new contact and a new verified pose each tick
   RigidLoop loop = god_object();
   double before = 0;
   for (int i = 0; i < 200; ++i) {
@@ -213,7 +213,7 @@ TEST_CASE("god-object6: a verified pose that jumps does not step the force", "[s
   const Pose hand = at({0, 0, -depth});
   double before = loop.hold(hand, *rigid_set({}, corners_on_floor(0.02, 0))).F_hand_W.f.z;
   CHECK(before == Approx(k * depth));
-  // the surface is elsewhere from one tick to the next, up and down
+  // the surface moves up and down from tick to tick
   for (const double height : {jump, -jump, 0.0}) {
     const auto set = rigid_set(at({0, 0, height}), corners_on_floor(0.02, 0));
     for (int i = 0; i < 60; ++i) {
@@ -236,14 +236,14 @@ TEST_CASE("god-object6: let out of one plane the proxy does not slide along anot
   const Pose hand = at({0, 0, -depth});
   Vec3 before = loop.hold(hand, *floor).F_hand_W.f;
   CHECK_THAT(before, IsNear({0, 0, k * depth}, 1e-9));
-  // the proxy lies on both, so nothing is let in
+  // the proxy lies on both planes, so nothing is faded in
   const double most = k * depth * loop.tick.dt / loop.model.blend_time;
   for (int i = 0; i < 12; ++i) {
     const BodySolution out = loop.hold(hand, *ramp);
     const Vec3 now = out.F_hand_W.f;
     CAPTURE(angle, i, now);
     REQUIRE(norm(now - before) <= (1 + 1e-8) * most);
-    // what is put off is a force as any other: of the spring, and an object makes it
+    // the rate-limited part is a force as well: the spring's, caused by an object
     REQUIRE_THAT(now, IsNear(k * (out.proxy.X_WT.p - hand.p), 1e-9));
     REQUIRE_THAT(out.push_W[0].f, IsNear(now, 1e-9));
     before = now;
@@ -252,7 +252,7 @@ TEST_CASE("god-object6: let out of one plane the proxy does not slide along anot
 }
 
 TEST_CASE("god-object6: what is put off goes along with the object that carried it", "[servo]") {
-  // the same in a frame at rest and in one that moves and turns: off the centre, with torques
+  // the same in a frame at rest and in a moving, rotating one: off centre, with torques
   const Twist V{{0.2, -0.1, 0.3}, {2, -3, 1}};
   const Vec3 slope{std::sin(0.6), 0, std::cos(0.6)};
   const auto floor = rigid_set({}, {{{0.02, 0.01, 0}, {0, 0, 1}, 0}});
@@ -274,7 +274,7 @@ TEST_CASE("god-object6: what is put off goes along with the object that carried 
     const BodySolution there =
         moving.step(ToolMotion{X_WT, {velocity_at(V, X_WT.p - X_WO.p), V.w}}, carried);
     CAPTURE(i, here.F_hand_W.f, here.F_hand_W.t);
-    // without a contact nothing carries the tool: it is left where it is in the world
+    // without contact nothing carries the tool: it keeps its place in the world
     if (&set == none.get()) {
       pushed_by_none += here.F_hand_W != Wrench{} ? 1 : 0;
       continue;
@@ -283,7 +283,7 @@ TEST_CASE("god-object6: what is put off goes along with the object that carried 
     REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.t), IsNear(here.F_hand_W.t, 1e-9));
     REQUIRE_THAT(there.push_W[0].f, IsNear(there.F_hand_W.f, 1e-9));
   }
-  // the last contacts are let out in some ticks, and then there is nothing
+  // the last contacts fade out within some ticks, and then there is no force
   CHECK(pushed_by_none >= 2);
   CHECK(pushed_by_none <= 6);
   CHECK(still.hold(hand, *none).F_hand_W == Wrench{});
@@ -304,7 +304,7 @@ TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][
     loop.tick.weight = i <= 50 ? 1 - 0.02 * i : 0.02 * (i - 50);
     const double now = loop.step(hand, *floor).F_hand_W.f.z;
     REQUIRE(std::fabs(now - before) <= 0.03 * full);
-    // back in, it follows by a few ticks
+    // back inside, it follows within a few ticks
     if (i <= 50) REQUIRE(now == Approx(loop.tick.weight * full).margin(1e-9));
     before = now;
   }
@@ -319,7 +319,7 @@ TEST_CASE("god-object6: sticks within the cone of friction and slides at its edg
   const auto materials = rough(mu);
   RigidLoop loop = god_object();
   loop.model.materials = materials;
-  // so low that it does not tip over
+  // low enough not to tip over
   const auto floor = rigid_set(at({0, 0, 0.002}), corners_on_floor(0.02, -0.002));
   const double depth = 3e-3;
   CAPTURE(mu, degrees);
@@ -344,7 +344,7 @@ TEST_CASE("god-object6: what sticks does not creep", "[servo][trap]") {
   loop.hold(at({0, 0, 0.02}), *rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02)));
   const Pose hand{{1e-3, 0, 0.017}, from_rotation_vector({0, 0, 0.01})};
   for (size_t i = 0; i < trials(10000); ++i) {
-    // contact follows the hand without friction
+    // contact's own proxy follows the hand without friction
     const auto set = rigid_set(at({1e-3 * (i % 2 == 0), 0, 0.02}), corners_on_floor(0.02, -0.02));
     const BodySolution out = loop.hold(hand, *set);
     REQUIRE_THAT(out.proxy.X_WT.p, IsNear({0, 0, 0.02}, 1e-8));
@@ -378,7 +378,7 @@ TEST_CASE("god-object6: shading turns the force, its own normals change nothing"
     const Pose hand = moved(X_WG, {5e-3 * random.direction(), 0.05 * random.direction()});
     RigidLoop plain = god_object(), shaded = god_object();
     const BodySolution expected = plain.hold(hand, *set);
-    // the normals through another rounding
+    // the normals with other roundings
     for (Contact& c : set->contacts) c.shading_normal_O = (1 + 1e-15) * c.normal_O;
     const BodySolution out = shaded.hold(hand, *set);
     REQUIRE_THAT(out.F_hand_W.f, IsNear(expected.F_hand_W.f, 1e-10));
@@ -417,7 +417,7 @@ TEST_CASE("god-object6: a moving object takes the proxy along", "[servo]") {
   const auto set = rigid_set(at({0, 0, 0.02}), corners_on_floor(0.02, -0.02));
   const Twist V{{0.1, 0, 0.05}, {0, 0.3, 0}};
   for (int i = 0; i < 1000; ++i) {
-    // the hand moves as the object does, deep in it
+    // the hand moves with the object, deep inside it
     const Pose X_WO = extrapolate({}, V, 1e-3 * i);
     const Pose X_WT = X_WO * at({0, 0, 0.018});
     loop.tick.X_WO[0] = X_WO;
@@ -429,7 +429,7 @@ TEST_CASE("god-object6: a moving object takes the proxy along", "[servo]") {
     const Vec3 proxy_O = inverse(X_WO) * out.proxy.X_WT.p;
     REQUIRE_THAT(proxy_O, IsNear({0, 0, 0.02}, 1e-9));
   }
-  // out of it both move alike and nothing is felt
+  // outside it both move alike and there is no force
   loop.tick.X_WO[0] = {};
   const BodySolution out = loop.step(ToolMotion{at({0, 0, 0.021}), V}, *set);
   CHECK(out.F_hand_W == Wrench{});
@@ -504,30 +504,30 @@ TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by th
       failed += out.converged ? 0 : 1;
       REQUIRE(is_finite(out.proxy.X_WT));
       REQUIRE(std::fabs(dot(out.proxy.X_WT.q, out.proxy.X_WT.q) - 1) < 1e-12);
-      // what the last contacts pushed may be felt a few ticks longer
+      // the last contacts may be felt for a few more ticks
       if (out.n_pushing == 0 && out.F_hand_W == Wrench{}) {
         REQUIRE(out.proxy.X_WT == hand);
         continue;
       }
       ++pushed;
-      // it is the spring to the proxy, to second order in the turn
+      // it is the spring to the proxy, to second order in the rotation
       const Twist way = way_between(hand, out.proxy.X_WT);
       REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-9));
       REQUIRE_THAT(out.F_hand_W.t, IsNear(2 * way.w, 0.1));
-      // and what the objects push
+      // and the wrench on the objects is its opposite
       const Wrench sum = out.push_W[0] + out.push_W[1];
       REQUIRE_THAT(sum.f, IsNear(out.F_hand_W.f, 1e-9));
       REQUIRE_THAT(sum.t, IsNear(out.F_hand_W.t, 1e-10));
     }
     CHECK(pushed > trials(5000) / 2);
-    // friction may jam; without it there is always an answer
+    // friction may jam; without it there is always a solution
     if (mu == 0) CHECK(failed == 0);
   }
 }
 
 TEST_CASE("god-object6: held between two objects it gives way to neither, and one carries it",
           "[servo]") {
-  // a floor at rest, a plate above that goes sideways
+  // a floor at rest, and a plate above that moves sideways
   const auto materials = rough(GENERATE(0.0, 0.5));
   RigidLoop loop = god_object();
   loop.model.coupling = {800, 2, 2, 5e-3, 0, 0};
@@ -544,7 +544,7 @@ TEST_CASE("god-object6: held between two objects it gives way to neither, and on
     const BodySolution out = loop.hold(at({0, 0, i % 20 < 10 ? 1e-3 : -1e-3}), *set);
     REQUIRE(out.converged);
     REQUIRE(std::fabs(out.proxy.X_WT.p.z) < 1e-9);
-    // pressed to the plate it is taken along, pressed to the floor it is not
+    // pressed to the plate it is carried along, pressed to the floor it is not
     const double up = out.F_hand_W.f.z;
     REQUIRE((i % 20 < 10 ? -up : up) == Approx(0.8).epsilon(1e-6));
   }

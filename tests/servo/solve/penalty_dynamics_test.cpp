@@ -15,7 +15,7 @@ VirtualCoupling spring(double k, double b) {
   return {k, b, 0, 0, 0, 0};
 }
 
-/// A body on a spring to the origin, let go at 1 m; the largest and the last distance.
+/// A body on a spring to the origin, released at 1 m; the largest and the last distance.
 struct Swing {
   double largest = 0, last = 0;
 };
@@ -33,7 +33,7 @@ Swing swing(Integrator integrator, int steps, double b = 0, double mass = 0.1) {
   return out;
 }
 
-/// Amplitude of an undamped swing: positions and velocities count.
+/// Amplitude of an undamped oscillation, from position and velocity.
 double amplitude(Integrator integrator, int steps) {
   RigidBody tool;
   BodyMotion body{{{1, 0, 0}, {}}, {}};
@@ -61,7 +61,7 @@ Vec3 angular_momentum(const RigidBody& tool, const BodyMotion& body) {
 }  // namespace
 
 TEST_CASE("dynamics: growth factors of the three integrators", "[servo][trap]") {
-  // algorithms.md 2.3: k = 1000 N/m, m = 0.1 kg, h = 1 ms, 1000 steps from rest
+  // k = 1000 N/m, m = 0.1 kg, h = 1 ms, 1000 steps from rest
   CHECK(amplitude(Integrator::kExplicit, 1000) == Approx(144.773).epsilon(1e-5));
   CHECK(amplitude(Integrator::kImplicit, 1000) == Approx(0.006907).epsilon(1e-3));
   CHECK(amplitude(Integrator::kExplicit, 1000) * amplitude(Integrator::kImplicit, 1000) ==
@@ -71,24 +71,24 @@ TEST_CASE("dynamics: growth factors of the three integrators", "[servo][trap]") 
 }
 
 TEST_CASE("dynamics: explicit fails where theory says, implicit does not", "[servo][trap]") {
-  // algorithms.md 2.2: m = 0.01 kg, k = 1000 N/m, h = 1 ms want b > h k = 1 N·s/m and b < 2 m/h
+  // m = 0.01 kg, k = 1000 N/m, h = 1 ms need b > h k = 1 N·s/m and b < 2 m/h
   CHECK(swing(Integrator::kExplicit, 2000, 0.1, 0.01).last > 1e3);
   CHECK(swing(Integrator::kExplicit, 2000, 1.1, 0.01).last < 1e-3);
   CHECK(swing(Integrator::kImplicit, 2000, 0.1, 0.01).last < 1e-3);
-  // semi-implicit to ωh = 2: m > k h²/4
+  // semi-implicit up to ωh = 2: m > k h²/4
   CHECK(swing(Integrator::kSemiImplicit, 2000, 0, 0.9 * 2.5e-4).last > 1e3);
   CHECK(swing(Integrator::kSemiImplicit, 2000, 0, 1.1 * 2.5e-4).largest < 10);
 }
 
 TEST_CASE("dynamics: one implicit step is that of the closed form", "[servo]") {
-  // algorithms.md 4.4: u' = (m u + h f)/(m + h² (k + k_T))
+  // u' = (m u + h f)/(m + h² (k + k_T))
   RigidBody tool;
   tool.mass = 0.01;
   BodyMotion body{{{0, 0, -1e-3}, {}}, {{0, 0, -0.05}, {}}};
   BodyWrench f = coupling_wrench(spring(1000, 0), tool, {{{0, 0, -5e-3}, {}}, {}}, body);
   const SoftContact floor{{}, {}, {0, 0, 1}, {}, 5000, 0};
   const double force = 5000 * 1e-3 - 1000 * 4e-3;
-  // h K u belongs to the right side: the spring is where it will be
+  // h K u belongs to the right side: the spring force at the end of the step
   const double expected = (0.01 * -0.05 + kStep * force) / (0.01 + kStep * kStep * 6000);
   const auto next =
       penalty_dynamics_step(tool, body, f, {&floor, 1}, Integrator::kImplicit, {kStep, 0});
@@ -168,7 +168,7 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
 }
 
 TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {
-  // algorithms.md 0.4: the force must push the tool out, in every pose and at every speed
+  // the force must push the tool out, in every pose and at every speed
   Random random(12);
   for (size_t i = 0; i < trials(20000); ++i) {
     const BodyMotion body{random.pose(0.1), random_twist(random, 2, 20)};

@@ -14,7 +14,7 @@ constexpr QuasiStaticStep kFree{0, 50, 1e-10};
 }  // namespace
 
 TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") {
-  // algorithms.md 7.2: x = (k_T x_h + k p)/(k_T + k), felt k_T (x_h − x)
+  // x = (k_T x_h + k p)/(k_T + k), felt k_T (x_h − x)
   const RigidBody tool;
   const VirtualCoupling coupling{800, 0, 1, 0, 0, 0};
   const SoftContact floor{{}, {}, {0, 0, 1}, {}, 3000, 0};
@@ -27,7 +27,7 @@ TEST_CASE("quasi-static: equilibrium of two springs in closed form", "[servo]") 
 }
 
 TEST_CASE("quasi-static: a hard wall a micrometre ahead of a long step", "[servo][trap]") {
-  // the step is 300 times as long as the wall lets it be
+  // the step is 300 times as long as the wall permits
   const RigidBody tool;
   const VirtualCoupling coupling{1000, 0, 1, 0, 0, 0};
   const double k = GENERATE(3e4, 3e5, 1e6);

@@ -10,9 +10,9 @@ using namespace haptic::test;
 
 namespace {
 
-/// A tool with many points pressed into a wavy floor, each with a normal of its own.
+/// A tool with many points pressed into a wavy floor, each with its own normal.
 struct Patch {
-  std::vector<PointPush> pushes;  // in W: sums are the same in any frame
+  std::vector<PointPush> pushes;  // in W: sums do not depend on the frame
   ContactSet set{};
   RigidBody tool;
 };
@@ -49,7 +49,7 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
   return patch;
 }
 
-/// All points as springs, moved with the tool: what asking again would give, about C.
+/// All points as springs that move with the tool, the answer of a new query, about C.
 Wrench all_points(const Patch& patch, const Twist& motion_of_origin, const Vec3& centre_W) {
   std::vector<PointPush> moved = patch.pushes;
   for (PointPush& p : moved) {
@@ -81,7 +81,7 @@ TEST_CASE("soft contacts: springs and rest are the linearised wrench, against as
   CHECK_THAT(there.f, IsNear(exact.f, 1e-9));
   CHECK_THAT(there.t, IsNear(exact.t, 1e-10));
   for (int i = 0; i < 100; ++i) {
-    // pressing and turning a little: the change to first order
+    // pressing and rotating a little: the change to first order
     const Twist motion{2e-6 * random.direction() - Vec3{0, 0, 2e-6}, 2e-5 * random.direction()};
     const Pose X_WT{patch.set.X_WT.p + motion.v, from_rotation_vector(motion.w) * patch.set.X_WT.q};
     const Pose X_there = motion_of_centre(patch.tool, {X_WT, {}}).X_WC;
@@ -93,7 +93,7 @@ TEST_CASE("soft contacts: springs and rest are the linearised wrench, against as
 }
 
 TEST_CASE("soft contacts: retreat is never attractive", "[servo][trap]") {
-  // at 0.5 m/s with contact at 100 Hz the tool is 5 mm away from where it was linearised
+  // at 0.5 m/s with contact at 100 Hz the tool is 5 mm from its linearisation
   Random random(4);
   const Patch patch = make_patch(2, 0.2, {});
   const SoftContacts contacts = carry_soft_contacts(patch.set, patch.tool, {});
@@ -107,7 +107,7 @@ TEST_CASE("soft contacts: retreat is never attractive", "[servo][trap]") {
     CAPTURE(t, F.f);
     REQUIRE(F.f.z >= -1e-9);
   }
-  // well away nothing is left
+  // far away no force is left
   const Pose far{patch.set.X_WT.p + Vec3{0, 0, 5e-3}, patch.set.X_WT.q};
   CHECK(model_at(contacts, patch.tool, motion_of_centre(patch.tool, {far, {}}).X_WC) == Wrench{});
 }

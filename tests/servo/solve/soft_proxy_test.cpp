@@ -43,7 +43,7 @@ BodySolution held_at(const SoftProxyModel& model, SoftProxyState& state, const P
 }  // namespace
 
 TEST_CASE("soft proxy: direct rendering is n times as stiff on n contacts", "[servo][trap]") {
-  // algorithms.md 2.1: ∂F/∂z = n·k
+  // ∂F/∂z = n·k
   for (const size_t n : {4u, 16u, 64u}) {
     const ContactSet set = floor_contacts(n);
     SoftProxyState state;
@@ -69,7 +69,7 @@ TEST_CASE("soft proxy: dynamics comes to rest where the equilibrium is", "[servo
   CHECK_THAT(d.F_hand_W.t, IsNear(q.F_hand_W.t, 1e-5));
   CHECK_THAT(d.proxy.X_WT.p, IsNear(q.proxy.X_WT.p, 1e-6));
   CHECK(q.n_pushing >= 3);
-  // the spring to the hand and the floor's in series, to first order in the tilt
+  // the hand's and the floor's springs in series, to first order in the tilt
   CHECK(q.F_hand_W.f.z == Approx(800.0 * 8000 / 8800 * 5e-3).epsilon(0.05));
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("soft proxy: free space is exactly free for the massless, almost for t
     const auto d = solve_soft_proxy(model_of(SoftSolver::kPenaltyDynamics), dynamic, tick);
     if (i > 500) most = std::max(most, norm(d.F_hand_W.f));
   }
-  // what moves the proxy's mass: m·a = 0.1 kg · 0.8 m/s²
+  // the force that accelerates the proxy: m·a = 0.1 kg · 0.8 m/s²
   CHECK(most == Approx(0.08).epsilon(0.3));
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("soft proxy: what is not finite puts it to the hand and renders nothin
 
 TEST_CASE("soft proxy: points that approach are braked, those that leave are not",
           "[servo][trap]") {
-  // algorithms.md 3.1: braking viscosity; a set that was asked while the tool came down
+  // braking viscosity (McNeely et al. 1999); a set computed while the tool came down
   ContactSet set = floor_contacts(4);
   set.trust_radius = 1e-3;
   Mat6 B;

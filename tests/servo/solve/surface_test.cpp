@@ -77,7 +77,7 @@ TEST_CASE("friction: on a random way the force stays in the static cone", "[serv
 }
 
 TEST_CASE("friction: viscous alone creeps at f_t/b, from no cone", "[servo]") {
-  // k dt/b of the way is made good in each tick: 3 mm aside leave 3 mm (1 − 0.04)^n
+  // each tick makes up k dt/b of the distance: 3 mm sideways leave 3 mm (1 − 0.04)^n
   const FrictionLaw law{0, 0, 20, 800, 1e-3};
   FrictionState state;
   hold_by_friction(law, state, {0, 0, -1e-3}, {}, 0, {});
@@ -96,7 +96,7 @@ TEST_CASE("friction: the anchor is the object's", "[servo][trap]") {
   const Pose moved{{0.3e-3, 0.4e-3, 0}, {}};
   CHECK_THAT(hold_by_friction(law, state, {0, 0, -1e-3}, {0, 0, 0}, 2, moved),
              IsNear({0.3e-3, 0.4e-3, 0}, 1e-15));
-  // another object begins with no anchor
+  // another object begins without an anchor
   CHECK_THAT(hold_by_friction(law, state, {0, 0, -1e-3}, {0, 0, 0}, 1, moved), IsNear({}, 1e-15));
 }
 
@@ -109,8 +109,8 @@ TEST_CASE("friction: the hysteresis between sliding and sticking", "[servo]") {
   CHECK(proxy_x(0) == 0);
   CHECK(proxy_x(0.79) == 0);             // sticks
   CHECK(proxy_x(0.81) == Approx(0.31));  // slips to the dynamic cone
-  CHECK(proxy_x(0.9) == Approx(0.40));   // and slides on
-  CHECK(proxy_x(0.75) == Approx(0.40));  // back a little: still the dynamic law
+  CHECK(proxy_x(0.9) == Approx(0.40));   // and keeps sliding
+  CHECK(proxy_x(0.75) == Approx(0.40));  // back a little: still the dynamic coefficient
   CHECK(proxy_x(0.95) == Approx(0.45));
   CHECK(proxy_x(0.6) == Approx(0.45));  // below 0.6 of it: sticks again
   CHECK(proxy_x(1.2) == Approx(0.45));
