@@ -120,7 +120,7 @@ TEST_CASE("fuzz: whatever clients and children send, the next client is handed i
   uint64_t offers = 0, count = 0;
   test::FuzzRun fuzz("handout socket", 4, 4000);
   fuzz.run([&](FuzzRandom& random) {
-    // a child may offer one segment per generation, in increasing order; others none
+    // a child may offer one segment, from a given generation on; other peers none
     FileDescriptor peer = random.below(2) == 0 ? watched->server.connect_child(SegmentId::kSim, 1)
                                                : connect_session("fuzzed");
     watched->serve();

@@ -311,7 +311,7 @@ TEST_CASE("mass properties: box, ball and bored block in closed form, wherever t
   const MassProperties s = mass_properties(build_mesh(ball.vertices, ball.triangles).view());
   CHECK(s.inertia_O.row[2].z == Approx(0.4 * s.volume * kRadius * kRadius).epsilon(2e-3));
 
-  // a block minus its hole: points in the hole count against it
+  // a block with a hole: the inertia of the hole is subtracted
   const PegAndHole fit;
   const Soup block = make_hole(fit, {400, 1});
   const MassProperties h = mass_properties(build_mesh(block.vertices, block.triangles).view());

@@ -72,7 +72,7 @@ double stiffness_along_z(const std::function<double(double)>& force_at, double z
 TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is bounded") {
   // ∂F/∂z = n·k: box of side L on a plane with 4 to 400 contact points
   const double side = 20e-3, k = 1000;
-  // on one triangle of the plane: several faces would push at each point
+  // on one triangle of the plane: where triangles meet, each would push
   const MeshShapeData plane = build_shape(make_grid(0.1, 1));
   Room room;
   for (const size_t n : {2u, 4u, 10u, 20u}) {
@@ -95,7 +95,7 @@ TEST_CASE("exact: stiffness of n contact points is n k, and clustered it is boun
         return sum;
       };
     };
-    // all pushes are counted, and there are no more clusters than fit
+    // one cluster for all; then at most as many as disks of half the radius around the leaders
     CHECK(stiffness_along_z(clustered(2 * side), -1e-4) == Approx(k).epsilon(1e-6));
     const double radius = 5e-3, grown = side + radius;
     const double most = grown * grown / (std::numbers::pi * radius * radius / 4);

@@ -130,7 +130,7 @@ TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has
     CHECK(config.rigid.k_s == 0.5);
     CHECK(config.rigid.margin == 2e-6);
     CHECK(config.rigid.moves == 3);
-    // the soft renderers' settings keep the hand from meeting the contacts directly
+    // a soft renderer's proxy may lack springs, a rigid one's always has them
     CHECK(has_springs(config.proxy, config.renderer));
     CHECK_FALSE(has_springs(config.proxy, Renderer::kVoxel));
     const std::string error = error_of(scene(name, false) + rigid);

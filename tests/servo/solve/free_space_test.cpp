@@ -159,7 +159,7 @@ TEST_CASE("free space: while contact is away a hand is caught up with, however f
     const Vec3 hand{way * static_cast<double>(k), 0, 0};
     const ServoFrame f = step_armed(model, state, input_at(k, hand, set.get()));
     behind = std::max(behind, f.depth);
-    // the old set is rendered for 70 ms; the remaining lag then decays by half a band per tick
+    // the old set is rendered for 70 ms; the lag then decreases by half a band per tick
     if (static_cast<double>(k) > 70 + behind / kHalfBand + 1) REQUIRE(f.F_coupling_W == Wrench{});
   }
   CHECK(behind > 10 * kHalfBand);
@@ -172,7 +172,7 @@ TEST_CASE("free space: what an object has moved is used up", "[servo]") {
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.05));
   X_WO[0].p.x = 0.01;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.04));
-  // along it there is no force
+  // a tool that moves along with the object uses up nothing
   CHECK(FreeSpace(*set, {}, X_WO).left_at({{0.01, 0, 0}, {}}) == Approx(0.05));
 }
 
@@ -185,7 +185,7 @@ TEST_CASE("free space: an object far away that moves uses up its own clearance a
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.005));
   X_WO[1].p.x = 0.398;
   CHECK(FreeSpace(*set, {}, X_WO).left_at({}) == Approx(0.002));
-  // if the distance of an object is unknown or there is no object, there is no force
+  // no free space if the clearance of an object is unknown, or without objects
   set->clearance[0] = 0;
   CHECK_FALSE(FreeSpace(*set, {}, X_WO).left_at({}) > 0);
   set->n_objects = 0;

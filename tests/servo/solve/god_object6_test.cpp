@@ -514,7 +514,7 @@ TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by th
       const Twist way = way_between(hand, out.proxy.X_WT);
       REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-9));
       REQUIRE_THAT(out.F_hand_W.t, IsNear(2 * way.w, 0.1));
-      // and the wrench on the objects is its opposite
+      // and the sum of what the objects push
       const Wrench sum = out.push_W[0] + out.push_W[1];
       REQUIRE_THAT(sum.f, IsNear(out.F_hand_W.f, 1e-9));
       REQUIRE_THAT(sum.t, IsNear(out.F_hand_W.t, 1e-10));
