@@ -31,9 +31,8 @@ struct JudgedPlace {
 ///
 /// - force error: |F − F*|, F* = k (proxy* − tool) of the oracle at the same tick
 /// - ripple: |ΔF − ΔF*| from tick to tick
-/// - jammed: the force exceeds the oracle's by more than kJamForce while the proxy moves less than
-/// a
-///   tenth of the tool's motion
+/// - jammed: the force exceeds the oracle's by more than kJamForce while the proxy moves by less
+///   than a tenth of the tool's motion
 /// - stuck: the proxy moves as little although it is not in a local minimum, whatever the oracle
 /// - lost: the oracle is deeper than kLostDepth and there is no force: tunnelling
 /// - behind: depth of the verified proxy behind the surface offset by its radius

@@ -19,7 +19,7 @@ constexpr double kStiffness = 1000, kDamping = 9;  // of the coupling [N/m], [N�
 constexpr double kTurnStiffness = 2, kTurnDamping = 3e-3;  // [N·m/rad], [N·m·s/rad]
 constexpr double kMass = 0.02;                             // of the tool [kg]
 constexpr size_t kRoom = 100000;                           // capacity in pairs of triangles
-constexpr int kMostTicks = 500, kQuietTicks = 5;
+constexpr int kMostTicks = 500, kQuietTicks = 5;           // limit per pose; settled after as many
 constexpr double kQuiet = 1e-5;  // relative change of the wrench per tick that counts as settled
 
 constexpr std::array kScenes{QualityScene::kConeOnPlane, QualityScene::kSphereRoundCylinder,

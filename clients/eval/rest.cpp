@@ -17,7 +17,7 @@ constexpr double kLeastForce = 0.05;    // [N]; positions with less are not test
 constexpr double kLeastGain = 1e-3;     // [N]; smallest reduction of the force that counts
 constexpr double kLeastDescent = 1e-6;  // [N]; as in EvalJudge
 constexpr double kRestShare = 0.999;    // goal: share of ticks in a local minimum
-constexpr uint64_t kSphereShare = 5;    // every fifth mesh is also used for the sphere
+constexpr uint64_t kSphereShare = 5;    // the sphere gets a fifth as many meshes
 
 /// A family of meshes, one per seed, and the radius of the proxy led over them.
 struct RestScene {

@@ -17,8 +17,7 @@ struct RigidJudgeOptions {
   double margin = 0;                // distance the tool keeps from surfaces [m]
   double dt = 1e-3;                 // [s]
   double blend_time = 3e-3;         // in which the servo fades contacts in and out [s]
-  // no mass and no damper, so that the force is due to contacts only: cone, steps and jams have
-  // goals
+  // no mass, no damper: the force is due to contacts only, and cone, steps and jams have goals
   bool is_massless = true;
 };
 

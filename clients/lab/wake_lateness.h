@@ -45,8 +45,7 @@ WakeRun measure_wakes(const WakeOptions& options);
 /// Runs the witness alone, next to another program's loop: one priority lower, on the same core.
 WakeRun measure_witness(const WakeOptions& options);
 
-/// Runs the servo's loop with a witness: a second loop on the core, one priority lower, 30 µs
-/// later.
+/// Runs the servo's loop with a witness: a loop one priority lower on the core, 30 µs later.
 struct WitnessedRun {
   WakeRun servo, witness;
 };

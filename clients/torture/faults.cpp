@@ -503,8 +503,7 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   outcome.zero_after_ns = verdict.zero_after_ns;
   outcome.excused = verdict.excused;
   if (info.goal_ns == 0 || !outcome.recovery_ns) return;
-  // the documented time assumes a processor; processes start at normal priority and may wait for
-  // one
+  // the documented time assumes a free processor; processes start at normal priority
   const int64_t stated_ns = info.goal_ns + done.waited_ns +
                             held_up(session_.stalls_of_starts(since_ns), done.recovery_from_ns,
                                     done.recovery_from_ns + *outcome.recovery_ns);

@@ -132,8 +132,7 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     const int64_t before_ns = all[i - 1].t_ns;
     const int64_t late_ns = held_up(fault.stalls, before_ns - kLateReadNs, before_ns);
     const double dt = 1e-9 * static_cast<double>(c.t_ns - all[i - 2].t_ns + late_ns);
-    // growth due to spring and damper; false planes: to any side, over two answers, one of them
-    // late
+    // growth due to spring and damper; false planes: to any side, over two answers, one late
     const double deeper =
         misled ? c.deepest - all[i - 1].shallowest : std::max(0.0, c.depth - all[i - 1].depth);
     const double pushed =

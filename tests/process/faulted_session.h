@@ -72,8 +72,7 @@ struct FaultedSession {
            kind == FaultKind::kMemory || kind == FaultKind::kBusy;
   }
 
-  /// Stalls of the machine count too: with 64 clients a core may not reach this process for a
-  /// while.
+  /// Stalls of the machine count too: with 64 clients this process may wait for a core.
   static bool may_replace_contact(FaultKind kind) {
     return kind == FaultKind::kContactKill || kind == FaultKind::kContactHang ||
            kind == FaultKind::kHapticdKill || kind == FaultKind::kHapticdServoKill ||

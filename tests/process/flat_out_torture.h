@@ -27,8 +27,7 @@ struct FlatOutFindings {
 template <typename RingType>
 class FlatOutTorture {
  public:
-  /// Runs until that many items were read or the time is over; `stop_at_fault`: or a fault was
-  /// found.
+  /// Runs until that many items were read or the time is over, or with `stop_at_fault` at a fault.
   FlatOutFindings run(uint64_t wanted_reads, int64_t patience_ns, bool stop_at_fault = false) {
     const int64_t give_up = now_ns() + patience_ns;
     for (size_t i = 0; i < kFlatOutReaders; ++i) {

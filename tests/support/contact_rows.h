@@ -84,8 +84,7 @@ inline MotionProblem random_motion_problem(Random& random, double radius,
   return problem;
 }
 
-/// Residual of the KKT conditions, relative to the speeds that each row sums up and to the
-/// wrenches.
+/// Residual of the KKT conditions, relative to each row's sum of speeds and to the wrenches.
 struct KktResidual {
   double primal = 0, dual = 0, complementarity = 0, stationarity = 0;
 };

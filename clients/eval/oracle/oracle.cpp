@@ -48,8 +48,7 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
   std::vector<const Facet*> stops;  // facets that stopped it at its present place
   Long3 goal = tool;
   OracleAnswer answer;
-  // the exact minimum over the planes of `stops`: no closer than the stand-off, but never lifted
-  // off
+  // the exact minimum over the planes of `stops`: outside the stand-off, but never lifted off
   const auto minimum = [&](long double stand_off) {
     std::vector<Wall> walls;
     for (const Facet* f : stops) {

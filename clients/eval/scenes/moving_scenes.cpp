@@ -110,8 +110,7 @@ struct Draft {
   std::vector<Soup> soups;
   Tool tool;
 
-  /// Adds an object that oscillates along axis_O, `way` [m] ahead after a quarter period (0:
-  /// static).
+  /// Adds an object that oscillates along axis_O, `way` [m] ahead after a quarter period.
   void add(Soup soup, const Pose& X_SO, double way, double frequency, const Vec3& axis_O) {
     ObjectConfig move;
     move.X_WO = X_SO;

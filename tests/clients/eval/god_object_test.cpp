@@ -41,8 +41,7 @@ void require_force(const ServoFrame& f, double depth, const Vec3& n = {0, 0, 1})
   REQUIRE(norm(f.F_device_B.f - exact * n) <= tol(kForceRelative) * exact);
 }
 
-/// Runs a scripted hand against one object and calls `see` with each frame and the contacts it
-/// used.
+/// Runs a scripted hand against one object and calls `see` with each frame and its contacts.
 void run(SessionConfig config, haptic::Soup soup, std::function<Vec3(double)> path, double seconds,
          const LockstepOptions& options,
          const std::function<void(const ServoFrame&, const ContactSet*)>& see) {
@@ -278,8 +277,7 @@ TEST_CASE("god-object: a moving block at 1 m/s pushes the proxy, no pop-through"
   for (int k = 0; k < 3000; ++k) {
     REQUIRE(lockstep.step());
     const ServoFrame& f = lockstep.frame();
-    // the plate's pose in this tick as the servo knows it: the hand at rest is that deep below its
-    // top
+    // the plate's pose as the servo knows it: the hand at rest is that deep below its top
     const double top = haptic::object_pose_at(lockstep.scene(), 0, f.t_ns).p.z + 0.005;
     if (top > 0) {
       require_force(f, top);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for proto/ipc/control_socket.cpp: hapticd's end and its peers, in one process and in
-// several.
+// Tests for proto/ipc/control_socket.cpp: hapticd's end and its peers, in one or more processes.
 #include "proto/ipc/control_socket.h"
 
 #include <poll.h>

@@ -331,8 +331,7 @@ TEST_CASE("coulomb: held between a floor and a plate that goes by, a body stays 
   const FrictionStep out = solver.step(metric, {{0, 0, push}, {}}, contacts);
   REQUIRE(out.converged);
   CHECK_FALSE(out.contradictory);
-  // pressed to the plate by 1 N·s, whose friction carries it along, and to the floor, which lets it
-  // stay
+  // pressed to the plate by 1 N·s, whose friction carries it along; the floor lets it stay
   CHECK_THAT(out.v.v, IsNear({push > 0 ? 0.1 : 0, 0, 0}, 1e-6));
 }
 
