@@ -28,10 +28,9 @@ struct RigidJudgeOptions {
 ///  - Jams: the force exceeds the one by all pairs of triangles within the hand's reach by 0.1 N
 ///    while the proxy moves less than a tenth of the hand's motion; or a verified pose has moved
 ///    less than a margin although ten margins of feasible motion are left.
-///  - Falls (tunnelling): there is no force, although all pairs of triangles within the hand's
-///  reach
-///    give more than 0.1 N, and the tool would be inside at one of eight poses on the way to the
-///    hand, not counting the last part (0.1 N, or one tick of motion).
+///  - Falls (tunnelling): there is no force, although all pairs of triangles within reach of the
+///    hand give more than 0.1 N, and the tool would be inside at one of eight poses on the way to
+///    the hand, not counting the last part (0.1 N, or one tick of motion).
 ///  - Cone: the part of the force that no non-negative combination of the contacts explains,
 ///    relative to the force; fading contacts count.
 ///  - Steps: |ΔF| minus the part due to the hand's motion and the fading of contacts,

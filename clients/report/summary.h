@@ -56,9 +56,9 @@ struct Penetration {
   double deepest_proxy = 0;  // of the servo's proxy X_WP; contacts lag behind it [m]
 };
 
-/// Exact check of every verified proxy (CGAL predicates) and depth of every tick's proxy. A tool
-/// with six degrees of freedom may be inside: about 1,000 vertices of its proxy are tested at about
-/// 200 instants.
+/// Exact check of every verified proxy of a point (CGAL predicates) and depth of every tick's
+/// proxy. With a tool of six degrees of freedom about 2,000 verified poses are checked, if its
+/// renderer is rigid, and the depth of about 1,000 of its vertices at about 200 instants.
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
                                 const BakedSession& baked);
 
