@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "contact/bake/session.h"
+#include "contact/step.h"
 #include "proto/os/message.h"
 
 namespace haptic {

@@ -102,7 +102,6 @@ std::vector<Row> bench_bake(const Options& options) {
   const MeshData mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   const auto triangles = static_cast<double>(mesh.triangles.size());
   rows.add("triangles", triangles, "");
-  measured_costs();
   SearchStructures built;
   const auto clear = [&] { built = {}; };
   const auto build = [&] { built = build_search_structures(mesh.view()); };

@@ -138,8 +138,8 @@ std::vector<Row> eval_artefacts(const std::string& plot) {
     own.note("renderer", std::string(row.name));
     judge_edge(on_edge, is_penalty, own);
     judge_plate(on_plate, is_penalty, own);
-    edge.series.push_back(force_along(std::string(name), on_edge));
-    plate.series.push_back(force_along(std::string(name), on_plate));
+    edge.series.push_back(force_along(std::string(row.name), on_edge));
+    plate.series.push_back(force_along(std::string(row.name), on_plate));
     rows.append(own.rows());
   }
   if (!plot.empty()) write_svg(plot, "the artefacts of the penalty method", {edge, plate});

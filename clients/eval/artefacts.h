@@ -6,6 +6,7 @@
 
 #include "clients/report/report.h"
 #include "proto/wire/wire.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt torture: injects random faults into a private session and checks every force in the log of
 // the emulated device.
+#include <sched.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +28,7 @@
 namespace haptic {
 namespace {
 
+constexpr int kFifoPriority = 5;               // under the recorder, which is watched too
 constexpr double kFaultsPerMinute = 100;       // goal, at least
 constexpr int64_t kProgressNs = kNsPerSecond;  // between two progress lines
 constexpr int kExitInterrupted = 130;          // 128 + SIGINT
@@ -321,8 +324,14 @@ void run_torture(const TortureCommand& options) {
   Result result;
   {
     TortureSession session({folder.path(), recording, !options.no_realtime});
+    // it has to see every frame, while 64 viewers may take both processors
+    if (!options.no_realtime)
+      enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
     torture(options, session, result);
     session.stop();
+    // what is left is work, which a real-time thread may not do for seconds
+    const sched_param normal{};
+    sched_setscheduler(0, SCHED_OTHER, &normal);
     result.unseen = session.unseen();
     result.samples = account_for_samples(session.parts(), session.published());
   }

@@ -30,14 +30,19 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
+/// What a running session lacks for a renderer, with the springs that are wanted of it.
+std::string lack_of(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
+  const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
+  const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
+  return lack_of(config, renderer, springs, has_maps);
+}
+
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
   std::string known;
   for (const RendererRow& row : kRenderers) {
     known += (known.empty() ? "" : ", ") + std::string(row.name);
     if (row.name != name) continue;
-    const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
-    const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
-    const std::string lack = lack_of(config, row.id, springs, has_maps);
+    const std::string lack = lack_of(config, row.id, wanted);
     if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
     wanted.renderer = static_cast<uint32_t>(row.id);
     return {CommandKind::kChange, false, ""};
