@@ -90,10 +90,10 @@ std::vector<CcdQuery> hand_scale_queries(size_t n) {
   return queries;
 }
 
-std::optional<SweptMeeting> meeting_of(const CcdQuery& query, const SweptPairOptions& options) {
+std::optional<SweptMeeting> meeting_of(const CcdQuery& query, double tolerance) {
   const auto& [a, b, c, d] = query.corners;
-  if (query.is_face) return vertex_face_meeting(a, {b, c, d}, options);
-  return edge_edge_meeting({a, b}, {c, d}, options);
+  if (query.is_face) return vertex_face_meeting(a, {b, c, d}, tolerance);
+  return edge_edge_meeting({a, b}, {c, d}, tolerance);
 }
 
 }  // namespace haptic

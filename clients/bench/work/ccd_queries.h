@@ -33,6 +33,7 @@ std::vector<CcdFile> read_ccd_queries(const std::string& folder);
 /// of which moves by 0.05 to 2 mm and turns a little. Ground truth is unknown.
 std::vector<CcdQuery> hand_scale_queries(size_t n);
 
-std::optional<SweptMeeting> meeting_of(const CcdQuery& query, const SweptPairOptions& options);
+/// What contact answers.
+std::optional<SweptMeeting> meeting_of(const CcdQuery& query, double tolerance);
 
 }  // namespace haptic

@@ -92,8 +92,7 @@ bool GodObject6::is_across(std::span<const Pose> X_WO, const Pose& from_W, const
     Obstacle& o = obstacles_[i];
     const Pose from_O = inverse(X_WO[i]) * from_W, to_O = inverse(X_WO[i]) * to_W;
     if (!is_free_of(o, from_O)) continue;
-    const SweptPairOptions options{kApart * options_.margin, 0};
-    if (o.sweep.time_of_impact(way_of(from_O, to_O), options).meets) return true;
+    if (o.sweep.time_of_impact(way_of(from_O, to_O), kApart * options_.margin).meets) return true;
   }
   return false;
 }
@@ -154,7 +153,7 @@ size_t GodObject6::n_near() const {
 /// motion. Short and nearly straight motions are followed by the fronts, and only the pairs that
 /// these cannot prove apart are tested; else all are.
 GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
-  const SweptPairOptions options{kApart * options_.margin, 0};
+  const double tolerance = kApart * options_.margin;
   FreePart free;
   for (Obstacle& o : obstacles_) {
     const Pose X_OT = inverse(o.X_WO) * to_W;
@@ -168,8 +167,8 @@ GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
     }
     free.are_fronts_there &= is_followed;
     const MeshMeeting meeting = is_followed
-                                    ? o.sweep.time_of_impact(way, options, o.front.suspects())
-                                    : o.sweep.time_of_impact(way, options);
+                                    ? o.sweep.time_of_impact(way, tolerance, o.front.suspects())
+                                    : o.sweep.time_of_impact(way, tolerance);
     if (!meeting.meets) continue;
     o.keep(meeting.pair);
     free.time = std::min(free.time, meeting.time);

@@ -53,6 +53,13 @@ Slice FeaturePath::at(double t) const {
   return {between(from_.base, to_.base), between(from_.e, to_.e), between(from_.f, to_.f)};
 }
 
+bool FeaturePath::is_finite() const {
+  const auto is_slice_finite = [](const Slice& s) {
+    return haptic::is_finite(s.base) && haptic::is_finite(s.e) && haptic::is_finite(s.f);
+  };
+  return is_slice_finite(from_) && is_slice_finite(to_);
+}
+
 double FeaturePath::deviation(double time) const {
   return turning_.stretch != nullptr ? off_the_chord(turning_.stretch->motion, furthest_, time) : 0;
 }

@@ -53,6 +53,7 @@ class FeaturePath {
   const Slice& last() const { return to_; }
   const SliceErrors& errors() const { return errors_; }
   bool is_triangle() const { return is_triangle_; }
+  bool is_finite() const;
 
  private:
   /// The parts of a slice that move with the tool, and those that are fixed.

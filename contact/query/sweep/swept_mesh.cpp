@@ -38,7 +38,7 @@ bool is_finite(const RigidMotion& motion) {
 }  // namespace
 
 struct SweptMesh::Search {
-  const SweptPairOptions& options;
+  double tolerance;
   MotionStretch stretch;  // from the start of the search to the first meeting so far
   ObbSweep sweep;
   double sweep_from, sweep_to;
@@ -73,7 +73,7 @@ void SweptMesh::ask(Search& search, const SweptTriangle& swept_tool,
   const Corners face_O = corners_of(object_.mesh, pair.a);
   if (!may_meet(swept_tool, face_O)) return;
   const AskedFeatures asked{tool_owners_, object_owners_, pair.b, pair.a};
-  const auto meeting = first_meeting(search.stretch, swept_tool, face_O, asked, search.options);
+  const auto meeting = first_meeting(search.stretch, swept_tool, face_O, asked, search.tolerance);
   if (!meeting || (search.found.meets && meeting->time >= search.found.time)) return;
   search.found = {meeting->time, true, meeting->is_proven, pair};
   const MotionStretch& stretch = search.stretch;
@@ -134,10 +134,10 @@ int SweptMesh::stretches_of(const RigidMotion& motion) const {
   return static_cast<int>(std::clamp(wanted, 1.0, 1.0 * kMostStretches));
 }
 
-MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, const SweptPairOptions& options) {
+MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, double tolerance) {
   if (!is_finite(motion)) return {0, true, false, {}};
   if (object_.tree.nodes.empty() || tool_.tree.nodes.empty()) return {};
-  Search search{options, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
+  Search search{tolerance, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
   if (witness_) {
     ask(search, swept(corners_of(tool_.mesh, witness_->b), search.stretch), *witness_);
   }
@@ -155,10 +155,10 @@ MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, const SweptPair
   return search.found;
 }
 
-MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, const SweptPairOptions& options,
+MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, double tolerance,
                                       std::span<const TrianglePair> pairs) {
   if (!is_finite(motion)) return {0, true, false, {}};
-  Search search{options, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
+  Search search{tolerance, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
   for (const TrianglePair& pair : pairs) {
     ask(search, swept(corners_of(tool_.mesh, pair.b), search.stretch), pair);
   }

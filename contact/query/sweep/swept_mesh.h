@@ -11,11 +11,11 @@ namespace haptic {
 
 /// When a moving tool may first touch an object.
 struct MeshMeeting {
-  double time = 1;         // the surfaces are apart at every earlier time: never late
-  bool meets = false;      // false: they are apart along the whole motion
-  bool is_proven = false;  // the surfaces are within the tolerance there; else a budget ended the
-                           // search of a pair
-  TrianglePair pair;       // of the object (a) and of the tool (b)
+  double time = 1;     // the surfaces are apart at every earlier time: never late
+  bool meets = false;  // false: they are apart along the whole motion
+  bool is_proven =
+      false;          // the surfaces are within the tolerance there; else nothing more is known
+  TrianglePair pair;  // of the object (a) and of the tool (b)
 };
 
 /// Continuous collision detection of two triangle meshes, the tool in rigid motion past the object:
@@ -28,17 +28,18 @@ struct MeshMeeting {
 /// the boxes, earliest first; every meeting found prunes what is later. The pair that met last is
 /// tested first (warm start), which only changes by how much, within the tolerance, an answer is
 /// early. Works on any triangle soup. Allocates at construction only; the work is bounded by the
-/// pairs of triangles times the budget of a pair of features.
+/// pairs of triangles.
 class SweptMesh {
  public:
   /// The arrays that both shapes view must outlive it.
   SweptMesh(const MeshShape& object, const MeshShape& tool);
 
-  /// For a fixed object. A motion that is not finite gives a meeting at 0, unproven.
-  MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options);
+  /// For a fixed object; the tolerance [m] is that of swept_pair.h. A motion that is not finite
+  /// gives a meeting at 0, unproven.
+  MeshMeeting time_of_impact(const RigidMotion& motion, double tolerance);
 
   /// The same for these pairs only; the caller knows that no others meet.
-  MeshMeeting time_of_impact(const RigidMotion& motion, const SweptPairOptions& options,
+  MeshMeeting time_of_impact(const RigidMotion& motion, double tolerance,
                              std::span<const TrianglePair> pairs);
 
  private:

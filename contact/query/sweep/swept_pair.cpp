@@ -5,26 +5,15 @@
 #include <cmath>
 
 #include "contact/query/sweep/feature_advance.h"
-#include "contact/query/sweep/feature_boxes.h"
 
 namespace haptic {
 namespace {
 
-bool is_sound(const Slice& s) {
-  return is_finite(s.base) && is_finite(s.e) && is_finite(s.f);
-}
-
-std::optional<SweptMeeting> first_meeting(const FeaturePath& path,
-                                          const SweptPairOptions& options) {
-  if (!is_sound(path.first()) || !is_sound(path.last())) return SweptMeeting{path.begin(), false};
-  const Advance advanced = advance(path, options.tolerance);
+std::optional<SweptMeeting> first_meeting(const FeaturePath& path, double tolerance) {
+  if (!path.is_finite()) return SweptMeeting{path.begin(), false};
+  const Advance advanced = advance(path, tolerance);
   if (advanced.end == Advance::End::kApart) return std::nullopt;
-  const bool is_near = advanced.end == Advance::End::kNear;
-  if (options.budget == 0) return SweptMeeting{advanced.time, is_near};
-  const BoxSearch search = first_box(path, advanced.time, options.tolerance, options.budget);
-  if (!search.may_meet) return std::nullopt;
-  return SweptMeeting{search.time,
-                      !search.is_exhausted || (is_near && search.time == advanced.time)};
+  return SweptMeeting{advanced.time, advanced.end == Advance::End::kNear};
 }
 
 struct Range {
@@ -62,36 +51,34 @@ bool are_beside(const std::array<SweptPoint, N>& one, const std::array<SweptPoin
 
 std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
-                                                const SweptPairOptions& options) {
+                                                double tolerance) {
   if (are_beside(std::array{vertex}, face)) return std::nullopt;
-  return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), options);
+  return first_meeting(FeaturePath::of_vertex_and_face(vertex, face), tolerance);
 }
 
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b,
-                                              const SweptPairOptions& options) {
+                                              double tolerance) {
   if (are_beside(a, b)) return std::nullopt;
-  return first_meeting(FeaturePath::of_edges(a, b), options);
+  return first_meeting(FeaturePath::of_edges(a, b), tolerance);
 }
 
 std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
                                                 const std::array<Vec3, 3>& face_O,
-                                                const SweptPairOptions& options) {
-  return first_meeting(FeaturePath::of_vertex_and_face(stretch, vertex_T, face_O), options);
+                                                double tolerance) {
+  return first_meeting(FeaturePath::of_vertex_and_face(stretch, vertex_T, face_O), tolerance);
 }
 
 std::optional<SweptMeeting> face_vertex_meeting(const MotionStretch& stretch,
                                                 const std::array<Vec3, 3>& face_T,
-                                                const Vec3& vertex_O,
-                                                const SweptPairOptions& options) {
-  return first_meeting(FeaturePath::of_face_and_vertex(stretch, face_T, vertex_O), options);
+                                                const Vec3& vertex_O, double tolerance) {
+  return first_meeting(FeaturePath::of_face_and_vertex(stretch, face_T, vertex_O), tolerance);
 }
 
 std::optional<SweptMeeting> edge_edge_meeting(const MotionStretch& stretch,
                                               const std::array<Vec3, 2>& edge_T,
-                                              const std::array<Vec3, 2>& edge_O,
-                                              const SweptPairOptions& options) {
-  return first_meeting(FeaturePath::of_edges(stretch, edge_T, edge_O), options);
+                                              const std::array<Vec3, 2>& edge_O, double tolerance) {
+  return first_meeting(FeaturePath::of_edges(stretch, edge_T, edge_O), tolerance);
 }
 
 }  // namespace haptic

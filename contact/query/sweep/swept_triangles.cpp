@@ -51,7 +51,7 @@ bool may_meet(const SweptTriangle& tool, const Corners& face_O) {
 
 std::optional<SweptMeeting> first_meeting(const MotionStretch& stretch, const SweptTriangle& tool,
                                           const Corners& face_O, const AskedFeatures& asked,
-                                          const SweptPairOptions& options) {
+                                          double tolerance) {
   std::optional<SweptMeeting> first;
   const auto take = [&](const std::optional<SweptMeeting>& meeting) {
     if (meeting && (!first || meeting->time < first->time)) first = meeting;
@@ -60,16 +60,16 @@ std::optional<SweptMeeting> first_meeting(const MotionStretch& stretch, const Sw
   for (int i = 0; i < 3; ++i) {
     const auto at = static_cast<size_t>(i), next = static_cast<size_t>((i + 1) % 3);
     if (asked.tool.has_vertex(asked.triangle_T, i)) {
-      take(vertex_face_meeting(stretch, p_T[at], face_O, options));
+      take(vertex_face_meeting(stretch, p_T[at], face_O, tolerance));
     }
     if (asked.object.has_vertex(asked.triangle_O, i)) {
-      take(face_vertex_meeting(stretch, p_T, face_O[at], options));
+      take(face_vertex_meeting(stretch, p_T, face_O[at], tolerance));
     }
     if (!asked.tool.has_edge(asked.triangle_T, i)) continue;
     for (int j = 0; j < 3; ++j) {
       if (!asked.object.has_edge(asked.triangle_O, j)) continue;
       const auto from = static_cast<size_t>(j), to = static_cast<size_t>((j + 1) % 3);
-      take(edge_edge_meeting(stretch, {p_T[at], p_T[next]}, {face_O[from], face_O[to]}, options));
+      take(edge_edge_meeting(stretch, {p_T[at], p_T[next]}, {face_O[from], face_O[to]}, tolerance));
     }
   }
   return first;

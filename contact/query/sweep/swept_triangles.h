@@ -33,6 +33,6 @@ struct AskedFeatures {
 /// own: each vertex with the other's face, each edge with each edge.
 std::optional<SweptMeeting> first_meeting(const MotionStretch& stretch, const SweptTriangle& tool,
                                           const Corners& face_O, const AskedFeatures& asked,
-                                          const SweptPairOptions& options);
+                                          double tolerance);
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "clients/bench/reference/feature_boxes.h"
 #include "clients/bench/reference/redon_intervals.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -17,12 +18,15 @@ using namespace haptic::test;
 TEST_CASE("ccd queries: no false negative on exact ground truth, few false alarms", "[trap]") {
   const auto folder = find_data("ccd-queries");
   if (!folder) return;
-  // conservative advancement only, capped for real time, and not capped
+  // as in a session; with boxes, few and many
   const uint32_t budget = GENERATE(0u, 500u, 1'000'000u);
+  const auto meets = [&](const CcdQuery& query) {
+    return budget == 0 ? meeting_of(query, 1e-6) : meeting_by_boxes(query, 1e-6, budget);
+  };
   size_t n = 0, truly = 0, missed = 0, false_alarms = 0;
   for (const CcdFile& file : read_ccd_queries(*folder)) {
     for (const CcdQuery& query : file.queries) {
-      const bool hit = meeting_of(query, {1e-6, budget}).has_value();
+      const bool hit = meets(query).has_value();
       ++n;
       truly += query.meets ? 1 : 0;
       missed += query.meets && !hit ? 1 : 0;
@@ -41,7 +45,7 @@ TEST_CASE("ccd queries: what intervals in time say, on queries of a hand's scale
   size_t meet = 0, differ = 0;
   const std::vector<CcdQuery> queries = hand_scale_queries(trials(4000));
   for (const CcdQuery& query : queries) {
-    const auto own = meeting_of(query, {1e-8, 2000});
+    const auto own = meeting_by_boxes(query, 1e-8, 2000);
     const auto other = meeting_by_intervals(query, 1e-9, 20'000);
     meet += own ? 1 : 0;
     differ += own.has_value() != other.has_value() ? 1 : 0;

@@ -16,15 +16,15 @@ using namespace haptic::test;
 
 namespace {
 
-constexpr SweptPairOptions kOptions{1e-6, 0};
+constexpr double kTolerance = 1e-6;  // [m]
 
 bool meet(const MeshShape& object, const MeshShape& tool, const Pose& X_OT) {
   return triangle_pairs(object, tool, X_OT, {}) > 0;
 }
 
 MeshMeeting impact(const MeshShape& object, const MeshShape& tool, const RigidMotion& motion,
-                   const SweptPairOptions& options = kOptions) {
-  return SweptMesh(object, tool).time_of_impact(motion, options);
+                   double tolerance = kTolerance) {
+  return SweptMesh(object, tool).time_of_impact(motion, tolerance);
 }
 
 double segment_distance(const Vec3& a, const Vec3& b, const Vec3& p) {
@@ -203,7 +203,7 @@ TEST_CASE("swept mesh: a finer tolerance is later, never past the meeting", "[co
     double last = 0, coarser = 0;
     const double length = norm(motion.way_O) + motion.angle * 10e-3;
     for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-8}) {
-      const MeshMeeting hit = impact(box.view(), ball.view(), motion, {tolerance, 0});
+      const MeshMeeting hit = impact(box.view(), ball.view(), motion, tolerance);
       // another pair may be within the tolerance a little earlier
       CHECK(hit.time >= last - coarser / length);
       last = hit.time, coarser = tolerance;
@@ -222,7 +222,7 @@ TEST_CASE("swept mesh: what it remembers changes no answer", "[contact]") {
   for (size_t trial = 0; trial < trials(300); ++trial) {
     const RigidMotion motion = random_motion(random, 15e-3, 0.5);
     if (meet(box.view(), ball.view(), motion.at(0))) continue;
-    const MeshMeeting hit = remembers.time_of_impact(motion, kOptions);
+    const MeshMeeting hit = remembers.time_of_impact(motion, kTolerance);
     const MeshMeeting cold = impact(box.view(), ball.view(), motion);
     CHECK(hit.meets == cold.meets);
     // both within the tolerance, which a slow approach takes long to cross
@@ -247,8 +247,8 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
     if (meet(box.view(), ball.view(), motion.at(0))) continue;
     const MeshMeeting of_trees = impact(box.view(), ball.view(), motion);
     SweptMesh swept(box.view(), ball.view());
-    const MeshMeeting of_pairs = swept.time_of_impact(motion, kOptions, all);
-    CHECK_FALSE(swept.time_of_impact(motion, kOptions, {}).meets);
+    const MeshMeeting of_pairs = swept.time_of_impact(motion, kTolerance, all);
+    CHECK_FALSE(swept.time_of_impact(motion, kTolerance, {}).meets);
     const double first = std::min(of_pairs.time, of_trees.time);
     // both within the tolerance, which a slow approach takes long to cross
     if (std::fabs(of_pairs.time - of_trees.time) > 1e-9) {
@@ -260,17 +260,18 @@ TEST_CASE("swept mesh: among all pairs the answer is that of the trees", "[conta
     // that pair only, and all except it
     if (!of_pairs.meets) continue;
     const TrianglePair alone[] = {of_pairs.pair};
-    CHECK(swept.time_of_impact(motion, kOptions, alone).time == Approx(of_pairs.time).margin(1e-4));
+    CHECK(swept.time_of_impact(motion, kTolerance, alone).time ==
+          Approx(of_pairs.time).margin(1e-4));
     std::vector<TrianglePair> others = all;
     std::erase(others, of_pairs.pair);
-    const MeshMeeting later = swept.time_of_impact(motion, kOptions, others);
+    const MeshMeeting later = swept.time_of_impact(motion, kTolerance, others);
     CHECK(later.time >= of_pairs.time - 1e-4);
   }
   CHECK(hits > trials(400) / 40);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   SweptMesh swept(box.view(), ball.view());
   const auto bad = motion_between({}, {{nan, 0, 0}, {}}, {});
-  CHECK(swept.time_of_impact(bad, kOptions, {}).time == 0);
+  CHECK(swept.time_of_impact(bad, kTolerance, {}).time == 0);
 }
 
 TEST_CASE("swept mesh: bolt in nut, a turn that jams and a screw that does not", "[contact]") {
@@ -319,13 +320,13 @@ TEST_CASE("swept mesh: pushed to where they meet, and again, it can be pulled of
     for (int push = 0; push < 5; ++push) {
       const Vec3 down = X_OT.p + Vec3{random.uniform(-1e-3, 1e-3), 0, -20e-3};
       const RigidMotion motion = motion_between(X_OT, {down, q}, {});
-      const MeshMeeting hit = swept.time_of_impact(motion, kOptions);
+      const MeshMeeting hit = swept.time_of_impact(motion, kTolerance);
       REQUIRE(hit.meets);
       X_OT = motion.at(hit.time);
       REQUIRE_FALSE(meet(box.view(), box.view(), X_OT));
     }
     const RigidMotion pull = motion_between(X_OT, {X_OT.p + Vec3{0, 0, 5e-3}, q}, {});
-    held += swept.time_of_impact(pull, kOptions).meets ? 1 : 0;
+    held += swept.time_of_impact(pull, kTolerance).meets ? 1 : 0;
   }
   CHECK(held == 0);
 }

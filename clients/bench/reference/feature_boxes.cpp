@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/query/sweep/feature_boxes.h"
+#include "clients/bench/reference/feature_boxes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "contact/query/sweep/feature_advance.h"
 
 namespace haptic {
 namespace {
@@ -138,7 +140,11 @@ struct Waiting {
   }
 };
 
-}  // namespace
+struct BoxSearch {
+  double time = 0;            // the features are apart at every earlier time
+  bool may_meet = false;      // false: they are apart along the whole path
+  bool is_exhausted = false;  // the budget or the room ended the search
+};
 
 BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint32_t budget) {
   const Box whole{from, path.end(), 0, 1, 0, 1};
@@ -161,6 +167,29 @@ BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint
     }
   }
   return {path.end(), false, false};
+}
+
+}  // namespace
+
+std::optional<SweptMeeting> meeting_by_boxes(const FeaturePath& path, double tolerance,
+                                             uint32_t budget) {
+  if (!path.is_finite()) return SweptMeeting{path.begin(), false};
+  const Advance advanced = advance(path, tolerance);
+  if (advanced.end == Advance::End::kApart) return std::nullopt;
+  const BoxSearch search = first_box(path, advanced.time, tolerance, budget);
+  if (!search.may_meet) return std::nullopt;
+  const bool is_near = advanced.end == Advance::End::kNear && search.time == advanced.time;
+  return SweptMeeting{search.time, is_near || !search.is_exhausted};
+}
+
+std::optional<SweptMeeting> meeting_by_boxes(const CcdQuery& query, double tolerance,
+                                             uint32_t budget) {
+  // most are apart along an axis, which costs least
+  if (!meeting_of(query, tolerance)) return std::nullopt;
+  const auto& [a, b, c, d] = query.corners;
+  return meeting_by_boxes(query.is_face ? FeaturePath::of_vertex_and_face(a, {b, c, d})
+                                        : FeaturePath::of_edges({a, b}, {c, d}),
+                          tolerance, budget);
 }
 
 }  // namespace haptic
