@@ -9,13 +9,13 @@
 
 #include "clients/bench/peers/segment.h"
 #include "clients/bench/reference/query_costs.h"
+#include "clients/bench/reference/segment_searches.h"
 #include "clients/bench/work/turns.h"
 #include "clients/bench/work/workload.h"
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/report/print_rows.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
-#include "contact/query/point/segment_hit.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
 
@@ -70,11 +70,13 @@ using Segments = std::vector<WorkloadSegment>;
 /// Answers of one search, in the order of the segments.
 using Answers = std::vector<SegmentHit>;
 
-Contestant by_search(const char* name, SegmentSearch search, const MeshShape& shape,
+using Search = SegmentHit (*)(const MeshShape&, const Vec3& from_O, const Vec3& to_O);
+
+Contestant by_search(const char* name, Search search, const MeshShape& shape,
                      const Segments& segments, Answers& answers) {
   answers.resize(segments.size());
   return {name, [&shape, &segments, &answers, search](size_t i) {
-            answers[i] = first_hit_by(search, shape, segments[i].from_O, segments[i].to_O);
+            answers[i] = search(shape, segments[i].from_O, segments[i].to_O);
           }};
 }
 
@@ -185,11 +187,10 @@ MeanAndWorst judge(const Contestant& c, const std::function<bool(size_t)>& count
 void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
                    const Options& options, const Answers& truth) {
   std::array<Answers, 4> answers;
-  std::vector<Contestant> columns{
-      by_search("hybrid", SegmentSearch::kHybrid, shape, segments, answers[0]),
-      by_search("grid", SegmentSearch::kGrid, shape, segments, answers[1]),
-      by_search("tree", SegmentSearch::kTree, shape, segments, answers[2]),
-      by_search("naive", SegmentSearch::kNaive, shape, segments, answers[3])};
+  std::vector<Contestant> columns{by_search("hybrid", first_hit, shape, segments, answers[0]),
+                                  by_search("grid", first_hit_by_grid, shape, segments, answers[1]),
+                                  by_search("tree", first_hit_by_tree, shape, segments, answers[2]),
+                                  by_search("naive", first_hit_naive, shape, segments, answers[3])};
   take_turns(columns, segments.size(), kChunk, options.rounds);
   double different = 0;
   for (const Answers& other : answers) different += count_different(truth, other);
@@ -223,7 +224,7 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
   std::vector<Answers> answers(grids.size());
   for (size_t k = 0; k < grids.size(); ++k) {
     shapes[k].grid = grids[k].view();
-    contestants.push_back(by_search("", SegmentSearch::kHybrid, shapes[k], segments, answers[k]));
+    contestants.push_back(by_search("", first_hit, shapes[k], segments, answers[k]));
   }
   take_turns(contestants, segments.size(), kChunk, options.rounds);
   std::vector<double> means;

@@ -110,44 +110,6 @@ struct Search {
     return false;
   }
 
-  void test_cell(const GridCell& cell) {
-    for (const TriangleBatch& batch : cell.batches) {
-      for (size_t i = 0; i < kBatch; ++i) {
-        if (batch.is_used(i)) test(batch.triangle[i]);
-      }
-    }
-    for (const uint32_t root : cell.roots) {
-      for_each_leaf(root, [](const ObbNode&) { return true; });
-    }
-  }
-
-  /// Tests the triangles of all leaves below `root` that are reached through accepted nodes.
-  template <class Accept>
-  void for_each_leaf(uint32_t root, Accept&& accept) {
-    std::array<uint32_t, kMaxTreeDepth + 1> stack;
-    size_t waiting = 0;
-    stack[waiting++] = root;
-    while (waiting > 0) {
-      const ObbNode& node = shape.tree.nodes[stack[--waiting]];
-      if (!accept(node)) continue;
-      if (node.count > 0) {
-        for (const uint32_t t : shape.tree.order.subspan(node.first, node.count)) test(t);
-        continue;
-      }
-      stack[waiting++] = node.first + 1;
-      stack[waiting++] = node.first;
-    }
-  }
-
-  void descend_spheres() {
-    const Vec3 middle_O = from_O + 0.5 * d_O;
-    const double half = 0.5 * norm(d_O);
-    for_each_leaf(0, [&](const ObbNode& node) {
-      const Obb box = node.box.unpacked();
-      return norm(box.centre_O - middle_O) <= (half + norm(box.half)) * kCompactSlack;
-    });
-  }
-
   void descend(uint32_t root, SegmentProbe& probe) {
     // one sibling waits per level
     std::array<uint32_t, kMaxTreeDepth + 1> stack;
@@ -214,27 +176,6 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
     search.descend_each(std::array<uint32_t, 1>{0});
   }
   witness = {search.best.hit ? search.best.triangle : kNoFace, search.slot};
-  return search.best;
-}
-
-SegmentHit first_hit_by(SegmentSearch how, const MeshShape& shape, const Vec3& from_O,
-                        const Vec3& to_O) {
-  if (how == SegmentSearch::kHybrid) return first_hit(shape, from_O, to_O);
-  SegmentView view;
-  const Vec3 d_O = to_O - from_O;
-  if (shape.tree.nodes.empty() || !view.look_along(from_O, d_O)) return {};
-  Search search{shape, view, from_O, d_O, {}};
-  CellWalk walk;
-  if (how == SegmentSearch::kNaive) {
-    search.descend_spheres();
-  } else if (how == SegmentSearch::kGrid && !shape.grid.slots.empty() &&
-             walk.start(shape.grid, from_O, d_O)) {
-    do {
-      search.test_cell(shape.grid.find(walk.key()));
-    } while (!(search.best.hit && search.best.t < walk.exit()) && walk.advance());
-  } else {
-    search.descend_each(std::array<uint32_t, 1>{0});
-  }
   return search.best;
 }
 

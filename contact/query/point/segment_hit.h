@@ -34,16 +34,6 @@ SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_
 /// Without a witness; the same answer.
 SegmentHit first_hit(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
 
-/// Methods compared in H-Collide; the answers are identical.
-enum class SegmentSearch {
-  kHybrid,  // first_hit
-  kGrid,    // tests every triangle of every cell along the segment
-  kTree,    // the OBB tree from its root
-  kNaive    // the same tree with bounding spheres, without stopping at a hit
-};
-SegmentHit first_hit_by(SegmentSearch search, const MeshShape& shape, const Vec3& from_O,
-                        const Vec3& to_O);
-
 /// Cells along a segment that are prefetched together.
 inline constexpr size_t kAhead = 4;
 

@@ -11,11 +11,10 @@ namespace haptic {
 
 /// When a moving tool may first touch an object.
 struct MeshMeeting {
-  double time = 1;     // the surfaces are apart at every earlier time: never late
-  bool meets = false;  // false: they are apart along the whole motion
-  bool is_proven =
-      false;          // the surfaces are within the tolerance there; else nothing more is known
-  TrianglePair pair;  // of the object (a) and of the tool (b)
+  double time = 1;         // the surfaces are apart at every earlier time: never late
+  bool meets = false;      // false: they are apart along the whole motion
+  bool is_proven = false;  // they are within the tolerance there; else nothing more is known
+  TrianglePair pair;       // of the object (a) and of the tool (b)
 };
 
 /// Continuous collision detection of two triangle meshes, the tool in rigid motion past the object:
