@@ -103,7 +103,7 @@ struct Agreement {
 
 Agreement compare(const ProximityWork& work, PairPeer* peer) {
   const MeshShape object = work.object.view(), tool = work.tool.view();
-  NearFront front(object, tool), asked(object, tool);
+  NearFront front(object, tool);
   NearContacts contacts(object, tool);
   std::vector<NearPair> cold(kMostPairs);
   Agreement found;
@@ -122,7 +122,7 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
     found.boxes.push_back(static_cast<double>(front.work().boxes));
     found.triangles.push_back(static_cast<double>(front.work().triangles));
     found.touching += reduced.meeting > 0;
-    const bool any = asked.any_near_pair(X_OT, kBand);
+    const bool any = any_near_pair(object, tool, X_OT, kBand);
     found.other_answers += any != (n > 0);
     if (peer == nullptr) continue;
     found.other_answers += any != (peer->distance(X_OT) <= kBand);
@@ -156,13 +156,13 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   rows.add("triangles of the tool", static_cast<double>(tool.mesh.triangles.size()), "");
   rows.add("poses of 1 kHz", static_cast<double>(work.poses.size()), "");
 
-  NearFront front(object, tool), asked(object, tool), reduced(object, tool);
+  NearFront front(object, tool), reduced(object, tool);
   NearContacts contacts(object, tool);
   std::vector<NearPair> cold(kMostPairs);
   const auto& poses = work.poses;
   // the first pose builds the front, as before the start of a session
-  for (NearFront* f : {&front, &asked, &reduced}) f->update(poses[0], kBand);
-  std::array<std::vector<double>, 8> cpu;
+  for (NearFront* f : {&front, &reduced}) f->update(poses[0], kBand);
+  std::array<std::vector<double>, 7> cpu;
   std::vector<Contestant> ours;
   const auto ask = [&](const std::string& name, const std::function<void(size_t)>& query) {
     ours.push_back({name, with_cpu(cpu[ours.size()], query)});
@@ -170,7 +170,6 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   ask("front, all pairs", [&](size_t i) { front.update(poses[i], kBand); });
   ask("front, pairs and contacts",
       [&](size_t i) { contacts.reduce(reduced.update(poses[i], kBand), poses[i]); });
-  ask("front, whether any", [&](size_t i) { asked.any_near_pair(poses[i], kBand); });
   ask("from scratch, all pairs",
       [&](size_t i) { near_pairs(object, tool, poses[i], kBand, cold); });
   ask("from scratch, whether any", [&](size_t i) { any_near_pair(object, tool, poses[i], kBand); });
@@ -188,8 +187,8 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
               : k == 1 ? goals.contacts
                        : kUnlimited);
   }
-  for (size_t k = 0; k < 6; ++k) add_beside(rows, ours[k], ours);
-  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[3]), "");
+  for (size_t k = 0; k < 5; ++k) add_beside(rows, ours[k], ours);
+  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]), "");
 
   add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
   rows.add("front, pairs of nodes", static_cast<double>(front.size()), "");

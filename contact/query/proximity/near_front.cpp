@@ -9,11 +9,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kRaise = 0.5;        // least share of the children's slack that a parent must keep
-constexpr double kWays = 8;           // a slack of so many steps like the last one suffices, too
-constexpr double kLeave = 2;          // bands between leaves before one plane replaces their bounds
-constexpr size_t kPasses = 512;       // updates in which each pair is tested once for merging
-constexpr size_t kBoxesAsked = 3000;  // box tests of any_near_pair before it updates the front
+constexpr double kRaise = 0.5;    // least share of the children's slack that a parent must keep
+constexpr double kWays = 8;       // a slack of so many steps like the last one suffices, too
+constexpr double kLeave = 2;      // bands between leaves before one plane replaces their bounds
+constexpr size_t kPasses = 512;   // updates in which each pair is tested once for merging
 constexpr double kMostWay = 1e3;  // [m]; a longer step rebuilds the front: floats become too coarse
 constexpr double kAxes = 1e-5;    // relative error of axes in float
 
@@ -401,22 +400,6 @@ bool NearFront::was_apart(size_t i, size_t corners_A, size_t corners_B) const {
   const double from = std::max({dot(n_A, a[0]), dot(n_A, a[1]), dot(n_A, a[2])});
   const double to = std::min({dot(n_B, b[0]), dot(n_B, b[1]), dot(n_B, b[2])});
   return to + dot(n_A, X_AB_before_.p) - from > least;
-}
-
-bool NearFront::any_near_pair(const Pose& X_AB, double band) {
-  if (has_nearest_ && is_finite(X_AB)) {
-    const Corners a = corners_of(shape_A_.mesh, nearest_.a);
-    if (triangle_distance(a, corners_of(shape_B_.mesh, nearest_.b, X_AB)).distance <= band) {
-      return true;
-    }
-  }
-  AnyNear any = find_near_pair(shape_A_, shape_B_, X_AB, band, kBoxesAsked, nearest_);
-  if (any == AnyNear::kUnknown && !update(X_AB, band).empty()) {
-    nearest_ = near_[0].triangles;
-    any = AnyNear::kFound;
-  }
-  has_nearest_ = any == AnyNear::kFound;
-  return has_nearest_;
 }
 
 }  // namespace haptic

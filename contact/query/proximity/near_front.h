@@ -34,10 +34,6 @@ class NearFront {
   std::span<const TrianglePair> suspects() const { return suspects_; }
   bool is_first() const { return is_fresh_; }
 
-  /// Whether there is any near pair: tests the pair found last time, then searches from scratch
-  /// with a budget, and updates the front only if that is inconclusive.
-  bool any_near_pair(const Pose& X_AB, double band);
-
   /// Discards the front; the next update starts from the roots.
   void forget() { is_fresh_ = true; }
 
@@ -117,8 +113,6 @@ class NearFront {
   double band_ = 0;
   bool is_fresh_ = true;
   const ObbSweep* sweep_ = nullptr;  // of the motion in follow(), else null
-  TrianglePair nearest_;
-  bool has_nearest_ = false;
 };
 
 }  // namespace haptic

@@ -8,8 +8,6 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kAll = ~size_t{0};
-
 /// Pairs of triangles whose distances are to be measured together.
 struct Waiting {
   DistanceBatch batch;
@@ -29,10 +27,10 @@ bool measure_waiting(Waiting& waiting, const Pose& X_AB, double band, OnNear&& o
   return true;
 }
 
-/// False if on_near or the budget of box tests ended the descent early.
+/// False if on_near ended the descent.
 template <class OnNear>
 bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
-             size_t most_boxes, OnNear&& on_near) {
+             OnNear&& on_near) {
   const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
   const bool is_band = std::isfinite(band) && band >= 0;
   if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB) || !is_band) return true;
@@ -51,8 +49,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
   std::array<NodePair, kMaxWaitingPairs> waiting;
   size_t n_waiting = 0;
   waiting[n_waiting++] = {0, 0};
-  for (size_t n_boxes = 0; n_waiting > 0; ++n_boxes) {
-    if (n_boxes == most_boxes) return false;
+  while (n_waiting > 0) {
     const NodePair pair = waiting[--n_waiting];
     const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
     if (boxes.at_least(a.box, b.box) > band) continue;
@@ -72,7 +69,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
 size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB, double band,
                   std::span<NearPair> out) {
   size_t found = 0;
-  descend(shape_A, shape_B, X_AB, band, kAll,
+  descend(shape_A, shape_B, X_AB, band,
           [&](const TrianglePair& pair, const DistanceBatch& batch, size_t i) {
             if (found < out.size()) out[found] = {pair, measured(batch, i)};
             ++found;
@@ -81,22 +78,10 @@ size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose
   return found;
 }
 
-AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
-                       double band, size_t most_boxes, TrianglePair& found) {
-  bool is_found = false;
-  const auto keep = [&](const TrianglePair& pair, const DistanceBatch&, size_t) {
-    found = pair;
-    is_found = true;
-    return false;
-  };
-  const bool is_whole = descend(shape_A, shape_B, X_AB, band, most_boxes, keep);
-  return is_found ? AnyNear::kFound : is_whole ? AnyNear::kNone : AnyNear::kUnknown;
-}
-
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band) {
-  TrianglePair found;
-  return find_near_pair(shape_A, shape_B, X_AB, band, kAll, found) == AnyNear::kFound;
+  return !descend(shape_A, shape_B, X_AB, band,
+                  [](const TrianglePair&, const DistanceBatch&, size_t) { return false; });
 }
 
 }  // namespace haptic

@@ -26,9 +26,4 @@ size_t near_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const Pose
 bool any_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
                    double band);
 
-/// The same with a budget: kUnknown after `most_boxes` box tests.
-enum class AnyNear { kNone, kFound, kUnknown };
-AnyNear find_near_pair(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
-                       double band, size_t most_boxes, TrianglePair& found);
-
 }  // namespace haptic

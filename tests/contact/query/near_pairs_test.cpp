@@ -179,7 +179,7 @@ TEST_CASE("near pairs: what does not fit is counted, and bad questions have no a
   }
   CHECK(near_pairs(box.view(), box.view(), {{nan, 0, 0}, {}}, 0.002, few) == 0);
   CHECK(front.update({{nan, 0, 0}, {}}, 0.002).empty());
-  CHECK_FALSE(front.any_near_pair({{nan, 0, 0}, {}}, 0.002));
+  CHECK_FALSE(any_near_pair(box.view(), box.view(), {{nan, 0, 0}, {}}, 0.002));
   CHECK(sorted(front.update(X, 0.002)) == cold(box, box, X, 0.002));
   const MeshShapeData none = build_shape({});
   CHECK(NearFront(none.view(), box.view()).update(X, 0.002).empty());
@@ -227,11 +227,8 @@ TEST_CASE("near front: as the cold search along paths, through jumps and changes
       const Pose X = course.path(t);
       CAPTURE(&course - courses.data(), tick, t, band);
       const Pairs expected = cold(course.A, course.B, X, band);
-      // sometimes only the existence of a pair is queried, and the front catches up later
-      if (tick % 5 == 3) {
-        REQUIRE(front.any_near_pair(X, band) == !expected.empty());
-        continue;
-      }
+      // sometimes it is not queried, and catches up later
+      if (tick % 5 == 3) continue;
       REQUIRE(sorted(front.update(X, band)) == expected);
       n_near += expected.size();
     }
