@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/bake.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <ctime>
@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "clients/bench/work/workload.h"
-#include "clients/report/print_rows.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"
@@ -26,8 +25,7 @@ constexpr uint64_t kKey = 1;  // any key: the file is written and read here only
 
 struct Options {
   uint32_t n = 742;  // 1,101,128 triangles
-  int rounds = 5;
-  bool json = false;
+  int rounds = 1;
 };
 
 double cpu_seconds() {
@@ -95,7 +93,7 @@ void bench_cache(Rows& rows, const MeshShape& shape, int rounds) {
             kGoalMapped);
 }
 
-std::vector<Row> bench_bake(const Options& options) {
+std::vector<Row> all_rows(const Options& options) {
   const WorkloadMesh work = make_nano_surface(options.n);
   Rows rows(work.name);
   rows.note("machine", machine_line());
@@ -125,16 +123,15 @@ std::vector<Row> bench_bake(const Options& options) {
 
 }  // namespace
 
-void add_bench_bake(Command& bench) {
+BenchRun bench_bake(Command& command) {
   const auto options = std::make_shared<Options>();
-  Command command =
-      bench.subcommand("bake", "Trees and grid of a large mesh: built, and from the cache");
   command.option("--n", options->n, "of a height field of 2 n² triangles")
       .range(2, 2000)
       .show_default();
-  command.option("--rounds", options->rounds, "the fastest counts").range(1, 100).show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_bake(*options), options->json); });
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/ccd.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "clients/bench/peers/ccd.h"
@@ -13,6 +14,8 @@
 #include "clients/bench/work/proximity.h"
 #include "clients/bench/work/turns.h"
 #include "contact/query/sweep/swept_mesh.h"
+#include "proto/config/command_line.h"
+#include "proto/os/environment.h"
 
 namespace haptic {
 namespace {
@@ -25,6 +28,13 @@ constexpr double kShortest = 1e-6;  // width of the time interval at which Redon
 constexpr uint32_t kBisections = 20'000;                             // budget of Redon's method
 constexpr double kMedianGoal = 100e-9, kWorstGoal = 100e-6;          // of a query [s]
 constexpr double kImpactMedianGoal = 0.3e-3, kImpactP99Goal = 1e-3;  // of an impact [s]
+
+struct Options {
+  std::string queries;  // folder of ground truth; skipped if empty or absent
+  size_t hand_scale = 20000;
+  size_t motions = 200;  // of the tori
+  int rounds = 1;
+};
 
 struct Tally {
   double meets = 0, missed = 0, false_alarms = 0;
@@ -67,7 +77,7 @@ void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& que
   }
 }
 
-void bench_truth(Rows& rows, const BenchCcdOptions& options) {
+void bench_truth(Rows& rows, const Options& options) {
   const std::vector<CcdFile> files = read_ccd_queries(options.queries);
   if (files.empty()) {
     rows.note("ground truth", "LEFT OUT: no queries in '" + options.queries +
@@ -124,7 +134,7 @@ void bench_truth(Rows& rows, const BenchCcdOptions& options) {
            worst <= kWorstGoal);
 }
 
-void bench_hand_scale(Rows& rows, const BenchCcdOptions& options) {
+void bench_hand_scale(Rows& rows, const Options& options) {
   const std::vector<CcdQuery> queries = hand_scale_queries(options.hand_scale);
   std::vector<char> own(queries.size()), intervals(queries.size()), fcl(queries.size());
   std::vector<Contestant> contestants{
@@ -222,7 +232,7 @@ void add_judgement(Rows& rows, const std::string& name, const std::vector<double
   rows.add(name + ": before 10 nm by at most, of the motion", early, "");
 }
 
-void bench_impact(Rows& rows, const BenchCcdOptions& options) {
+void bench_impact(Rows& rows, const Options& options) {
   const ProximityWork tori = torus_on_torus(1);
   const MeshShape object = tori.object.view(), tool = tori.tool.view();
   const std::vector<RigidMotion> motions = torus_motions(tori, options.motions);
@@ -268,9 +278,7 @@ void bench_impact(Rows& rows, const BenchCcdOptions& options) {
   }
 }
 
-}  // namespace
-
-std::vector<Row> bench_ccd(const BenchCcdOptions& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows machine("machine"), truth("ccd, ground truth"), hand("ccd, hand scale"),
       impact("ccd, tori of 27 k and 40 k triangles");
   machine.note("machine", machine_line());
@@ -279,6 +287,21 @@ std::vector<Row> bench_ccd(const BenchCcdOptions& options) {
   bench_impact(impact, options);
   for (const Rows* rows : {&truth, &hand, &impact}) machine.append(rows->rows());
   return machine.rows();
+}
+
+}  // namespace
+
+BenchRun bench_ccd(Command& command) {
+  const auto options = std::make_shared<Options>();
+  if (const std::string data = environment("HAPTICD_DATA"); !data.empty()) {
+    options->queries = data + "/ccd-queries";
+  }
+  command.option("--queries", options->queries, "folder of ground-truth queries").show_default();
+  command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/closest.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 
 #include "clients/bench/peers/closest.h"
 #include "clients/bench/work/turns.h"
 #include "clients/bench/work/workload.h"
+#include "clients/eval/scenes/rigid_scenes.h"
 #include "contact/bake/bake.h"
 #include "contact/query/point/closest_point.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "proto/config/command_line.h"
 
 namespace haptic {
 namespace {
@@ -19,6 +22,11 @@ namespace {
 constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
 constexpr size_t kChunk = 200;        // queries of one contestant per turn
 constexpr size_t kBruteForced = 100;  // points checked by brute force
+
+struct Options {
+  int rounds = 1;
+  std::string meshes;  // folder with armadillo.off; skipped if empty
+};
 
 /// The points of one measurement.
 struct Trial {
@@ -125,9 +133,7 @@ WorkloadMesh read_scanned(const std::string& name, const std::string& path) {
                              {mesh.triangles.begin(), mesh.triangles.end()}});
 }
 
-}  // namespace
-
-std::vector<Row> bench_closest(const BenchClosestOptions& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("closest");
   rows.note("machine", machine_line());
   rows.add("rounds", options.rounds, "");
@@ -141,6 +147,18 @@ std::vector<Row> bench_closest(const BenchClosestOptions& options) {
     rows.note("armadillo", "LEFT OUT: " + armadillo + " is not here; ./run meshes fetches it");
   }
   return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_closest(Command& command) {
+  const auto options = std::make_shared<Options>();
+  options->meshes = meshes_folder();
+  command.option("--meshes", options->meshes, "folder with armadillo.off").show_default();
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic

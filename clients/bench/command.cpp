@@ -1,156 +1,92 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt bench: measures this machine, in alternation with a peer library.
+#include <array>
 #include <memory>
 
-#include "clients/bench/bake.h"
-#include "clients/bench/ccd.h"
-#include "clients/bench/closest.h"
-#include "clients/bench/jitter.h"
-#include "clients/bench/point_proxy.h"
-#include "clients/bench/proximity.h"
-#include "clients/bench/qp.h"
-#include "clients/bench/rigid.h"
-#include "clients/bench/ring.h"
-#include "clients/bench/segment.h"
-#include "clients/bench/voxel.h"
-#include "clients/eval/scenes/rigid_scenes.h"
+#include "clients/bench/benches.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/lab_commands.h"
 #include "clients/report/print_rows.h"
 #include "proto/config/command_line.h"
-#include "proto/os/environment.h"
 
 namespace haptic {
 namespace {
 
-void add_ring_command(Command& bench) {
-  struct Options {
-    BenchRingOptions ring;
-    bool json = false;
-  };
-  const auto options = std::make_shared<Options>();
-  Command command =
-      bench.subcommand("ring", "The channel between processes beside boost::lockfree::spsc_queue");
-  command.option("--rounds", options->ring.rounds, "alternations; medians are reported")
-      .range(1, 1000)
-      .show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_ring(options->ring), options->json); });
-}
+/// The option --rounds; `most` is 0 where there is none.
+struct Rounds {
+  int usual = 0, most = 0;
+  const char* help = "";
+};
 
-void add_closest_command(Command& bench) {
-  struct Options {
-    BenchClosestOptions closest;
-    bool json = false;
-  };
-  const auto options = std::make_shared<Options>();
-  options->closest.meshes = meshes_folder();
-  Command command = bench.subcommand(
-      "closest", "The closest point of a mesh beside Embree's point query and CGAL's AABB tree");
-  command.option("--rounds", options->closest.rounds, "passes over all points")
-      .range(1, 1000)
-      .show_default();
-  command.option("--meshes", options->closest.meshes, "folder with armadillo.off").show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_closest(options->closest), options->json); });
-}
+struct Bench {
+  const char* name;
+  const char* help;
+  BenchRun (*prepare)(Command& command);
+  Rounds rounds = {};
+};
 
-void add_ccd_command(Command& bench) {
+constexpr std::array kBenches{
+    Bench{"ring",
+          "The channel between processes beside boost::lockfree::spsc_queue",
+          bench_ring,
+          {5, 1000, "alternations; medians are reported"}},
+    Bench{"ccd",
+          "Continuous collision of features and of meshes beside FCL and Redon's intervals",
+          bench_ccd,
+          {5, 1000, "alternations"}},
+    Bench{"closest",
+          "The closest point of a mesh beside Embree's point query and CGAL's AABB tree",
+          bench_closest,
+          {3, 1000, "passes over all points"}},
+    Bench{"point-proxy", "A whole contact step, dragged over meshes of 5 k to 1.1 M triangles",
+          bench_point_proxy},
+    Bench{"voxel",
+          "Points of a shell in a voxmap, beside bare gathers, and contact steps, beside FCL",
+          bench_voxel,
+          {15, 1000, "alternations; medians are reported"}},
+    Bench{"jitter", "How late the servo's clock wakes, beside cyclictest, in alternation",
+          bench_jitter},
+    Bench{"segment",
+          "First hit of a dragged probe, beside Embree, CGAL and Bullet",
+          bench_segment,
+          {3, 1000, "times each segment is asked"}},
+    Bench{"bake",
+          "Trees and grid of a large mesh: built, and from the cache",
+          bench_bake,
+          {5, 100, "the fastest counts"}},
+    Bench{"qp",
+          "Hard contacts of one body: least constraint, pivoting, friction; beside CGAL, Bullet",
+          bench_qp,
+          {3, 1000, "times each question is asked"}},
+    Bench{"proximity",
+          "Pairs of triangles within a band, and contacts that stand for them, beside FCL",
+          bench_proximity},
+    Bench{"rigid", "A tool that never enters an object, shaken against one; beside FCL's distance",
+          bench_rigid}};
+
+void add(Command& benches, const Bench& bench) {
   struct Options {
-    BenchCcdOptions ccd;
+    int rounds;
     bool json = false;
   };
-  const auto options = std::make_shared<Options>();
-  if (const std::string data = environment("HAPTICD_DATA"); !data.empty()) {
-    options->ccd.queries = data + "/ccd-queries";
+  const auto options = std::make_shared<Options>(Options{bench.rounds.usual});
+  Command command = benches.subcommand(bench.name, bench.help);
+  const BenchRun run = bench.prepare(command);
+  if (bench.rounds.most > 0) {
+    command.option("--rounds", options->rounds, bench.rounds.help)
+        .range(1, bench.rounds.most)
+        .show_default();
   }
-  Command command = bench.subcommand(
-      "ccd", "Continuous collision of features and of meshes beside FCL and Redon's intervals");
-  command.option("--queries", options->ccd.queries, "folder of ground-truth queries")
-      .show_default();
-  command.option("--rounds", options->ccd.rounds, "alternations").range(1, 1000).show_default();
-  command.option("--motions", options->ccd.motions, "of the two tori")
-      .range(1, 100000)
-      .show_default();
   command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_ccd(options->ccd), options->json); });
-}
-
-void add_point_proxy_command(Command& bench) {
-  struct Options {
-    BenchPointProxyOptions proxy;
-    bool json = false;
-  };
-  const auto options = std::make_shared<Options>();
-  Command command = bench.subcommand(
-      "point-proxy", "A whole contact step, dragged over meshes of 5 k to 1.1 M triangles");
-  command.option("--mesh", options->proxy.meshes, "hf:N or sphere:N, as often as wanted")
-      .check([](const std::string& name) {
-        return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
-      });
-  command
-      .quantities("--radius", options->proxy.radii, Dimension::kLength, {0, 0.05},
-                  "of the proxy, as often as wanted; a number alone: metres", "m")
-      .show_default();
-  command.option("--repetitions", options->proxy.repetitions, "the fastest of each tick counts")
-      .range(1, 100)
-      .show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_point_proxy(options->proxy), options->json); });
-}
-
-void add_voxel_command(Command& bench) {
-  struct Options {
-    BenchVoxelOptions voxel;
-    bool json = false;
-  };
-  const auto options = std::make_shared<Options>();
-  BenchVoxelOptions& voxel = options->voxel;
-  Command command = bench.subcommand(
-      "voxel", "Points of a shell in a voxmap, beside bare gathers, and contact steps, beside FCL");
-  command.option("--side", voxel.sides, "voxels along the object, as often as wanted")
-      .range(8, 4096);
-  command.option("--points", voxel.points, "of the shell, as often as wanted")
-      .range(100, 4'000'000);
-  command.option("--coarse", voxel.coarse, "object of 20 f² triangles")
-      .range(1, 1500)
-      .show_default();
-  command.option("--fine", voxel.fine, "the same beside it, finer").range(1, 1500).show_default();
-  command.option("--rounds", voxel.rounds, "alternations; medians are reported")
-      .range(1, 1000)
-      .show_default();
-  command.option("--memory-side", voxel.memory_side, "voxels along the bunny, 0: none")
-      .range(0, 4096)
-      .show_default();
-  command.option("--pair", voxel.contact.pairs, "of whole contact steps; as often as wanted")
-      .one_of({"bolt", "free-bolt", "peg", "jaws"});
-  command
-      .number("--coarser", voxel.contact.coarser, {1, 100},
-              "times that their voxels and points are")
-      .show_default();
-  command.option("--ticks", voxel.contact.ticks, "contact steps of a pair")
-      .range(100, 1'000'000)
-      .show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_voxel(options->voxel), options->json); });
+  command.action([options, run] { print_judged(run(options->rounds), options->json); });
 }
 
 }  // namespace
 
 void add_bench_command(Command& app) {
-  Command bench = app.subcommand(kBenchCommand.name, kBenchCommand.help);
-  bench.require_subcommand();
-  add_ring_command(bench);
-  add_ccd_command(bench);
-  add_closest_command(bench);
-  add_point_proxy_command(bench);
-  add_voxel_command(bench);
-  add_bench_jitter(bench);
-  add_bench_segment(bench);
-  add_bench_bake(bench);
-  add_bench_qp(bench);
-  add_bench_proximity(bench);
-  add_bench_rigid(bench);
+  Command benches = app.subcommand(kBenchCommand.name, kBenchCommand.help);
+  benches.require_subcommand();
+  for (const Bench& bench : kBenches) add(benches, bench);
 }
 
 }  // namespace haptic

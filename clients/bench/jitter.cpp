@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/jitter.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <cstring>
@@ -13,17 +13,15 @@
 
 #include "clients/lab/forked_process.h"
 #include "clients/lab/jitter_rows.h"
-#include "clients/report/print_rows.h"
 #include "proto/config/command_line.h"
 
 namespace haptic {
 namespace {
 
-struct JitterOptions {
+struct Options {
   int pairs = 5;
   int seconds = 15;
   std::optional<size_t> core;
-  bool json = false;
 };
 
 /// The last allowed core by default, because the first serves the interrupts.
@@ -50,7 +48,7 @@ void check_pinned(const WakeRun& run) {
                            std::strerror(run.pin_errno) + "; choose another with --core");
 }
 
-std::vector<JitterRound> measure(const JitterOptions& options) {
+std::vector<JitterRound> measure(const Options& options) {
   const auto core = static_cast<int>(choose_core(options.core));
   std::vector<JitterRound> rounds;
   for (int i = 0; i < options.pairs; ++i) {
@@ -71,7 +69,7 @@ std::vector<JitterRound> measure(const JitterOptions& options) {
   return rounds;
 }
 
-void run_jitter(const JitterOptions& options) {
+std::vector<Row> all_rows(const Options& options) {
   const std::vector<JitterRound> rounds = measure(options);
   const std::string problem = peer_problem_of(rounds);
   if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
@@ -79,23 +77,20 @@ void run_jitter(const JitterOptions& options) {
   if (rights.fifo_errno != 0) {
     std::cerr << "hapt: " << rights.explain() << "; the goals are not judged\n";
   }
-  print_judged(make_jitter_rows(rounds).rows(), options.json);
+  return make_jitter_rows(rounds).rows();
 }
 
 }  // namespace
 
-void add_bench_jitter(Command& bench) {
-  const auto options = std::make_shared<JitterOptions>();
-  Command command = bench.subcommand(
-      "jitter", "How late the servo's clock wakes, beside cyclictest, in alternation");
+BenchRun bench_jitter(Command& command) {
+  const auto options = std::make_shared<Options>();
   command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
       .range(1, 1000)
       .show_default();
   // integers, because cyclictest accepts no fractions
   command.option("--seconds", options->seconds, "of each window").range(1, 3600).show_default();
   command.option("--core", options->core, "they all run on [the last one allowed]");
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { run_jitter(*options); });
+  return [options](int) { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/point_proxy.h"
+#include "clients/bench/benches.h"
 
 #include <cmath>
 #include <limits>
 #include <memory>
 
 #include "clients/eval/renderer.h"
+#include "clients/eval/scenes/workload.h"
 #include "clients/lab/scripted_hand.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
+#include "proto/config/command_line.h"
 #include "proto/os/rt_guard.h"
 
 namespace haptic {
@@ -19,6 +21,14 @@ constexpr double kGoalP50 = 2e-6, kGoalP99 = 10e-6, kGoalMax = 25e-6;  // for a 
 constexpr double kSmallSphere = 1e-3;                                  // [m]
 constexpr double kGoalSmallP99 = 50e-6, kGoalLargeP99 = 100e-6;        // for spheres [s]
 constexpr int kEmptyMeasurements = 10'000;  // for the cost of reading the clock
+
+struct Options {
+  std::vector<std::string> meshes{"hf:50",     "hf:187",    "hf:374",     "hf:742",
+                                  "sphere:16", "sphere:59", "sphere:118", "sphere:235"};
+  std::vector<double> radii{0, 1e-3, 5e-3};  // of the proxy; the path keeps its depth [m]
+  int repetitions = 5;                       // of the same path; the fastest of each tick counts
+  int ticks = kEvalTicks;
+};
 
 /// Duration of an empty measurement, subtracted from each [ns].
 int64_t clock_cost_ns() {
@@ -113,7 +123,7 @@ Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frame
 }
 
 std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, double radius,
-                           const BenchPointProxyOptions& options) {
+                           const Options& options) {
   const ToolPath path = make_eval_work(name, radius).path;
   const std::vector<ServoFrame> frames = questions(path, options.ticks);
   SessionConfig config = plain_session(1000);
@@ -134,9 +144,7 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
   return rows.rows();
 }
 
-}  // namespace
-
-std::vector<Row> bench_point_proxy(const BenchPointProxyOptions& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("point-proxy");
   rows.note("machine", machine_line());
   for (const std::string& name : options.meshes) {
@@ -146,6 +154,24 @@ std::vector<Row> bench_point_proxy(const BenchPointProxyOptions& options) {
     }
   }
   return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_point_proxy(Command& command) {
+  const auto options = std::make_shared<Options>();
+  command.option("--mesh", options->meshes, "hf:N or sphere:N, as often as wanted")
+      .check([](const std::string& name) {
+        return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
+      });
+  command
+      .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},
+                  "of the proxy, as often as wanted; a number alone: metres", "m")
+      .show_default();
+  command.option("--repetitions", options->repetitions, "the fastest of each tick counts")
+      .range(1, 100)
+      .show_default();
+  return [options](int) { return all_rows(*options); };
 }
 
 }  // namespace haptic

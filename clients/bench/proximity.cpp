@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/proximity.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,6 @@
 #include "clients/bench/work/proximity.h"
 #include "clients/bench/work/turns.h"
 #include "clients/lab/thread_cpu.h"
-#include "clients/report/print_rows.h"
 #include "contact/query/proximity/mesh_distance.h"
 #include "contact/query/proximity/near_contacts.h"
 #include "contact/query/proximity/near_front.h"
@@ -29,7 +28,6 @@ constexpr double kUnlimited = 1e9;      // no goal
 struct Options {
   std::vector<std::string> cases{"torus", "bolt"};
   size_t torus_poses = 2000, bolt_poses = 120;
-  bool json = false;
 };
 
 /// Goals of one case: p99 of the front alone, and of front and contacts together [s].
@@ -197,7 +195,7 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
   return rows.rows();
 }
 
-std::vector<Row> bench_proximity(const Options& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("proximity");
   rows.note("machine", machine_line());
   const auto wants = [&](const std::string& name) {
@@ -211,16 +209,12 @@ std::vector<Row> bench_proximity(const Options& options) {
 
 }  // namespace
 
-void add_bench_proximity(Command& bench) {
+BenchRun bench_proximity(Command& command) {
   const auto options = std::make_shared<Options>();
-  Command command = bench.subcommand(
-      "proximity",
-      "Pairs of triangles within a band, and contacts that stand for them, beside FCL");
   command.option("--case", options->cases, "as often as wanted").one_of({"torus", "bolt"});
   command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
   command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_proximity(*options), options->json); });
+  return [options](int) { return all_rows(*options); };
 }
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/qp.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 
 #include "clients/bench/peers/qp.h"
 #include "clients/bench/work/turns.h"
-#include "clients/report/print_rows.h"
 #include "proto/config/command_line.h"
 #include "proto/math/coulomb.h"
 #include "proto/math/lcp.h"
@@ -29,10 +28,9 @@ constexpr size_t kSameContacts = 50;  // ticks with the same contacts
 constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
 
 struct Options {
-  int rounds = 3;
+  int rounds = 1;
   size_t ticks = 5000;
   size_t exact_ticks = 100;  // CGAL's solver takes milliseconds
-  bool json = false;
 };
 
 /// The problem of one tick.
@@ -277,7 +275,7 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
   return rows.rows();
 }
 
-std::vector<Row> bench_qp(const Options& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("qp");
   rows.note("machine", machine_line());
   for (const size_t n : {1, 4, 5, 20, 64}) {
@@ -288,21 +286,18 @@ std::vector<Row> bench_qp(const Options& options) {
 
 }  // namespace
 
-void add_bench_qp(Command& bench) {
+BenchRun bench_qp(Command& command) {
   const auto options = std::make_shared<Options>();
-  Command command = bench.subcommand(
-      "qp", "Hard contacts of one body: least constraint, pivoting, friction; beside CGAL, Bullet");
-  command.option("--rounds", options->rounds, "times each question is asked")
-      .range(1, 1000)
-      .show_default();
   command.option("--ticks", options->ticks, "questions of each kind")
       .range(100, 1000000)
       .show_default();
   command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
       .range(1, 100000)
       .show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_qp(*options), options->json); });
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic

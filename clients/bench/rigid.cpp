@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/rigid.h"
+#include "clients/bench/benches.h"
 
 #include <unistd.h>
 
@@ -14,7 +14,6 @@
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
-#include "clients/report/print_rows.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/rigid_tool.h"
@@ -40,7 +39,6 @@ struct Options {
   std::vector<std::string> scenes{"bunny", "peg", "bolt"};
   uint64_t frames = 2000, seed = 1, exact = 10'000, rests = 2000;
   std::string meshes;
-  bool json = false;
 };
 
 /// The initial pose of bolt_through_nut.
@@ -229,7 +227,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
   return rows.rows();
 }
 
-std::vector<Row> bench_rigid(const Options& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("rigid");
   rows.note("machine", machine_line());
   uint64_t seed = options.seed;
@@ -254,11 +252,9 @@ std::vector<Row> bench_rigid(const Options& options) {
 
 }  // namespace
 
-void add_bench_rigid(Command& bench) {
+BenchRun bench_rigid(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
-  Command command = bench.subcommand(
-      "rigid", "A tool that never enters an object, shaken against one; beside FCL's distance");
   command.option("--scene", options->scenes, "as often as wanted").one_of({"bunny", "peg", "bolt"});
   command.option("--frames", options->frames, "of 1 kHz, in each scene")
       .range(1, 100'000'000)
@@ -271,8 +267,7 @@ void add_bench_rigid(Command& bench) {
       .show_default();
   command.option("--seed", options->seed, "of the hands").show_default();
   command.option("--meshes", options->meshes, "folder with bunny00.off").show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_rigid(*options), options->json); });
+  return [options](int) { return all_rows(*options); };
 }
 
 }  // namespace haptic

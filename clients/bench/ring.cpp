@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/ring.h"
+#include "clients/bench/benches.h"
 
 #include <array>
 #include <boost/lockfree/spsc_queue.hpp>
@@ -281,9 +281,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   return rows.rows();
 }
 
-}  // namespace
-
-std::vector<Row> bench_ring(const BenchRingOptions& options) {
+std::vector<Row> all_rows(int rounds) {
   if (allowed_processors().size() < 2) {
     throw std::runtime_error(
         "bench ring: writer and reader each keep a processor busy, and this process may use only "
@@ -291,11 +289,11 @@ std::vector<Row> bench_ring(const BenchRingOptions& options) {
   }
   Rights rights;
   std::vector<std::vector<Row>> cases;
-  cases.push_back(bench_size<64>(options.rounds, rights));
-  cases.push_back(bench_size<256>(options.rounds, rights));
-  cases.push_back(bench_size<1024>(options.rounds, rights));
-  cases.push_back(bench_size<8192>(options.rounds, rights));
-  cases.push_back(bench_publish(options.rounds, rights));
+  cases.push_back(bench_size<64>(rounds, rights));
+  cases.push_back(bench_size<256>(rounds, rights));
+  cases.push_back(bench_size<1024>(rounds, rights));
+  cases.push_back(bench_size<8192>(rounds, rights));
+  cases.push_back(bench_publish(rounds, rights));
   Rows rows("ring");
   rows.note("machine", machine_line());
   rows.note("pinned", rights.pin_refused ? "no: refused, or a single processor"
@@ -304,9 +302,15 @@ std::vector<Row> bench_ring(const BenchRingOptions& options) {
                           ? std::string("SCHED_FIFO or locked memory refused (") +
                                 std::strerror(rights.refused) + "); " + kMendRealtime
                           : "SCHED_FIFO " + std::to_string(kFifo) + ", memory locked");
-  rows.add("rounds", options.rounds, "");
+  rows.add("rounds", rounds, "");
   for (const std::vector<Row>& some : cases) rows.append(some);
   return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_ring(Command&) {
+  return all_rows;
 }
 
 }  // namespace haptic

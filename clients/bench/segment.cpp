@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/segment.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,6 @@
 #include "clients/bench/work/turns.h"
 #include "clients/bench/work/workload.h"
 #include "clients/eval/scenes/rigid_scenes.h"
-#include "clients/report/print_rows.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/grid.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -29,12 +28,11 @@ constexpr double kGoalMedian = 0.5, kGoalP99 = 0.7, kGoalGrowth = 1.5, kGoalSpre
 constexpr size_t kSweptTriangles = 100'000;  // at most; a sweep builds a grid for each size
 
 struct Options {
-  int rounds = 3;
+  int rounds = 1;
   size_t segments = 20000, checked = 200;
   // triangles: 5 k, 18 k, 79 k, 328 k and 499 k; 12 k and 1.0 M
   std::vector<std::string> meshes{"bump:16", "bump:30",  "bump:63",   "bump:128", "bump:158",
                                   "nano:78", "nano:708", "armadillo", "bunny"};
-  bool json = false;
 };
 
 /// A shape with all its search structures.
@@ -295,7 +293,7 @@ std::string problem_of_name(const std::string& name) {
              : "give bump:F, nano:N, armadillo or bunny";
 }
 
-std::vector<Row> bench_segment(const Options& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("segment");
   rows.note("machine", machine_line());
   std::map<std::string, double> medians;
@@ -329,25 +327,22 @@ std::vector<Row> bench_segment(const Options& options) {
 
 }  // namespace
 
-void add_bench_segment(Command& bench) {
+BenchRun bench_segment(Command& command) {
   const auto options = std::make_shared<Options>();
-  Command command =
-      bench.subcommand("segment", "First hit of a dragged probe, beside Embree, CGAL and Bullet");
   command
       .option("--mesh", options->meshes,
               "bump:F (20 F² triangles), nano:N (2 N²), armadillo, bunny; as often as wanted")
       .check(problem_of_name);
-  command.option("--rounds", options->rounds, "times each segment is asked")
-      .range(1, 1000)
-      .show_default();
   command.option("--segments", options->segments, "segments a mesh")
       .range(100, 10000000)
       .show_default();
   command.option("--checked", options->checked, "segments compared with brute force, a mesh")
       .range(1, 1000000)
       .show_default();
-  command.flag("--json", options->json, "rows as JSON");
-  command.action([options] { print_judged(bench_segment(*options), options->json); });
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic

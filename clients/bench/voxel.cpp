@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/bench/voxel.h"
+#include "clients/bench/benches.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -11,6 +12,7 @@
 
 #include "clients/bench/reference/voxel_tree.h"
 #include "clients/bench/voxel_ceiling.h"
+#include "clients/bench/voxel_contact.h"
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/eval/scenes/workload.h"
 #include "clients/lab/thread_cpu.h"
@@ -18,6 +20,7 @@
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
+#include "proto/config/command_line.h"
 
 namespace haptic {
 namespace {
@@ -33,6 +36,15 @@ constexpr size_t kPoses = 8;                    // of the tool, in turn
 constexpr size_t kPointsATurn = 200'000;        // lookups per turn, at least
 constexpr uint32_t kToolFrequency = 64;         // of the tool's mesh, as bumpy as the object
 constexpr double kFirstTurn = 1, kTurn = 0.03;  // of the first pose and from pose to pose [rad]
+
+struct Options {
+  std::vector<uint32_t> sides{256, 1024};                    // voxels along the object
+  std::vector<uint32_t> points{10'000, 100'000, 1'000'000};  // of the shell
+  uint32_t coarse = 16, fine = 235;                          // bumpy spheres of 20 f² triangles
+  uint32_t memory_side = 1024;  // voxels along the bunny, for the memory of its maps; 0: skipped
+  int rounds = 1;
+  BenchVoxelContactOptions contact;
+};
 
 MeshData bumpy_sphere(uint32_t frequency, double scale) {
   Soup soup = make_bumpy_sphere(frequency);
@@ -198,7 +210,7 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   return rows.rows();
 }
 
-std::vector<Row> run_map(const BenchVoxelOptions& options, uint32_t side,
+std::vector<Row> run_map(const Options& options, uint32_t side,
                          std::span<const PointshellData> shells) {
   const MeshData mesh = bumpy_sphere(kToolFrequency, 1);
   const VoxmapData map = map_of(mesh, side);
@@ -222,7 +234,7 @@ std::vector<Row> run_map(const BenchVoxelOptions& options, uint32_t side,
 }
 
 /// The same object with few and with many triangles.
-std::vector<Row> run_triangles(const BenchVoxelOptions& options) {
+std::vector<Row> run_triangles(const Options& options) {
   Rows rows("triangles of the object");
   const PointshellData data = shell_of(middle(options.points), 1);
   const Pointshell shell = data.view();
@@ -286,7 +298,7 @@ Passage pass_by(const DistanceField& field, const Pointshell& shell, double gap)
   return passage;
 }
 
-std::vector<Row> run_coherence(const BenchVoxelOptions& options) {
+std::vector<Row> run_coherence(const Options& options) {
   Rows rows("temporal coherence");
   const DistanceFieldData field =
       build_distance_field(-kBall * Vec3{1, 1, 1}, kBall * Vec3{1, 1, 1},
@@ -308,7 +320,7 @@ std::vector<Row> run_coherence(const BenchVoxelOptions& options) {
 }
 
 /// Memory of the maps of a scan with the default band.
-std::vector<Row> run_memory(const BenchVoxelOptions& options) {
+std::vector<Row> run_memory(const Options& options) {
   const std::string name = "bunny, " + std::to_string(options.memory_side) + "³";
   Rows rows(name);
   ShapeConfig scan{};
@@ -335,9 +347,7 @@ std::vector<Row> run_memory(const BenchVoxelOptions& options) {
   return rows.rows();
 }
 
-}  // namespace
-
-std::vector<Row> bench_voxel(const BenchVoxelOptions& options) {
+std::vector<Row> all_rows(const Options& options) {
   Rows rows("voxel");
   rows.note("machine", machine_line());
   std::vector<PointshellData> shells;
@@ -348,6 +358,37 @@ std::vector<Row> bench_voxel(const BenchVoxelOptions& options) {
   rows.append(run_coherence(options));
   rows.append(bench_voxel_contact(options.contact));
   return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_voxel(Command& command) {
+  const auto options = std::make_shared<Options>();
+  command.option("--side", options->sides, "voxels along the object, as often as wanted")
+      .range(8, 4096);
+  command.option("--points", options->points, "of the shell, as often as wanted")
+      .range(100, 4'000'000);
+  command.option("--coarse", options->coarse, "object of 20 f² triangles")
+      .range(1, 1500)
+      .show_default();
+  command.option("--fine", options->fine, "the same beside it, finer")
+      .range(1, 1500)
+      .show_default();
+  command.option("--memory-side", options->memory_side, "voxels along the bunny, 0: none")
+      .range(0, 4096)
+      .show_default();
+  BenchVoxelContactOptions& contact = options->contact;
+  command.option("--pair", contact.pairs, "of whole contact steps; as often as wanted")
+      .one_of({"bolt", "free-bolt", "peg", "jaws"});
+  command.number("--coarser", contact.coarser, {1, 100}, "times that their voxels and points are")
+      .show_default();
+  command.option("--ticks", contact.ticks, "contact steps of a pair")
+      .range(100, 1'000'000)
+      .show_default();
+  return [options](int rounds) {
+    options->rounds = rounds;
+    return all_rows(*options);
+  };
 }
 
 }  // namespace haptic
