@@ -13,15 +13,18 @@ RigidProxyModel proxy_model(const ServoModel& model, const ServoState& state,
   proxy.tool = tool_in_force(model, contacts);
   proxy.materials = model.virtual_proxy.materials;
   proxy.images = model.virtual_proxy.images;
+  proxy.solver = model.rigid_solver;
   return proxy;
 }
 
 BodySolution solve(const RigidProxyModel& model, ServoState& state, Solver solver,
                    const RigidProxyTick& tick) {
   if (solver == Solver::kGodObject6) {
-    return solve_god_object6(model, keep<GodObject6State>(state.proxy), state.friction, tick);
+    return solve_god_object6(model, keep<GodObject6State>(state.proxy),
+                             state.contact_solvers.coulomb, tick);
   }
-  return solve_constrained6(model, keep<Constrained6State>(state.proxy), state.friction, tick);
+  return solve_constrained6(model, keep<Constrained6State>(state.proxy), state.contact_solvers,
+                            tick);
 }
 
 }  // namespace

@@ -224,6 +224,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
     model.virtual_proxy.materials[i] = config.objects[i].material;
   }
   model.proxy = config.proxy;
+  model.rigid_solver = config.rigid.solver;
   model.body = body_model(config);
   SafetyLimits& limits = model.limits;
   limits.max_force = std::min(config.safety.max_force, device.max_force);

@@ -26,6 +26,7 @@ struct ServoModel {
   VirtualProxyModel virtual_proxy;
   SoftProxyModel body;  // of the renderers with six degrees of freedom
   ProxyConfig proxy;    // its solver is each renderer's own, or this one
+  RigidSolver rigid_solver = RigidSolver::kCoulomb;
 };
 
 /// Which placing of contact's proxy the force is built on.
@@ -45,7 +46,7 @@ struct ServoState {
   CouplingRamp ramp;
   Renderer renderer = Renderer::kGodObject3;  // wanted
   ProxyState proxy;                           // of the solver in use
-  CoulombSolver friction{kMaxRigidContacts};  // of the rigid ones; nothing to forget
+  ContactSolvers contact_solvers;             // of the rigid ones; nothing to forget
   ContactAge age;
   SafetyState safety;
   Clutch clutch;

@@ -305,6 +305,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   for (Section& object : root.sections("object")) read_object(object, config, folder);
   root.finish();
   check_body(root, config);
+  check_rigid(root, config);
   return config;
 }
 

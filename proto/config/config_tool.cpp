@@ -2,6 +2,7 @@
 #include "proto/config/config_tool.h"
 
 #include "proto/config/config_shape.h"
+#include "proto/os/message.h"
 
 namespace haptic {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 constexpr Words<SoftSolver, 3> kSolvers{{{"direct", SoftSolver::kDirect},
                                          {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
                                          {"quasi-static", SoftSolver::kQuasiStatic}}};
+constexpr Words<RigidSolver, 2> kRigidSolvers{
+    {{"coulomb", RigidSolver::kCoulomb}, {"lcp", RigidSolver::kLcp}}};
 constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit},
                                              {"semi-implicit", Integrator::kSemiImplicit},
                                              {"implicit", Integrator::kImplicit}}};
@@ -98,7 +101,19 @@ void read_rigid(Section& contact, RigidConfig& rigid) {
   int64_t moves = rigid.moves;
   section->read_integer("moves", 1, kMaxMoves, moves);
   rigid.moves = static_cast<uint32_t>(moves);
+  section->read_choice("solver", words(kRigidSolvers), rigid.solver);
   section->finish();
+}
+
+void check_rigid(Section& root, const SessionConfig& config) {
+  if (config.rigid.solver != RigidSolver::kLcp) return;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    const ObjectConfig& object = config.objects[i];
+    if (object.material.friction_static == 0) continue;
+    root.section("contact")->section("rigid")->fail_at(
+        "solver", "is \"lcp\", which knows no friction, and object '" + shown(view(object.name)) +
+                      "' has some; write solver = \"coulomb\" or take the friction away");
+  }
 }
 
 }  // namespace haptic

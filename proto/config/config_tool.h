@@ -27,4 +27,8 @@ void read_voxel(Section& contact, VoxelConfig& voxel);
 /// Reads [contact.rigid]. Throws ConfigError.
 void read_rigid(Section& contact, RigidConfig& rigid);
 
+/// Throws ConfigError where the solver of [contact.rigid] lacks what the objects need. After they
+/// are read.
+void check_rigid(Section& root, const SessionConfig& config);
+
 }  // namespace haptic

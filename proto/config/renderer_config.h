@@ -56,6 +56,7 @@ struct RigidConfig {
   double k_s = 2;      // of the paper: a move covers k_s/2 of the remaining way
   double margin = 0;   // to every surface [m]; 0: 1e-4 of the tool's radius
   uint32_t moves = 8;  // per step of contact, at most
+  RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
 };
 
 /// Default band of a field [m]: the force layer and two voxels beyond it.

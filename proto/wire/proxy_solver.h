@@ -12,6 +12,12 @@ enum class SoftSolver : uint32_t {
   kQuasiStatic = 2       // a massless body, always in equilibrium
 };
 
+/// Solver of the contacts of constrained6.
+enum class RigidSolver : uint32_t {
+  kCoulomb = 0,  // with friction
+  kLcp = 1       // pivoting, without friction (Baraff 1994)
+};
+
 /// Integrator of a proxy with mass.
 enum class Integrator : uint32_t {
   kExplicit = 0,      // Euler: positions by the old velocity; grows by √(1 + ω²h²) per step

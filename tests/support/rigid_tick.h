@@ -82,8 +82,8 @@ class RigidLoop {
     tick.hand = hand;
     tick.contacts = &set;
     return renderer_ == Renderer::kGodObject6
-               ? solve_god_object6(model, god_object, solver_, tick)
-               : solve_constrained6(model, constrained, solver_, tick);
+               ? solve_god_object6(model, god_object, solvers_.coulomb, tick)
+               : solve_constrained6(model, constrained, solvers_, tick);
   }
   /// With a hand at rest.
   BodySolution hold(const Pose& X_WT, const ContactSet& set) {
@@ -92,7 +92,7 @@ class RigidLoop {
 
  private:
   Renderer renderer_;
-  CoulombSolver solver_{kMaxRigidContacts};
+  ContactSolvers solvers_;
 };
 
 }  // namespace haptic::test

@@ -111,6 +111,37 @@ void pose_contacts(const Problem& problem, const Twist& at, double h,
   }
 }
 
+/// The complementarity problem of the normals alone, without regard to friction.
+FrictionStep frictionless_step(LcpSolver& solver, const FreeStep& free,
+                               std::span<const FrictionContact> contacts,
+                               std::span<Vec3> impulses) {
+  std::array<MotionRow, kMaxRigidContacts> rows;
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    const FrictionContact& c = contacts[i];
+    rows[i] = {{c.normal, cross(c.r, c.normal)},
+               c.least_speed + dot(c.normal, c.obstacle_velocity)};
+  }
+  const ImpulseStep step =
+      solver.step(LcpMethod::kPivoting, free.metric, free.v, {rows.data(), contacts.size()});
+  FrictionStep out;
+  out.v = step.v;
+  out.converged = step.converged;
+  out.impulses = impulses.first(contacts.size());
+  if (!step.converged) return out;
+  for (size_t i = 0; i < contacts.size(); ++i) impulses[i] = step.lambda[i] * contacts[i].normal;
+  return out;
+}
+
+/// The body's velocity after the step; `impulses` is memory for those of the contacts.
+FrictionStep velocity_step(RigidSolver solver, ContactSolvers& solvers, const FreeStep& free,
+                           std::span<const FrictionContact> contacts, std::span<Vec3> impulses) {
+  if (solver == RigidSolver::kLcp) {
+    const FrictionStep step = frictionless_step(solvers.lcp, free, contacts, impulses);
+    if (step.converged) return step;
+  }
+  return solvers.coulomb.step(free.metric, free.v, contacts, kMaxFrictionSolves);
+}
+
 /// Notes the pushes on the objects and which contacts slide.
 void note_pushes(const Problem& problem, const FrictionStep& step, double h, const Pose& X_WC,
                  Slides& slides, BodySolution& out) {
@@ -132,7 +163,7 @@ void note_pushes(const Problem& problem, const FrictionStep& step, double h, con
 }  // namespace
 
 BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
-                                CoulombSolver& solver, const RigidProxyTick& tick) {
+                                ContactSolvers& solvers, const RigidProxyTick& tick) {
   BodySolution out;
   out.proxy = tick.hand;
   Problem problem;
@@ -151,9 +182,10 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
   std::array<FrictionContact, kMaxRigidContacts> contacts;
   pose_contacts(problem, at, tick.dt, contacts);
+  std::array<Vec3, kMaxRigidContacts> impulses;
   const FrictionStep step =
-      solver.step(free.metric, free.v - problem.V_carrier_W,
-                  {contacts.data(), problem.contacts.size}, kMaxFrictionSolves);
+      velocity_step(model.solver, solvers, {free.metric, free.v - problem.V_carrier_W},
+                    {contacts.data(), problem.contacts.size}, impulses);
   body.V_WC = step.v + problem.V_carrier_W;
   body.X_WC = moved(body.X_WC, tick.dt * body.V_WC);
 

@@ -2,9 +2,17 @@
 #pragma once
 
 #include "proto/math/coulomb.h"
+#include "proto/math/lcp.h"
 #include "servo/solve/body/rigid_contacts.h"
 
 namespace haptic {
+
+/// Memory of the solvers that RigidProxyModel::solver chooses from; nothing persists in them. Only
+/// the constructor allocates.
+struct ContactSolvers {
+  CoulombSolver coulomb{kMaxRigidContacts};
+  LcpSolver lcp{kMaxRigidContacts};
+};
 
 /// What persists from tick to tick.
 struct Constrained6State {
@@ -23,13 +31,15 @@ struct Constrained6State {
 /// 2. Velocity: springs and dampers of the coupling are implicit, A = M + h B + h² K, symmetric
 ///    (derivatives of lever arm and springs by rotation are left out), A v_free = M v + h F, F
 ///    their wrench; then CoulombSolver with least normal speeds −(gap_k + J_k x)/h relative to
-///    the moving object.
+///    the moving object. With RigidSolver::kLcp pivoting instead, which answers the same without
+///    friction; where it fails (contacts that contradict each other, or nearly the same one twice)
+///    CoulombSolver takes its place.
 /// 3. x += h v.
 ///
 /// The hand feels the coupling. The gyroscopic torque is left out, so a spinning body keeps its
 /// energy; a tool in a hand turns slowly. The body starts at the hand as far as the contacts allow.
 /// Sources: Baraff 1994; velocity level as Stewart & Trinkle 1996; coupling as in penalty_dynamics.
 BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
-                                CoulombSolver& solver, const RigidProxyTick& tick);
+                                ContactSolvers& solvers, const RigidProxyTick& tick);
 
 }  // namespace haptic

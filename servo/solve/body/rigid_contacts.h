@@ -46,8 +46,9 @@ struct RigidProxyModel {
   VirtualCoupling coupling;
   RigidBody tool;
   double blend_time = 3e-3;  // over which what appears or goes at once is let in or out [s]
-  std::span<const MaterialConfig> materials;  // none: all are frictionless and smooth
-  std::span<const HeightImage> images;        // of their textures
+  std::span<const MaterialConfig> materials;   // none: all are frictionless and smooth
+  std::span<const HeightImage> images;         // of their textures
+  RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
 };
 
 struct RigidProxyTick {

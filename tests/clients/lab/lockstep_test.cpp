@@ -82,6 +82,30 @@ TEST_CASE("lockstep: the hand explores the bunny and the verified proxy is never
   CHECK(energy.net() >= 0);
 }
 
+TEST_CASE("lockstep: a rigid peg in its hole feels the same by both solvers of its contacts",
+          "[lab]") {
+  SessionConfig config = haptic::load_config(kConfigs + "rigid-peg.toml");
+  config.renderer = haptic::Renderer::kConstrained6;
+  Stage by_coulomb(config);
+  config.rigid.solver = haptic::RigidSolver::kLcp;
+  Stage by_lcp(config);
+  Lockstep one(by_coulomb.config, by_coulomb.shapes, *by_coulomb.device);
+  Lockstep other(by_lcp.config, by_lcp.shapes, *by_lcp.device);
+  int touching = 0;
+  double largest = 0;
+  for (int k = 0; k < 3000; ++k) {
+    REQUIRE(one.step());
+    REQUIRE(other.step());
+    CAPTURE(k);
+    largest = std::max(largest, norm(one.frame().F_device_B.f));
+    REQUIRE(norm(one.frame().F_device_B.f - other.frame().F_device_B.f) < tol(1e-6));
+    touching += (other.frame().flags & haptic::kServoContact) != 0;
+  }
+  CHECK(touching > 500);
+  CHECK(largest > 1);
+  CHECK(one.hash() != other.hash());
+}
+
 TEST_CASE("lockstep: recorded human hand against a wall, every sample, bit-identical", "[lab]") {
   const std::string name = GENERATE("m2_question1c_rigid.csv", "question1a_rigid.csv");
   const auto path = haptic::test::find_data("tue-1dof-bilateral/" + name);

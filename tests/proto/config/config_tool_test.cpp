@@ -121,7 +121,7 @@ TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has
     return text + tool;
   };
   const std::string rigid =
-      "[contact.rigid]\nk_s = 0.5\nmargin = \"2 µm\"\nmoves = 3\n"
+      "[contact.rigid]\nk_s = 0.5\nmargin = \"2 µm\"\nmoves = 3\nsolver = \"lcp\"\n"
       "[proxy]\nsolver = \"direct\"\n";
   for (const auto& [name, renderer] : {std::pair{"god-object6", Renderer::kGodObject6},
                                        std::pair{"constrained6", Renderer::kConstrained6}}) {
@@ -130,6 +130,7 @@ TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has
     CHECK(config.rigid.k_s == 0.5);
     CHECK(config.rigid.margin == 2e-6);
     CHECK(config.rigid.moves == 3);
+    CHECK(config.rigid.solver == RigidSolver::kLcp);
     // a soft renderer's proxy may lack springs, a rigid one's always has them
     CHECK(has_springs(config.proxy, config.renderer));
     CHECK_FALSE(has_springs(config.proxy, Renderer::kVoxel));
@@ -142,6 +143,7 @@ TEST_CASE("config: how a rigid tool is led reaches its fields, and it always has
   CHECK(unsaid.k_s == RigidConfig{}.k_s);
   CHECK(unsaid.margin == RigidConfig{}.margin);
   CHECK(unsaid.moves == RigidConfig{}.moves);
+  CHECK(unsaid.solver == RigidSolver::kCoulomb);
 }
 
 TEST_CASE("config: a coupling too stiff for its device is warned of with the numbers") {
@@ -272,6 +274,12 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
             "x.toml:6:10: ", "'margin' is out of range"},
            {"margin without a unit", rigid("margin = 1e-6\n"), "x.toml:6:10: ", "'margin'"},
            {"no moves", rigid("moves = 0\n"), "x.toml:6:9: ", "whole number from 1 to 64"},
+           {"unknown solver of rigid tools", rigid("solver = \"direct\"\n"),
+            "x.toml:6:10: ", "'solver' is 'direct'; known here: coulomb, lcp"},
+           {"solver that knows no friction",
+            rigid("solver = \"lcp\"\n") + "[object.material]\nfriction_static = 0.1\n",
+            "x.toml:6:10: ",
+            "'solver' is \"lcp\", which knows no friction, and object 'block' has"},
            {"unknown key of rigid tools", rigid("ks = 2\n"),
             "x.toml:6:1: ", "unknown key 'ks' in [contact.rigid]"},
            {"unknown key of the voxels", voxel("layers = 2\n"),

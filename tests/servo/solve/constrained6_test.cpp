@@ -138,6 +138,60 @@ TEST_CASE("constrained6: the step without friction is that of the complementarit
   CHECK(constraining > compared / 2);
 }
 
+TEST_CASE("constrained6: pivoting leads the body as the solver of friction does without friction",
+          "[servo]") {
+  Random random(6);
+  size_t pushed = 0, differ = 0;
+  for (size_t i = 0; i < trials(1000); ++i) {
+    const Pose X_WG = random.pose(0.1);
+    const auto set = rigid_set(X_WG, random_touches(random, 0.05, 1e-3));
+    const Twist V{random.uniform(0, 0.5) * random.direction(), 5 * random.direction()};
+    const ToolMotion hand{moved(X_WG, {5e-3 * random.direction(), 0.1 * random.direction()}), V};
+    RigidLoop loops[] = {constrained(), constrained()};
+    loops[1].model.solver = RigidSolver::kLcp;
+    BodySolution out[2];
+    for (int tick = 0; tick < 5; ++tick) {
+      for (size_t k = 0; k < 2; ++k) {
+        RigidLoop& loop = loops[k];
+        loop.model.tool.inertia_C = {1e-4, 2e-4, 2.5e-4};
+        if (tick == 0) loop.constrained = {true, {X_WG, V}, {}};
+        out[k] = loop.step(hand, *set);
+        REQUIRE(out[k].converged);
+      }
+      const Twist &a = out[0].proxy.V_WT, &b = out[1].proxy.V_WT;
+      REQUIRE_THAT(b.v, IsNear(a.v, 1e-8));
+      REQUIRE_THAT(b.w, IsNear(a.w, 1e-7));
+      REQUIRE_THAT(out[1].F_hand_W.f, IsNear(out[0].F_hand_W.f, 1e-7));
+      REQUIRE_THAT(out[1].F_hand_W.t, IsNear(out[0].F_hand_W.t, 1e-8));
+      REQUIRE_THAT(out[1].push_W[0].f, IsNear(out[0].push_W[0].f, 1e-5));
+      pushed += out[1].n_pushing > 0;
+      differ += a == b ? 0 : 1;
+    }
+  }
+  CHECK(pushed > trials(1000));
+  // in their roundings: there are two solvers
+  CHECK(differ > 0);
+}
+
+TEST_CASE("constrained6: where pivoting finds no answer the other solver does", "[servo][trap]") {
+  // one place held from both sides, by directions too near to tell apart
+  std::vector<Touch> touches;
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 n = normalized(Vec3{1e-6 * i, 0, 1});
+    touches.push_back({{0, 0, -0.02}, n, 0});
+    touches.push_back({{1e-7 * i, 0, 0.02}, -n, 0});
+  }
+  const auto set = rigid_set({}, touches);
+  RigidLoop loops[] = {constrained(), constrained()};
+  loops[1].model.solver = RigidSolver::kLcp;
+  for (int tick = 0; tick < 500; ++tick) {
+    BodySolution out[2];
+    for (size_t k = 0; k < 2; ++k) out[k] = loops[k].hold({{0, 0, -0.01}, {}}, *set);
+    REQUIRE(std::fabs(out[1].proxy.X_WT.p.z) < 1e-6);
+    REQUIRE_THAT(out[1].F_hand_W.f, IsNear(out[0].F_hand_W.f, 1e-3));
+  }
+}
+
 TEST_CASE("constrained6: a body that nobody leads never gains energy", "[servo][trap]") {
   Random random(4);
   for (const double mu : {0.0, 0.3, 1.0}) {
