@@ -86,7 +86,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
   } catch (const QuantityError& error) {
     return refused(std::string(key) + ": " + error.what());
   }
-  const std::string lack = lack_of(config, static_cast<Renderer>(wanted.renderer), wanted);
+  const std::string lack = lack_with(wanted, config, static_cast<Renderer>(wanted.renderer));
   if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
   return {CommandKind::kChange, false, ""};
 }
