@@ -14,6 +14,7 @@ using haptic::ServoModel;
 using haptic::ServoState;
 using haptic::Vec3;
 using haptic::test::input_at;
+using haptic::test::is_started;
 using haptic::test::IsNear;
 using haptic::test::kMs;
 using haptic::test::plain_model;
