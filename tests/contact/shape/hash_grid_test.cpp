@@ -78,16 +78,6 @@ void same_by_cells(const MeshShape& shape, const Vec3& from, const Vec3& to) {
 
 }  // namespace
 
-TEST_CASE("hash grid: a small mesh does not wait until queries are measured") {
-  const auto first_line = [](const Soup& soup) {
-    const MeshData mesh = build_mesh(soup.vertices, soup.triangles);
-    const ObbTreeData tree = build_obb_tree(mesh.view());
-    return bake_grid(mesh.view(), tree.view()).lines.at(0);
-  };
-  CHECK(first_line(make_box({0.1, 0.1, 0.1})).starts_with("not measured"));
-  CHECK(first_line(make_icosphere(0.05, 5)).starts_with("measured here"));
-}
-
 TEST_CASE("hash grid: each cell that a triangle reaches into holds it") {
   for (const double edges : {0.4, 1.0, 3.0, 30.0}) {
     CAPTURE(edges);
