@@ -6,7 +6,6 @@
 #include <cstring>
 #include <set>
 
-#include "contact/bake/grid.h"
 #include "contact/query/point/segment_hit.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "contact/shape/tree/grid_cost.h"
