@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clients/report/report.h"
+#include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
 #include "proto/wire/renderer.h"
 
