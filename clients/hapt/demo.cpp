@@ -242,6 +242,9 @@ void play(PlayOptions options) {
   if (replay) {
     const HandTrace trace = load_hand_trace(config.device.replay);
     hand = {trace.samples.size(), trace.duration()};
+    if (!trace.notice.empty()) {
+      std::cerr << shown(view(config.device.replay.path)) << ": " << trace.notice << '\n';
+    }
   }
 
   // baked here once: contact then finds it in the cache, and the evaluation needs it too

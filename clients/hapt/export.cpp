@@ -38,6 +38,9 @@ void run_export(const ExportOptions& options) {
   if (!trace.mcap().finished()) {
     std::cerr << shown(options.recording) << ": its writer was killed; exporting what is whole\n";
   }
+  if (const std::string notice = trace.notice(topic); !notice.empty()) {
+    std::cerr << shown(options.recording) << ": " << notice << '\n';
+  }
   if (options.output.empty()) {
     export_csv(trace, topic, std::cout);
     return;

@@ -17,6 +17,7 @@ inline constexpr int64_t kSnapNs = 1000;
 /// A measured motion of a hand: strictly increasing in time, at the recorded rate.
 struct HandTrace {
   std::vector<DeviceState> samples;  // t_ns as in the file
+  std::string notice;                // TraceReader::notice; "": nothing to tell
 
   /// From the first sample to the last [s].
   double duration() const {

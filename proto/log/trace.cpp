@@ -91,23 +91,68 @@ std::vector<const TopicInfo*> TraceReader::topics() const {
   return out;
 }
 
+std::string TraceReader::layout() const {
+  const auto recording = mcap_.metadata().find("recording");
+  if (recording == mcap_.metadata().end()) return "";
+  const auto abi = recording->second.find("abi");
+  return abi == recording->second.end() ? "" : abi->second.substr(0, abi->second.find('.'));
+}
+
+std::string TraceReader::notice(const TopicInfo& topic) const {
+  const McapChannel* channel = mcap_.find_channel(topic.name);
+  if (channel == nullptr) return "";
+  const std::optional<Translation> translation = find_translation(topic, *channel);
+  std::string lacking;
+  for (const std::string& field : translation ? translation->lacking : std::vector<std::string>()) {
+    lacking += (lacking.empty() ? "; fields it lacks: " : ", ") + field;
+  }
+  const std::string number = layout();
+  const bool is_ours = number.empty() || number == std::to_string(kAbiMajor);
+  if (is_ours && lacking.empty()) return "";
+  return "recorded with layout " + (number.empty() ? "of no number" : shown(number)) + lacking;
+}
+
+/// Nothing if the records are as those of this program.
+std::optional<Translation> TraceReader::find_translation(const TopicInfo& topic,
+                                                         const McapChannel& channel) const {
+  const McapSchema& stored = mcap_.schema_of(channel);
+  const auto fail = [&](const std::string& why) {
+    throw McapError(path_ + ": topic '" + shown(channel.topic) + "' has another layout of " +
+                    std::string(topic.schema) + " that cannot be read: " + why +
+                    "; export it with the version that recorded it");
+  };
+  // its codes 3 and 4 had other meanings
+  if (topic.name == kEventTopic.name && layout() == "1") fail("the codes had other meanings");
+  if (stored.text == full_definition(topic.text)) return std::nullopt;
+  if (stored.encoding != "ros2msg") fail("it is not described as a ROS 2 message");
+  try {
+    return translate(topic.schema, flatten(topic.text), stored.text);
+  } catch (const std::runtime_error& error) {
+    fail(error.what());
+  }
+  return std::nullopt;
+}
+
 void TraceReader::for_each_bytes(
     const TopicInfo& topic, const std::function<void(const std::byte*, const Stamp&)>& use) const {
   const McapChannel* channel = mcap_.find_channel(topic.name);
   if (channel == nullptr) return;
-  const std::string where = path_ + ": topic '" + shown(channel->topic) + "' ";
-  if (mcap_.schema_of(*channel).text != full_definition(topic.text)) {
-    throw McapError(where + "was recorded with another layout of " + std::string(topic.schema) +
-                    "; export it with the version that recorded it");
-  }
+  const std::optional<Translation> translation = find_translation(topic, *channel);
+  const size_t size = translation ? translation->stored_size : topic.size;
+  std::vector<std::byte> translated;
   mcap_.for_each(channel->id, [&](const McapMessage& message) {
-    if (message.data.size() != kCdrHeader.size() + topic.size || message.data[1] != kCdrHeader[1]) {
-      throw McapError(where + "has a message of " + std::to_string(message.data.size()) +
+    if (message.data.size() != kCdrHeader.size() + size || message.data[1] != kCdrHeader[1]) {
+      throw McapError(path_ + ": topic '" + shown(channel->topic) + "' has a message of " +
+                      std::to_string(message.data.size()) +
                       " bytes that is not its struct; the file is damaged");
     }
-    use(message.data.data() + kCdrHeader.size(),
-        {static_cast<int64_t>(message.publish_time_ns), static_cast<int64_t>(message.log_time_ns),
-         message.sequence});
+    const std::byte* record = message.data.data() + kCdrHeader.size();
+    if (translation) {
+      apply(*translation, record, translated);
+      record = translated.data();
+    }
+    use(record, {static_cast<int64_t>(message.publish_time_ns),
+                 static_cast<int64_t>(message.log_time_ns), message.sequence});
   });
 }
 

@@ -7,17 +7,20 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "proto/log/layout.h"
 #include "proto/log/mcap.h"
 #include "proto/wire/schema.h"
 #include "proto/wire/wire.h"
 
 /// Recordings: the wire structs in an MCAP file. A message's payload is the CDR encoding of the
 /// struct: four bytes and the struct itself. log_time is CLOCK_REALTIME, publish_time
-/// CLOCK_MONOTONIC.
+/// CLOCK_MONOTONIC. Older recordings hold other layouts of the structs; they are read by the
+/// definitions in the file (layout.h).
 namespace haptic {
 
 /// A topic of a recording and the struct it carries.
@@ -92,8 +95,8 @@ class TraceReader {
   /// Throws McapError.
   explicit TraceReader(const std::string& path);
 
-  /// Passes every record of the topic in file order; none if the file has none. Throws McapError if
-  /// the topic was recorded with another layout.
+  /// Passes every record of the topic in file order, in the layout of this program; none if the
+  /// file has none. Throws McapError if its own layout cannot be translated.
   template <typename T>
   void for_each(const Topic<T>& topic,
                 const std::function<void(const T&, const Stamp&)>& use) const {
@@ -116,11 +119,20 @@ class TraceReader {
   void for_each_bytes(const TopicInfo& topic,
                       const std::function<void(const std::byte*, const Stamp&)>& use) const;
 
+  /// Number of the layout (kAbiMajor) that the file was recorded with; "": it does not say.
+  std::string layout() const;
+  /// What a person should know of records with another layout than this program's: its number, and
+  /// the fields that it lacks, with what they are taken for; "": there is nothing to tell.
+  std::string notice(const TopicInfo& topic) const;
+
   /// Topics of this file known to this program.
   std::vector<const TopicInfo*> topics() const;
   const McapReader& mcap() const { return mcap_; }
 
  private:
+  std::optional<Translation> find_translation(const TopicInfo& topic,
+                                              const McapChannel& channel) const;
+
   std::string path_;
   McapReader mcap_;
 };

@@ -5,10 +5,21 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 namespace haptic {
 namespace {
+
+// Bounds for the schema of a file; the largest of ours, ContactSet, takes a tenth of each.
+constexpr size_t kMostText = size_t{64} << 10;      // of a definition [bytes]
+constexpr size_t kMostFlattened = size_t{1} << 20;  // read while a message is flattened [bytes]
+constexpr size_t kMostFields = size_t{1} << 14;     // numbers of a message
+constexpr size_t kMostTypes = 64;                   // nested ones
+constexpr int kMostDepth = 8;                       // of types in types
+constexpr size_t kLongestName = 64;
 
 struct Definition {
   std::string_view type;  // as in a field, without "/msg"
@@ -60,6 +71,22 @@ constexpr std::string_view take_word(std::string_view& rest) {
   return word;
 }
 
+/// The count of `type[count]`, from the bracket on; 0: not an array.
+constexpr size_t count_of(std::string_view brackets) {
+  if (brackets.empty()) return 0;
+  size_t count = 0;
+  // sequences and bounded arrays are no plain structs
+  const bool ends = brackets.size() > 2 && brackets.back() == ']';
+  for (const char c : brackets.substr(1, ends ? brackets.size() - 2 : 0)) {
+    count = c >= '0' && c <= '9' ? 10 * count + static_cast<size_t>(c - '0') : kMostFields + 1;
+    if (count > kMostFields) break;
+  }
+  if (count == 0 || count > kMostFields) {
+    throw std::runtime_error("only arrays of a fixed size, up to 16384, are supported");
+  }
+  return count;
+}
+
 constexpr bool take_line(std::string_view& text, Line& line) {
   while (!text.empty()) {
     const size_t end = std::min(text.find('\n'), text.size());
@@ -75,15 +102,9 @@ constexpr bool take_line(std::string_view& text, Line& line) {
     line.type = take_word(code);
     if (line.type.empty()) continue;
     line.name = take_word(code);
-    const size_t bracket = line.type.find('[');
-    if (bracket != std::string_view::npos) {
-      for (const char c : line.type.substr(bracket + 1, line.type.size() - bracket - 2)) {
-        // sequences and bounded arrays are no plain structs
-        if (c < '0' || c > '9') throw std::runtime_error("only arrays of fixed size are supported");
-        line.count = 10 * line.count + static_cast<size_t>(c - '0');
-      }
-      line.type = line.type.substr(0, bracket);
-    }
+    const size_t bracket = std::min(line.type.find('['), line.type.size());
+    line.count = count_of(line.type.substr(bracket));
+    line.type = line.type.substr(0, bracket);
     return true;
   }
   return false;
@@ -160,26 +181,94 @@ std::string_view unit_of_member(std::string_view units, size_t index) {
   return units.substr(0, units.find(','));
 }
 
-/// Appends the numbers of one message; `units` are those the enclosing field states.
-void flatten_into(std::string_view text, const std::string& prefix, std::string_view units,
-                  std::vector<Field>& out, size_t& offset) {
-  size_t member = 0;
-  for (Line line; take_line(text, line); ++member) {
-    // the enclosing field's units take precedence: an impulse is a Wrench, but not in newtons
-    const std::string_view unit = units.empty() ? line.unit : unit_of_member(units, member);
-    const size_t size = primitive_size(line.type);
-    for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
-      std::string name = prefix + std::string(line.name);
-      if (line.count > 0) name += "[" + std::to_string(i) + "]";
-      if (size == 0) {
-        flatten_into(definition(line.type), name + ".", unit, out, offset);
-        continue;
+/// Lists the numbers of a message; `Find` gives the definition of a nested type.
+template <typename Find>
+class Flattener {
+ public:
+  explicit Flattener(const Find& find) : find_(find) {}
+
+  /// Appends the numbers of a message; `units` are those the enclosing field states.
+  void add_message(std::string_view text, const std::string& prefix, std::string_view units,
+                   int depth) {
+    read_ += text.size() + 1;
+    if (read_ > kMostFlattened || depth > kMostDepth) {
+      throw std::runtime_error("it nests types too deep or too often");
+    }
+    size_t member = 0;
+    for (Line line; take_line(text, line); ++member) {
+      // the enclosing field's units take precedence: an impulse is a Wrench, but not in newtons
+      const std::string_view unit = units.empty() ? line.unit : unit_of_member(units, member);
+      const std::string name = prefix + std::string(line.name);
+      for (size_t i = 0; i < std::max<size_t>(line.count, 1); ++i) {
+        const std::string index = line.count > 0 ? "[" + std::to_string(i) + "]" : "";
+        add_value(line.type, name + index, unit, depth);
       }
-      offset = (offset + size - 1) / size * size;
-      out.push_back({std::move(name), std::string(line.type), offset, std::string(unit)});
-      offset += size;
     }
   }
+  std::vector<Field> fields;
+
+ private:
+  void add_value(std::string_view type, const std::string& name, std::string_view unit, int depth) {
+    const size_t size = primitive_size(type);
+    if (size == 0) return add_message(find_(type), name + ".", unit, depth + 1);
+    if (fields.size() == kMostFields) throw std::runtime_error("it has more than 16384 numbers");
+    offset_ = (offset_ + size - 1) / size * size;
+    fields.push_back({name, std::string(type), offset_, std::string(unit)});
+    offset_ += size;
+  }
+
+  const Find& find_;
+  size_t offset_ = 0, read_ = 0;
+};
+
+template <typename Find>
+std::vector<Field> flatten_with(std::string_view text, const Find& find) {
+  Flattener flattener(find);
+  flattener.add_message(text, "", "", 0);
+  return std::move(flattener.fields);
+}
+
+bool is_name(std::string_view word, std::string_view others) {
+  return !word.empty() && word.size() <= kLongestName &&
+         std::all_of(word.begin(), word.end(), [&](char c) {
+           const bool is_digit = c >= '0' && c <= '9';
+           return is_digit || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                  others.find(c) != std::string_view::npos;
+         });
+}
+
+/// The first line of a text, which it is taken from, without its comment.
+std::string_view take_code(std::string_view& text) {
+  const size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return line.substr(0, line.find('#'));
+}
+
+/// Definitions of a message ("") and its nested types. Comments are left out: text that is read
+/// once for each element of an array has to be short.
+std::map<std::string, std::string, std::less<>> split_definition(std::string_view text) {
+  if (text.size() > kMostText) throw std::runtime_error("it has more than 64 KiB");
+  std::map<std::string, std::string, std::less<>> types;
+  std::string* into = &types[""];
+  while (!text.empty()) {
+    std::string_view code = take_code(text);
+    const std::string_view line = code;
+    const std::string_view type = take_word(code), name = take_word(code);
+    if (type.empty() || type.starts_with("====")) continue;
+    if (!take_word(code).empty()) throw std::runtime_error("it has a line that is no field");
+    if (type == "MSG:") {
+      const auto [place, is_new] = types.try_emplace(std::string(name));
+      if (!is_new) throw std::runtime_error("it defines a type twice");
+      if (types.size() > kMostTypes) throw std::runtime_error("it defines more than 64 types");
+      into = &place->second;
+    } else if (is_name(type, "_/[]") && is_name(name, "_")) {
+      *into += std::string(line) + '\n';
+    } else {
+      throw std::runtime_error("it has a line that is no field");
+    }
+  }
+  return types;
 }
 
 /// Nested types of `text`, each once, in order of appearance.
@@ -198,9 +287,7 @@ std::string with_ros_names(std::string_view text) {
   const char* begin = text.data();
   for (Line line; take_line(text, line);) {
     const size_t at = static_cast<size_t>(line.name.data() - begin);
-    for (size_t i = at; i < at + line.name.size(); ++i) {
-      out[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(out[i])));
-    }
+    out.replace(at, line.name.size(), lower_case(line.name));
   }
   return out;
 }
@@ -208,10 +295,30 @@ std::string with_ros_names(std::string_view text) {
 }  // namespace
 
 std::vector<Field> flatten(std::string_view text) {
-  std::vector<Field> fields;
-  size_t offset = 0;
-  flatten_into(text, "", "", fields, offset);
-  return fields;
+  return flatten_with(text, [](std::string_view type) { return definition(type); });
+}
+
+std::vector<Field> flatten_definition(std::string_view definition) {
+  const auto types = split_definition(definition);
+  return flatten_with(types.at(""), [&](std::string_view type) -> std::string_view {
+    const auto found = types.find(type);
+    if (found == types.end()) throw std::runtime_error("it lacks the definition of a type");
+    return found->second;
+  });
+}
+
+size_t size_of(const Field& field) {
+  return primitive_size(field.type);
+}
+
+size_t size_of(const std::vector<Field>& fields) {
+  return fields.empty() ? 0 : fields.back().offset + size_of(fields.back());
+}
+
+std::string lower_case(std::string_view name) {
+  std::string out(name);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
 }
 
 std::string full_definition(std::string_view text) {

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/wire/schema.h"
+
+namespace haptic {
+
+/// How the records of a file become those of this program where their layouts differ. Numbers keep
+/// their names and types. What the file's layout lacks gets the default that layout.cpp states,
+/// with its reason; what only the file's layout has is left out.
+struct Translation {
+  struct Copy {
+    size_t from, to, size;  // [bytes]
+  };
+  size_t stored_size = 0;           // of a record in the file [bytes]
+  std::vector<std::byte> defaults;  // of a record here, where nothing is copied
+  std::vector<Copy> copies;
+  std::vector<std::string> lacking;  // "reseeds (0: not counted)"
+};
+
+/// A field is found by its path. One value becomes every element of an array; of an array of
+/// another length the common part is copied, and the rest is zero. `schema` is the name of the
+/// message, `stored` its definition in the file, which is not trusted. Throws std::runtime_error,
+/// one line: the definition cannot be used, a type has changed, a field that has no default lacks.
+Translation translate(std::string_view schema, const std::vector<Field>& ours,
+                      std::string_view stored);
+
+/// `record` has stored_size bytes, `out` those of a record here.
+void apply(const Translation& translation, const std::byte* record, std::vector<std::byte>& out);
+
+}  // namespace haptic
