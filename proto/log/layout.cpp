@@ -85,9 +85,11 @@ class Translator {
 
   void add(const Field& ours) {
     const std::string path = lower_case(ours.name);
-    const Field* theirs = find(path);
-    if (theirs == nullptr) theirs = find_single(path);
-    if (theirs != nullptr) return copy(*theirs, ours);
+    if (const Field* theirs = find(path)) return copy(*theirs, ours);
+    if (const Field* theirs = find_single(path)) {
+      note(with_indices(ours.name, "[]") + " (one value for all)");
+      return copy(*theirs, ours);
+    }
     // beyond the end of a shorter array
     if (find(with_indices(path, "[0]")) == nullptr) add_default(ours);
   }
@@ -122,11 +124,14 @@ class Translator {
     const uint64_t whole = row->value;
     const bool is_real = field.type == "float64";
     std::memcpy(to, is_real ? static_cast<const void*>(&real) : &whole, size_of(field));
-    std::string said = std::string(row->field) + " (" + std::to_string(row->value) + ": ";
-    said += std::string(row->why) + ")";
-    if (std::find(out_.lacking.begin(), out_.lacking.end(), said) == out_.lacking.end()) {
-      out_.lacking.push_back(std::move(said));
-    }
+    const std::string value = std::to_string(row->value);
+    note(std::string(row->field) + " (" + value + ": " + std::string(row->why) + ")");
+  }
+
+  /// Once for each field, however many numbers it has.
+  void note(const std::string& lacking) {
+    std::vector<std::string>& said = out_.lacking;
+    if (std::find(said.begin(), said.end(), lacking) == said.end()) said.push_back(lacking);
   }
 
   std::string_view schema_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Recordings (MCAP) that are damaged or malicious: refused in one line, or read within bounded time
 // and memory.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -15,6 +16,7 @@
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/proto/log/mcap_bytes.h"
+#include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -28,7 +30,13 @@ struct Record {
   std::string content;
 };
 
-constexpr uint8_t kFooter = 0x02, kMessage = 0x05, kChunk = 0x06;
+constexpr uint8_t kFooter = 0x02, kSchema = 0x03, kMessage = 0x05, kChunk = 0x06;
+constexpr uint8_t kDataEnd = 0x0F;
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return std::string((std::istreambuf_iterator<char>(in)), {});
+}
 
 /// A file of the program: five topics, three chunks, metadata and an end.
 std::string valid_file(const std::string& folder) {
@@ -48,8 +56,7 @@ std::string valid_file(const std::string& folder) {
       if (i % 4 == 3) trace.flush();
     }
   }
-  std::ifstream in(path, std::ios::binary);
-  return std::string((std::istreambuf_iterator<char>(in)), {});
+  return bytes_of(path);
 }
 
 template <typename T>
@@ -115,6 +122,56 @@ std::string bomb(FuzzRandom& random) {
       .bytes();
 }
 
+/// A definition after a line was lost, doubled, moved, or given another type or count.
+void change_definition(std::string& text, FuzzRandom& random) {
+  static const std::vector<std::string> kTypes{"float64",
+                                               "uint32",
+                                               "int64",
+                                               "uint8",
+                                               "bool",
+                                               "float64[3]",
+                                               "float64[16384]",
+                                               "float64[]",
+                                               "haptic_msgs/Contact[64]",
+                                               "geometry_msgs/Pose[1000]",
+                                               "MSG:",
+                                               "haptic_msgs/ContactSet"};
+  const size_t begin = text.find('\n', random.below(text.size() + 1)) + 1;
+  const size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+  if (begin == 0 || begin >= end) return;
+  const std::string line = text.substr(begin, end - begin);
+  const size_t choice = random.below(4);
+  if (choice < 3) text.erase(begin, end - begin);
+  if (choice == 2) return;
+  if (choice == 3) {
+    const size_t type_end = std::min(text.find(' ', begin), end - 1);
+    text.replace(begin, type_end - begin, random.pick(kTypes));
+    return;
+  }
+  // elsewhere, or twice in a row
+  const size_t at = choice == 0 ? text.find('\n', random.below(text.size() + 1)) + 1 : begin;
+  text.insert(at, choice == 0 ? line : line + line);
+}
+
+/// Other definitions in a file without an end, which is read from its start: an index would point
+/// beside the chunks.
+void change_schemas(std::vector<Record>& records, const test::Damage& damage, FuzzRandom& random) {
+  const auto end = std::find_if(records.begin(), records.end(),
+                                [](const Record& record) { return record.op == kDataEnd; });
+  records.erase(end, records.end());
+  for (Record& record : records) {
+    if (record.op != kSchema || random.below(3) == 0) continue;
+    size_t at = sizeof(uint16_t);
+    for (int texts = 0; texts < 2; ++texts) at += 4 + number_at<uint32_t>(record.content, at);
+    if (at + 4 > record.content.size()) continue;
+    std::string text = record.content.substr(at + 4);
+    for (size_t left = 1 + random.below(3); left > 0; --left) change_definition(text, random);
+    if (random.below(8) == 0) text = damage.apply(text, random);
+    record.content.resize(at);
+    record.content += McapBytes().text(text).bytes();
+  }
+}
+
 void change_record(std::vector<Record>& records, const test::Damage& damage, FuzzRandom& random) {
   const size_t at = random.below(records.size());
   const auto place = records.begin() + static_cast<std::ptrdiff_t>(at);
@@ -153,7 +210,7 @@ std::string file_of(const std::vector<Record>& records, FuzzRandom& random) {
     } else {
       file.record(record.op, McapBytes().raw(record.content));
     }
-    if (record.op == 0x0F) data_end = file.size();
+    if (record.op == kDataEnd) data_end = file.size();
   }
   return file.raw(test::kMcapMagic).bytes();
 }
@@ -162,8 +219,12 @@ std::string input(const std::string& seed, const test::Damage& damage, FuzzRando
   if (random.below(3) == 0) return damage.apply(seed, random, 1 << 20);
   const size_t magic = test::kMcapMagic.size();
   std::vector<Record> records = records_of(seed, magic, seed.size() - magic);
-  for (size_t left = 1 + random.below(4); left > 0 && !records.empty(); --left) {
-    change_record(records, damage, random);
+  if (random.below(3) == 0) {
+    change_schemas(records, damage, random);
+  } else {
+    for (size_t left = 1 + random.below(4); left > 0 && !records.empty(); --left) {
+      change_record(records, damage, random);
+    }
   }
   const std::string file = file_of(records, random);
   return random.below(8) == 0 ? damage.apply(file, random, 1 << 20) : file;
@@ -189,13 +250,18 @@ void use(const std::string& path) {
 
 TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and memory") {
   const test::TemporaryFolder folder;
-  const std::string seed = valid_file(folder.path());
+  std::vector<std::string> seeds{valid_file(folder.path())};
+  for (uint32_t layout = 1; layout < kAbiMajor; ++layout) {
+    const std::string name = "tests/proto/log/golden/layout_" + std::to_string(layout) + ".mcap";
+    seeds.push_back(bytes_of(test::from_source(name)));
+    REQUIRE_FALSE(seeds.back().empty());
+  }
   const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg",
                              std::string(test::kMcapMagic), std::string(9, '\0'), "\n\x1b[2J"});
   const std::string path = folder.path() + "/fuzzed.mcap";
   test::FuzzRun fuzz("log", 3, 1500);
   fuzz.run([&](FuzzRandom& random) {
-    std::ofstream(path, std::ios::binary) << input(seed, damage, random);
+    std::ofstream(path, std::ios::binary) << input(random.pick(seeds), damage, random);
     use(path);
   });
   CHECK(fuzz.accepted() > fuzz.inputs() / 50);

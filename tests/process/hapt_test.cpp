@@ -151,6 +151,24 @@ TEST_CASE("hapt replay: every grid point of the recorded hand is played, whateve
   CHECK(figure(ran.output, "samples lost") == 0);
 }
 
+TEST_CASE("hapt export, hapt replay: a recording of an older layout, and once what it lacks") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string log = test::from_source("tests/proto/log/golden/layout_6.mcap");
+  const Ran sets = hapt("export " + log + " --topic /contact0/set -o sets.csv", folder.path());
+  INFO(sets.output);
+  CHECK(sets.code == 0);
+  CHECK(has(sets.output, "layout_6.mcap: recorded with layout 6; fields it lacks: clearance[] ("));
+  CHECK(has(sets.output, "4 rows of /contact0/set"));
+  CHECK(lines(sets.output) == 2);
+
+  const Ran played = hapt("replay " + log + " --config plane.toml --json", folder.path());
+  INFO(played.output);
+  CHECK(has(played.output, "layout_6.mcap: recorded with layout 6\n"));
+  CHECK(figure(played.output, "samples of the recorded hand") == 10);
+  CHECK(figure(played.output, "samples lost") == 0);
+}
+
 TEST_CASE("hapt: what cannot start says so in one line and exits with 1") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;

@@ -4,12 +4,18 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
 #include <stdexcept>
 
 #include "clients/library/histogram.h"
+#include "clients/report/session_plot.h"
+#include "clients/report/summary.h"
+#include "tests/support/data.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace haptic;
 
@@ -198,4 +204,25 @@ TEST_CASE("histogram: merged counts are those of all values together", "[clients
   CHECK(a.count() == both.count());
   CHECK(a.max() == both.max());
   for (int p = 0; p <= 100; ++p) CHECK(a.percentile(p) == both.percentile(p));
+}
+
+TEST_CASE("session plot: a recording of any layout is summed up and drawn", "[clients]") {
+  const test::TemporaryFolder folder;
+  for (uint32_t layout = 1; layout <= kAbiMajor; ++layout) {
+    CAPTURE(layout);
+    const std::string name = "tests/proto/log/golden/layout_" + std::to_string(layout) + ".mcap";
+    const SessionData data = load_session(test::from_source(name));
+    CHECK(data.frames.size() >= 8);
+    CHECK(data.proxies.size() >= 3);
+    CHECK(data.recorded == data.frames.size() + data.proxies.size() + data.scenes.size());
+    const std::vector<Row> rows = summarize("old", data, SessionConfig{}, Penetration{});
+    CHECK(std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
+      return row.metric == "ticks" && row.value == static_cast<double>(data.frames.size());
+    }));
+    const std::string path = folder.path() + "/old.svg";
+    plot_session(path, "old", data);
+    std::ifstream file(path);
+    const std::string svg((std::istreambuf_iterator<char>(file)), {});
+    CHECK(line_of(svg).size() == data.frames.size());
+  }
 }
