@@ -30,8 +30,8 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What a running session lacks for a renderer, with the springs that are wanted of it.
-std::string lack_of(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
+/// What the session lacks for that renderer with the springs of this frame.
+std::string lack_with(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
   const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
   return lack_of(config, renderer, springs, has_maps);
@@ -42,7 +42,7 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
   for (const RendererRow& row : kRenderers) {
     known += (known.empty() ? "" : ", ") + std::string(row.name);
     if (row.name != name) continue;
-    const std::string lack = lack_of(config, row.id, wanted);
+    const std::string lack = lack_with(config, row.id, wanted);
     if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
     wanted.renderer = static_cast<uint32_t>(row.id);
     return {CommandKind::kChange, false, ""};
@@ -86,7 +86,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
   } catch (const QuantityError& error) {
     return refused(std::string(key) + ": " + error.what());
   }
-  const std::string lack = lack_with(wanted, config, static_cast<Renderer>(wanted.renderer));
+  const std::string lack = lack_with(config, static_cast<Renderer>(wanted.renderer), wanted);
   if (!lack.empty()) return refused(std::string(key) + ": the present renderer " + lack);
   return {CommandKind::kChange, false, ""};
 }
