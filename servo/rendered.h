@@ -31,7 +31,7 @@ struct Rendered {
 template <class State>
 State& keep(ProxyState& proxy) {
   if (!std::holds_alternative<State>(proxy)) proxy.emplace<State>();
-  return std::get<State>(proxy);
+  return *std::get_if<State>(&proxy);  // std::get could throw
 }
 
 /// The renderers of a point: planes at this tick, the proxy of the solver that goes with the
