@@ -30,7 +30,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   }
   double scene_speed = 0;
   if (scene != nullptr) {
-    for (uint32_t i = 0; i < scene->n_objects; ++i) {
+    for (uint32_t i = 0; i < std::min(scene->n_objects, kMaxObjects); ++i) {
       const Vec3 v_W = surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p, servo.t_ns);
       scene_speed = std::max(scene_speed, norm(v_W));
     }

@@ -54,7 +54,8 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
                       const TickScene& scene, const ServoFrame& frame) {
   PointProxySolution proxy;
   proxy.proxy_W = frame.X_WT.p;
-  if (input.contacts != nullptr) {
+  // nothing is known of what a detector without a name has found
+  if (input.contacts != nullptr && is_renderer(input.contacts->renderer)) {
     const auto renderer = static_cast<Renderer>(input.contacts->renderer);
     proxy = solve_proxy(model, state, row_of(renderer).solver,
                         {*input.contacts, scene.X_WO, frame.X_WT.p, scene.weight, 0, {}});

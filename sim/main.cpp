@@ -44,7 +44,9 @@ int run(const ChildArguments& arguments) {
     const Tick tick = clock.wait();
     child.beat(tick);
     controls.latest(control);
-    frame = sim_step(model, *state, tick.deadline_ns, control.scene_time_scale);
+    // a ring may hold anything
+    const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
+    frame = sim_step(model, *state, tick.deadline_ns, time_scale);
     frame.busy_ns = now_ns() - tick.deadline_ns - tick.late_ns;
     child.channels().frames.publish(frame);
   }

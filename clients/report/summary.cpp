@@ -115,6 +115,7 @@ void check_places(const std::vector<VerifiedProxy>& rigid, const std::vector<Ser
 void check_verified(const SessionData& data, const BakedSession& baked, Penetration& out) {
   std::vector<VerifiedProxy> rigid;
   for (const VerifiedProxy& proxy : data.proxies) {
+    if (!is_renderer(proxy.renderer)) continue;  // of a recording, which may hold anything
     if (is_rigid(static_cast<Renderer>(proxy.renderer))) rigid.push_back(proxy);
   }
   if (rigid.empty()) {

@@ -10,7 +10,8 @@ constexpr double kLeastReach = 25e-6;  // of the look-ahead where a set has no r
 
 /// A pose the servo still shows as verified and feels, else the tool itself.
 uint32_t seed(const PointScene& scene, const ServoFrame& servo, PointProxy& proxy) {
-  const bool known = (servo.flags & (kServoNoContactSet | kServoClosed)) == 0;
+  const bool known =
+      (servo.flags & (kServoNoContactSet | kServoClosed)) == 0 && is_finite(servo.X_WG);
   if (known && seed_proxy(scene, servo.X_WG.p, proxy) == 0) return 0;
   return seed_proxy(scene, servo.X_WT.p, proxy);
 }

@@ -3,6 +3,7 @@
 #include "contact/step.h"
 
 #include <cstring>
+#include <limits>
 #include <memory>
 
 #include "tests/support/meshes.h"
@@ -65,6 +66,28 @@ TEST_CASE("contact step: a hand that feels nothing passes through, and begins wh
   const auto felt = b.answer(below_W, 0);
   CHECK(felt->X_WG.p == below_W);
   CHECK(felt->n_active == 0);
+}
+
+TEST_CASE("contact step: a restarted contact does not begin at a pose that is not finite",
+          "[contact]") {
+  Bench b;
+  ServoFrame servo{};
+  servo.X_WT.p = {0, 0, 0.06};
+  servo.X_WG.p = {0, 0, std::numeric_limits<double>::quiet_NaN()};
+  const auto set = std::make_unique<ContactSet>(contact_step(b.model, *b.state, servo, nullptr));
+  CHECK(set->X_WG.p == servo.X_WT.p);
+}
+
+TEST_CASE("contact step: a scene that claims more objects than it can hold is read to its end",
+          "[contact]") {
+  Bench b;
+  ServoFrame servo{};
+  servo.X_WT.p = servo.X_WG.p = {0, 0, 0.06};
+  const auto scene = std::make_unique<haptic::SceneFrame>();
+  scene->n_objects = 1u << 20;
+  const auto set =
+      std::make_unique<ContactSet>(contact_step(b.model, *b.state, servo, scene.get()));
+  CHECK(set->X_WG.p == servo.X_WT.p);
 }
 
 TEST_CASE("contact step: a clutch moves nothing, so the proxy stays", "[contact]") {

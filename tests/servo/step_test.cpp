@@ -98,6 +98,16 @@ TEST_CASE("servo: ghost wall trap: beyond its extent a plane gives no force", "[
   }
 }
 
+TEST_CASE("servo: contacts of a renderer that does not exist are not rendered", "[servo]") {
+  const auto set = set_of({plane({0, 0, 1}, {0, 0, 0.003})});
+  set->renderer = GENERATE(7u, 1000u, ~0u);
+  ServoState state;
+  const ServoFrame f = step_armed(plain_model(900), state, input_at(1, {}, set.get()));
+  CHECK(f.F_device_B == haptic::Wrench{});
+  CHECK(f.X_WP == f.X_WT);
+  CHECK(f.n_contacts == 0);
+}
+
 TEST_CASE("servo: contacts move with their object", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {})});
   SceneFrame scene{};
