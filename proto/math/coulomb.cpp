@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -140,6 +142,7 @@ ConstrainedMotion CoulombSolver::solve_cones(const Twist& shift_of, double wante
                                              FrictionStep& out) {
   for (size_t i = 0; i < contacts_.size(); ++i) {
     const FrictionContact& c = contacts_[i];
+    HAPTIC_ASSERT(c.friction >= 0);
     shifts_[i] = c.friction * norm(velocity_of(c, shift_of).tangential);
   }
   for (size_t k = 0; k < n_rows_; ++k) {
@@ -180,6 +183,7 @@ void CoulombSolver::cut_cones(const Twist& v, double worst) {
     if (lacks_[i] < kWorst * worst) continue;
     const FrictionContact& c = contacts_[i];
     const Vec3 force = c.normal - c.friction * normalized(velocity_of(c, v).tangential);
+    HAPTIC_ASSERT(n_rows_ < rows_.size());
     rows_[n_rows_] = {{force, cross(c.r, force)}, bound_of(force, i)};
     owners_[n_rows_] = i;
     ++n_rows_;
@@ -188,6 +192,7 @@ void CoulombSolver::cut_cones(const Twist& v, double worst) {
 
 /// Bound of the row `direction`, a unit normal plus a tangential part, at contact i.
 double CoulombSolver::bound_of(const Vec3& direction, size_t i) const {
+  HAPTIC_ASSERT(i < contacts_.size());
   const FrictionContact& c = contacts_[i];
   return c.least_speed - shifts_[i] + dot(direction, c.obstacle_velocity);
 }
@@ -195,6 +200,7 @@ double CoulombSolver::bound_of(const Vec3& direction, size_t i) const {
 /// Drops inactive cutting planes.
 void CoulombSolver::keep_active(ConstrainedMotion& motion) {
   const auto n = static_cast<size_t>(motion.n_active);
+  HAPTIC_ASSERT(n <= 6);
   std::array<MotionRow, 6> rows;
   std::array<size_t, 6> owners{};
   for (size_t j = 0; j < n; ++j) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -17,6 +19,7 @@ constexpr int kPivotsPerRow = 20;    // pivot limit per row; a handful is usual
 
 LcpSolution LcpSolver::solve(LcpMethod method, std::span<const double> A, std::span<const double> b,
                              int max_sweeps) {
+  HAPTIC_ASSERT(max_sweeps >= 0);
   n_ = b.size();
   if (n_ > capacity_ || A.size() != n_ * n_) return {};
   A_ = A, b_ = b;
@@ -152,6 +155,7 @@ void LcpSolver::reverse() {
 
 /// Δf with Δf_d = 1 and Δa_C = 0, and Δa = A Δf.
 void LcpSolver::find_direction(size_t d) {
+  HAPTIC_ASSERT(d < n_ && side_[d] != Side::kClamped);
   std::fill_n(df_.begin(), n_, 0.0);
   for (size_t k = 0; k < n_clamped_; ++k) x_[k] = -entry(clamped_[k], d);
   solve_clamped({x_.data(), n_clamped_});
@@ -165,6 +169,7 @@ void LcpSolver::find_direction(size_t d) {
 }
 
 void LcpSolver::enter(size_t i) {
+  HAPTIC_ASSERT(i < n_ && n_clamped_ < n_);
   a_[i] = 0;
   side_[i] = Side::kClamped;
   clamped_[n_clamped_++] = i;
@@ -176,6 +181,7 @@ void LcpSolver::leave(size_t i) {
   side_[i] = Side::kOpen;
   const std::span<size_t> all = clamped_set();
   const auto place = std::find(all.begin(), all.end(), i);
+  HAPTIC_ASSERT(place != all.end());
   const auto k = static_cast<size_t>(place - all.begin());
   std::copy(place + 1, all.end(), place);
   --n_clamped_;
@@ -197,6 +203,7 @@ void LcpSolver::factor_from(size_t place) {
 
 /// x ← A_CC⁻¹ x.
 void LcpSolver::solve_clamped(std::span<double> x) const {
+  HAPTIC_ASSERT(x.size() <= n_clamped_);
   for (size_t i = 0; i < x.size(); ++i) {
     for (size_t k = 0; k < i; ++k) x[i] -= L_[i * n_ + k] * x[k];
     x[i] /= L_[i * n_ + i];

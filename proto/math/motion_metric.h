@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "proto/math/assert.h"
 #include "proto/math/spatial.h"
 
 namespace haptic {
@@ -46,6 +47,7 @@ struct MotionRow {
 /// close; an overlap, gap < 0, is pushed out by at most most_push ≥ 0 per motion. For a twist
 /// divide both by the time step.
 constexpr MotionRow contact_row(const Vec3& r, const Vec3& normal, double gap, double most_push) {
+  HAPTIC_ASSERT(most_push >= 0);
   return {{normal, cross(r, normal)}, -gap < most_push ? -gap : most_push};
 }
 
@@ -78,6 +80,7 @@ constexpr Mat6 spring_matrix(double translational, double rotational) {
 
 /// Length of a motion in these springs, as a translation: √(|v|² + k_R/k_T |ω|²) [m].
 inline double spring_length(const Twist& a, double translational, double rotational) {
+  HAPTIC_ASSERT(!(translational <= 0));
   return std::sqrt(norm_squared(a.v) + rotational * norm_squared(a.w) / translational);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/math/mat3.h"
 
 namespace haptic {
@@ -18,6 +19,7 @@ using Subset = std::array<int, 3>;
 /// normals are dependent.
 bool solve_multipliers(std::span<const HalfSpace> h, const Vec3& p, const Subset& subset, int size,
                        std::array<double, 3>& lambda) {
+  HAPTIC_ASSERT(size >= 1 && size <= 3);
   std::array<Vec3, 3> n{};
   std::array<double, 3> gap{};
   for (int i = 0; i < size; ++i) {
@@ -71,6 +73,7 @@ double slack(const HalfSpace& h, const Vec3& x) {
 /// the pool's half-spaces.
 bool exchange(std::span<const HalfSpace> h, const Vec3& p, std::span<const int> pool,
               double tolerance, PointProjection& out) {
+  HAPTIC_ASSERT(!pool.empty() && pool.size() <= 4);
   const int entering = pool.back();
   const size_t others = pool.size() - 1;
   bool found = false;
@@ -119,6 +122,7 @@ PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpac
     }
     if (worst < 0) return out;
 
+    HAPTIC_ASSERT(out.n_active <= 3);
     std::array<int, 4> pool{};
     std::copy_n(out.active.begin(), out.n_active, pool.begin());
     pool[static_cast<size_t>(out.n_active)] = worst;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -58,6 +60,7 @@ struct ActiveSet {
 
   /// Adds a row, from the `split` of its normal.
   void take_in(int index, double bound, const Vec6& along, const Vec6& left) {
+    HAPTIC_ASSERT(n < row.size());
     row[n] = index, b[n] = bound;
     R[n] = along;
     R[n][n] = std::sqrt(dot(left, left));
@@ -69,6 +72,7 @@ struct ActiveSet {
 
   /// Drops row j; rotations of pairs of columns of Q make R triangular again.
   void give_up(size_t j) {
+    HAPTIC_ASSERT(j < n);
     --n;
     for (size_t k = j; k < n; ++k) {
       row[k] = row[k + 1], b[k] = b[k + 1], u[k] = u[k + 1], R[k] = R[k + 1];
@@ -182,6 +186,7 @@ class Solver {
   /// Moves a onto the row and drops rows that would have to pull. False: no acceptable motion
   /// satisfies it together with the rest.
   bool satisfy(int index) {
+    HAPTIC_ASSERT(index >= 0 && static_cast<size_t>(index) < rows_.size());
     const auto k = static_cast<size_t>(index);
     const Twist& J = rows_[k].J;
     const Vec6 g = whitened(metric_, components(J.v, J.w));

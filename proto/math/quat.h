@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "proto/math/assert.h"
 #include "proto/math/mat3.h"
 
 namespace haptic {
@@ -32,6 +33,11 @@ inline Quat normalized(const Quat& q) {
   return {q.x / length, q.y / length, q.z / length, q.w / length};
 }
 
+/// The same test as of a vector.
+inline bool is_unit(const Quat& q) {
+  return std::fabs(dot(q, q) - 1) < 1e-2;
+}
+
 /// Rotates a by the unit quaternion q.
 constexpr Vec3 rotate(const Quat& q, const Vec3& a) {
   const Vec3 t = 2.0 * cross(q.vector(), a);
@@ -60,6 +66,7 @@ inline Vec3 to_rotation_vector(const Quat& q) {
 
 /// Constant-speed interpolation along the shorter arc; t in [0, 1].
 inline Quat slerp(const Quat& a, const Quat& b, double t) {
+  HAPTIC_ASSERT(t >= 0 && t <= 1);
   return a * from_rotation_vector(t * to_rotation_vector(conjugate(a) * b));
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "proto/math/assert.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
@@ -51,6 +52,7 @@ constexpr void add_outer(Mat6& m, const Wrench& F, const Twist& per_motion) {
 
 /// Adds a 3×3 block; row and column are 0 or 3.
 constexpr void add_block(Mat6& m, size_t row, size_t column, const Mat3& block) {
+  HAPTIC_ASSERT((row == 0 || row == 3) && (column == 0 || column == 3));
   for (size_t i = 0; i < 3; ++i) {
     for (size_t j = 0; j < 3; ++j) {
       m(row + i, column + j) += block.row[i][static_cast<int>(j)];

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 /// Three doubles: a point, a vector or a force; the variable's name says which, and in what frame.
@@ -63,6 +65,12 @@ inline bool is_finite(const Vec3& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
+/// Whether a vector was normalised; coarse: a device's orientation may be off by a thousandth, and
+/// so may what it turns.
+inline bool is_unit(const Vec3& a) {
+  return std::fabs(norm_squared(a) - 1) < 1e-2;
+}
+
 inline Vec3 component_min(const Vec3& a, const Vec3& b) {
   return {std::fmin(a.x, b.x), std::fmin(a.y, b.y), std::fmin(a.z, b.z)};
 }
@@ -76,6 +84,7 @@ inline std::array<float, 3> to_floats(const Vec3& a) {
 
 /// A unit vector perpendicular to the unit vector n.
 inline Vec3 any_perpendicular(const Vec3& n) {
+  HAPTIC_ASSERT(is_unit(n));
   return normalized(std::fabs(n.x) < 0.6 ? cross(n, {1, 0, 0}) : cross(n, {0, 1, 0}));
 }
 

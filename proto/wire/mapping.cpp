@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/wire/mapping.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 Pose tool_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_BH) {
+  HAPTIC_ASSERT(map.motion_scale > 0);
+  HAPTIC_ASSERT(is_unit(map.X_WB.q) && is_unit(map.X_HT.q));
   const Pose X_WH = map.X_WB * Pose{map.motion_scale * X_BH.p, X_BH.q};
   return Pose{X_WH.p + clutch.offset_W, X_WH.q} * map.X_HT;
 }
@@ -15,6 +19,7 @@ Twist tool_twist(const DeviceMap& map, const Pose& X_BH, const Twist& V_BH) {
 }
 
 Wrench device_wrench(const DeviceMap& map, const Pose& X_BH, const Wrench& F_W) {
+  HAPTIC_ASSERT(map.force_scale > 0);
   const Vec3 arm_W = rotate(map.X_WB.q * X_BH.q, map.X_HT.p);
   const Wrench at_handle_W = map.force_scale * shift(F_W, arm_W);
   const Quat q_BW = conjugate(map.X_WB.q);
@@ -23,6 +28,7 @@ Wrench device_wrench(const DeviceMap& map, const Pose& X_BH, const Wrench& F_W) 
 
 Pose apply_clutch(const DeviceMap& map, Clutch& clutch, const DeviceState& device,
                   const Pose& X_WT_last) {
+  HAPTIC_ASSERT(map.clutch_button < 32);
   const bool pressed = map.clutch_button >= 0 && ((device.buttons >> map.clutch_button) & 1u) != 0;
   const Pose X_WT = tool_pose(map, clutch, device.X_BH);
   if (!pressed && !clutch.held) return X_WT;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "proto/math/assert.h"
 #include "proto/wire/proxy_solver.h"
 
 namespace haptic {
@@ -59,6 +60,7 @@ inline constexpr std::array<RendererRow, 7> kRenderers{{
 }};
 
 constexpr const RendererRow& row_of(Renderer renderer) {
+  HAPTIC_ASSERT(static_cast<size_t>(renderer) < kRenderers.size());
   return kRenderers[static_cast<size_t>(renderer)];
 }
 

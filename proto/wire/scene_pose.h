@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -14,6 +15,7 @@ inline constexpr double kMaxExtrapolation = 0.020;  // longest extrapolation of 
 /// way (if sim dies, the scene freezes). Servo and contact both use this function, so they see an
 /// object in the same place.
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
+  HAPTIC_ASSERT(object < kMaxObjects);
   const Pose& X_WO = scene.X_WO[object];
   const Twist& V_WO = scene.V_WO[object];
   // a static object's pose stays bit-identical
@@ -26,6 +28,7 @@ inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_n
 /// Velocity of the object's origin and its angular velocity, in W; zero where object_pose_at no
 /// longer extrapolates.
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
+  HAPTIC_ASSERT(object < kMaxObjects);
   const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
   return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
 }
