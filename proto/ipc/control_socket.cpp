@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "proto/ipc/unix_socket.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
 
 namespace haptic {
@@ -104,6 +105,7 @@ void ControlServer::hear(uint64_t peer, int fd, const Handler& handle) {
 }
 
 void ControlServer::answer(uint64_t peer, const std::string& line) {
+  HAPTIC_ASSERT(peer != kDoor);
   const auto found = peers_.find(peer);
   if (found == peers_.end()) return;
   send_line(found->second.get(), line.substr(0, kLongestAnswer));
@@ -112,6 +114,7 @@ void ControlServer::answer(uint64_t peer, const std::string& line) {
 
 std::string say_to_session(const std::string& session, const std::string& line,
                            int64_t patience_ns) {
+  HAPTIC_ASSERT(patience_ns >= 0);
   // not through the socket for watching, whose queue others may have filled
   const std::string watching = find_session(session);
   const std::string name = std::filesystem::path(watching).stem().string();

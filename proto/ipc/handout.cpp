@@ -25,6 +25,7 @@
 #include "proto/ipc/handout_message.h"
 #include "proto/ipc/process.h"
 #include "proto/ipc/unix_socket.h"
+#include "proto/math/assert.h"
 #include "proto/os/environment.h"
 #include "proto/os/message.h"
 #include "proto/os/programs.h"
@@ -229,6 +230,7 @@ bool HandoutServer::restore() {
 }
 
 void HandoutServer::wait_for_clients() {
+  HAPTIC_ASSERT(listener_.has_value());
   epoll_event event{EPOLLIN, {.fd = listener_->fd()}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, listener_->fd(), &event) != 0) {
     throw_errno("cannot wait for clients");
@@ -241,6 +243,7 @@ size_t HandoutServer::n_clients() const {
 }
 
 bool HandoutServer::add_peer(Peer peer) {
+  HAPTIC_ASSERT(peer.socket.is_open());
   const int fd = peer.socket.get();
   for (const auto& [id, segment] : segments_) {
     if (!send_announcement(fd, segment.announcement, segment.fd.get())) return false;
@@ -321,6 +324,7 @@ void HandoutServer::forget_children(SegmentId id, uint64_t before_generation) {
 }
 
 void HandoutServer::announce(SegmentId id, uint64_t generation, const char* name, int fd) {
+  HAPTIC_ASSERT(name != nullptr && fd >= 0);
   store(make_announcement(id, generation, name), reopen_read_only(fd));
 }
 
@@ -443,6 +447,7 @@ SessionPeer peer_of(const FileDescriptor& socket) {
 }
 
 void offer_segment(int socket, SegmentId id, uint64_t generation, const char* name, int fd) {
+  HAPTIC_ASSERT(name != nullptr && fd >= 0);
   if (!send_announcement(socket, make_announcement(id, generation, name), fd)) {
     throw_errno(std::string("cannot offer segment '") + name + "' to hapticd");
   }
@@ -474,6 +479,7 @@ detail::ReaderMark* Attachments::add_reader(detail::Feed& feed) {
 }
 
 void Attachments::start() {
+  HAPTIC_ASSERT(!thread_.joinable());
   thread_ = std::thread([this] { run(); });
 }
 

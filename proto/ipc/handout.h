@@ -14,6 +14,7 @@
 #include "proto/config/config.h"
 #include "proto/ipc/segment.h"
 #include "proto/ipc/unix_socket.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
 
 /// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock` and sends
@@ -172,6 +173,7 @@ class Source {
 
   /// Moves to the next generation; the one before may then be unmapped. False: there is none.
   bool advance() noexcept {
+    HAPTIC_ASSERT(at_ != nullptr && mark_ != nullptr);
     detail::Generation* next = at_->next.load(std::memory_order_acquire);
     if (next == nullptr) return false;
     at_ = next;
@@ -282,6 +284,7 @@ class RingSource<kMember> {
   }
 
   void leave_ring() noexcept {
+    HAPTIC_ASSERT(ring_ != nullptr);
     lost_ += cursor_.lost;
     cursor_ = {};
     ring_ = nullptr;
@@ -295,6 +298,7 @@ class RingSource<kMember> {
   }
 
   bool read_newest(Item& out, bool ended) noexcept {
+    HAPTIC_ASSERT(ring_ != nullptr);
     // the second attempt is needed only if the writer overran the ring during the copy
     for (int attempt = 0; attempt < 2; ++attempt) {
       const uint64_t end = ring_->published();

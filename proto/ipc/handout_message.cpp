@@ -9,6 +9,8 @@
 #include <cstring>
 #include <vector>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -48,6 +50,7 @@ bool send_announcement(int socket, const Announcement& announcement, int fd) {
   message.msg_control = control;
   message.msg_controllen = sizeof control;
   cmsghdr* part = CMSG_FIRSTHDR(&message);
+  HAPTIC_ASSERT(part != nullptr);
   part->cmsg_level = SOL_SOCKET;
   part->cmsg_type = SCM_RIGHTS;
   part->cmsg_len = CMSG_LEN(sizeof(int));

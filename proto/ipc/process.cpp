@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/ipc/process.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
 
 #include <poll.h>
@@ -73,6 +74,7 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
 }
 
 int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
+  HAPTIC_ASSERT(run != nullptr);
   const char* slash = argc > 0 ? std::strrchr(argv[0], '/') : nullptr;
   const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
   try {
@@ -115,6 +117,7 @@ void die_with_parent(int control_fd) {
 }
 
 bool await_turn(int spare_fd, const std::function<void()>& look) {
+  HAPTIC_ASSERT(look != nullptr);
   constexpr int kLookMs = 1000;
   if (spare_fd < 0) return true;
   send(spare_fd, &kSpareReady, 1, MSG_NOSIGNAL);

@@ -13,6 +13,7 @@
 #include "proto/config/config.h"
 #include "proto/ipc/handout.h"
 #include "proto/ipc/segment.h"
+#include "proto/math/assert.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 
@@ -165,6 +166,7 @@ class Child {
 
   /// Once per cycle: heartbeat for the watchdog.
   void beat(const Tick& tick) noexcept {
+    HAPTIC_ASSERT(tick.index >= last_tick_.index);
     last_tick_ = tick;
     segment_.beat(tick.index, tick.deadline_ns + tick.late_ns);
   }

@@ -12,6 +12,8 @@
 #include <sstream>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 // in <linux/fcntl.h>, which cannot be included next to <fcntl.h>
 #ifndef F_SEAL_FUTURE_WRITE
 #define F_SEAL_FUTURE_WRITE 0x0010
@@ -139,6 +141,7 @@ RealtimeReport realtime_of(const SegmentHeader& header) noexcept {
 }
 
 FileDescriptor reopen_read_only(int fd) {
+  HAPTIC_ASSERT(fd >= 0);
   const std::string path = "/proc/self/fd/" + std::to_string(fd);
   FileDescriptor copy(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!copy.is_open()) throw_system("cannot open a segment for reading");
@@ -172,6 +175,7 @@ uint64_t process_start_time(uint64_t pid) {
 WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
     : fd_(make_memfd(std::string("haptic-") + spec.name, spec.total_bytes)) {
   // sealed first: no reader sees a file that can still shrink
+  HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels && spec.total_bytes >= sizeof(SegmentHeader));
   add_seals(fd_.get(), F_SEAL_SHRINK | F_SEAL_GROW);
   region_ = map_all(fd_.get(), bip::read_write, spec.total_bytes);
 
@@ -197,12 +201,14 @@ WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
 }
 
 void WritableSegment::publish() {
+  HAPTIC_ASSERT(header().magic.load() == 0);
   header().magic.store(kSegmentMagic, std::memory_order_release);
   add_seals(fd_.get(), F_SEAL_FUTURE_WRITE | F_SEAL_SEAL);
 }
 
 SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
                                const ViewOptions& options) {
+  HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels);
   const Validation check(spec);
   check.check_file(fd.get());
   region_ = map_all(fd.get(), bip::read_only, spec.total_bytes);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "proto/ipc/handout.h"
+#include "proto/math/assert.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
@@ -25,6 +26,7 @@ FileDescriptor unix_socket() {
 }
 
 sockaddr_un unix_address(const std::string& path) {
+  HAPTIC_ASSERT(!path.empty());
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) {
@@ -42,6 +44,7 @@ bool connect_to(const FileDescriptor& socket, const std::string& path) {
 }
 
 bool connect_to(const FileDescriptor& socket, const std::string& path, int64_t patience_ns) {
+  HAPTIC_ASSERT(patience_ns >= 0);
   const int64_t give_up_ns = now_ns() + patience_ns;
   while (!connect_to(socket, path)) {
     if (errno != EAGAIN || now_ns() > give_up_ns) return false;
