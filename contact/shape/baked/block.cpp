@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -57,6 +59,7 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed) {
 std::vector<std::byte> write_block(BakedKind kind, uint64_t key,
                                    std::span<const std::span<const std::byte>> arrays) {
   Header header;
+  HAPTIC_ASSERT(arrays.size() <= kMostBakedArrays);
   header.kind = kind;
   header.n_arrays = static_cast<uint32_t>(arrays.size());
   header.key = key;
@@ -78,6 +81,7 @@ std::vector<std::byte> write_block(BakedKind kind, uint64_t key,
 
 BakedBlock view_block(std::span<const std::byte> bytes, BakedKind kind, uint64_t key,
                       size_t n_arrays) {
+  HAPTIC_ASSERT(n_arrays <= kMostBakedArrays);
   require_baked(bytes.size() >= sizeof(Header), "shorter than its header");
   const Header header = header_of(bytes);
   require_baked(header.magic == kMagic, "not a baked shape");
@@ -100,6 +104,7 @@ BakedBlock view_block(std::span<const std::byte> bytes, BakedKind kind, uint64_t
 }
 
 void check_half(const BakedBlock& block, size_t half) {
+  HAPTIC_ASSERT(half < 2);
   const Header header = header_of(block.bytes);
   require_baked(header.checksums[half] == checksum(header, block.bytes, half), "damaged");
 }

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 /// The bytes are of another kind or version, or damaged.
@@ -54,6 +56,7 @@ void check_half(const BakedBlock& block, size_t half);
 /// elements.
 template <class T>
 std::span<const T> view_array(std::span<const std::byte> bytes) {
+  HAPTIC_ASSERT(reinterpret_cast<uintptr_t>(bytes.data()) % alignof(T) == 0);
   require_baked(bytes.size() % sizeof(T) == 0, "an array of another type");
   return {reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)};
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -13,12 +15,14 @@ constexpr double kPi = std::numbers::pi;
 /// Adds rings of vertices from the lower to the upper height; returns the index of the first.
 uint32_t add_side(Soup& soup, const RadiusAt& radius, double z_lower, double z_upper,
                   const PartGrid& grid) {
+  HAPTIC_ASSERT(grid.around >= 3 && grid.along >= 1 && z_lower < z_upper);
   const auto first = static_cast<uint32_t>(soup.vertices.size());
   for (uint32_t k = 0; k <= grid.along; ++k) {
     const double z = z_lower + (z_upper - z_lower) * k / grid.along;
     for (uint32_t i = 0; i < grid.around; ++i) {
       const double theta = 2 * kPi * i / grid.around;
       const double r = radius(theta, z);
+      HAPTIC_ASSERT(r > 0);
       soup.vertices.push_back({r * std::cos(theta), r * std::sin(theta), z});
     }
   }
@@ -59,6 +63,7 @@ double radius_of_hexagon(double across_flats, double theta) {
 
 /// Relative height of the thread, from 0 at its root to 1 at its crest.
 double thread_at(double pitch, double theta, double z) {
+  HAPTIC_ASSERT(pitch > 0);
   constexpr double kCut = 0.7;
   const double wave = std::cos(2 * kPi * z / pitch - theta);
   return 0.5 * (1 + std::clamp(wave / kCut, -1.0, 1.0));
@@ -81,6 +86,7 @@ double half_tooth(const Gear& gear, double r) {
 
 /// Radius of a gear at an angle: root, tip, or on the flank by bisection.
 double gear_radius(const Gear& gear, double theta) {
+  HAPTIC_ASSERT(gear.teeth > 0 && gear.module > 0);
   const double pitch_radius = 0.5 * gear.module * gear.teeth;
   const double foot = pitch_radius - 1.25 * gear.module, tip = pitch_radius + gear.module;
   const double sector = 2 * kPi / gear.teeth;

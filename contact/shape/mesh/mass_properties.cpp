@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/shape/mesh/mass_properties.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -11,6 +13,7 @@ Mat3 outer(const Vec3& a) {
 }  // namespace
 
 MassProperties mass_properties(const TriangleMesh& mesh) {
+  HAPTIC_ASSERT(mesh.closed);
   const Vec3 origin_O = 0.5 * (mesh.lower + mesh.upper);
   double volume = 0;
   Vec3 first;

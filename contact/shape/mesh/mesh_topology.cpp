@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -103,6 +105,9 @@ TriangleMesh MeshData::view() const {
 }
 
 MeshData build_mesh(std::vector<Vec3> vertices, std::vector<Triangle> triangles) {
+  HAPTIC_ASSERT(std::all_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
+    return std::max({t[0], t[1], t[2]}) < vertices.size();
+  }));
   MeshData mesh;
   mesh.vertices = std::move(vertices);
   mesh.triangles = std::move(triangles);

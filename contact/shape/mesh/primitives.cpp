@@ -6,6 +6,8 @@
 #include <map>
 #include <unordered_map>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -96,6 +98,7 @@ Soup make_box(const Vec3& extent) {
 }
 
 Soup make_icosphere(double radius, uint32_t subdivisions) {
+  HAPTIC_ASSERT(radius > 0);
   Soup soup = make_icosahedron();
   for (Vec3& v : soup.vertices) v = normalized(v);
   for (uint32_t i = 0; i < subdivisions; ++i) soup = subdivide(soup);
@@ -104,6 +107,7 @@ Soup make_icosphere(double radius, uint32_t subdivisions) {
 }
 
 Soup make_geodesic(uint32_t f) {
+  HAPTIC_ASSERT(f > 0);
   const Soup icosahedron = make_icosphere(1, 0);
   Soup soup;
   GeodesicVertices vertices(f, icosahedron, soup);
@@ -120,6 +124,7 @@ Soup make_geodesic(uint32_t f) {
 }
 
 Soup make_grid(double half, uint32_t n) {
+  HAPTIC_ASSERT(half > 0 && n > 0);
   Soup soup;
   for (uint32_t j = 0; j <= n; ++j) {
     for (uint32_t i = 0; i <= n; ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/shape/tree/hash_grid.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -14,6 +15,7 @@ constexpr size_t kSample = 4096;       // triangles
 
 /// Mean number of cells that a triangle reaches into, over a sample.
 double mean_reach(const TriangleMesh& mesh, double cell) {
+  HAPTIC_ASSERT(!mesh.triangles.empty() && cell > 0);
   const size_t stride = std::max<size_t>(1, mesh.triangles.size() / kSample);
   size_t cells = 0, n = 0;
   for (size_t t = 0; t < mesh.triangles.size(); t += stride, ++n) {
@@ -23,6 +25,7 @@ double mean_reach(const TriangleMesh& mesh, double cell) {
 }
 
 double mean_area(const TriangleMesh& mesh) {
+  HAPTIC_ASSERT(!mesh.triangles.empty());
   double sum = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     sum +=
@@ -34,6 +37,7 @@ double mean_area(const TriangleMesh& mesh) {
 }  // namespace
 
 ValidInterval valid_interval(const QueryCosts& costs, double n_triangles) {
+  HAPTIC_ASSERT(costs.batch > 0 && costs.triangle > 0);
   const double box = costs.batch / kBatch, ratio = box / costs.triangle;
   // fixed-point iteration; it contracts for M above a few
   double lower = 8;

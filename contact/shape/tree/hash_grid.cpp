@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "contact/shape/tree/triangle_cube.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -244,6 +245,7 @@ void fill_cells(HashGridData& grid, std::vector<GridSlot>& cells, std::span<cons
 /// Hash table with at most half of its slots used, so that most look-ups need one probe.
 std::vector<GridSlot> hash_cells(std::span<const GridSlot> cells) {
   std::vector<GridSlot> slots(std::bit_ceil(2 * cells.size() + 1));
+  HAPTIC_ASSERT(std::has_single_bit(slots.size()) && slots.size() > cells.size());
   for (const GridSlot& cell : cells) {
     size_t i = first_slot(cell.key, slots.size());
     while (slots[i].count > 0) i = (i + 1) & (slots.size() - 1);
@@ -257,6 +259,7 @@ std::vector<GridSlot> hash_cells(std::span<const GridSlot> cells) {
 HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, double cell,
                              const RunBoth& run_both) {
   HashGridData grid;
+  HAPTIC_ASSERT(tree.order.size() == mesh.triangles.size());
   const Vec3 side = mesh.upper - mesh.lower;
   const double longest = std::max({side.x, side.y, side.z});
   const Vec3 reach = component_max(mesh.upper, -mesh.lower);
@@ -277,6 +280,7 @@ HashGridData build_hash_grid(const TriangleMesh& mesh, const ObbTree& tree, doub
 }
 
 size_t cells_of_triangle(const TriangleMesh& mesh, uint32_t triangle, double cell) {
+  HAPTIC_ASSERT(triangle < mesh.triangles.size() && cell > 0);
   HashGridData grid;
   grid.cell = cell;
   grid.lower_O = mesh.lower - kGridMargin * cell * Vec3{1, 1, 1};

@@ -9,6 +9,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -36,6 +38,7 @@ struct Moments {
 };
 
 Moments area_moments(std::span<const Item> items) {
+  HAPTIC_ASSERT(!items.empty());
   const Vec3 origin = items[0].p[0];
   double total = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vec3 first;
@@ -139,6 +142,7 @@ Vec3 longest_axis(const FittedBox& box) {
 /// 1]. Splits at the median if the mean does not separate; small sets are split such that leaves
 /// are full.
 size_t split(std::span<Item> items, const Vec3& axis, const Vec3& mean, bool halve) {
+  HAPTIC_ASSERT(items.size() > kLeafTriangles);
   const double cut = dot(axis, mean);
   const auto place = [&](const Item& item) { return dot(axis, item.centroid()); };
   size_t n = 0;
@@ -158,6 +162,7 @@ size_t split(std::span<Item> items, const Vec3& axis, const Vec3& mean, bool hal
 }
 
 ObbNode make_node(const FittedBox& box, size_t first, size_t count) {
+  HAPTIC_ASSERT(count <= kLeafTriangles && first <= kIndexMask);
   ObbNode node{box.compact, 0, 0};
   node.first = static_cast<uint32_t>(first) & kIndexMask;
   node.count = static_cast<uint32_t>(count) & 15;
@@ -171,6 +176,7 @@ struct Split {
 };
 
 Split split_items(std::span<Item> items, int depth, double pad) {
+  HAPTIC_ASSERT(depth <= kMaxTreeDepth);
   const Moments moments = area_moments(items);
   Split result{fit_box(items, moments, pad), 0};
   if (items.size() <= kLeafTriangles) return result;

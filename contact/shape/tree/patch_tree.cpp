@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -115,6 +117,7 @@ class Builder {
 
   /// Partitions the items along their longest axis: the n lowest come first.
   void cut(size_t begin, size_t end, size_t n) {
+    HAPTIC_ASSERT(n < end - begin);
     std::array<float, 3> lower = items_[begin].centre, upper = lower;
     for (size_t i = begin; i < end; ++i) {
       for (size_t k = 0; k < 3; ++k) {
@@ -170,6 +173,7 @@ class Builder {
   }
 
   void store_triangle(PatchLeaf& leaf, size_t lane, uint32_t triangle) const {
+    HAPTIC_ASSERT(lane < kPatchLanes);
     leaf.triangle[lane] = triangle;
     const double per_step = 1 / static_cast<double>(leaf.step);
     std::array<std::array<uint32_t, 3>, 3> words;
@@ -275,6 +279,7 @@ class Builder {
     const auto index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.push_back(empty_node());
     const size_t parts = count_parts(end - begin);
+    HAPTIC_ASSERT(begin < end && parts <= kPatchLanes);
     std::array<size_t, kPatchLanes> ends;
     cut_into(begin, end, parts, ends.data());
     std::array<Patch, kPatchLanes> patches;

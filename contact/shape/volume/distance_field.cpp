@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -147,6 +149,7 @@ DistanceFieldData build_distance_field(const Vec3& lower_O, const Vec3& upper_O,
                                        const DistanceFieldOptions& options, const RunBoth& run_both,
                                        const std::function<void(double)>& progress) {
   DistanceFieldData field;
+  HAPTIC_ASSERT(options.cell > 0 && options.band > 0);
   field.cell = options.cell;
   field.band = options.band;
   const double margin = std::max(options.margin, options.band);

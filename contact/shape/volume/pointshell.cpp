@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -115,6 +117,7 @@ float ball_around(const PointshellData& shell, uint32_t point, uint32_t first, u
 /// The parents of a level: nodes whose cubes lie in the same cube of twice the edge.
 std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector<Sample>& samples,
                                   const std::vector<ShellNode>& children, int level) {
+  HAPTIC_ASSERT(!children.empty());
   std::vector<ShellNode> parents;
   const auto cube_of = [&](const ShellNode& node) { return samples[node.first].code >> 3 * level; };
   for (uint32_t begin = 0, end = 0; begin < children.size(); begin = end) {
@@ -123,6 +126,7 @@ std::vector<ShellNode> parents_of(const PointshellData& shell, const std::vector
     parent.first = children[begin].first;
     parent.first_child = begin;
     parent.n_children = end - begin;
+    HAPTIC_ASSERT(parent.n_children <= 8);
     parent.count = children[end - 1].first + children[end - 1].count - parent.first;
     // the child's point that has the smallest ball around all points
     for (uint32_t k = begin; k < end; ++k) {

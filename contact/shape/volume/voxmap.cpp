@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/shape/tree/triangle_cube.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -44,6 +45,7 @@ class Builder {
     return map_.data[map_.index[place_of(i)]].at(voxel_in_brick(i));
   }
   void set(const VoxelIndex& i, Voxel value) {
+    HAPTIC_ASSERT(holds(i));
     uint32_t& brick = map_.index[place_of(i)];
     if (brick == kAllFree || brick == kAllInterior) {
       map_.data.push_back(map_.data[brick]);
@@ -207,6 +209,7 @@ std::vector<VoxelIndex> add_ring(const std::vector<VoxelIndex>& surface, Builder
 }  // namespace
 
 VoxmapData build_voxmap(const TriangleMesh& mesh, const VoxmapOptions& options) {
+  HAPTIC_ASSERT(options.offset_layers >= 0);
   VoxmapData map;
   if (mesh.triangles.empty() || !(options.size > 0)) return map;
   const Vec3 side = (mesh.upper - mesh.lower) / options.size;
