@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/query/sweep/feature_advance.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -131,6 +132,7 @@ struct Waiting {
 
   static bool is_later(const Entry& a, const Entry& b) { return a.box.t0 > b.box.t0; }
   void push(const Entry& entry) {
+    HAPTIC_ASSERT(n < entries.size());
     entries[n++] = entry;
     std::push_heap(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(n), is_later);
   }
@@ -147,6 +149,7 @@ struct BoxSearch {
 };
 
 BoxSearch first_box(const FeaturePath& path, double from, double tolerance, uint32_t budget) {
+  HAPTIC_ASSERT(path.begin() <= from && from <= path.end());
   const Box whole{from, path.end(), 0, 1, 0, 1};
   const Look look = look_at(path, whole);
   if (!look.may_meet) return {path.end(), false, false};

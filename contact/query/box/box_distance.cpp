@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -71,6 +73,7 @@ Lanes gap2_across(Lanes t, Lanes h, Lanes g, const Lanes* rows) {
 
 BoxDistance::BoxDistance(const Pose& X_AB)
     : R_AB_(to_matrix(X_AB.q)), p_AB_(X_AB.p), rounding_(kRounding * norm(X_AB.p)) {
+  HAPTIC_ASSERT(is_unit(X_AB.q));
   for (int k = 0; k < 3; ++k) {
     columns_AB_[k] = to_lanes(R_AB_.column(k));
   }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -83,6 +85,7 @@ ObbSweep at_rest(const Pose& X_AB) {
 }
 
 ObbSweep sweep_between(const RigidMotion& motion, double from, double to) {
+  HAPTIC_ASSERT(from <= to);
   const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
   const Pose X_OT = motion.at(middle);
   return {to_matrix(X_OT.q),
@@ -143,6 +146,7 @@ SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const 
 
 std::array<NodePair, 2> opened(const NodePair& pair, const ObbTree& tree_A, const ObbTree& tree_B) {
   const ObbNode &a = tree_A.nodes[pair.a], &b = tree_B.nodes[pair.b];
+  HAPTIC_ASSERT(a.count == 0 || b.count == 0);
   if (b.count > 0 || (a.count == 0 && size_of(a.box) >= size_of(b.box))) {
     return {NodePair{a.first, pair.b}, NodePair{a.first + 1U, pair.b}};
   }

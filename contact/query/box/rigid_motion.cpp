@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 Pose RigidMotion::at(double t) const {
@@ -17,6 +19,7 @@ RigidMotion motion_between(const Pose& from_OT, const Pose& to_OT, const Vec3& c
 }
 
 MotionStretch stretch_of(const RigidMotion& motion, double from, double to, double reach) {
+  HAPTIC_ASSERT(from <= to && reach >= 0);
   // about sixty roundings, each half an ulp of the largest number
   constexpr double kRoundings = 64 * 0x1p-53;
   const double largest =
@@ -25,6 +28,7 @@ MotionStretch stretch_of(const RigidMotion& motion, double from, double to, doub
 }
 
 double off_the_chord(const RigidMotion& motion, double distance, double time) {
+  HAPTIC_ASSERT(!(distance < 0) && !(time < 0));
   const double angle = motion.angle * time;
   // an arc of half a turn or more deviates from its chord by up to its radius, or twice that
   return angle < 3 ? distance * std::min(angle * angle / 8, 1.0) : 2 * distance;

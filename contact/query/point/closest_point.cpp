@@ -8,6 +8,7 @@
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -30,6 +31,7 @@ struct Waitlist {
 
   HAPTIC_INLINE void add(LaneSet lanes, Float8 distance_squared, const PatchNode& node,
                          const PatchTree& tree) {
+    HAPTIC_ASSERT(size + kPatchLanes <= patches.size());
     PatchNode::Lanes distances;
     std::memcpy(distances.data(), &distance_squared, sizeof distances);
     for (const size_t first = size; lanes.any(); lanes.pop()) {
@@ -120,6 +122,7 @@ class NearestSearch {
 
   HAPTIC_INLINE void visit(std::span<const PatchLeaf* const> batch) {
     if (n_candidates_ + kBatch * kPatchLanes > candidates_.size()) settle();
+    HAPTIC_ASSERT(n_candidates_ + batch.size() * kPatchLanes <= candidates_.size());
     std::array<Float8, kBatch> at_least;
     Float8 nearest = lanes8::splat(limit_);
     for (size_t i = 0; i < batch.size(); ++i) {
@@ -274,6 +277,7 @@ HAPTIC_WIDE ClosestPoint closest_point(const MeshShape& shape, const Vec3& p_O, 
 }
 
 bool holds(const MeshShape& outer, std::span<const Vec3> points, const Pose& X_outer_inner) {
+  HAPTIC_ASSERT(is_unit(X_outer_inner.q));
   if (!outer.mesh.closed) return false;
   return std::any_of(points.begin(), points.end(), [&](const Vec3& point) {
     const double any_distance = std::numeric_limits<double>::infinity();

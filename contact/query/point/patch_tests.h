@@ -3,6 +3,7 @@
 
 #include "contact/query/simd/lane_set.h"
 #include "contact/shape/tree/patch_tree.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -49,6 +50,7 @@ void for_each_near_leaf(const PatchTree& tree, Near&& near, Visit&& visit) {
       continue;
     }
     const PatchNode& node = tree.nodes[child];
+    HAPTIC_ASSERT(n_waiting + kPatchLanes <= waiting.size());
     for (LaneSet lanes = near(node); lanes.any(); lanes.pop()) {
       waiting[n_waiting++] = node.child[lanes.first()];
     }

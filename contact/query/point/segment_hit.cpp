@@ -6,6 +6,7 @@
 
 #include "contact/query/point/cell_walk.h"
 #include "contact/query/point/segment_probe.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -70,6 +71,7 @@ struct Search {
     for (CellAhead& cell : cells) {
       cell.slot = shape.grid.slot_of(cell.key, slot);
       cell.held = shape.grid.at(cell.slot);
+      HAPTIC_ASSERT(cell.held.batches.size() * kBatch <= kCrowded);
       for (const TriangleBatch& batch : cell.held.batches) {
         const char* bytes = reinterpret_cast<const char*>(&batch);
         for (const size_t at : {size_t{0}, size_t{64}, sizeof batch - 1}) prefetch(bytes + at);
@@ -124,6 +126,7 @@ struct Search {
         if (best.hit) probe.cut(from_O, d_O, best.t);
         continue;
       }
+      HAPTIC_ASSERT(waiting + 2 <= stack.size());
       const auto children = shape.tree.nodes.subspan(node.first, 2);
       const uint32_t near = probe.reaches_first(children[1].box, children[0].box) ? 1 : 0;
       stack[waiting++] = node.first + 1 - near;

@@ -8,6 +8,7 @@
 
 #include "contact/query/simd/lanes.h"
 #include "contact/shape/tree/obb_tree.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -83,6 +84,7 @@ class SegmentProbe {
   /// `reach`: largest coordinate of the segment and of the boxes.
   SegmentProbe(const Vec3& from_O, const Vec3& d_O, double reach)
       : slack_(static_cast<float>(kSlack * reach)) {
+    HAPTIC_ASSERT(!(reach < 0));
     cut(from_O, d_O, 1);
   }
 

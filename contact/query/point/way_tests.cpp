@@ -2,6 +2,7 @@
 #include "contact/query/point/way_tests.h"
 
 #include "contact/query/point/patch_lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -33,6 +34,7 @@ WayProbe::WayProbe(const Vec3& start, const Vec3& way, double r, double furthest
       length(round_up_distance(norm(way))),
       radius(round_up_distance(r) * (1 + kSumError)),
       slack(kWayRoundings * kUlp * round_up_distance(furthest)) {
+  HAPTIC_ASSERT(r >= 0 && furthest >= 0);
   for (int k = 0; k < 3; ++k) {
     from[static_cast<size_t>(k)] = static_cast<float>(start[k]);
     d[static_cast<size_t>(k)] = static_cast<float>(way[k]);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -53,6 +54,7 @@ HAPTIC_WIDE void move_all(std::span<LeafBounds> bounds, const MovedFloats& moved
 }  // namespace
 
 void LeafBounds::begin(size_t n_a, size_t n_b, double half_a, double half_b) {
+  HAPTIC_ASSERT(n_a <= kLeafTriangles && n_b <= kLeafTriangles);
   at_least.fill(kInfinity);
   way = {};
   asked = 0;
@@ -67,6 +69,7 @@ void LeafBounds::begin(size_t n_a, size_t n_b, double half_a, double half_b) {
 }
 
 void LeafBounds::set_ball(const Vec3& centre, double most) {
+  HAPTIC_ASSERT(most >= 0);
   centre_B = to_floats(centre);
   radius = static_cast<float>((1 + kFloats) * most + kFloats * norm(centre));
 }

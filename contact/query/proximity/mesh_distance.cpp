@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "contact/query/box/box_distance.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -22,6 +23,8 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
   const ObbTree &tree_A = shape_A.tree, &tree_B = shape_B.tree;
   MeshDistance result;
   if (tree_A.nodes.empty() || tree_B.nodes.empty() || !is_finite(X_AB)) return result;
+  HAPTIC_ASSERT(search.share > 0 && search.share <= 1);
+  HAPTIC_ASSERT(search.limit >= 0);
   const BoxDistance boxes(X_AB);
   const auto apart = [&](const NodePair& pair) {
     return boxes.at_least(tree_A.nodes[pair.a].box, tree_B.nodes[pair.b].box);
@@ -45,6 +48,8 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     batch.n = 0;
   };
   if (search.witness != nullptr) {
+    HAPTIC_ASSERT(search.witness->a < shape_A.mesh.triangles.size());
+    HAPTIC_ASSERT(search.witness->b < shape_B.mesh.triangles.size());
     add(*search.witness);
     measure_added();
   }
@@ -70,6 +75,7 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     Branch first{halves[0], apart(halves[0])}, second{halves[1], apart(halves[1])};
     if (first.at_least < second.at_least) std::swap(first, second);
     result.n_boxes += 2;
+    HAPTIC_ASSERT(n_waiting + 2 <= waiting.size());
     waiting[n_waiting++] = first;
     waiting[n_waiting++] = second;
   }

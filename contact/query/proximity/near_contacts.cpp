@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -18,6 +20,7 @@ Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, TrianglePart par
 /// Contact of these two features, which must be apart.
 NearContact contact_between(const Feature& a, const Feature& b, const TrianglePair& triangles,
                             const TriangleDistance& at) {
+  HAPTIC_ASSERT(at.distance > 0);
   const Vec3 normal_A = (at.point_b - at.point_a) / at.distance;
   return {at.point_a, at.point_b, normal_A, at.distance, feature_id(a, b), triangles};
 }
@@ -27,6 +30,7 @@ uint32_t apex_of(const TriangleMesh& mesh, uint32_t face, uint32_t edge) {
   const Triangle& edges = mesh.triangle_edges[face];
   const auto side =
       static_cast<size_t>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
+  HAPTIC_ASSERT(side < 3);
   return mesh.triangles[face][(side + 2) % 3];
 }
 
@@ -185,6 +189,7 @@ double NearContacts::thin(const NearContactOptions& options) {
              norm_squared(k.point_a - c.point_a) <= reach * reach;
     });
     if (stands) continue;
+    HAPTIC_ASSERT(kept_.size() <= kRoom);
     if (kept_.size() == kRoom) return c.distance;
     kept_.push_back(c);
   }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -97,6 +99,7 @@ std::span<const NearPair> NearFront::follow(const RigidMotion& motion, const Pos
                                             double band) {
   // bounds kept for a narrower band say too little about the motion
   if (!is_fresh_ && band > band_) update(X_AB_, band);
+  HAPTIC_ASSERT(sweep_ == nullptr);
   const ObbSweep sweep = sweep_between(motion, 0, 1);
   sweep_ = &sweep;
   const std::span<const NearPair> near = update(X_AB, band);
@@ -244,6 +247,8 @@ void NearFront::ask(const LeafBounds& bounds) {
   const ObbNode &a = node_a(pairs_[index].nodes), &b = node_b(pairs_[index].nodes);
   // this may free bounds of other pairs, which moves the ones given here
   if (batch_.n + LeafBounds::kPairs > DistanceBatch::kRoom) measure_waiting();
+  HAPTIC_ASSERT(n_leaves_ < leaves_.size() &&
+                batch_.n + LeafBounds::kPairs <= DistanceBatch::kRoom);
   leaves_[n_leaves_++] = index;
   for (uint32_t k = 0; k < LeafBounds::kPairs; ++k) {
     if ((asked >> k & 1u) == 0) continue;
@@ -284,6 +289,7 @@ void NearFront::measure_waiting() {
 /// triangles, if its gap is nearly as large.
 void NearFront::leave_leaves(uint32_t index) {
   const Pair& pair = pairs_[index];
+  HAPTIC_ASSERT(pair.state == State::kLeaves);
   const LeafBounds& bounds = bounds_[pair.below];
   const size_t nearest = bounds.nearest();
   const auto least = static_cast<double>(bounds.at_least[nearest]);
@@ -299,6 +305,7 @@ void NearFront::leave_leaves(uint32_t index) {
 
 /// Frees the bounds of a leaf pair; the last ones take their place.
 void NearFront::end_leaves(uint32_t index) {
+  HAPTIC_ASSERT(pairs_[index].state == State::kLeaves);
   const uint32_t below = pairs_[index].below;
   pairs_[bounds_.back().pair].below = below;
   bounds_[below] = bounds_.back();
@@ -334,6 +341,7 @@ std::optional<SlidingPlane> NearFront::close(uint32_t index, double gap) {
 }
 
 void NearFront::wait_far(uint32_t index, const SlidingPlane& plane) {
+  HAPTIC_ASSERT(index < pairs_.size());
   pairs_[index].state = State::kFar;
   planes_.put(index, plane);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/query/box/box_distance.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -37,6 +38,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
   const BoxDistance boxes(X_AB);
   Waiting found;
   const auto wait = [&](const ObbNode& a, const ObbNode& b) {
+    HAPTIC_ASSERT(found.batch.n + size_t{a.count} * b.count <= DistanceBatch::kRoom);
     for (uint32_t j = 0; j < b.count; ++j) {
       const uint32_t triangle_b = tree_B.order[b.first + j];
       for (uint32_t i = 0; i < a.count; ++i) {
@@ -59,6 +61,7 @@ bool descend(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_A
       if (!has_room && !measure_waiting(found, X_AB, band, on_near)) return false;
       continue;
     }
+    HAPTIC_ASSERT(n_waiting + 2 <= waiting.size());
     for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
   }
   return measure_waiting(found, X_AB, band, on_near);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "contact/query/point/patch_lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -51,6 +52,7 @@ MovedFloats::MovedFloats(const PoseChange& change)
 
 PoseChange::PoseChange(const Pose& from_AB, const Pose& to_AB, double reach)
     : way(to_AB.p - from_AB.p) {
+  HAPTIC_ASSERT(reach >= 0);
   const Mat3 from = to_matrix(from_AB.q), to = to_matrix(to_AB.q);
   turn = {{to.row[0] - from.row[0], to.row[1] - from.row[1], to.row[2] - from.row[2]}};
   const double squares =
@@ -61,6 +63,7 @@ PoseChange::PoseChange(const Pose& from_AB, const Pose& to_AB, double reach)
 }
 
 double PoseChange::most(const Vec3& centre_B, double radius) const {
+  HAPTIC_ASSERT(!(radius < 0));
   return norm(of(centre_B)) + angle * radius + rounding;
 }
 
@@ -78,6 +81,7 @@ Vec3 SlidingPlanes::rounded(const Vec3& normal) {
 }
 
 void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
+  HAPTIC_ASSERT(is_unit(plane.normal_A));
   if (owner >= slot_of_.size()) slot_of_.resize(owner + owner / 2 + 1, kNone);
   uint32_t& slot = slot_of_[owner];
   if (slot == kNone) slot = n_++;
@@ -99,12 +103,14 @@ void SlidingPlanes::put(uint32_t owner, const SlidingPlane& plane) {
 }
 
 void SlidingPlanes::set_gap(uint32_t owner, double gap) {
+  HAPTIC_ASSERT(has(owner));
   const uint32_t slot = slot_of_[owner];
   block_of(slot).gap[slot % SlidingPlaneBlock::kPlanes] = static_cast<float>((1 - kNormal) * gap);
 }
 
 /// The last plane takes its slot.
 void SlidingPlanes::take_out(uint32_t owner) {
+  HAPTIC_ASSERT(has(owner));
   const uint32_t slot = slot_of_[owner], last = --n_;
   SlidingPlaneBlock &to = block_of(slot), &from = block_of(last);
   const size_t i = slot % SlidingPlaneBlock::kPlanes, k = last % SlidingPlaneBlock::kPlanes;
@@ -124,6 +130,7 @@ void SlidingPlanes::take_out(uint32_t owner) {
 }
 
 double SlidingPlanes::gap(uint32_t owner) const {
+  HAPTIC_ASSERT(has(owner));
   const uint32_t slot = slot_of_[owner];
   return static_cast<double>(block_of(slot).gap[slot % SlidingPlaneBlock::kPlanes]);
 }

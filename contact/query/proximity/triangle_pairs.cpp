@@ -4,6 +4,7 @@
 #include <array>
 
 #include "contact/query/box/obb_overlap.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 
@@ -46,6 +47,7 @@ size_t triangle_pairs(const MeshShape& shape_A, const MeshShape& shape_B, const 
       test_leaves(a, b);
       continue;
     }
+    HAPTIC_ASSERT(n_waiting + 2 <= waiting.size());
     for (const NodePair& half : opened(pair, tree_A, tree_B)) waiting[n_waiting++] = half;
   }
   return found;

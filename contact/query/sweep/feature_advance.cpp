@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -90,6 +92,7 @@ std::array<double, 2> closest_of(const Slice& slice, bool is_triangle) {
 }
 
 Advance advance(const FeaturePath& path, double tolerance) {
+  HAPTIC_ASSERT(!(tolerance < 0) && path.begin() <= path.end());
   double t = path.begin(), horizon = path.end() - t, near = tolerance;
   Slice here = path.first();
   const double rounding = 4 * size_of(path.errors());

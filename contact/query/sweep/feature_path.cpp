@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -33,6 +35,7 @@ FeaturePath::FeaturePath(const Turning& turning, bool is_triangle, double furthe
       turning_(turning),
       furthest_(std::sqrt(furthest_squared)),
       is_triangle_(is_triangle) {
+  HAPTIC_ASSERT(furthest_squared >= 0);
   from_ = seen_from(turning.stretch->from_OT);
   to_ = seen_from(turning.stretch->to_OT);
   const Vec3 off = turning.stretch->rounding * Vec3{1, 1, 1};

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -106,6 +108,7 @@ void SweptMesh::descend(Search& search) const {
                                search.sweep);
   };
   const auto push = [&](const NodePair& pair, const SweepWindow& window) {
+    HAPTIC_ASSERT(n_waiting < waiting.size());
     if (!window.is_empty()) waiting[n_waiting++] = {pair, window.enter};
   };
   push({}, look({}));
@@ -137,6 +140,7 @@ int SweptMesh::stretches_of(const RigidMotion& motion) const {
 MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, double tolerance) {
   if (!is_finite(motion)) return {0, true, false, {}};
   if (object_.tree.nodes.empty() || tool_.tree.nodes.empty()) return {};
+  HAPTIC_ASSERT(tolerance >= 0);
   Search search{tolerance, stretch_of(motion, 0, 1, reach_), {}, 0, 1, {}};
   if (witness_) {
     ask(search, swept(corners_of(tool_.mesh, witness_->b), search.stretch), *witness_);
@@ -146,6 +150,7 @@ MeshMeeting SweptMesh::time_of_impact(const RigidMotion& motion, double toleranc
     const double from = static_cast<double>(i) / n;
     const double to = std::min(static_cast<double>(i + 1) / n, search.found.time);
     if (from >= to) break;
+    HAPTIC_ASSERT(0 <= from && to <= 1);
     search.stretch = stretch_of(motion, from, to, reach_);
     search.sweep = sweep_between(motion, from, to);
     search.sweep_from = from, search.sweep_to = to;

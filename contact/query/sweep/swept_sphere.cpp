@@ -9,6 +9,7 @@
 #include "contact/query/point/segment_probe.h"
 #include "contact/query/point/way_tests.h"
 #include "contact/query/triangle/closest_on_triangle.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -182,6 +183,7 @@ class SphereSearch {
 
 bool sphere_enters_triangle(const TriangleMesh& mesh, uint32_t triangle, const SweptSphere& sphere,
                             double& t) {
+  HAPTIC_ASSERT(sphere.radius > 0 && triangle < mesh.triangles.size());
   TriangleSweep sweep{mesh, sphere, sphere.to_O - sphere.from_O, t};
   sweep.run(triangle);
   t = sweep.t;
@@ -197,6 +199,7 @@ SegmentHit first_sphere_hit(const MeshShape& shape, const SweptSphere& sphere,
                             SegmentWitness& witness) {
   const double length = norm(sphere.to_O - sphere.from_O);
   if (shape.patches.nodes.empty() || !(length > 0) || !is_finite(sphere.to_O)) return {};
+  HAPTIC_ASSERT(sphere.radius > 0);
   SphereSearch search(shape, sphere);
   const uint32_t known = witness.triangle;
   if (known < shape.mesh.triangles.size()) search.test(known);

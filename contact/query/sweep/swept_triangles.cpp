@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -27,6 +29,7 @@ bool is_apart(const Vec3& axis, const SweptTriangle& tool, const Corners& face_O
 }  // namespace
 
 SweptTriangle swept(const Corners& corners_T, const MotionStretch& stretch) {
+  HAPTIC_ASSERT(stretch.from <= stretch.to);
   SweptTriangle triangle{corners_T, {}, {}, 0};
   double furthest = 0;
   for (size_t i = 0; i < 3; ++i) {

@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -78,6 +80,7 @@ Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, const OnTriangle
 
 ClosestPoint closest_point_on_triangle(const TriangleMesh& mesh, uint32_t triangle,
                                        const OnTriangle& on, const Vec3& p_O) {
+  HAPTIC_ASSERT(triangle < mesh.triangles.size());
   ClosestPoint result;
   result.found = true;
   result.point_O = on.point;

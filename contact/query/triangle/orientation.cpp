@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -24,6 +26,7 @@ struct Expansion {
   size_t n = 0;
 
   void add(double value) {
+    HAPTIC_ASSERT(n < part.size());
     size_t kept = 0;
     for (size_t i = 0; i < n; ++i) {
       const double sum = value + part[i], of_part = sum - value;

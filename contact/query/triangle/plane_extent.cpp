@@ -5,6 +5,7 @@
 #include <array>
 
 #include "contact/query/simd/lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -43,7 +44,10 @@ class Visited {
   }
   size_t size() const { return size_; }
   uint32_t operator[](size_t i) const { return triangles_[i]; }
-  void add(uint32_t triangle) { triangles_[size_++] = triangle; }
+  void add(uint32_t triangle) {
+    HAPTIC_ASSERT(size_ < kMaxVisited);
+    triangles_[size_++] = triangle;
+  }
   /// Four at a time: this is the hot spot.
   bool holds(uint32_t triangle) const {
     const IntLanes wanted = static_cast<int32_t>(triangle) - IntLanes{};
@@ -62,6 +66,7 @@ class Visited {
 }  // namespace
 
 double plane_extent(const TriangleMesh& mesh, uint32_t triangle, const Vec3& point_O) {
+  HAPTIC_ASSERT(triangle < mesh.triangles.size());
   const Vec3 normal_O = mesh.face_normals[triangle];
   Visited visited(triangle);
   double extent = kMaxExtent;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -58,6 +60,8 @@ Vec3 corner_normal(const TriangleMesh& mesh, uint32_t triangle, size_t corner,
 
 Vec3 shading_normal(const TriangleMesh& mesh, uint32_t triangle, const Vec3& point_O,
                     double crease_cosine) {
+  HAPTIC_ASSERT(triangle < mesh.triangles.size());
+  HAPTIC_ASSERT(crease_cosine >= -1 && crease_cosine <= 1);
   const Triangle& tri = mesh.triangles[triangle];
   const Vec3& n = mesh.face_normals[triangle];
   Vec3 sum;

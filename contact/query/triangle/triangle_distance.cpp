@@ -8,6 +8,7 @@
 
 #include "contact/query/triangle/triangle_lanes.h"
 #include "contact/query/triangle/triangles_by_eight.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -132,6 +133,7 @@ size_t distances_of_parts(const Corners& a, const Corners& b,
 }
 
 void DistanceBatch::add(const Corners& corners_A, const Corners& corners_B) {
+  HAPTIC_ASSERT(n < kRoom);
   for (size_t k = 0; k < 3; ++k) {
     a[3 * k][n] = corners_A[k].x, a[3 * k + 1][n] = corners_A[k].y,
           a[3 * k + 2][n] = corners_A[k].z;
@@ -150,6 +152,7 @@ Corners DistanceBatch::corners_b(size_t i) const {
 }
 
 void measure(const Pose& X_AB, DistanceBatch& batch) {
+  HAPTIC_ASSERT(batch.n <= DistanceBatch::kRoom);
   const uint64_t unsure = measure_wide(X_AB, batch);
   for (size_t i = 0; i < batch.n; ++i) {
     if ((unsure >> i & 1) == 0) continue;
@@ -158,6 +161,7 @@ void measure(const Pose& X_AB, DistanceBatch& batch) {
 }
 
 TriangleDistance measured(const DistanceBatch& batch, size_t i) {
+  HAPTIC_ASSERT(i < batch.n);
   return described(batch.corners_a(i), batch.corners_b(i), batch.distance_squared[i],
                    static_cast<int>(batch.parts[i]), batch.along_a[i], batch.along_b[i]);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/triangle/vertex_fan.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -26,6 +28,7 @@ bool turn(const TriangleMesh& mesh, uint32_t vertex, size_t side, FanCorner& at)
 }  // namespace
 
 VertexFan::VertexFan(const TriangleMesh& mesh, uint32_t triangle, size_t corner) {
+  HAPTIC_ASSERT(triangle < mesh.triangles.size() && corner < 3);
   const uint32_t vertex = mesh.triangles[triangle][corner];
   vertex_O_ = mesh.vertices[vertex];
   // back to the border, if there is one
@@ -41,6 +44,7 @@ VertexFan::VertexFan(const TriangleMesh& mesh, uint32_t triangle, size_t corner)
 }
 
 void VertexFan::add(const TriangleMesh& mesh, uint32_t triangle, size_t corner) {
+  HAPTIC_ASSERT(size_ < kMaxTriangles);
   const Triangle& corners = mesh.triangles[triangle];
   const Triangle& edges = mesh.triangle_edges[triangle];
   const size_t next = (corner + 1) % 3, last = (corner + 2) % 3;
@@ -69,6 +73,7 @@ WayFromVertex VertexFan::steepest(const Vec3& goal_O, double below) const {
 }
 
 Vec3 VertexFan::at(size_t place, double around) const {
+  HAPTIC_ASSERT(place < places());
   const Sector& s = sectors_[place / 2];
   const bool is_edge = place % 2 == 0;
   const Vec3 direction_O = is_edge ? s.first_O : normalized(s.first_O + s.last_O);

@@ -7,6 +7,8 @@
 #include <immintrin.h>
 #endif
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -127,6 +129,7 @@ void look_up_one_by_one(const DistanceField& field, const Pose& X_OT, FieldBatch
 }
 
 void look_up(const DistanceField& field, const Pose& X_OT, FieldBatch& batch) {
+  HAPTIC_ASSERT(batch.n <= FieldBatch::kRoom && field.cell > 0);
 #if defined(__x86_64__)
   static const bool has_lanes = __builtin_cpu_supports("avx2") != 0;
   if (has_lanes && !field.data.empty()) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <span>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -62,6 +64,7 @@ void note_travel(const Pose& X_OT, double reach, ShellCoherence& coherence) {
 }
 
 double way_to(double reach, const FieldDistance& at, double cell) {
+  HAPTIC_ASSERT(cell > 0);
   const double less = at.distance - reach;
   // outside the band the value is a bound of the true distance
   if (!at.is_near) return less - kFieldError * cell;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "contact/query/volume/field_lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -91,6 +92,7 @@ struct Search {
   void visit(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
     const bool is_asked = !is_in_vain(index) && !has_few_to_ask(index);
+    HAPTIC_ASSERT(n_candidates < candidates.size());
     candidates[n_candidates++] = {index, is_asked};
     if (is_asked) batch.add(node.point);
     if (n_candidates == candidates.size()) finish_nodes();
@@ -174,6 +176,7 @@ struct Search {
         return false;
       }
       if (batch.at.n > begin) {
+        HAPTIC_ASSERT(n_patches < patches.size());
         patches[n_patches++] = {visit.node, begin, batch.at.n, cut};
       } else {
         note_free(visit.node);
@@ -331,7 +334,10 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   if (shell.nodes.empty() || field.index.empty()) return {};
   // travel to a pose that is not finite is undefined
   if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
+  HAPTIC_ASSERT(coherence == nullptr || coherence->free_until.size() == shell.nodes.size());
+  HAPTIC_ASSERT(query.reach <= field.band);
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
+  HAPTIC_ASSERT(shell.levels.size() >= 2);
   const size_t last = shell.levels.size() - 2;  // level of the points
   Search search{.field = field,
                 .shell = shell,

@@ -8,6 +8,7 @@
 #endif
 
 #include "contact/query/volume/scalar_scan.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -191,6 +192,7 @@ ScanPath fastest_scan() {
 size_t scan_voxels(const Voxmap& map, const Pointshell& shell, const ShellInVoxels& at,
                    uint32_t first, uint32_t count, ScanPath path, std::span<VoxelHit> hits,
                    size_t n) {
+  HAPTIC_ASSERT(size_t{first} + count <= shell.x.size() && n <= hits.size());
   if (map.data.empty()) return n;
   uint32_t i = first;
 #if defined(__x86_64__)
