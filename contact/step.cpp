@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
 
@@ -80,6 +81,8 @@ ContactState::ContactState(const ContactModel& model) : renderer(model.renderer)
 
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene) {
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
+  HAPTIC_ASSERT(model.servo_period > 0 && state.period >= 0);
   ContactSet set = begin_set(model, servo, scene);
   set.seq = state.seq++;
   const auto renderer =
@@ -96,6 +99,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
 
   choose(state.detector, row_of(renderer).detector, model);
   std::visit([&](auto& detector) { detect(model, detector, question, set); }, state.detector);
+  HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
+  HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
   if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;

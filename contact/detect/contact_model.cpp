@@ -6,6 +6,7 @@
 
 #include "contact/query/triangle/plane_extent.h"
 #include "contact/query/triangle/shading_normal.h"
+#include "proto/math/assert.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
@@ -16,6 +17,8 @@ constexpr double kRelativeEpsilon = 1e-10;  // of the largest object: 10⁵ time
 }  // namespace
 
 ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes) {
+  HAPTIC_ASSERT(config.n_objects <= kMaxObjects && config.n_objects <= shapes.objects.size());
+  HAPTIC_ASSERT(config.servo_rate > 0 && config.proxy_radius >= 0);
   ContactModel model;
   model.n_objects = config.n_objects;
   model.renderer = config.renderer;
@@ -37,6 +40,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
 }
 
 PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t t_ns) {
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   PointScene now;
   now.shapes = {model.shapes.data(), model.n_objects};
   now.X_WO = model.X_WO;
@@ -49,7 +53,10 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t 
 }
 
 Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine) {
+  HAPTIC_ASSERT(at.object < scene.shapes.size());
   const TriangleMesh& mesh = scene.shapes[at.object].mesh;
+  HAPTIC_ASSERT(at.triangle < mesh.triangles.size());
+  HAPTIC_ASSERT(is_unit(at.normal_O));
   Contact c{};
   c.tool_point_T = -scene.radius * at.normal_O;
   c.object_point_O = at.point_O;

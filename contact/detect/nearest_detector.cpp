@@ -2,6 +2,7 @@
 #include "contact/detect/nearest_detector.h"
 
 #include "contact/detect/point/nearest_surface.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -11,6 +12,7 @@ Vec3 report(const PointScene& scene, const Vec3& tool_W, double reach, ContactSe
   const size_t count = nearest_surfaces(scene, tool_W, reach, surfaces);
   for (size_t i = 0; i < count; ++i) {
     const auto& [object, triangle, feature, point_O, normal_O, depth] = surfaces[i];
+    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
     set.contacts[set.n_contacts++] =
         contact_at(scene, {object, triangle, feature, point_O, normal_O}, 1);
     set.n_active += depth > 0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -32,6 +34,7 @@ double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t 
 /// this tick, which is sticky, but never a hole.
 void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove& move,
               const Vec3& p_W, ContactSet& set) {
+  HAPTIC_ASSERT(move.n_active > 0 && set.n_contacts < kMaxContacts);
   const auto [object, triangle] = move.active[0];
   const Pose X_OW = inverse(scene.X_WO[object]);
   const Vec3 across_O = rotate(X_OW.q, normalized(proxy.g_W - p_W));
@@ -46,6 +49,7 @@ void add_hold(const PointScene& scene, const PointProxy& proxy, const ProxyMove&
 void add_active(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
                 const ProxyMove& move, ContactSet& set) {
   for (uint32_t i = 0; i < move.n_active; ++i) {
+    HAPTIC_ASSERT(i < move.active.size() && set.n_contacts < kMaxContacts);
     const ProxyPlane& plane = move.active[i];
     // on the facet itself: the force is taken from the un-offset proxy
     const auto [feature, point_O, normal_O] = support_of(scene, plane, proxy.g_W);
@@ -78,6 +82,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
     for (size_t k = 0; k < near.count; ++k) {
       const auto& [closest, normal_O] = state.features[k];
       if (is_reported(set, i, closest.feature)) continue;
+      HAPTIC_ASSERT(set.n_contacts <= kMaxContacts);
       if (set.n_contacts == kMaxContacts) {
         set.flags |= kContactTruncated;
         return;
@@ -111,6 +116,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
 void lead(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
           ContactSet& set) {
   const ServoFrame& servo = question.servo;
+  HAPTIC_ASSERT(model.prediction >= 0 && state.proxy.seeded);
   const Vec3 goal_W = servo.X_WT.p + servo.held_back_W;
   const ProxyMove move = move_proxy(question.now, goal_W, state.proxy);
   set.flags |= move.flags;

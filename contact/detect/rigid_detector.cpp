@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/rigid_detector.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
 RigidToolModel rigid_model(const ContactModel& model) {
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   return {{model.shapes.data(), model.n_objects},
           model.bodies.tool,
           model.bodies.body,

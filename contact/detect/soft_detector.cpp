@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
@@ -17,6 +18,7 @@ void detect(const ContactModel& model, SoftDetector& state, const ContactQuestio
   at_proxy.V_WT = servo.V_WP;
   at_proxy.X_WO = question.now.X_WO;
   at_proxy.reach = question.reach;
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   const SceneFrame* scene = question.scene;
   for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
     at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns);

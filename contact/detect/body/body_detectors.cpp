@@ -6,6 +6,7 @@
 
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -18,6 +19,7 @@ constexpr uint32_t kAnyNumber = 0xffffffff;  // unlimited budget
 
 void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
                   const VoxelQuestion& question, ContactSet& set) {
+  HAPTIC_ASSERT(objects.size() <= kMaxObjects);
   for (uint32_t object = 0; object < objects.size(); ++object) {
     const Pose& X_WO = question.X_WO[object];
     std::array<PushCluster, kClustersAnObject> clusters;
@@ -29,6 +31,7 @@ void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, Bo
                        {state.pairs, state.pushes}, {clusters.data(), room});
     if (answer.left_out > 0 || answer.n_clusters == room) set.flags |= kContactTruncated;
     for (size_t i = 0; i < answer.n_clusters; ++i) {
+      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
       set.contacts[set.n_contacts++] = contact_of(clusters[i], object, X_WO, question.X_WT);
     }
   }
@@ -38,6 +41,7 @@ void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, Bo
 }  // namespace
 
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
+  HAPTIC_ASSERT(config.size > 0);
   VoxelModel model;
   model.shell = shell;
   model.reading = config.field != 0 ? VoxelForce::kField : VoxelForce::kTangentPlanes;
@@ -55,6 +59,7 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
                            std::span<const MeshShape> objects) {
   BodyModel model;
+  HAPTIC_ASSERT(shapes.volumes.empty() || shapes.volumes.size() == objects.size());
   if (shapes.tool.mesh.triangles.empty()) return model;
   model.tool = shapes.tool;
   model.body = tool_body(shapes.tool.mesh, config.tool);
@@ -86,6 +91,7 @@ bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, R
                    ContactSet& set) {
   const bool is_voxel = renderer == Renderer::kVoxel;
   if (state.pairs.empty() || (is_voxel && !state.voxel)) return false;
+  HAPTIC_ASSERT(model.has_tool() && set.n_contacts == 0);
   set.tool = model.body;
   set.X_WG = question.X_WT;
   if (is_voxel) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
 
 namespace haptic {
@@ -56,6 +57,9 @@ Pose centre_of(const ToolBody& body, const Pose& X_WT) {
 
 ClearPose clear_pose(const ClearanceModel& model, ClearanceState& state, std::span<const Pose> X_WO,
                      const Pose& from, const Pose& to) {
+  HAPTIC_ASSERT(model.objects.size() <= X_WO.size() && model.objects.size() == state.size());
+  HAPTIC_ASSERT(model.objects.size() <= kMaxObjects);
+  HAPTIC_ASSERT(is_finite(from) && is_finite(to));
   const ToolBody& body = model.body;
   Pose X_WT = from;
   // a tool that is at its target needs no path

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/body/cluster_contact.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT) {
+  HAPTIC_ASSERT(object < kMaxObjects);
   Contact c{};
   c.tool_point_T = inverse(X_WT) * (X_WO * cluster_O.point_O);
   c.object_point_O = cluster_O.point_O + cluster_O.depth * cluster_O.normal_O;

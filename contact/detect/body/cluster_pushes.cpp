@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "contact/query/simd/lanes.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -46,6 +47,7 @@ double weight_of(const PointPush& push) {
 class Leaders {
  public:
   void add(const PointPush& push) {
+    HAPTIC_ASSERT(n_ < kMostClusters);
     const std::array own = in_floats(push);
     for (size_t k = 0; k < own.size(); ++k) blocks_[n_ / 4][k][n_ % 4] = own[k];
     ++n_;
@@ -152,6 +154,7 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O) {
 
 size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
                       std::span<PushCluster> clusters) {
+  HAPTIC_ASSERT(options.radius > 0);
   std::array<Gathering, kMostClusters> gatherings;
   const size_t room = std::min(clusters.size(), gatherings.size());
   size_t n = 0, n_pushing = 0;
@@ -170,6 +173,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
         recent.add(push, i);
       }
       if (i == n) {
+        HAPTIC_ASSERT(n < room);
         leaders.add(push);
         gatherings[n] = {};
         clusters[n++] = {};
@@ -180,6 +184,7 @@ size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& o
   }
   for (size_t i = 0; i < n; ++i) {
     const Gathering& g = gatherings[i];
+    HAPTIC_ASSERT(g.weight > 0);
     clusters[i].point_O = g.weighted_point_O / g.weight;
     clusters[i].normal_O = normalized(g.weighted_normal_O);
     if (i < n_pushing) {

@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -68,6 +70,7 @@ Reach reach_behind(const Face& face, const Corners& triangle, double sign, doubl
   if (polygon.n == 0) reach.depth = std::numeric_limits<double>::infinity();
   Vec3 deepest = triangle[0];
   const auto push_at = [&](const Vec3& p, double depth) {
+    HAPTIC_ASSERT(reach.n < kPushesPerPair);
     reach.pushes[reach.n++] = {p, sign * face.normal, depth, stiffness};
   };
   for (size_t i = 0; i < polygon.n; ++i) {
@@ -157,6 +160,7 @@ bool place_before(const PointPush& a, const PointPush& b) {
 
 /// Keeps one of the pushes at the same point along the same normal; returns the number left.
 size_t merge_sorted(std::span<PointPush> pushes) {
+  HAPTIC_ASSERT(std::is_sorted(pushes.begin(), pushes.end(), place_before));
   size_t n = 0, first_here = 0;
   for (const PointPush& push : pushes) {
     if (n > 0 && !(push.point_O == pushes[n - 1].point_O)) first_here = n;
@@ -176,6 +180,7 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
                          std::span<PointPush> pushes) {
   size_t n = 0;
   for (const TrianglePair& pair : pairs) {
+    HAPTIC_ASSERT(pair.a < object.triangles.size() && pair.b < tool.triangles.size());
     const Face on_object{corners_of(object, pair.a), object.face_normals[pair.a]};
     const Face on_tool{corners_of(tool, pair.b, X_OT), rotate(X_OT.q, tool.face_normals[pair.b])};
     const Reach of_tool = reach_behind(on_object, on_tool.corners, 1, stiffness);
@@ -194,6 +199,7 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
                            const ExactOptions& options, const ExactScratch& scratch,
                            std::span<PushCluster> clusters) {
+  HAPTIC_ASSERT(options.stiffness > 0);
   ExactAnswer answer;
   const size_t room = std::min(scratch.pairs.size(), scratch.pushes.size() / kPushesPerPair);
   const std::span<TrianglePair> pairs = scratch.pairs.first(room);

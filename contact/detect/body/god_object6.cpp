@@ -8,6 +8,7 @@
 
 #include "contact/query/point/closest_point.h"
 #include "contact/query/proximity/near_pairs.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -52,6 +53,9 @@ GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool
       reach_(norm(body.centre_T) + body.radius),
       metric_(factor_metric(
           spring_matrix(options.translational_stiffness, options.rotational_stiffness))) {
+  HAPTIC_ASSERT(objects.size() <= kMaxObjects);
+  HAPTIC_ASSERT(options.margin > 0 && options.k_s > 0);
+  HAPTIC_ASSERT(metric_.valid && reach_ > 0);
   obstacles_.reserve(objects.size());
   for (const MeshShape& object : objects) obstacles_.emplace_back(object, tool);
   rows_.reserve(kMostRows * objects.size());
@@ -79,6 +83,7 @@ bool GodObject6::is_free_of(const Obstacle& o, const Pose& X_OT) const {
 }
 
 bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
+  HAPTIC_ASSERT(X_WO.size() == obstacles_.size());
   if (!is_finite(X_WT)) return false;
   for (size_t i = 0; i < obstacles_.size(); ++i) {
     if (!is_free_of(obstacles_[i], inverse(X_WO[i]) * X_WT)) return false;
@@ -137,6 +142,7 @@ void GodObject6::stand_at(const Pose& X_WT) {
 
 /// Updates the pairs within the band; shrinks the band if there are too many.
 void GodObject6::look_around() {
+  HAPTIC_ASSERT(band_ >= 0 && band_ <= kMostBand);
   for (;; --band_) {
     for (Obstacle& o : obstacles_) o.near = o.front.update(o.X_OG, band());
     if (n_near() <= kMostPairs || band_ <= kLeastBand) return;
@@ -178,6 +184,7 @@ GodObject6::FreePart GodObject6::free_part(const Pose& to_W) {
 
 void GodObject6::add_row(const NearContact& contact, uint32_t object, bool is_kept) {
   if (rows_.size() == row_room_) return;
+  HAPTIC_ASSERT(object < obstacles_.size() && rows_.size() < rows_.capacity());
   const Obstacle& o = obstacles_[object];
   const Vec3 point_W = o.stood_WO * contact.point_b, normal_W = rotate(o.X_WO.q, contact.normal_A);
   // the object may have moved on, the tool has not
@@ -230,6 +237,7 @@ void GodObject6::add_kept(const Obstacle& o, uint32_t object) {
 
 ConstrainedMotion GodObject6::constrained_way(const Twist& way) {
   const ConstrainedMotion motion = least_constraint(metric_, way, motion_rows_, {});
+  HAPTIC_ASSERT(motion.n_active >= 0 && static_cast<size_t>(motion.n_active) <= active_.size());
   active_ = motion.active;
   n_active_ = motion.n_active;
   for (int j = 0; j < n_active_; ++j) {
@@ -272,6 +280,9 @@ double GodObject6::advance(const Twist& motion) {
 }
 
 GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, double reach) {
+  HAPTIC_ASSERT(is_placed_);
+  HAPTIC_ASSERT(X_WO.size() == obstacles_.size());
+  HAPTIC_ASSERT(is_finite(led_W) && reach >= 0);
   GodObjectMove result;
   result.is_behind = !follow_objects(X_WO);
   steps_behind_ = result.is_behind ? steps_behind_ + 1 : 0;
@@ -315,6 +326,8 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
 }
 
 std::span<const GodObjectContact> GodObject6::contacts(const Pose& answered_W) {
+  HAPTIC_ASSERT(is_placed_);
+  HAPTIC_ASSERT(rows_.size() == motion_rows_.size() && rows_.size() <= order_.capacity());
   const Twist way = way_between(X_WG_, answered_W);
   order_.clear();
   for (size_t k = 0; k < rows_.size(); ++k) {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "contact/detect/body/god_object6.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -17,6 +18,7 @@ constexpr size_t kMostWork = 20'000;
 
 /// The pose of the tool if this object carried it along.
 Pose GodObject6::carried_by(size_t object) const {
+  HAPTIC_ASSERT(object < obstacles_.size());
   const Obstacle& o = obstacles_[object];
   const Pose X_WT = o.X_WO * o.X_OG;
   return {X_WT.p, normalized(X_WT.q)};
@@ -24,6 +26,7 @@ Pose GodObject6::carried_by(size_t object) const {
 
 /// Moves to this pose, while the objects move to where they now are, if that is free.
 bool GodObject6::goes(const Pose& X_WT) {
+  HAPTIC_ASSERT(is_placed_);
   const FreePart free = free_part(X_WT);
   // the next motion begins here, for the fronts as well
   if (free.time == 1) stand_at(X_WT);

@@ -2,6 +2,7 @@
 #include "contact/detect/body/rigid_tool.h"
 
 #include "contact/query/triangle/shading_normal.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -16,6 +17,7 @@ Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
 }
 
 Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model, const Pose& X_TO) {
+  HAPTIC_ASSERT(contact.object < model.objects.size());
   const NearContact& at = contact.at;
   const double crease_cosine = model.crease_cosine[contact.object];
   Contact c{};
@@ -34,6 +36,7 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
 /// A plane that holds the tool for one tick where the moves were used up, normal to the rest of the
 /// way: this is sticky, but prevents tunnelling.
 Contact hold_of(const ContactSet& set) {
+  HAPTIC_ASSERT(set.X_WG.p != set.X_WT.p);
   const Contact* nearest = set.n_contacts > 0 ? set.contacts.data() : nullptr;
   Contact c{};
   c.object = c.material = nearest != nullptr ? nearest->object : 0;
@@ -90,12 +93,14 @@ void RigidTool::report(const RigidToolModel& model, const ServoFrame& servo, Con
   const Pose X_TW = inverse(set.X_WG);
   for (const GodObjectContact& contact : god_object_.contacts(servo.X_WP)) {
     const Pose X_TO = X_TW * set.X_WO[contact.object];
+    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
     set.contacts[set.n_contacts++] = contact_of(contact, model, X_TO);
   }
 }
 
 void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
                        std::span<const Pose> X_WO, double reach, ContactSet& set) {
+  HAPTIC_ASSERT(X_WO.size() == model.objects.size() && set.n_contacts == 0);
   set.tool = model.body;
   set.X_WG = set.X_WT = led_to(model, servo);
   if ((servo.flags & kServoClosed) != 0) god_object_.lose();
@@ -118,6 +123,7 @@ void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
   if (!move.is_settled) {
     set.flags |= kContactIterationLimit;
     set.n_contacts = std::min(set.n_contacts, kMaxContacts - 1);
+    HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
     if (set.X_WG.p != set.X_WT.p) set.contacts[set.n_contacts++] = hold_of(set);
   }
   set.n_active = std::min(move.n_active, set.n_contacts);

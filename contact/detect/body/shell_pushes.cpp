@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -29,6 +31,7 @@ void share(std::span<PointPush> pushes, const ShellForce& force, double touching
 }  // namespace
 
 double shared_stiffness(const ShellForce& force, double n_touching) {
+  HAPTIC_ASSERT(force.sharing > 0);
   return n_touching >= force.sharing ? force.stiffness * force.sharing / n_touching
                                      : force.stiffness;
 }
@@ -36,12 +39,14 @@ double shared_stiffness(const ShellForce& force, double n_touching) {
 size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose& X_OT,
                           std::span<const VoxelHit> hits, const ShellForce& force,
                           std::span<PointPush> pushes) {
+  HAPTIC_ASSERT(map.size > 0 && is_unit(X_OT.q));
   const double deepest = kHalfDiagonal * map.size;
   size_t n = 0;
   double touching = 0, near = 0;
   for (const VoxelHit& hit : hits) {
     if (n == pushes.size()) break;
     PointPush& push = pushes[n];
+    HAPTIC_ASSERT(hit.point() < shell.x.size());
     push.point_O = X_OT * point_T(shell, hit.point());
     push.normal_O = rotate(X_OT.q, normal_T(shell, hit.point()));
     push.stiffness = 1;
@@ -60,11 +65,13 @@ size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose
 size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes) {
+  HAPTIC_ASSERT(is_unit(X_OT.q));
   const Mat3 R_OT = to_matrix(X_OT.q);
   const size_t n = std::min(touches.size(), pushes.size());
   double touching = 0, near = 0;
   for (size_t i = 0; i < n; ++i) {
     const ShellTouch& touch = touches[i];
+    HAPTIC_ASSERT(touch.point < shell.x.size());
     const double count = touch.count;
     pushes[i] = {X_OT.p + R_OT * point_T(shell, touch.point), R_OT * normal_T(shell, touch.point),
                  force.offset - touch.distance, count, count};
@@ -76,6 +83,7 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
 
 Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
                     double damping, Braking reading) {
+  HAPTIC_ASSERT(damping >= 0);
   Mat6 B;
   for (const PointPush& push : pushes) {
     if (push.depth > 0) continue;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "contact/detect/body/cluster_contact.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -17,6 +18,7 @@ constexpr double kLeastGradient = 0.1;  // least gradient with a meaningful dire
 
 /// The rest of the budget is shared by the remaining objects.
 uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
+  HAPTIC_ASSERT(object < model.objects.size());
   const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
   return static_cast<uint32_t>(left / (model.objects.size() - object));
 }
@@ -25,6 +27,7 @@ uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint3
 std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
                                      const VoxelQuestion& question, uint32_t object,
                                      ContactSet& set) {
+  HAPTIC_ASSERT(object < model.objects.size() && state.coherence.size() == model.objects.size());
   const VoxelObject& shape = model.objects[object];
   const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
   size_t n = 0;
@@ -67,6 +70,7 @@ Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
 /// the plane its distance grows by less than kGrowth of the step. 0: there is no field.
 double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   if (shape.field.index.empty()) return 0;
+  HAPTIC_ASSERT(shape.field.cell > 0);
   const Vec3 n = cluster.normal_O;
   const Vec3 u = normalized(cross(n, std::fabs(n.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
   const Vec3 v = cross(n, u);
@@ -110,6 +114,7 @@ void linearise_on(const VoxelModel& model, const VoxelQuestion& question, uint32
 /// Moves the contacts of the object with the wrench to the front; those of an object are
 /// contiguous.
 void put_first(uint32_t object, ContactSet& set) {
+  HAPTIC_ASSERT(set.n_contacts <= kMaxContacts);
   const auto end = set.contacts.begin() + set.n_contacts;
   const auto is_its = [&](const Contact& c) { return c.object == object; };
   const auto first = std::find_if(set.contacts.begin(), end, is_its);
@@ -138,6 +143,8 @@ VoxelState::VoxelState(const VoxelModel& model)
 
 void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestion& question,
                   ContactSet& set) {
+  HAPTIC_ASSERT(model.objects.size() <= kMaxObjects);
+  HAPTIC_ASSERT(model.trust_radius > 0 && question.reach >= 0);
   state.tested = state.touching = 0;
   state.is_outside = true;
   set.n_contacts = set.n_active = 0;
@@ -159,6 +166,7 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
       // a side of the tool beside the place of contact would hold, or pull, a tool that leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
       if (dot(away_O, clusters[i].normal_O) < kLeastFacing) continue;
+      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
       Contact& c = set.contacts[set.n_contacts++];
       c = contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
       c.shading_normal_O = away_O;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -10,6 +12,8 @@ constexpr double kOnSurface = 1e-12;  // [m]; below, the direction to the point 
 
 /// Number of triangles that must agree before a feature counts as a local minimum.
 size_t ring_size(const TriangleMesh& mesh, const Feature& feature) {
+  HAPTIC_ASSERT(feature.kind != FeatureKind::kEdge || feature.index < mesh.edge_faces.size());
+  HAPTIC_ASSERT(feature.kind != FeatureKind::kVertex || feature.index < mesh.vertex_valence.size());
   switch (feature.kind) {
     case FeatureKind::kFace:
       return 1;
@@ -45,6 +49,7 @@ NearResult near_features(const MeshShape& shape, const Vec3& p_O, double radius,
     if (agreed && dot(away_O, outward_O) >= 0) {
       const bool face = it->feature.kind == FeatureKind::kFace;
       const Vec3 normal_O = face || it->distance < kOnSurface ? outward_O : away_O / it->distance;
+      HAPTIC_ASSERT(n_features < scratch.features.size());
       scratch.features[n_features++] = {*it, normal_O};
     }
     it = next;

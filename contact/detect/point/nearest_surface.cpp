@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -14,6 +16,7 @@ constexpr double kRimCosine = 0.5;    // least cosine to an open surface's norma
 
 size_t nearest_surfaces(const PointScene& scene, const Vec3& p_W, double reach,
                         std::span<NearestSurface> out) {
+  HAPTIC_ASSERT(scene.shapes.size() <= kMaxObjects && reach >= 0);
   size_t count = 0;
   for (uint32_t i = 0; i < scene.shapes.size() && count < out.size(); ++i) {
     const TriangleMesh& mesh = scene.shapes[i].mesh;

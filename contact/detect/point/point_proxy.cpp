@@ -9,6 +9,7 @@
 #include "contact/detect/point/sphere_rest.h"
 #include "contact/query/sweep/swept_sphere.h"
 #include "contact/query/triangle/vertex_fan.h"
+#include "proto/math/assert.h"
 #include "proto/math/project_point.h"
 
 namespace haptic {
@@ -55,6 +56,7 @@ SegmentHit first_hit_of_object(const PointScene& scene, uint32_t object, const V
 /// `planes`: number of planes of the leg so far, which selects the witness.
 SceneHit first_hit_in_scene(const PointScene& scene, const Vec3& from_W, const Vec3& to_W,
                             size_t planes, Witnesses& witnesses) {
+  HAPTIC_ASSERT(scene.shapes.size() <= kMaxObjects);
   SceneHit first;
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Pose X_OW = inverse(scene.X_WO[i]);
@@ -171,6 +173,7 @@ RoundObstacle obstacle_of(const PointScene& scene, const ProxyPlane& plane, cons
 SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> planes,
                         const Vec3& g_W, const Vec3& tool_W) {
   std::array<RoundObstacle, 3> obstacles;
+  HAPTIC_ASSERT(planes.size() <= obstacles.size());
   for (size_t i = 0; i < planes.size(); ++i) obstacles[i] = obstacle_of(scene, planes[i], g_W);
   return rest_in_crease({obstacles.data(), planes.size()}, scene.radius + scene.epsilon, g_W,
                         tool_W);
@@ -241,6 +244,7 @@ Leg pushing_planes(const Leg& leg, const PointProjection& goal) {
   Leg kept;
   for (int i = 0; i < goal.n_active; ++i) {
     const auto k = static_cast<size_t>(goal.active[static_cast<size_t>(i)]);
+    HAPTIC_ASSERT(k < leg.size);
     kept.half_spaces[kept.size] = leg.half_spaces[k];
     kept.planes[kept.size++] = leg.planes[k];
   }
@@ -457,6 +461,7 @@ class Slide {
     Leg all = before_;
     const Leg pushing = pushing_planes(leg_, goal_);
     for (size_t i = 0; i < pushing.size; ++i) {
+      HAPTIC_ASSERT(all.size < kMaxPlanes);
       if (!all.holds(pushing.planes[i])) all.planes[all.size++] = pushing.planes[i];
     }
     const bool leaps = std::exchange(leaps_, false);
@@ -483,6 +488,7 @@ class Slide {
     }
     HalfSpace tangent = tangent_plane(scene_, plane, g_W_);
     tangent.offset += stand_off(scene_, dot(tangent.normal, g_W_) - tangent.offset);
+    HAPTIC_ASSERT(leg_.size < kMaxPlanes);
     leg_.half_spaces[leg_.size] = tangent;
     leg_.planes[leg_.size++] = plane;
     goal_ = project_onto_half_spaces(tool_W_, leg_.view());
@@ -516,6 +522,7 @@ class Slide {
 }  // namespace
 
 ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const Vec3& g_W) {
+  HAPTIC_ASSERT(plane.object < scene.shapes.size() && scene.radius >= 0);
   const TriangleMesh& mesh = scene.shapes[plane.object].mesh;
   const Vec3 g_O = inverse(scene.X_WO[plane.object]) * g_W;
   const Feature face{FeatureKind::kFace, plane.triangle};
@@ -529,6 +536,9 @@ ProxySupport support_of(const PointScene& scene, const ProxyPlane& plane, const 
 }
 
 uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
+  HAPTIC_ASSERT(scene.shapes.size() <= kMaxObjects);
+  HAPTIC_ASSERT(scene.epsilon >= 0 && scene.radius >= 0);
+  HAPTIC_ASSERT(is_finite(p_W));
   proxy.g_W = p_W;
   proxy.X_WO = scene.X_WO;
   proxy.seeded = false;
@@ -555,6 +565,7 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
 }
 
 ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy) {
+  HAPTIC_ASSERT(proxy.seeded && is_finite(p_W));
   ProxyMove move;
   move.flags = carry_with_objects(scene, proxy);
   const Vec3 start_W = proxy.g_W;
@@ -577,6 +588,7 @@ ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy
   if (slide.truncated()) move.flags |= kContactTruncated;
 
   const Leg carrying = slide.carrying();
+  HAPTIC_ASSERT(carrying.size <= move.active.size());
   move.n_active = static_cast<uint32_t>(carrying.size);
   std::copy_n(carrying.planes.begin(), carrying.size, move.active.begin());
   move.free_fraction = to_go > 0 ? std::min(1.0, norm(proxy.g_W - start_W) / to_go) : 1.0;

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <array>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -25,6 +27,7 @@ struct View {
 };
 
 View view_from(const RoundObstacle& o, const Vec3& x_W) {
+  HAPTIC_ASSERT(o.kind == FeatureKind::kVertex || is_unit(o.direction_W));
   const Vec3 away_W = x_W - o.point_W;
   if (o.kind == FeatureKind::kFace) {
     return {dot(away_W, o.direction_W), o.direction_W, {}, 0};
@@ -48,6 +51,7 @@ SphereRest rest_in_crease(std::span<const RoundObstacle> obstacles, double dista
                           const Vec3& from_W, const Vec3& tool_W) {
   const size_t m = obstacles.size();
   if (m < 2 || m > kMaxObstacles) return {};
+  HAPTIC_ASSERT(distance > 0);
   constexpr std::array<Vec3, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<View, kMaxObstacles> views;
   std::array<double, kMaxObstacles> push{};
