@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/math/assert.h"
 #include "servo/rendered.h"
 
 #include <algorithm>
@@ -85,6 +86,7 @@ Rendered rendered_body(const ServoModel& model, const ServoState& state, const T
 
 Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
                      const TickScene& scene, const ServoFrame& frame) {
+  HAPTIC_ASSERT(input.contacts != nullptr && model.dt > 0);
   const ContactSet& contacts = *input.contacts;
   SoftProxyTick tick;
   tick.hand = {frame.X_WT, frame.V_WT};

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
 #include "servo/rendered.h"
 #include "servo/solve/point/direct.h"
@@ -34,6 +35,7 @@ void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
   // the coupling force is parallel to the sum of the pushes: each plane carries its part
   const double gain = dot(force_W, sum_W) / length2;
   for (const ProxyPush& push : solution.active()) {
+    HAPTIC_ASSERT(push.object < kMaxObjects);
     const Vec3 one_W = -dt * gain * push.push_W;
     const Vec3 arm_W = solution.proxy_W - X_WO[push.object].p;
     Wrench& total = impulse_W[push.object];

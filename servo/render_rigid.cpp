@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
 #include "servo/rendered.h"
 
@@ -31,6 +32,7 @@ BodySolution solve(const RigidProxyModel& model, ServoState& state, Solver solve
 
 Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInput& input,
                       const TickScene& scene, const ServoFrame& frame) {
+  HAPTIC_ASSERT(input.contacts != nullptr && model.dt > 0);
   const ContactSet& contacts = *input.contacts;
   RigidProxyTick tick;
   tick.hand = {frame.X_WT, frame.V_WT};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
@@ -62,6 +63,7 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
 
 /// The same as the handle would have it.
 Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
+  HAPTIC_ASSERT(map.motion_scale > 0);
   return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;
 }
 
@@ -211,6 +213,8 @@ SoftProxyModel body_model(const SessionConfig& config) {
 }  // namespace
 
 ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& device) {
+  HAPTIC_ASSERT(config.servo_rate > 0 && config.n_objects <= kMaxObjects);
+  HAPTIC_ASSERT(device.max_force >= 0 && device.max_torque >= 0);
   ServoModel model;
   model.dt = 1 / config.servo_rate;
   model.map = config.map;
@@ -240,6 +244,7 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
 }
 
 ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
+  HAPTIC_ASSERT(model.dt > 0 && model.dead_man_button < 32);
   ServoFrame frame{};
   const bool usable = begin_frame(model, state, input, frame);
   follow_control(model, state, input);

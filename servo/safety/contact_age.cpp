@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -42,6 +43,7 @@ int64_t hold_ns(const ContactAge& age) {
 
 ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,
                              double dt) {
+  HAPTIC_ASSERT(dt > 0 && age.weight >= 0 && age.weight <= 1);
   if (arrival.present) take_in(age, arrival, t_ns);
   if (!age.any) return {0, kServoNoContactSet};
 

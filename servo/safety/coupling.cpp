@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -22,6 +24,7 @@ Coupling along(const CouplingRamp& ramp) {
 }  // namespace
 
 Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt) {
+  HAPTIC_ASSERT(dt > 0 && ramp.time >= 0);
   if (wanted != ramp.to) ramp = {along(ramp), wanted, 0};
   ramp.time += dt;
   return along(ramp);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -19,6 +21,8 @@ bool draw_within(const Vec3& held, double growth, Vec3& wanted) {
 }  // namespace
 
 bool limit_growth(const Wrench& held, const WrenchGrowth& growth, Wrench& wanted) {
+  HAPTIC_ASSERT(growth.force >= 0 && growth.torque >= 0);
+  HAPTIC_ASSERT(is_finite(held) && is_finite(wanted));
   const double before = norm(wanted.f);
   const bool force_cut = draw_within(held.f, growth.force, wanted.f);
   if (force_cut) wanted.t *= norm(wanted.f) / before;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -26,6 +28,8 @@ Vec3 observe(PassivityState& state, const PassivityInput& input, const Vec3& hel
 }  // namespace
 
 PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input, double dt) {
+  HAPTIC_ASSERT(dt > 0 && input.max_damping >= 0);
+  HAPTIC_ASSERT(is_finite(input.force_B));
   PassivityOutput out{input.force_B};
   if (!state.known) {
     state.p_B = input.p_B;
@@ -62,6 +66,7 @@ PassivityOutput keep_passive(PassivityState& state, const PassivityInput& input,
 }
 
 void note_held(PassivityState& state, const Vec3& held_B, double dt) {
+  HAPTIC_ASSERT(dt > 0 && is_finite(held_B));
   state.impulse_B += dt * held_B;
   state.held += dt;
 }

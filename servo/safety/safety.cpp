@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "servo/safety/force_growth.h"
 
 namespace haptic {
@@ -154,6 +155,11 @@ uint32_t closed_by(const SafetyLimits& limits, SafetyState& state, const SafetyI
 
 SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const SafetyInput& input,
                        double dt) {
+  HAPTIC_ASSERT(dt > 0);
+  HAPTIC_ASSERT(limits.max_force >= 0 && limits.max_torque >= 0);
+  HAPTIC_ASSERT(limits.slew >= 0 && limits.velocity_limit > 0);
+  HAPTIC_ASSERT(state.gain >= 0 && state.gain <= 1);
+  HAPTIC_ASSERT(input.now_ns >= input.device.t_ns);
   const double speed = norm(input.device.V_BH.v);
   const double since = since_last(state, input, dt);
   clear_fault(state, input, speed);

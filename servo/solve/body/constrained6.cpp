@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "proto/math/qp.h"
 
 namespace haptic {
@@ -88,6 +89,7 @@ FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, con
                    const BodyMotion& body) {
   const BodyWrench spring = symmetric_coupling_wrench(model.coupling, model.tool, tick.hand, body);
   const double h = tick.dt;
+  HAPTIC_ASSERT(h > 0);
   Mat6 A = M;
   A += -h * spring.by_twist;
   A += -(h * h) * spring.by_motion;

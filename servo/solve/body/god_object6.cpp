@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
 #include "proto/math/qp.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
@@ -52,6 +53,7 @@ struct Selection {
   Twist way;  // of the hand against all
 
   void add(size_t i, const Vec3& by_W) {
+    HAPTIC_ASSERT(size < index.size());
     index[size] = i;
     moved_W[size++] = by_W;
   }
@@ -99,6 +101,7 @@ RigidContact carried(const FadingPlane& plane, const RigidProxyTick& tick, const
 
 /// Of the object that carried the last proxy, or the world.
 Pose carrier_pose(const GodObject6State& state, const RigidProxyTick& tick) {
+  HAPTIC_ASSERT(state.carrier <= kNoObject);
   return state.carrier == kNoObject ? Pose{} : tick.X_WO[state.carrier];
 }
 
@@ -133,6 +136,7 @@ void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
   RigidContacts& contacts = problem.contacts;
   problem.n_lasting = contacts.size;
   for (size_t i = 0; i < state.n_fading && tick.weight > 0; ++i) {
+    HAPTIC_ASSERT(contacts.size < contacts.contacts.size());
     RigidContact& c = contacts.contacts[contacts.size++];
     c = carried(state.fading[i], tick, contacts.X_WG);
     c.friction = friction_of(model, state.slides, c.material);
@@ -177,6 +181,7 @@ Answer slide(const Problem& problem, const Twist& target, const Selection& selec
   answer.converged = motion.converged && !motion.contradictory;
   for (size_t j = 0; j < static_cast<size_t>(motion.n_active); ++j) {
     const auto k = static_cast<size_t>(motion.active[j]);
+    HAPTIC_ASSERT(k < selection.size);
     if (motion.multiplier[j] > 0)
       answer.add(selection.index[k], motion.multiplier[j] * rows[k].J.v);
   }
@@ -358,6 +363,7 @@ void remember(const RigidProxyModel& model, const RigidProxyTick& tick, const Pr
       plane = {c.tool_point_T, X_OW * place_W, rotate(X_OW.q, c.normal_W), 1, c.object, c.material};
     }
     plane.weight -= model.blend_time > 0 ? tick.dt / model.blend_time : 1;
+    HAPTIC_ASSERT(state.n_fading < state.fading.size());
     if (plane.weight > 0) state.fading[state.n_fading++] = plane;
   }
   state.started = true;
@@ -414,6 +420,7 @@ Twist velocity_of(const GodObject6State& state, const RigidProxyTick& tick, cons
 
 BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& state,
                                CoulombSolver& solver, const RigidProxyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0 && model.blend_time >= 0);
   BodySolution out;
   out.proxy = tick.hand;
   Problem problem;

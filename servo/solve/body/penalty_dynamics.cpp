@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "proto/math/assert.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -95,6 +96,9 @@ bool explicit_change(const RigidBody& tool, const BodyMotion& body, const BodyWr
 PenaltyResult penalty_dynamics_step(const RigidBody& tool, const BodyMotion& body,
                                     const BodyWrench& wrench, std::span<const SoftContact> contacts,
                                     Integrator integrator, const PenaltyStep& step) {
+  HAPTIC_ASSERT(step.dt > 0 && !(step.max_travel < 0));
+  HAPTIC_ASSERT(tool.mass > 0);
+  HAPTIC_ASSERT(contacts.size() <= kMaxContacts);
   const double h = step.dt;
   Twist change;
   const bool is_solved = integrator == Integrator::kImplicit

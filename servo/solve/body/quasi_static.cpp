@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -44,6 +46,7 @@ double energy_at(const VirtualCoupling& coupling, const RigidBody& tool, const P
 /// The Newton step. Where the matrix is not positive definite along the force, a growing stiffness
 /// is added until the step leads downhill.
 Twist descent(const BodyWrench& at, double radius, double stiffness) {
+  HAPTIC_ASSERT(!(stiffness <= 0));
   Mat6 K = -1.0 * at.by_motion;
   for (double added = 0; added <= stiffness;
        added = std::max(10 * added, kStillTurning * stiffness)) {
@@ -77,6 +80,7 @@ double largest_stiffness(const VirtualCoupling& coupling, std::span<const SoftCo
 QuasiStaticResult solve_quasi_static(const VirtualCoupling& coupling, const RigidBody& tool,
                                      const Pose& X_WT, std::span<const SoftContact> contacts,
                                      const Pose& X_WP, const QuasiStaticStep& step) {
+  HAPTIC_ASSERT(step.max_iterations >= 0 && step.tolerance >= 0);
   const Pose X_hand = motion_of_centre(tool, {X_WT, {}}).X_WC;
   Pose X_WC = motion_of_centre(tool, {X_WP, {}}).X_WC;
   const double stiffness = largest_stiffness(coupling, contacts);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
 #include "proto/wire/wire.h"
 
@@ -71,6 +72,7 @@ struct LimitedMotion {
   bool was_cut = false;
 };
 inline LimitedMotion limit_travel(const Twist& motion, double radius, double travel) {
+  HAPTIC_ASSERT(travel >= 0);
   const double most = largest_travel(motion, radius);
   if (!(most > travel)) return {motion, false};
   const double share = travel / most;

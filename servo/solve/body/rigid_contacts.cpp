@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -57,6 +59,7 @@ double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t 
 
 RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
                                    const Slides& slides) {
+  HAPTIC_ASSERT(tick.contacts != nullptr && tick.weight <= 1);
   const ContactSet& set = *tick.contacts;
   RigidContacts out;
   out.X_WG = set.X_WG;
@@ -84,6 +87,7 @@ MotionRow row_of(const RigidContact& contact, const Vec3& about_W) {
 }
 
 MotionRow eased(MotionRow row, const Twist& motion, double share) {
+  HAPTIC_ASSERT(!(share < 0));
   const double violation = row.b - dot(row.J, motion);
   if (violation > 0 && share < 1) row.b -= (1 - share) * violation;
   return row;

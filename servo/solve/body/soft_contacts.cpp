@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
 #include "servo/solve/point/rim_weight.h"
 
 namespace haptic {
@@ -116,6 +117,7 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
                                  const SoftCarry& carry) {
   SoftContacts out;
   if (!(carry.weight > 0)) return out;
+  HAPTIC_ASSERT(carry.weight <= 1 && carry.stiffness >= 0 && carry.damping >= 0);
   out.size = std::min<size_t>(set.n_contacts, kMaxContacts);
   for (size_t i = 0; i < out.size; ++i) {
     const Contact& c = set.contacts[i];
@@ -141,6 +143,7 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
 }
 
 void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts) {
+  HAPTIC_ASSERT(contacts.size <= set.contacts.size());
   for (size_t i = 0; i < contacts.size; ++i) {
     const double extent = set.contacts[i].extent;
     if (!(extent > 0)) continue;
@@ -157,6 +160,7 @@ BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, cons
                        const BodyMotion& end) {
   BodyWrench rest;
   if (!contacts.has_rest) return rest;
+  HAPTIC_ASSERT(contacts.push0 > 0 && contacts.n_springs <= contacts.size);
   double push = 0;
   Vec3 springs_W;
   for (size_t i = 0; i < contacts.n_springs; ++i) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
 #include "servo/solve/body/free_space.h"
 
 namespace haptic {
@@ -14,6 +15,7 @@ void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const Body
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < contacts.size; ++i) {
     const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
+    HAPTIC_ASSERT(contacts.objects[i] < kMaxObjects);
     if (!row) continue;
     ++out.n_pushing;
     Wrench& sum = out.push_W[contacts.objects[i]];
@@ -95,6 +97,7 @@ void find_equilibrium(const SoftProxyModel& model, const SoftContacts& contacts,
 
 BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state,
                               const SoftProxyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0 && !(model.max_travel < 0));
   BodySolution out;
   SoftContacts contacts;
   if (tick.contacts != nullptr) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/math/assert.h"
 #include "servo/solve/point/rim_weight.h"
 
 namespace haptic {
@@ -18,6 +19,7 @@ double sideways(const ContactPlane& plane, const Vec3& x_W) {
 
 bool carry_planes(const ContactSet& contacts, const std::array<Pose, kMaxObjects>& X_WO,
                   double radius, ContactPlanes& carried) {
+  HAPTIC_ASSERT(radius >= 0);
   carried.size = std::min<size_t>(contacts.n_contacts, kMaxContacts);
   for (size_t i = 0; i < carried.size; ++i) {
     const Contact& c = contacts.contacts[i];
@@ -34,12 +36,14 @@ bool carry_planes(const ContactSet& contacts, const std::array<Pose, kMaxObjects
 }
 
 double extent_weight(const ContactPlane& plane, std::span<const Vec3> places_W) {
+  HAPTIC_ASSERT(!places_W.empty());
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vec3& place_W : places_W) nearest = std::min(nearest, sideways(plane, place_W));
   return rim_weight(nearest, plane.extent);
 }
 
 HalfSpace relaxed(const ContactPlane& plane, const Vec3& tool_W) {
+  HAPTIC_ASSERT(plane.weight >= 0 && plane.weight <= 1);
   HalfSpace half_space = plane.full;
   const double depth = half_space.offset - dot(half_space.normal, tool_W);
   if (depth > 0 && plane.weight < 1) half_space.offset -= (1 - plane.weight) * depth;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/point/direct.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 PointProxySolution solve_direct(const ProxyQuestion& question) {
+  HAPTIC_ASSERT(question.weight <= 1);
   PointProxySolution out;
   out.proxy_W = question.tool_W;
   ContactPlanes carried;

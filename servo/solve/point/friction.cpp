@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -12,6 +14,8 @@ constexpr double kRestick = 0.6;  // share of the dynamic cone below which it st
 
 Vec3 hold_by_friction(const FrictionLaw& law, FrictionState& state, const Vec3& tool_W,
                       const Vec3& foot_W, uint32_t object, const Pose& X_WO) {
+  HAPTIC_ASSERT(law.dt > 0);
+  HAPTIC_ASSERT(law.static_ratio >= 0 && law.dynamic_ratio >= 0 && law.viscous >= 0);
   const Vec3 normal_W = foot_W - tool_W;
   const double depth = norm(normal_W);
   if (depth == 0 || (law.static_ratio == 0 && law.viscous == 0)) {

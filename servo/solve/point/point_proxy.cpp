@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/point/point_proxy.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForce& planes) {
+  HAPTIC_ASSERT(question.weight <= 1);
   PointProxySolution out;
   out.proxy_W = question.tool_W;
   planes.size = 0;
@@ -38,6 +41,7 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
   double pushes = 0, weighted = 0;
   for (size_t i = 0; i < static_cast<size_t>(projection.n_active); ++i) {
     const auto k = static_cast<size_t>(projection.active[i]);
+    HAPTIC_ASSERT(k < carried.size);
     const double multiplier = projection.multiplier[i];
     out.pushes[i] = {carried.planes[k].object, static_cast<uint32_t>(k),
                      question.contacts.contacts[k].feature, planes.half_spaces[k],

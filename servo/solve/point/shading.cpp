@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/point/shading.h"
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -19,10 +21,12 @@ Vec3 limited_normal(const Vec3& shading, const Vec3& normal) {
 
 Vec3 shaded_proxy(const PointProxySolution& solution, const PlanesInForce& planes,
                   const Vec3& tool_W, const std::array<Vec3, 3>& normals_W) {
+  HAPTIC_ASSERT(static_cast<size_t>(solution.n_active) <= normals_W.size());
   PlanesInForce turned = planes;
   bool any = false;
   for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
     const ProxyPush& push = solution.pushes[i];
+    HAPTIC_ASSERT(push.contact < planes.size);
     const Vec3& normal_W = push.plane.normal;
     if (normals_W[i] == normal_W) continue;
     const Vec3 m_W = limited_normal(normals_W[i], normal_W);

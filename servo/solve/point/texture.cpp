@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -14,6 +16,8 @@ constexpr double kPixelSamples = 2;    // per pixel
 constexpr double kWhite = 255;         // grey level of full height
 
 double pixel(const HeightImage& image, double column, double row) {
+  HAPTIC_ASSERT(image.width > 0 && image.width <= HeightImage::kMaxSide);
+  HAPTIC_ASSERT(image.height > 0 && image.height <= HeightImage::kMaxSide);
   const auto wrapped = [](double i, uint32_t n) {
     return static_cast<uint32_t>(i - n * std::floor(i / n)) % n;
   };
@@ -58,6 +62,8 @@ double sample_spacing(const TextureConfig& texture, std::span<const HeightImage>
 Vec3 height_gradient(const TextureConfig& texture, std::span<const HeightImage> images,
                      const Vec3& p_O, const Vec3& normal_O) {
   if (texture.kind == TextureKind::kNone) return {};
+  HAPTIC_ASSERT(texture.period > 0);
+  HAPTIC_ASSERT(texture.kind != TextureKind::kImage || texture.image < images.size());
   if (texture.kind == TextureKind::kImage) {
     return image_gradient(texture, images[texture.image], p_O, normal_O);
   }

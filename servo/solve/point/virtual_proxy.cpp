@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "servo/solve/point/virtual_proxy.h"
 
+#include "proto/math/assert.h"
 #include "servo/solve/point/shading.h"
 #include "servo/solve/point/texture.h"
 
@@ -20,6 +21,7 @@ std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const Virtua
   for (size_t i = 0; i < static_cast<size_t>(solution.n_active); ++i) {
     const ProxyPush& push = solution.pushes[i];
     const Contact& contact = question.contacts.contacts[push.contact];
+    HAPTIC_ASSERT(push.object < kMaxObjects && push.contact < kMaxContacts);
     const TextureConfig& texture = material_of(model, contact).texture;
     const Pose& X_WO = question.X_WO[push.object];
     touch_point_O[i] = inverse(X_WO) * (solution.proxy_W - question.radius * push.plane.normal);
@@ -89,6 +91,7 @@ void note_touches(const PointProxySolution& solution, const std::array<Vec3, 3>&
 PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualProxyState& state,
                                        const ProxyQuestion& question,
                                        const VirtualProxyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0 && model.radius >= 0);
   PlanesInForce planes;
   PointProxySolution solution = solve_point_proxy(question, planes);
   if (solution.n_active == 0) {
