@@ -5,9 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 
 ScriptedState scripted_state(const ObjectConfig& object, double phase, double phase_rate) {
+  HAPTIC_ASSERT(is_unit(object.X_WO.q));
   const MotionConfig& motion = object.motion;
   const Vec3 axis_O = normalized(motion.axis_O);
   const Vec3 axis_W = rotate(object.X_WO.q, axis_O);
@@ -28,6 +31,7 @@ ScriptedState scripted_state(const ObjectConfig& object, double phase, double ph
 }
 
 double phase_of(const ObjectConfig& object, const Pose& X_WO, const Twist& V_WO) {
+  HAPTIC_ASSERT(is_unit(object.X_WO.q));
   const MotionConfig& motion = object.motion;
   const Vec3 axis_O = normalized(motion.axis_O);
   switch (motion.kind) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/math/assert.h"
 #include "proto/wire/scene_pose.h"
 #include "sim/scene.h"
 
@@ -26,6 +27,7 @@ SimModel build_sim(const SessionConfig& config) {
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects && time_scale >= 0);
   const int64_t elapsed = elapsed_ns(state, t_ns);
   // exact for scale 1; otherwise rounded to a nanosecond of scene time
   state.scene_ns += std::llround(time_scale * static_cast<double>(elapsed));
@@ -50,6 +52,7 @@ SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double
 }
 
 void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
+  HAPTIC_ASSERT(!state.started);
   state = {};
   state.seq = last.seq;
   state.t_ns = last.t_ns;

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -31,6 +33,7 @@ void EmulatedDevice::receive(std::span<const char> bytes) {
   const size_t n = std::min(bytes.size(), queue_.size() - queued_);
   std::copy_n(bytes.begin(), n, queue_.begin() + static_cast<std::ptrdiff_t>(queued_));
   queued_ += n;
+  HAPTIC_ASSERT(queued_ <= queue_.size());
 }
 
 void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
@@ -83,6 +86,7 @@ int EmulatedDevice::read_line() {
     break;
   }
   line_[size] = '\0';
+  HAPTIC_ASSERT(size < line_.size());
   while (error == 0 && taken < queued_) {
     const char c = queue_[taken++];
     if (c != '\n' && c != '\r' && c != '\0') error = kTrailing;
@@ -100,6 +104,7 @@ void EmulatedDevice::put(const EncoderReply& reply) {
   const int size = std::snprintf(at, answer_.size() - answer_size_, "[%d,%d,%d,%d,%d,%d,%d,%d]\n",
                                  reply.model, e[0], e[1], e[2], e[3], e[4], e[5], reply.error);
   answer_size_ += static_cast<size_t>(size);
+  HAPTIC_ASSERT(size > 0 && answer_size_ < answer_.size());
 }
 
 /// Answers, truthfully or with the ordered fault. counts_ then holds what was sent last.

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <numbers>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -92,6 +94,7 @@ struct Progress {
 };
 
 Progress minimum_jerk(double fraction, double duration) {
+  HAPTIC_ASSERT(fraction >= 0 && fraction <= 1 && duration > 0);
   const double a = fraction, b = 1 - fraction;
   return {a * a * a * (10 + a * (6 * a - 15)), 30 * a * a * b * b / duration};
 }
@@ -153,6 +156,7 @@ Intent tremor(double amplitude, uint64_t seed, double t) {
 }  // namespace
 
 IntentPhase intent_phase(const IntentConfig& config, double t) {
+  HAPTIC_ASSERT(config.stroke_time > 0);
   const double strokes = std::fmax(t, 0) / config.stroke_time;
   const double cycles = std::floor(strokes / kCycleShare);
   const double share = std::fmax(strokes - cycles * kCycleShare, 0);

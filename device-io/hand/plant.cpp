@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "device-io/hand/intent.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -93,6 +94,9 @@ HandPlant start_plant(const SimulatedHandConfig& config) {
 
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns) {
+  HAPTIC_ASSERT(dt_ns >= 0);
+  HAPTIC_ASSERT(config.mass + config.hand_mass > 0 && config.coulomb_friction >= 0);
+  HAPTIC_ASSERT(is_finite(force_B));
   for (int64_t left_ns = dt_ns; left_ns > 0;) {
     const int64_t piece_ns = std::min(left_ns, kIntentStepNs);
     advance_straight(config, plant, force_B, piece_ns);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -68,6 +70,7 @@ void SimulatedHand::stop() {
 }
 
 void SimulatedHand::move_on(int64_t elapsed_ns) {
+  HAPTIC_ASSERT(elapsed_ns >= 0);
   const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUpNs);
   lost_time_ = lived_ns < elapsed_ns;
   advance(config_, plant_, held_force_B_, lived_ns);

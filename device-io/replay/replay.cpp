@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -27,6 +29,11 @@ HandCurve::HandCurve(std::vector<DeviceState> samples, Resampling resampling, do
     : samples_(std::move(samples)),
       resampling_(resampling),
       max_gap_ns_(std::llround(max_gap * 1e9)) {
+  HAPTIC_ASSERT(samples_.size() >= 2 && max_gap >= 0);
+  HAPTIC_ASSERT(std::adjacent_find(samples_.begin(), samples_.end(),
+                                   [](const DeviceState& a, const DeviceState& b) {
+                                     return a.t_ns >= b.t_ns;
+                                   }) == samples_.end());
   differentiate();
 }
 
@@ -66,6 +73,7 @@ size_t HandCurve::count_holes() const {
 }
 
 bool HandCurve::is_hole(size_t i) const {
+  HAPTIC_ASSERT(i + 1 < samples_.size());
   return samples_[i + 1].t_ns - samples_[i].t_ns > max_gap_ns_;
 }
 
@@ -86,6 +94,8 @@ Vec3 HandCurve::slope(size_t i, size_t of_interval) const {
 }
 
 DeviceState HandCurve::between(size_t i, int64_t t_ns) const {
+  HAPTIC_ASSERT(i + 1 < samples_.size());
+  HAPTIC_ASSERT(samples_[i].t_ns <= t_ns && t_ns <= samples_[i + 1].t_ns);
   const DeviceState& a = samples_[i];
   const DeviceState& b = samples_[i + 1];
   if (resampling_ == Resampling::kHold) return flagged(a, kDeviceFresh);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -48,6 +50,7 @@ Challenge AnswerMatch::ask(bool may) noexcept {
 }
 
 bool AnswerMatch::hear(int32_t error, bool excused) noexcept {
+  HAPTIC_ASSERT(owed_ >= 0 && ahead_ >= 0 && doubt_ >= 0);
   if (awaits_echo() && error == static_cast<int32_t>(echo_)) {
     echo_ = Challenge::kNone;
     settled_ = true;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -29,6 +31,7 @@ bool EncoderNoise::turns_too_fast(Change& last, int32_t count, int64_t asked_ns,
 }
 
 void EncoderNoise::add(const MotorCounts& counts, int64_t asked_ns, int64_t heard_ns) noexcept {
+  HAPTIC_ASSERT(asked_ns <= heard_ns);
   bool implausible = false;
   for (size_t i = 0; i < last_.size(); ++i) {
     if (!started_) last_[i] = {counts[i], 0, asked_ns, 0};

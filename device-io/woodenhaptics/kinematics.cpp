@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -12,6 +14,7 @@ constexpr double kSingular = 1e-3;  // of the determinant at a right-angled elbo
 
 /// Joint angle per count of the motor [rad].
 double angle_of_count(const WoodenHapticsGeometry& g, int i) {
+  HAPTIC_ASSERT(i >= 0 && i < 3 && g.counts_per_turn > 0);
   const size_t k = static_cast<size_t>(i);
   return g.direction[k] * 2 * std::numbers::pi / (g.counts_per_turn * g.ratio[k]);
 }
@@ -23,6 +26,7 @@ double reach(const WoodenHapticsGeometry& g, const Vec3& q) {
 
 /// Joint torque per motor current [N·m/A].
 double torque_of_current(const WoodenHapticsGeometry& g, int i) {
+  HAPTIC_ASSERT(i >= 0 && i < 3 && g.torque_constant > 0);
   const size_t k = static_cast<size_t>(i);
   return g.direction[k] * g.ratio[k] * g.torque_constant;
 }
@@ -55,6 +59,7 @@ Vec3 tip_position(const WoodenHapticsGeometry& g, const Vec3& q) {
 }
 
 bool solve_joint_angles(const WoodenHapticsGeometry& g, const Vec3& p_B, Vec3& q) {
+  HAPTIC_ASSERT(g.upper_arm > 0 && g.forearm > 0);
   const Vec3 tip = p_B + g.origin;
   const double rho = std::hypot(tip.x, tip.y);
   const double height = tip.z - g.shoulder_height;

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <system_error>
 
+#include "proto/math/assert.h"
+
 namespace haptic {
 namespace {
 
@@ -37,6 +39,7 @@ CommandText encode_currents(const Milliamperes& currents, Challenge before) {
   }
   *at++ = ']';
   *at++ = '\n';
+  HAPTIC_ASSERT(at <= end);
   command.size = static_cast<size_t>(at - command.text.data());
   return command;
 }

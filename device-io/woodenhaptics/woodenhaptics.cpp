@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "proto/ipc/process.h"
+#include "proto/math/assert.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
@@ -53,6 +54,7 @@ WoodenHaptics::WoodenHaptics(const DeviceConfig& config, FileDescriptor node)
       max_current_(config.serial.max_current),
       velocity_cutoff_(config.serial.velocity_cutoff),
       node_(std::move(node)) {
+  HAPTIC_ASSERT(max_current_ > 0 && velocity_cutoff_ > 0);
   greet(std::string(view(config.serial.path)));
 }
 
