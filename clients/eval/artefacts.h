@@ -7,7 +7,6 @@
 #include "clients/report/report.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/wire.h"
-#include "proto/wire/renderer.h"
 
 namespace haptic {
 

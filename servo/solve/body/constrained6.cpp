@@ -166,6 +166,7 @@ void note_pushes(const Problem& problem, const FrictionStep& step, double h, con
 
 BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State& state,
                                 ContactSolvers& solvers, const RigidProxyTick& tick) {
+  HAPTIC_ASSERT(tick.dt > 0);
   BodySolution out;
   out.proxy = tick.hand;
   Problem problem;
