@@ -13,7 +13,7 @@ Mat3 outer(const Vec3& a) {
 }  // namespace
 
 MassProperties mass_properties(const TriangleMesh& mesh) {
-  HAPTIC_ASSERT(mesh.closed);
+  HAPTIC_ASSERT(mesh.closed || mesh.triangles.empty());
   const Vec3 origin_O = 0.5 * (mesh.lower + mesh.upper);
   double volume = 0;
   Vec3 first;
