@@ -92,7 +92,7 @@ void cut(const TraceReader& from, TraceWriter& to, const Topic<T>& topic, int mo
 }  // namespace
 
 // not a test: makes the golden files of this layout from a session (docs/adding.md)
-TEST_CASE("golden: a session is cut to a golden log", "[.][golden-cut]") {
+TEST_CASE("cut a session to a golden log", "[.][golden-cut]") {
   const char* session = std::getenv("HAPTIC_GOLDEN_FROM");
   REQUIRE(session != nullptr);
   const TraceReader from(session);

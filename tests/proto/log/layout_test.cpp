@@ -6,12 +6,14 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "proto/log/trace.h"
 #include "tests/proto/log/mcap_bytes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace haptic {
 namespace {
@@ -161,6 +163,35 @@ TEST_CASE("layout: a schema that describes no record is refused") {
   // text that is read for each element is read without what means nothing
   CHECK(refusal("float64 f\n", sparse + "float64 f\n") == "it lacks 'f', which has no default");
   CHECK(refusal("float64 f\n", "") == "it lacks 'f', which has no default");
+}
+
+TEST_CASE("layout: a record is as long as its own definition says, or refused") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/events.mcap";
+  const auto events = [&](size_t bytes) {
+    McapBytes schema, channel, packed;
+    schema.number(uint16_t{1}).text("haptic_msgs/msg/Event").text("ros2msg");
+    schema.text("float64 more\nint64 t_ns\nuint32 code\nuint32 source\nfloat64[5] numbers\n");
+    channel.number(uint16_t{1}).number(uint16_t{1}).text("/events").text("cdr");
+    channel.number(uint32_t{0});
+    McapBytes record;
+    record.raw(std::string_view("\0\1\0\0", 4)).number(0.5).number(int64_t{7}).number(uint32_t{2});
+    std::string payload = record.bytes();
+    payload.resize(4 + bytes);
+    packed.record(0x05, test::message(payload));
+    McapBytes file;
+    file.raw(test::kMcapMagic).record(0x03, schema).record(0x04, channel);
+    file.record(0x06, test::chunk(packed.size(), "", packed.bytes()));
+    std::ofstream(path, std::ios::binary) << file.bytes();
+    return TraceReader(path).read(kEventTopic);
+  };
+  const std::vector<Event> read = events(sizeof(Event) + 8);
+  REQUIRE(read.size() == 1);
+  CHECK(read[0].t_ns == 7);
+  CHECK(read[0].code == 2);
+  for (const size_t wrong : {size_t{0}, sizeof(Event), sizeof(Event) + 7, sizeof(Event) + 9}) {
+    CHECK_THROWS_WITH(events(wrong), Catch::Contains("that is not its struct"));
+  }
 }
 
 }  // namespace haptic
