@@ -335,7 +335,6 @@ ShellAnswer find_touches(const DistanceField& field, const Pointshell& shell, co
   // travel to a pose that is not finite is undefined
   if (!is_finite(X_OT) || visited.size() <= shell.nodes.size()) return {.is_complete = false};
   HAPTIC_ASSERT(coherence == nullptr || coherence->free_until.size() == shell.nodes.size());
-  HAPTIC_ASSERT(query.reach <= field.band);
   if (coherence != nullptr) note_travel(X_OT, query.reach, *coherence);
   HAPTIC_ASSERT(shell.levels.size() >= 2);
   const size_t last = shell.levels.size() - 2;  // level of the points

@@ -48,9 +48,11 @@ TEST_CASE("feature boxes: rigid motions, never late against dense samples", "[tr
 }
 
 TEST_CASE("feature boxes: a near miss is told from a meeting, which contact does not do") {
-  // an edge that passes above another by half the tolerance
-  const std::array<SweptPoint, 2> still{{{{-1, 0, 0}, {-1, 0, 0}}, {{1, 0, 0}, {1, 0, 0}}}};
-  const auto passing = [](double above) {
+  // an edge that passes above a slanted one by half the tolerance; no axis keeps them apart
+  const Vec3 low{-1, 0, -0.5}, high{1, 0, 0.5};
+  const std::array<SweptPoint, 2> still{{{low, low}, {high, high}}};
+  const auto passing = [](double miss) {
+    const double above = 0.05 + miss;
     return std::array<SweptPoint, 2>{
         {{{0.1, -2, above}, {0.1, 1, above}}, {{0.1, -1, above}, {0.1, 2, above}}}};
   };
@@ -59,8 +61,8 @@ TEST_CASE("feature boxes: a near miss is told from a meeting, which contact does
     return CcdQuery{{still[0], still[1], edge[0], edge[1]}, false, above == 0};
   };
   CHECK(meeting_of(query(5e-4), 1e-3));
-  CHECK_FALSE(meeting_by_boxes(query(5e-4), 1e-3, kBoxes));
-  CHECK(meeting_by_boxes(query(0), 1e-3, kBoxes));
+  CHECK_FALSE(meeting_by_boxes(query(5e-4), 1e-4, kBoxes));
+  CHECK(meeting_by_boxes(query(0), 1e-4, kBoxes));
 }
 
 TEST_CASE("feature boxes: corners that are not finite meet at once, unproven") {

@@ -38,6 +38,6 @@ TEST_CASE("segment searches: each finds what contact's own search finds") {
         }
       }
     }
-    CHECK(hits > sweep(2000) / 10);
+    CHECK(hits > sweep(2000) / 20);
   }
 }
