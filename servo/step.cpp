@@ -61,7 +61,7 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
 }
 
-/// The same as the handle would have it.
+/// The velocity of a surface in W, seen at the handle in B.
 Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
   HAPTIC_ASSERT(map.motion_scale > 0);
   return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;

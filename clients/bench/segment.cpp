@@ -208,7 +208,7 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   compare("all", [](size_t) { return true; });
 }
 
-/// The same queries on cells of every size, to check the minimum of the cost model.
+/// Repeats the queries on grids of every cell size, to check where the cost model has its minimum.
 void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
                  const Options& options) {
   const TriangleMesh mesh = bench.mesh.view();

@@ -77,7 +77,8 @@ void add_point(const PointshellData& from, size_t i, PointshellData& to) {
   to.z.push_back(from.z[i]);
 }
 
-/// The same points in random order, without nodes, which exhaustive passes do not need.
+/// Shuffles the points, to show what their order is worth; drops the nodes, which an exhaustive
+/// pass does not use.
 PointshellData shuffled(const PointshellData& shell) {
   std::vector<size_t> order(shell.x.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -233,7 +234,7 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
   return rows.rows();
 }
 
-/// The same object with few and with many triangles.
+/// Compares contact steps on one object meshed coarsely and finely.
 std::vector<Row> run_triangles(const Options& options) {
   Rows rows("triangles of the object");
   const PointshellData data = shell_of(middle(options.points), 1);

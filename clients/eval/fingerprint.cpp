@@ -47,6 +47,9 @@ std::optional<double> compare(const std::string& path, const std::vector<Wrench>
   const auto size = static_cast<std::streamsize>(F_W.size() * sizeof(Wrench));
   if (std::ifstream file(path, std::ios::binary); file) {
     file.read(reinterpret_cast<char*>(other.data()), size);
+    if (file.gcount() != size || file.peek() != std::ifstream::traits_type::eof()) {
+      throw ConfigError(path + ": holds the forces of another time; give the same --for");
+    }
     double largest = 0;
     for (size_t i = 0; i < F_W.size(); ++i) {
       largest = std::max(largest, norm(F_W[i].f - other[i].f));

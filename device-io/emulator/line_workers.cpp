@@ -15,10 +15,11 @@ namespace {
 
 constexpr int64_t kLookNs = 50'000'000;  // takes about 1 ms each time
 
-/// Sets the priority of the kernel's unbound workers; 0: the normal one.
-void schedule_workers(int fifo_priority) {
+/// Moves the kernel's unbound workers that have one priority to another; 0: the normal one. A
+/// priority that somebody else has set is left alone.
+void move_workers(int from, int to) {
   namespace fs = std::filesystem;
-  const sched_param parameter{.sched_priority = fifo_priority};
+  const sched_param parameter{.sched_priority = to};
   std::error_code gone;  // processes may end meanwhile
   for (fs::directory_iterator it("/proc", gone), end; !gone && it != end; it.increment(gone)) {
     const std::string name = it->path().filename();
@@ -28,7 +29,9 @@ void schedule_workers(int fifo_priority) {
     std::string program;
     std::getline(std::ifstream(it->path() / "comm") >> std::ws, program);
     if (program.rfind("kworker/u", 0) != 0) continue;
-    sched_setscheduler(pid, fifo_priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
+    sched_param now{};
+    if (sched_getparam(pid, &now) != 0 || now.sched_priority != from) continue;
+    sched_setscheduler(pid, to > 0 ? SCHED_FIFO : SCHED_OTHER, &parameter);
   }
 }
 
@@ -40,12 +43,12 @@ LineWorkers::LineWorkers(int fifo_priority)
 LineWorkers::~LineWorkers() {
   ending_ = true;
   thread_.join();
-  schedule_workers(0);
+  move_workers(fifo_priority_, 0);
 }
 
 void LineWorkers::run() {
   while (!ending_) {
-    schedule_workers(fifo_priority_);
+    move_workers(0, fifo_priority_);
     sleep_until(now_ns() + kLookNs);
   }
 }

@@ -16,19 +16,11 @@
 namespace haptic {
 namespace {
 
-constexpr auto kRendererWords = [] {
-  Words<Renderer, kRenderers.size()> words;
-  for (size_t i = 0; i < words.size(); ++i) words[i] = {kRenderers[i].name, kRenderers[i].id};
-  return words;
-}();
+constexpr auto kRendererWords = words_of(kRenderers);
 
 namespace fs = std::filesystem;
 
-constexpr auto kDeviceWords = [] {
-  Words<DeviceKind, kDevices.size()> words;
-  for (size_t i = 0; i < words.size(); ++i) words[i] = {kDevices[i].name, kDevices[i].id};
-  return words;
-}();
+constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
 constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};

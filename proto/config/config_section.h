@@ -37,6 +37,14 @@ std::span<const std::pair<std::string_view, Enum>> words(const Words<Enum, N>& l
   return list;
 }
 
+/// The words of a table whose rows have a name and an id.
+template <typename Row, size_t N>
+constexpr auto words_of(const std::array<Row, N>& rows) {
+  Words<decltype(Row::id), N> words;
+  for (size_t i = 0; i < N; ++i) words[i] = {rows[i].name, rows[i].id};
+  return words;
+}
+
 class Section;
 
 /// A parsed configuration file. Throws ConfigError with file, line and column if the text is not

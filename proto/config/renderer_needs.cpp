@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/renderer_needs.h"
 
+#include <algorithm>
+
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"
 
@@ -22,23 +24,34 @@ std::string lack_of(const SessionConfig& config, Renderer renderer, const Spring
          "zero";
 }
 
-void use_renderer(SessionConfig& config, std::string_view name) {
-  std::string known;
+const RendererRow* find_renderer(std::string_view name) {
+  const auto row = std::find_if(kRenderers.begin(), kRenderers.end(),
+                                [&](const RendererRow& one) { return one.name == name; });
+  return row == kRenderers.end() ? nullptr : &*row;
+}
+
+std::string renderer_names() {
+  std::string names;
   for (const RendererRow& row : kRenderers) {
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
-    if (row.name != name) continue;
-    const Springs springs{config.coupling.translational_stiffness,
-                          config.coupling.rotational_stiffness};
-    // maps are baked for the renderer that a session begins with
-    const std::string lack = lack_of(config, row.id, springs, true);
-    if (!lack.empty()) {
-      throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
-                        lack);
-    }
-    config.renderer = row.id;
-    return;
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
   }
-  throw ConfigError("there is no renderer '" + shown(name) + "'; known: " + known);
+  return names;
+}
+
+void use_renderer(SessionConfig& config, std::string_view name) {
+  const RendererRow* row = find_renderer(name);
+  if (row == nullptr) {
+    throw ConfigError("there is no renderer '" + shown(name) + "'; known: " + renderer_names());
+  }
+  const Springs springs{config.coupling.translational_stiffness,
+                        config.coupling.rotational_stiffness};
+  // maps are baked for the renderer that a session begins with
+  const std::string lack = lack_of(config, row->id, springs, true);
+  if (!lack.empty()) {
+    throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
+                      lack);
+  }
+  config.renderer = row->id;
 }
 
 }  // namespace haptic

@@ -18,6 +18,12 @@ struct Springs {
 std::string lack_of(const SessionConfig& config, Renderer renderer, const Springs& springs,
                     bool has_maps);
 
+/// The row of that name; null: there is none.
+const RendererRow* find_renderer(std::string_view name);
+
+/// The names of all renderers, for a message.
+std::string renderer_names();
+
 /// Gives a session that has not begun another renderer, by its name. Throws ConfigError where there
 /// is none of that name, or the session lacks what it needs.
 void use_renderer(SessionConfig& config, std::string_view name);

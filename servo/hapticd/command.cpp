@@ -38,16 +38,14 @@ std::string lack_with(const SessionConfig& config, Renderer renderer, const Cont
 }
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
-  std::string known;
-  for (const RendererRow& row : kRenderers) {
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
-    if (row.name != name) continue;
-    const std::string lack = lack_with(config, row.id, wanted);
-    if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
-    wanted.renderer = static_cast<uint32_t>(row.id);
-    return {CommandKind::kChange, false, ""};
+  const RendererRow* row = find_renderer(name);
+  if (row == nullptr) {
+    return refused("renderer: there is no '" + shown(name) + "'; known: " + renderer_names());
   }
-  return refused("renderer: there is no '" + shown(name) + "'; known: " + known);
+  const std::string lack = lack_with(config, row->id, wanted);
+  if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
+  wanted.renderer = static_cast<uint32_t>(row->id);
+  return {CommandKind::kChange, false, ""};
 }
 
 /// A settable number; `most` is its largest value in SI units.

@@ -21,7 +21,7 @@ namespace haptic {
 std::optional<SweptMeeting> meeting_by_boxes(const FeaturePath& path, double tolerance,
                                              uint32_t budget);
 
-/// The same for corners that go straight.
+/// meeting_by_boxes for a query whose corners move on straight lines.
 std::optional<SweptMeeting> meeting_by_boxes(const CcdQuery& query, double tolerance,
                                              uint32_t budget);
 

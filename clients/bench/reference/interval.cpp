@@ -10,7 +10,8 @@ namespace {
 constexpr double kMostAngle = 1e6;
 constexpr double kUnsure = 1e-9;  // uncertainty of a multiple of π at kMostAngle [π]
 
-/// Whether the interval contains, or may contain, a multiple k π with k = first + 2 n.
+/// Returns true if the interval contains k π for some k = first + 2 n; rounding may add cases,
+/// never lose one.
 bool may_hold(const Interval& angle, double first) {
   const double low = (angle.lo / std::numbers::pi - first) / 2 - kUnsure,
                high = (angle.hi / std::numbers::pi - first) / 2 + kUnsure;

@@ -11,7 +11,8 @@ Interval3 place_of(const SweptPoint& corner, const Interval& time) {
   return corner.from + time * (Interval3(corner.to) - corner.from);
 }
 
-/// Whether p may be on the inner side of the edge from a to b of a triangle with this normal.
+/// Returns false only if p is certainly outside the edge from a to b of a triangle with this
+/// normal.
 bool may_be_within(const Interval3& normal, const Interval3& a, const Interval3& b,
                    const Interval3& p) {
   return dot(normal, cross(b - a, p - a)).hi >= 0;

@@ -14,7 +14,7 @@ SegmentHit first_hit_by_grid(const MeshShape& shape, const Vec3& from_O, const V
 /// The OBB tree from its root.
 SegmentHit first_hit_by_tree(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
 
-/// The same tree with bounding spheres, without stopping at a hit.
+/// Descends the tree by bounding spheres and does not stop at a hit.
 SegmentHit first_hit_naive(const MeshShape& shape, const Vec3& from_O, const Vec3& to_O);
 
 }  // namespace haptic

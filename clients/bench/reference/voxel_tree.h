@@ -57,7 +57,7 @@ struct VoxelTreeData {
   }
 };
 
-/// The same map as a tree; at start-up only. Empty if the map is.
+/// Builds the tree of a map, at start-up only. An empty map gives an empty tree.
 VoxelTreeData build_voxel_tree(const Voxmap& map);
 
 /// scan_voxels of a map, in its tree, one point after the other: `at` is that of the map.

@@ -16,6 +16,49 @@ struct Branch {
   double at_least;
 };
 
+/// Pairs of triangles that are measured together; keeps the nearest in a result.
+class PairBatch {
+ public:
+  PairBatch(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B, const Pose& X_AB)
+      : mesh_A_(mesh_A), mesh_B_(mesh_B), X_AB_(X_AB) {}
+
+  void add(const TrianglePair& pair) {
+    HAPTIC_ASSERT(pair.a < mesh_A_.triangles.size() && pair.b < mesh_B_.triangles.size());
+    pairs_[batch_.n] = pair;
+    batch_.add(corners_of(mesh_A_, pair.a), corners_of(mesh_B_, pair.b));
+  }
+
+  /// Every pair of a triangle of one leaf and one of the other.
+  void add_leaves(const ObbTree& tree_A, const ObbNode& a, const ObbTree& tree_B,
+                  const ObbNode& b) {
+    for (uint32_t j = 0; j < b.count; ++j) {
+      for (uint32_t i = 0; i < a.count; ++i) {
+        add({tree_A.order[a.first + i], tree_B.order[b.first + j]});
+      }
+    }
+  }
+
+  /// Measures what was added; only a pair nearer than result.at_least replaces the nearest.
+  void measure_into(MeshDistance& result) {
+    measure(X_AB_, batch_);
+    for (size_t i = 0; i < batch_.n; ++i) {
+      const double distance = std::sqrt(batch_.distance_squared[i]);
+      if (!(distance < result.at_least)) continue;
+      result.found = true;
+      result.nearest = {pairs_[i], measured(batch_, i)};
+      result.at_least = distance;
+    }
+    batch_.n = 0;
+  }
+
+ private:
+  const TriangleMesh& mesh_A_;
+  const TriangleMesh& mesh_B_;
+  const Pose& X_AB_;
+  DistanceBatch batch_;
+  std::array<TrianglePair, DistanceBatch::kRoom> pairs_;
+};
+
 }  // namespace
 
 MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, const Pose& X_AB,
@@ -30,28 +73,10 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     return boxes.at_least(tree_A.nodes[pair.a].box, tree_B.nodes[pair.b].box);
   };
   result.at_least = search.limit;
-  DistanceBatch batch;
-  std::array<TrianglePair, DistanceBatch::kRoom> pairs;
-  const auto add = [&](const TrianglePair& pair) {
-    pairs[batch.n] = pair;
-    batch.add(corners_of(shape_A.mesh, pair.a), corners_of(shape_B.mesh, pair.b));
-  };
-  const auto measure_added = [&] {
-    measure(X_AB, batch);
-    for (size_t i = 0; i < batch.n; ++i) {
-      const double distance = std::sqrt(batch.distance_squared[i]);
-      if (!(distance < result.at_least)) continue;
-      result.found = true;
-      result.nearest = {pairs[i], measured(batch, i)};
-      result.at_least = distance;
-    }
-    batch.n = 0;
-  };
+  PairBatch batch(shape_A.mesh, shape_B.mesh, X_AB);
   if (search.witness != nullptr) {
-    HAPTIC_ASSERT(search.witness->a < shape_A.mesh.triangles.size());
-    HAPTIC_ASSERT(search.witness->b < shape_B.mesh.triangles.size());
-    add(*search.witness);
-    measure_added();
+    batch.add(*search.witness);
+    batch.measure_into(result);
   }
   const auto is_too_near = [&] { return result.found && result.at_least < search.least; };
   // each level replaces one branch by two
@@ -63,12 +88,8 @@ MeshDistance mesh_distance(const MeshShape& shape_A, const MeshShape& shape_B, c
     if (!(branch.at_least < search.share * result.at_least)) continue;
     const ObbNode &a = tree_A.nodes[branch.nodes.a], &b = tree_B.nodes[branch.nodes.b];
     if (a.count > 0 && b.count > 0) {
-      for (uint32_t j = 0; j < b.count; ++j) {
-        for (uint32_t i = 0; i < a.count; ++i) {
-          add({tree_A.order[a.first + i], tree_B.order[b.first + j]});
-        }
-      }
-      measure_added();
+      batch.add_leaves(tree_A, a, tree_B, b);
+      batch.measure_into(result);
       continue;
     }
     std::array<NodePair, 2> halves = opened(branch.nodes, tree_A, tree_B);

@@ -31,9 +31,9 @@ struct Constrained6State {
 /// 2. Velocity: springs and dampers of the coupling are implicit, A = M + h B + h² K, symmetric
 ///    (derivatives of lever arm and springs by rotation are left out), A v_free = M v + h F, F
 ///    their wrench; then CoulombSolver with least normal speeds −(gap_k + J_k x)/h relative to
-///    the moving object. With RigidSolver::kLcp pivoting instead, which answers the same without
-///    friction; where it fails (contacts that contradict each other, or nearly the same one twice)
-///    CoulombSolver takes its place.
+///    the moving object. With RigidSolver::kLcp pivoting instead, without friction: the same to
+///    rounding where rows are well apart; rows that are nearly parallel count as one (lcp.h). Where
+///    pivoting fails, CoulombSolver takes its place.
 /// 3. x += h v.
 ///
 /// The hand feels the coupling. The gyroscopic torque is left out, so a spinning body keeps its
