@@ -40,20 +40,36 @@ void add_impulses(const BodySolution& solution, const TickScene& scene, double d
   }
 }
 
-/// Velocity, at the proxy, of the object that pushes it hardest.
-Vec3 surface_of(const BodySolution& solution, const TickScene& scene) {
+/// The object that pushes the proxy hardest; kNoObject if none does.
+uint32_t carrier_of(const BodySolution& solution) {
   double hardest = 0;
-  Vec3 v_W;
-  for (size_t i = 0; i < kMaxObjects; ++i) {
+  uint32_t carrier = kNoObject;
+  for (uint32_t i = 0; i < kMaxObjects; ++i) {
     const double push = norm(solution.push_W[i].f);
-    if (!(push > hardest)) continue;
-    hardest = push;
-    v_W = velocity_at(scene.V_WO[i], solution.proxy.X_WT.p - scene.X_WO[i].p);
+    if (push > hardest) hardest = push, carrier = i;
   }
-  return v_W;
+  return carrier;
 }
 
 }  // namespace
+
+void limit_step(const ServoModel& model, ServoState& state, const TickScene& scene,
+                const Pose& X_WT, BodySolution& solution) {
+  // contacts that do not count any more, or not yet, are not held either
+  if (!solution.finite || !(scene.weight > 0)) {
+    state.continuity = {};
+    return;
+  }
+  const uint32_t giver = state.continuity.carrier;
+  const Coupling& k = state.coupling;
+  const Wrench F_W = limit_force_step(state.continuity,
+                                      {solution.F_hand_W, X_WT, carrier_of(solution),
+                                       k.translational_stiffness, k.rotational_stiffness, model.dt},
+                                      scene.X_WO);
+  const Wrench added_W = F_W + -solution.F_hand_W;
+  if (giver < kMaxObjects) solution.push_W[giver] = solution.push_W[giver] + added_W;
+  solution.F_hand_W = F_W;
+}
 
 VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& state) {
   VirtualCoupling coupling = model.body.coupling;
@@ -74,7 +90,10 @@ Rendered rendered_body(const ServoModel& model, const ServoState& state, const T
   out.X_WP = solution.proxy.X_WT;
   out.V_WP = solution.proxy.V_WT;
   out.F_W = solution.F_hand_W;
-  out.surface_W = surface_of(solution, scene);
+  if (const uint32_t carrier = carrier_of(solution); carrier != kNoObject) {
+    const Vec3 arm_W = solution.proxy.X_WT.p - scene.X_WO[carrier].p;
+    out.surface_W = velocity_at(scene.V_WO[carrier], arm_W);
+  }
   out.held_back_W = solution.held_back_W;
   out.n_pushing = solution.n_pushing;
   out.finite = solution.finite;
@@ -103,7 +122,11 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
     scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
                      : proxy.max_travel += hand_travel(proxy.tool, state, frame.X_WT);
   }
-  const BodySolution solution = solve_soft_proxy(proxy, keep<SoftProxyState>(state.proxy), tick);
+  BodySolution solution = solve_soft_proxy(proxy, keep<SoftProxyState>(state.proxy), tick);
+  // without a coupling the hand feels the contacts' own stiffness, which no bound is known of
+  if (proxy.solver != SoftSolver::kDirect) {
+    limit_step(model, state, scene, frame.X_WT, solution);
+  }
   return rendered_body(model, state, scene, solution);
 }
 

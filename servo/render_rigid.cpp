@@ -42,8 +42,9 @@ Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInp
   tick.weight = scene.weight;
   tick.dt = model.dt;
   const auto renderer = static_cast<Renderer>(contacts.renderer);
-  const BodySolution solution =
+  BodySolution solution =
       solve(proxy_model(model, state, contacts), state, row_of(renderer).solver, tick);
+  limit_step(model, state, scene, frame.X_WT, solution);
   return rendered_body(model, state, scene, solution);
 }
 

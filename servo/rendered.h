@@ -45,6 +45,11 @@ VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& sta
 /// The tool that contact has baked, else the session's.
 RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts);
 
+/// Rate-limits the step of the force since the last tick (servo/safety/force_continuity.h). What is
+/// added comes from the object that carried the tool then.
+void limit_step(const ServoModel& model, ServoState& state, const TickScene& scene,
+                const Pose& X_WT, BodySolution& solution);
+
 /// What a solver of a body came to, and the opposite of what the objects pushed it with, which they
 /// are pushed with, about their origins.
 Rendered rendered_body(const ServoModel& model, const ServoState& state, const TickScene& scene,

@@ -121,6 +121,7 @@ Rendered render(const ServoModel& model, ServoState& state, const ServoInput& in
     if (is_rigid(renderer)) return render_rigid(model, state, input, scene, frame);
     if (is_of_body(renderer)) return render_body(model, state, input, scene, frame);
   }
+  state.continuity = {};
   return render_point(model, state, input, scene, frame);
 }
 
@@ -171,6 +172,7 @@ void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput
   // where nothing is felt nothing holds
   if ((frame.flags & kServoClosed) != 0) {
     state.proxy.emplace<std::monostate>();
+    state.continuity = {};
     frame.held_back_W = {};
   }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps

@@ -7,6 +7,7 @@
 #include "proto/wire/wire.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/coupling.h"
+#include "servo/safety/force_continuity.h"
 #include "servo/safety/safety.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/god_object6.h"
@@ -46,6 +47,7 @@ struct ServoState {
   CouplingRamp ramp;
   Renderer renderer = Renderer::kGodObject3;  // wanted
   ProxyState proxy;                           // of the solver in use
+  ForceContinuity continuity;                 // of the renderers of a body
   ContactSolvers contact_solvers;             // of the rigid ones; nothing to forget
   ContactAge age;
   SafetyState safety;

@@ -25,19 +25,23 @@ constexpr double kPushSpeed = 0.05;  // [m/s]
 constexpr double kLeastPush = 0.01;  // [N]; weaker pushes are not evaluated
 constexpr double kSlantGoal = 1e-9;  // tangential over normal force, at most
 constexpr uint64_t kFreeTicks = 500, kPushTicks = 300;  // duration of both tests
+constexpr std::array kFrictions{std::pair{0.0, ""}, std::pair{0.05, ", friction 0.05"},
+                                std::pair{0.3, ", friction 0.3"}};
+constexpr size_t kManyTriangles = 10000;
 constexpr std::array kJudged{Renderer::kGodObject6, Renderer::kConstrained6};
 
 bool is_massless(Renderer renderer) {
   return renderer == Renderer::kGodObject6;
 }
 
-RigidJudge judge_of(const RigidScene& scene, Renderer renderer) {
-  const SessionConfig config = rigid_session(scene, renderer);
+RigidJudge judge_of(const RigidScene& scene, Renderer renderer, double friction) {
+  const SessionConfig config = rigid_session(scene, renderer, friction);
   RigidJudgeOptions options;
   options.springs = {kStiffness, kTurnStiffness};
   options.margin = god_object_options(config, tool_body(scene.tool.mesh, config.tool)).margin;
   options.dt = 1 / config.servo_rate;
   options.is_massless = is_massless(renderer);
+  options.has_friction = friction > 0;
   return RigidJudge(scene.object, scene.tool, options);
 }
 
@@ -57,7 +61,7 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
 
 }  // namespace
 
-SessionConfig rigid_session(const RigidScene& scene, Renderer renderer) {
+SessionConfig rigid_session(const RigidScene& scene, Renderer renderer, double friction) {
   SessionConfig config = plain_session(kStiffness);
   config.renderer = renderer;
   config.coupling.rotational_stiffness = kTurnStiffness;
@@ -66,30 +70,33 @@ SessionConfig rigid_session(const RigidScene& scene, Renderer renderer) {
     config.coupling.rotational_damping = kTurnDamping;
   }
   config.tool.mass = kMass;
+  MaterialConfig& material = config.objects[0].material;
+  material.friction_static = material.friction_dynamic = friction;
   assign(config.name, scene.name);
   return config;
 }
 
 void run_rigid(const RigidScene& scene, Renderer renderer, const std::function<Pose(double)>& path,
-               uint64_t ticks, const LockstepOptions& lockstep, const SeeTick& see) {
+               uint64_t ticks, const LockstepOptions& lockstep, const SeeTick& see,
+               double friction) {
   ContactShapes shapes(std::array{scene.object});
   shapes.bodies.tool = scene.tool;
   ScriptedHand hand(path);
-  Lockstep session(rigid_session(scene, renderer), shapes, hand, lockstep);
+  Lockstep session(rigid_session(scene, renderer, friction), shapes, hand, lockstep);
   for (uint64_t k = 0; k < ticks && session.step(); ++k) see(session.frame(), session.contacts());
 }
 
 RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEval& eval) {
   const ShakingHand hand(scene.home, scene.shaking, eval.seed);
-  RigidJudge judge = judge_of(scene, renderer);
+  RigidJudge judge = judge_of(scene, renderer, eval.friction);
   // the session starts at home, which is free, and the hand leaves from there
   const auto path = [&](double t) {
     constexpr double kLeave = 0.2;  // [s]
     const double share = std::clamp(t / kLeave, 0.0, 1.0);
     return moved(scene.home, share * way_between(scene.home, hand.at(t)));
   };
-  run_rigid(scene, renderer, path, eval.ticks, eval.lockstep,
-            [&](const ServoFrame& frame, const ContactSet* set) { judge.add(frame, set); });
+  const auto see = [&](const ServoFrame& frame, const ContactSet* set) { judge.add(frame, set); };
+  run_rigid(scene, renderer, path, eval.ticks, eval.lockstep, see, eval.friction);
   return judge;
 }
 
@@ -127,7 +134,7 @@ double slant_of_push(Renderer renderer, const LockstepOptions& lockstep) {
   return pressed > 0 ? most : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::vector<Row> eval_rigid(const RigidEval& eval) {
+std::vector<Row> eval_rigid(RigidEval eval) {
   Rows rows("rigid");
   rows.note("machine", machine_line());
   std::vector<RigidScene> scenes{peg_in_hole(kClearance), box_on_plate()};
@@ -141,7 +148,12 @@ std::vector<Row> eval_rigid(const RigidEval& eval) {
     rows.append(judge_plane(renderer, eval.lockstep));
     for (const RigidScene& scene : scenes) {
       const std::string name = std::string(row_of(renderer).name) + ", " + scene.name + ", shaken";
-      rows.append(shake_rigid(scene, renderer, eval).rows(name));
+      for (const auto& [friction, words] : kFrictions) {
+        // two scans take most of the time already
+        if (friction > 0 && scene.object.mesh.triangles.size() > kManyTriangles) continue;
+        eval.friction = friction;
+        rows.append(shake_rigid(scene, renderer, eval).rows(name + words));
+      }
     }
   }
   return rows.rows();

@@ -15,19 +15,21 @@ namespace haptic {
 struct RigidEval {
   uint64_t ticks = 4000;  // per scene
   uint64_t seed = 1;
-  std::string meshes;  // folder with bunny00.off; the scene is skipped without it
+  double friction = 0;  // of the object, static and dynamic
+  std::string meshes;   // folder with bunny00.off; the scene is skipped without it
   LockstepOptions lockstep;
 };
 
-/// The session of a scene: frictionless, 1000 N/m and 2 N·m/rad; mass and dampers only for
+/// The session of a scene: 1000 N/m and 2 N·m/rad; mass and dampers only for
 /// renderers that have them.
-SessionConfig rigid_session(const RigidScene& scene, Renderer renderer);
+SessionConfig rigid_session(const RigidScene& scene, Renderer renderer, double friction = 0);
 
 using SeeTick = std::function<void(const ServoFrame&, const ContactSet*)>;
 
 /// Servo, contact and sim in lockstep; `path` is the pose of the tool at time t [s].
 void run_rigid(const RigidScene& scene, Renderer renderer, const std::function<Pose(double)>& path,
-               uint64_t ticks, const LockstepOptions& lockstep, const SeeTick& see);
+               uint64_t ticks, const LockstepOptions& lockstep, const SeeTick& see,
+               double friction = 0);
 
 /// A hand shakes the tool against the object; every tick is checked.
 RigidJudge shake_rigid(const RigidScene& scene, Renderer renderer, const RigidEval& eval);
@@ -39,8 +41,9 @@ double force_in_free_space(Renderer renderer, const LockstepOptions& lockstep);
 /// frictionless plane.
 double slant_of_push(Renderer renderer, const LockstepOptions& lockstep);
 
-/// `hapt eval --suite rigid`: both renderers whose tool never enters an object, in every scene.
+/// `hapt eval --suite rigid`: both renderers whose tool never enters an object, in every scene,
+/// with each friction.
 /// Throws MeshError.
-std::vector<Row> eval_rigid(const RigidEval& eval);
+std::vector<Row> eval_rigid(RigidEval eval);
 
 }  // namespace haptic

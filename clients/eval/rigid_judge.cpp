@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "clients/eval/spectrum.h"
 
 namespace haptic {
 namespace {
@@ -15,9 +16,15 @@ constexpr double kJamMargins = 10;  // feasible motion of a jammed pose, in marg
 constexpr double kBandMargins = 8;  // band of triangle pairs around a resting pose, in margins
 constexpr double kAheadTicks = 2;   // ticks of hand motion for which contacts are known in advance
 constexpr int kPlacesAsked = 8;     // tested along the path when the force is missing
-constexpr double kAnyPush = std::numeric_limits<double>::infinity();  // no bound
-constexpr double kCone = 1e-6;                                        // of the force
-constexpr double kStepRounding = 1e-6;  // [N]; rounding allowed beyond the predicted step
+constexpr double kCone = 1e-6;      // of the force
+constexpr double kNoticed = 0.07;   // of the force: just noticeable (Pang, Tan & Durlach 1991)
+constexpr double kRough = 100;      // above it a force is felt as roughness [Hz]
+constexpr double kRougher = 1.1;    // than the exact force, at most
+
+/// Of the springs, a motion from the hand to the proxy.
+Wrench spring_of(const RigidPoseJudge::Springs& springs, const Twist& motion) {
+  return {springs.translational * motion.v, springs.rotational * motion.w};
+}
 
 }  // namespace
 
@@ -26,8 +33,8 @@ RigidJudge::RigidJudge(const MeshShape& object, const MeshShape& tool,
     : options_(options),
       poses_(object, tool, options.springs),
       metric_(
-          factor_metric(spring_matrix(options.springs.translational, options.springs.rotational))),
-      fading_(static_cast<size_t>(std::ceil(options.blend_time / options.dt)) + 1) {}
+          factor_metric(spring_matrix(options.springs.translational, options.springs.rotational))) {
+}
 
 double RigidJudge::size_of(const Wrench& F_W) const {
   return spring_force(F_W, options_.springs.translational, options_.springs.rotational);
@@ -49,44 +56,39 @@ void RigidJudge::judge_pose(const ContactSet& set) {
   found_.jammed_poses += left.is_known && is_stuck && left.length > kJamMargins * options_.margin;
 }
 
-void RigidJudge::judge_cone(const ServoFrame& frame, const ContactSet& set) {
+void RigidJudge::judge_cone(const ContactSet& set, const Wrench& spring_W) {
   rows_.clear();
-  for (const std::vector<Push>& kept : pushes_) {
-    for (const Push& push : kept) {
-      // a faded contact moves with the tool, a rate-limited one keeps its old arm
-      rows_.push_back(contact_row(rotate(set.X_WG.q, push.tool_point_T), push.normal_W, 0, 0));
-      rows_.push_back(contact_row(push.arm_W, push.normal_W, 0, 0));
-    }
+  for (uint32_t i = 0; i < set.n_contacts; ++i) {
+    const Contact& c = set.contacts[i];
+    rows_.push_back(contact_row(rotate(set.X_WG.q, c.tool_point_T), c.normal_O, 0, 0));
   }
-  const Twist unexplained = response(metric_, frame.F_coupling_W);
+  const Twist unexplained = response(metric_, spring_W);
   const Twist left = least_constraint(metric_, -1.0 * unexplained, rows_).a;
   const double share = poses_.length_of(left) / poses_.length_of(unexplained);
   found_.off_cone = std::max(found_.off_cone, share);
 }
 
-/// How far the contacts would push the last proxy if all were enforced at once [m].
-double RigidJudge::let_in(const ContactSet& set) {
-  rows_.clear();
-  for (uint32_t i = 0; i < set.n_contacts; ++i) {
-    const Contact& c = set.contacts[i];
-    const Vec3 r_W = rotate(set.X_WG.q, c.tool_point_T);
-    const double gap = dot(c.normal_O, set.X_WG.p + r_W - c.object_point_O);
-    rows_.push_back(contact_row(r_W, c.normal_O, gap, kAnyPush));
-  }
-  const Twist last = way_between(set.X_WG, last_.X_WP);
-  return poses_.length_of(least_constraint(metric_, last, rows_).a - last);
+void RigidJudge::judge_limit(const ServoFrame& frame, const Wrench& spring_W) {
+  const Twist last = response(metric_, last_.F_coupling_W);
+  const Twist now = response(metric_, frame.F_coupling_W);
+  const Twist whole = response(metric_, spring_W) - last;
+  const double length = poses_.length_of(whole);
+  const double share = length > 0 ? std::min(poses_.length_of(now - last) / length, 1.0) : 0;
+  const double longest = std::max(size_of(spring_W), size_of(last_.F_coupling_W));
+  if (!(longest > kFelt)) return;
+  const double k_T = options_.springs.translational;
+  const double beside = k_T * poses_.length_of(now - last - share * whole);
+  found_.beside = std::max(found_.beside, beside / longest);
 }
 
-void RigidJudge::judge_step(const ServoFrame& frame, const ContactSet& set) {
-  const Wrench &now = frame.F_coupling_W, &before = last_.F_coupling_W;
-  const double step = size_of({now.f - before.f, now.t - before.t});
-  const double k_T = options_.springs.translational;
-  const double hand = k_T * poses_.length_of(way_between(last_.X_WT, frame.X_WT));
-  const double in = k_T * let_in(set);
-  const double out = std::max(size_of(now), *std::max_element(fading_.begin(), fading_.end()));
-  const double blend = options_.dt / options_.blend_time * (in + out);
-  found_.largest_step = std::max(found_.largest_step, step);
-  found_.beyond_step = std::max(found_.beyond_step, step - hand - blend);
+void RigidJudge::note_force(const Wrench& felt_W, const Wrench& reference_W) {
+  if (!felt_W_.empty()) {
+    found_.reference_step =
+        std::max(found_.reference_step, size_of(reference_W + -last_reference_W_));
+  }
+  last_reference_W_ = reference_W;
+  felt_W_.push_back(felt_W.f);
+  reference_W_.push_back(reference_W.f);
 }
 
 /// Whether the tool would be inside somewhere on its way to the hand, except near its end, where
@@ -101,16 +103,18 @@ bool RigidJudge::is_passed(const Pose& X_WG, const Twist& way, const Twist& hand
   return false;
 }
 
-void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set) {
+void RigidJudge::judge_force(const ServoFrame& frame, const ContactSet& set,
+                             const Wrench& spring_W) {
   const Twist hand = way_between(last_.X_WT, frame.X_WT), way = way_between(set.X_WG, frame.X_WT);
-  const double force = size_of(frame.F_coupling_W);
+  const double band = kBandMargins * options_.margin + kAheadTicks * poses_.length_of(hand);
+  const WayLeft left = poses_.way_left(set.X_WG, frame.X_WT, options_.margin, band);
+  note_force(frame.F_coupling_W,
+             left.is_known ? spring_of(options_.springs, left.motion - way) : spring_W);
+  const double force = size_of(spring_W);
   const double proxy = poses_.length_of(way_between(last_.X_WP, frame.X_WP));
   const bool is_felt = force > kFelt, is_slow = proxy < kJamShare * poses_.length_of(hand);
   const double apart = options_.springs.translational * poses_.length_of(way);
-  if (is_felt ? !is_slow : apart <= kJamForce) return;
-  const double band = kBandMargins * options_.margin + kAheadTicks * poses_.length_of(hand);
-  const WayLeft left = poses_.way_left(set.X_WG, frame.X_WT, options_.margin, band);
-  if (!left.is_known) return;
+  if (!left.is_known || (is_felt ? !is_slow : apart <= kJamForce)) return;
   const double exact = options_.springs.translational * poses_.length_of(way - left.motion);
   found_.jammed_ticks += is_felt && force - exact > kJamForce;
   found_.fallen += !is_felt && exact > kJamForce && is_passed(set.X_WG, way, hand);
@@ -127,20 +131,26 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
   found_.felt += force > kFelt;
   if (set != nullptr && (!has_set_ || set->seq != last_seq_)) {
     judge_pose(*set);
-    std::vector<Push>& kept = pushes_[set->seq % kSetsKept];
-    kept.clear();
-    for (uint32_t i = 0; i < set->n_contacts; ++i) {
-      const Contact& c = set->contacts[i];
-      kept.push_back({c.tool_point_T, c.normal_O, rotate(set->X_WG.q, c.tool_point_T)});
-    }
     last_X_WG_ = set->X_WG;
     last_seq_ = set->seq;
     has_set_ = true;
   }
-  if (set != nullptr && options_.is_massless && force > kFelt) judge_cone(frame, *set);
-  if (has_frame_ && set != nullptr) judge_step(frame, *set);
-  if (has_frame_ && set != nullptr && options_.is_massless) judge_force(frame, *set);
-  fading_[found_.ticks % fading_.size()] = force;
+  if (has_frame_) {
+    const Wrench step_W = frame.F_coupling_W + -last_.F_coupling_W;
+    found_.largest_step = std::max(found_.largest_step, size_of(step_W));
+  }
+  if (set != nullptr && options_.is_massless) {
+    // motions from the verified pose, as their rotation vectors do not add up
+    const Wrench spring_W = spring_of(
+        options_.springs, way_between(set->X_WG, frame.X_WP) - way_between(set->X_WG, frame.X_WT));
+    if (has_frame_) judge_limit(frame, spring_W);
+    if (!options_.has_friction) {
+      if (size_of(spring_W) > kFelt) judge_cone(*set, spring_W);
+      if (has_frame_) judge_force(frame, *set, spring_W);
+    } else {
+      note_force(frame.F_coupling_W, spring_W);
+    }
+  }
   last_ = frame;
   has_frame_ = true;
 }
@@ -153,7 +163,6 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   const auto none = [&](const std::string& metric, uint64_t n) {
     rows.add(metric, static_cast<double>(n), "", 0, n == 0);
   };
-  const bool is_massless = options_.is_massless;
   count("ticks", found_.ticks);
   count("ticks with a force", found_.felt);
   none("ticks not finite", found_.not_finite);
@@ -165,15 +174,27 @@ std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   count("too near to be judged", found_.unknown);
   none("jammed though there is way left", found_.jammed_poses);
   rows.add("force, max", found_.largest_force, "N");
-  if (is_massless) {
+  if (options_.is_massless && !options_.has_friction) {
     none("ticks jammed against all pairs", found_.jammed_ticks);
     none("ticks fallen through", found_.fallen);
-    rows.add("force outside the cone of the contacts, max", found_.off_cone, "of it", kCone,
+    rows.add("spring outside the cone of the contacts, max", found_.off_cone, "of it", kCone,
              found_.off_cone <= kCone);
   }
-  rows.add("step of force in a tick, max", found_.largest_step, "N");
-  rows.add_if(is_massless, "step beyond hand and blending, max", found_.beyond_step, "N",
-              kStepRounding, found_.beyond_step <= kStepRounding);
+  if (!options_.is_massless) {
+    rows.add("step of force in a tick, max", found_.largest_step, "N");
+    return rows.rows();
+  }
+  rows.add("force not between the last and the spring's, max", found_.beside, "of it", kCone,
+           found_.beside <= kCone);
+  const double step = std::max(found_.reference_step, kNoticed * found_.largest_force);
+  rows.add("step of the exact force in a tick, max", found_.reference_step, "N");
+  rows.add("step of force in a tick, max", found_.largest_step, "N", step,
+           found_.largest_step <= step);
+  const double exact = rms_above(reference_W_, 1 / options_.dt, kRough);
+  const double rough = rms_above(felt_W_, 1 / options_.dt, kRough);
+  rows.add("exact force above 100 Hz, root mean square", exact, "N");
+  rows.add("force above 100 Hz, root mean square", rough, "N", kRougher * exact,
+           rough <= kRougher * exact);
   return rows.rows();
 }
 

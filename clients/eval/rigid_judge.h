@@ -16,9 +16,8 @@ struct RigidJudgeOptions {
   RigidPoseJudge::Springs springs;  // of the coupling
   double margin = 0;                // distance the tool keeps from surfaces [m]
   double dt = 1e-3;                 // [s]
-  double blend_time = 3e-3;         // in which the servo fades contacts in and out [s]
-  // no mass, no damper: the force is due to contacts only, and cone, steps and jams have goals
-  bool is_massless = true;
+  bool is_massless = true;          // nor damped: springs and contacts alone make the force
+  bool has_friction = false;
 };
 
 /// Checks in every tick a session of a tool that must never enter its object, which is fixed in W.
@@ -31,11 +30,16 @@ struct RigidJudgeOptions {
 ///  - Falls (tunnelling): there is no force, although all pairs of triangles within reach of the
 ///    hand give more than 0.1 N, and the tool would be inside at one of eight poses on the way to
 ///    the hand, not counting the last part (0.1 N, or one tick of motion).
-///  - Cone: the part of the force that no non-negative combination of the contacts explains,
-///    relative to the force; fading contacts count.
-///  - Steps: |ΔF| minus the part due to the hand's motion and the fading of contacts,
-///    k_T |Δhand| + dt/blend_time (F_out + F_in). F_out is the largest force of this tick and the
-///    blend_time before it, F_in that of all contacts of the set on the last proxy at once.
+///  - Cone: the part of the spring between hand and proxy that no non-negative combination of the
+///    set's contacts explains, relative to it.
+///  - Between: how far the force lies from the segment between the last force and this spring, by
+///    which a rate limit may hold it back, relative to the longer of them.
+///  - Steps: the largest |ΔF| in a tick, compared with that of the exact force, which the springs
+///    make by all pairs of triangles near each verified pose; with friction, with that of the
+///    spring. A step that the exact force does not have is
+///    felt as one beyond the just noticeable difference, 7 % of the force (Pang, Tan & Durlach
+///    1991).
+///  - Spectrum: root mean square of the force above 100 Hz, compared with the exact force.
 class RigidJudge {
  public:
   /// Keeps views of the shapes, which must outlive it.
@@ -50,30 +54,26 @@ class RigidJudge {
     uint64_t ticks = 0, felt = 0, not_finite = 0;
     uint64_t poses = 0, inside = 0, unsettled = 0, placed_anew = 0;
     uint64_t held = 0, jammed_poses = 0, jammed_ticks = 0, fallen = 0, unknown = 0;
-    double largest_force = 0, off_cone = 0;    // [N], of the force
-    double largest_step = 0, beyond_step = 0;  // [N]
+    double largest_force = 0, off_cone = 0, beside = 0;  // [N], of the force
+    double largest_step = 0, reference_step = 0;         // [N]
   };
   const Found& found() const { return found_; }
 
  private:
-  static constexpr size_t kSetsKept = 8;
-  struct Push {
-    Vec3 tool_point_T, normal_W, arm_W;  // arm_W: at the time of the set
-  };
   double size_of(const Wrench& F_W) const;
   void judge_pose(const ContactSet& set);
-  void judge_cone(const ServoFrame& frame, const ContactSet& set);
-  double let_in(const ContactSet& set);
-  void judge_step(const ServoFrame& frame, const ContactSet& set);
+  void judge_cone(const ContactSet& set, const Wrench& spring_W);
+  void judge_limit(const ServoFrame& frame, const Wrench& spring_W);
+  void note_force(const Wrench& felt_W, const Wrench& reference_W);
   bool is_passed(const Pose& X_WG, const Twist& way, const Twist& hand) const;
-  void judge_force(const ServoFrame& frame, const ContactSet& set);
+  void judge_force(const ServoFrame& frame, const ContactSet& set, const Wrench& spring_W);
 
   RigidJudgeOptions options_;
   RigidPoseJudge poses_;
   MotionMetric metric_;
-  std::vector<double> fading_;  // forces [N] of the ticks whose contacts may still be fading out
   Found found_;
-  std::array<std::vector<Push>, kSetsKept> pushes_;  // of the last sets
+  std::vector<Vec3> felt_W_, reference_W_;  // force of each tick
+  Wrench last_reference_W_;
   bool has_set_ = false, has_frame_ = false;
   uint64_t last_seq_ = 0;
   Pose last_X_WG_;

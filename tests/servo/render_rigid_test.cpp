@@ -3,6 +3,8 @@
 // contacts.
 #include <limits>
 
+#include "servo/safety/force_continuity.h"
+#include "tests/support/near.h"
 #include "tests/support/rigid_tick.h"
 #include "tests/support/servo_tick.h"
 
@@ -99,6 +101,66 @@ TEST_CASE("servo: what a rigid tool meets without the hand's motion comes slowly
   }
   CHECK(last > 1);
   CHECK((f.flags & kServoSlewing) == 0);
+}
+
+TEST_CASE("servo: contacts that come and go at once are felt as a ramp", "[servo][trap]") {
+  Session session(*floor_set(Renderer::kGodObject6));
+  const double depth = 5e-3, full = kStiffness * depth, most = kMostForceRate * session.model.dt;
+  session.set().n_contacts = 0;
+  double before = session.tick({0, 0, -depth}).F_coupling_W.f.z;
+  CHECK(before == 0);
+  const auto follow = [&](int ticks, double target) {
+    for (int i = 0; i < ticks; ++i) {
+      const double now = session.tick({0, 0, -depth}).F_coupling_W.f.z;
+      REQUIRE(std::fabs(now - before) <= most * (1 + 1e-9));
+      REQUIRE(std::fabs(target - now) <= std::fabs(target - before));
+      before = now;
+    }
+    CHECK(before == Approx(target));
+  };
+  session.set().n_contacts = 4;
+  follow(static_cast<int>(full / most) + 1, full);
+  // the surface moves up and down from one set to the next
+  for (const double height : {3e-3, -3e-3}) {
+    session.set().X_WG.p.z = height;
+    for (uint32_t i = 0; i < 4; ++i) session.set().contacts[i].object_point_O.z = height;
+    follow(20, full + kStiffness * height);
+  }
+  session.set().n_contacts = 0;
+  follow(20, 0);
+  CHECK(before == 0);
+}
+
+TEST_CASE("servo: a plane in place of another turns the force, with friction too",
+          "[servo][trap]") {
+  // 4 N on a floor that becomes a ramp: where planes meet at a sharp angle the proxy slides far
+  const double depth = 5e-3, full = kStiffness * depth;
+  const double angle = GENERATE(0.5, 0.7, 1.0, 1.3), mu = GENERATE(0.0, 0.05, 0.3);
+  const Vec3 slope{std::sin(angle), 0, std::cos(angle)};
+  auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
+  floor->renderer = ramp->renderer = static_cast<uint32_t>(Renderer::kGodObject6);
+  Session session(*floor);
+  MaterialConfig& material = session.model.virtual_proxy.materials[0];
+  material.friction_static = material.friction_dynamic = mu;
+  for (int i = 0; i < 20; ++i) session.tick({0, 0, -depth * std::min(i / 10.0, 1.0)});
+  Vec3 before = session.tick({0, 0, -depth}).F_device_B.f;
+  CHECK_THAT(before, IsNear({0, 0, full}, 1e-6));
+  session.set() = *ramp;
+  double largest = 0;
+  ServoFrame f{};
+  for (int i = 0; i < 40; ++i) {
+    f = session.tick({0, 0, -depth});
+    largest = std::max(largest, norm(f.F_device_B.f - before));
+    before = f.F_device_B.f;
+  }
+  CAPTURE(angle, mu);
+  CHECK(largest <= 1.33);
+  // in the end it is the force of the ramp alone: at the edge of its cone, or where it was held
+  const double normal = dot(before, slope);
+  const double tangential = norm(before - normal * slope);
+  CHECK(normal > 0);
+  CHECK(tangential <= mu * normal * (1 + 1e-6) + 1e-9);
+  CHECK(normal == Approx(full * slope.z).epsilon(1e-6));
 }
 
 TEST_CASE("servo: friction of a rigid tool is its object's, and contact hears of it", "[servo]") {

@@ -19,9 +19,9 @@ Mat6 mass_of(const RigidBody& tool, const Quat& q_WC) {
 /// The problem of this tick, about C at X_WG.
 struct Problem {
   RigidContacts contacts;
-  Pose X_WGC;                                     // centre of mass at X_WG
-  Vec3 arm_W;                                     // from the tool's origin to C there
-  std::array<MotionRow, kMaxRigidContacts> rows;  // relaxed towards the hand; objects one tick ago
+  Pose X_WGC;                                // centre of mass at X_WG
+  Vec3 arm_W;                                // from the tool's origin to C there
+  std::array<MotionRow, kMaxContacts> rows;  // relaxed towards the hand; objects one tick ago
   Twist hand;
   Twist V_carrier_W;
   MotionMetric metric;  // the body's mass and inertia
@@ -66,7 +66,7 @@ Twist project_back(const RigidProxyModel& model, const RigidProxyTick& tick, con
                    BodyMotion& body) {
   const Twist at = way_between(problem.X_WGC, body.X_WC);
   const double share = model.blend_time > tick.dt ? tick.dt / model.blend_time : 1;
-  std::array<MotionRow, kMaxRigidContacts> rows;
+  std::array<MotionRow, kMaxContacts> rows;
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     rows[i] = eased(problem.rows[i], at, share);
   }
@@ -101,7 +101,7 @@ FreeStep free_step(const RigidProxyModel& model, const RigidProxyTick& tick, con
 /// Contacts of the velocity step, body at `at`, relative to the carrier object. Gaps are those
 /// before the objects moved.
 void pose_contacts(const Problem& problem, const Twist& at, double h,
-                   std::array<FrictionContact, kMaxRigidContacts>& out) {
+                   std::array<FrictionContact, kMaxContacts>& out) {
   for (size_t i = 0; i < problem.contacts.size; ++i) {
     const RigidContact& c = problem.contacts.contacts[i];
     const double gap = std::max(dot(problem.rows[i].J, at) - problem.rows[i].b, 0.0);
@@ -117,7 +117,7 @@ void pose_contacts(const Problem& problem, const Twist& at, double h,
 FrictionStep frictionless_step(LcpSolver& solver, const FreeStep& free,
                                std::span<const FrictionContact> contacts,
                                std::span<Vec3> impulses) {
-  std::array<MotionRow, kMaxRigidContacts> rows;
+  std::array<MotionRow, kMaxContacts> rows;
   for (size_t i = 0; i < contacts.size(); ++i) {
     const FrictionContact& c = contacts[i];
     rows[i] = {{c.normal, cross(c.r, c.normal)},
@@ -183,9 +183,9 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
 
   const Twist at = project_back(model, tick, problem, body);
   const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);
-  std::array<FrictionContact, kMaxRigidContacts> contacts;
+  std::array<FrictionContact, kMaxContacts> contacts;
   pose_contacts(problem, at, tick.dt, contacts);
-  std::array<Vec3, kMaxRigidContacts> impulses;
+  std::array<Vec3, kMaxContacts> impulses;
   const FrictionStep step =
       velocity_step(model.solver, solvers, {free.metric, free.v - problem.V_carrier_W},
                     {contacts.data(), problem.contacts.size}, impulses);

@@ -10,8 +10,8 @@ namespace haptic {
 /// Memory of the solvers that RigidProxyModel::solver chooses from; nothing persists in them. Only
 /// the constructor allocates.
 struct ContactSolvers {
-  CoulombSolver coulomb{kMaxRigidContacts};
-  LcpSolver lcp{kMaxRigidContacts};
+  CoulombSolver coulomb{kMaxContacts};
+  LcpSolver lcp{kMaxContacts};
 };
 
 /// What persists from tick to tick.

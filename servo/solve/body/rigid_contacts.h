@@ -10,8 +10,6 @@
 namespace haptic {
 
 inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see least_constraint
-// of a set, and those that fade after it
-inline constexpr size_t kMaxRigidContacts = kMaxContacts + kMaxCarrying;
 // programs after which no round of friction begins: a jam is given up; the last one may take more
 inline constexpr int kMaxFrictionSolves = 40;
 inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
@@ -30,7 +28,7 @@ struct RigidContact {
 };
 
 struct RigidContacts {
-  std::array<RigidContact, kMaxRigidContacts> contacts;
+  std::array<RigidContact, kMaxContacts> contacts;
   size_t size = 0;
   Pose X_WG;                     // carried along with `carrier`
   uint32_t carrier = kNoObject;  // the object of the first contact
@@ -45,7 +43,7 @@ using Slides = std::array<bool, kMaxObjects>;
 struct RigidProxyModel {
   VirtualCoupling coupling;
   RigidBody tool;
-  double blend_time = 3e-3;  // over which what appears or goes at once is let in or out [s]
+  double blend_time = 3e-3;  // in which constrained6 leaves rows that have moved into it [s]
   std::span<const MaterialConfig> materials;   // none: all are frictionless and smooth
   std::span<const HeightImage> images;         // of their textures
   RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
@@ -77,8 +75,8 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
 /// J·a ≥ −gap for motions from X_WG about a point displaced by `about_W` from the tool's origin.
 MotionRow row_of(const RigidContact& contact, const Vec3& about_W);
 
-/// The row let out until only `share` is left of what a motion violates it by. With the hand as
-/// the motion the force fades with the share; with the last proxy what is new comes in gradually.
+/// The row relaxed until only `share` is left of what a motion violates it by. With the hand as
+/// the motion, the force fades with the share.
 MotionRow eased(MotionRow row, const Twist& motion, double share);
 
 /// Whether a contact slips: how fast its point moves beside the normal [m/s], relative to the

@@ -82,7 +82,7 @@ TEST_CASE("eval rigid: planted faults are found", "[lab][trap]") {
   REQUIRE(right.felt > 0);
   CHECK(right.inside == 0);
   CHECK(right.off_cone <= 1e-6);
-  CHECK(right.beyond_step <= 1e-6);
+  CHECK(right.beside <= 1e-6);
   CHECK(right.jammed_ticks == 0);
   CHECK(right.jammed_poses == 0);
   CHECK(right.fallen == 0);
@@ -93,9 +93,13 @@ TEST_CASE("eval rigid: planted faults are found", "[lab][trap]") {
         [&](ServoFrame& frame, ContactSet&) { frame.F_coupling_W = frame.F_coupling_W + by; });
   };
   const double force = right.largest_force;
-  CHECK(pushed({{0, 0, 3 * force}, {}}).beyond_step > 0.5 * force);
-  CHECK(pushed({{0.1 * force, 0, 0}, {}}).off_cone > 1e-3);
-  CHECK(pushed({{0, 0, -2 * force}, {}}).off_cone > 0.1);
+  CHECK(pushed({{0, 0, 3 * force}, {}}).largest_step > 2 * force);
+  CHECK(pushed({{0.1 * force, 0, 0}, {}}).beside > 1e-3);
+  const auto led = [&](const Vec3& by) {
+    return falsified([&](ServoFrame& frame, ContactSet&) { frame.X_WP.p += by; });
+  };
+  CHECK(led({1e-4 * force, 0, 0}).off_cone > 1e-3);
+  CHECK(led({0, 0, -2e-3 * force}).off_cone > 0.1);
   CHECK(falsified([](ServoFrame& frame, ContactSet&) {
           frame.F_coupling_W = {};
           frame.X_WP = frame.X_WT;

@@ -163,32 +163,6 @@ TEST_CASE("god-object6: a tight peg moves freely along its hole", "[servo][trap]
   CHECK(free.F_hand_W == Wrench{});
 }
 
-TEST_CASE("god-object6: what is new is let in over some ticks, what is gone let out",
-          "[servo][trap]") {
-  const double depth = 5e-3, k = 800;
-  RigidLoop loop = god_object();
-  loop.model.coupling = {k, 0, 2, 0, 0, 0};
-  const auto none = rigid_set({}, {});
-  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
-  const double largest = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
-  double before = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
-  CHECK(before == 0);
-  for (int i = 0; i < 60; ++i) {
-    const double now = loop.hold(at({0, 0, -depth}), *floor).F_hand_W.f.z;
-    REQUIRE(now >= before);
-    REQUIRE(now - before <= largest);
-    before = now;
-  }
-  CHECK(before == Approx(k * depth).epsilon(1e-6));
-  for (int i = 0; i < 3; ++i) {
-    const double now = loop.hold(at({0, 0, -depth}), *none).F_hand_W.f.z;
-    REQUIRE(now < before);
-    REQUIRE(before - now <= largest);
-    before = now;
-  }
-  CHECK(loop.hold(at({0, 0, -depth}), *none).F_hand_W == Wrench{});
-}
-
 TEST_CASE("god-object6: another feature of the same surface changes nothing", "[servo][trap]") {
   // slides over facets: a new contact and a new verified pose each tick
   RigidLoop loop = god_object();
@@ -204,89 +178,6 @@ TEST_CASE("god-object6: another feature of the same surface changes nothing", "[
     if (i > 0) REQUIRE(std::fabs(out.F_hand_W.f.z - before) < 1e-9);
     before = out.F_hand_W.f.z;
   }
-}
-
-TEST_CASE("god-object6: a verified pose that jumps does not step the force", "[servo][trap]") {
-  const double depth = 5e-3, jump = 3e-3, k = 800;
-  RigidLoop loop = god_object();
-  const double step = k * depth * loop.tick.dt / loop.model.blend_time + 1e-9;
-  const Pose hand = at({0, 0, -depth});
-  double before = loop.hold(hand, *rigid_set({}, corners_on_floor(0.02, 0))).F_hand_W.f.z;
-  CHECK(before == Approx(k * depth));
-  // the surface moves up and down from tick to tick
-  for (const double height : {jump, -jump, 0.0}) {
-    const auto set = rigid_set(at({0, 0, height}), corners_on_floor(0.02, 0));
-    for (int i = 0; i < 60; ++i) {
-      const double now = loop.hold(hand, *set).F_hand_W.f.z;
-      REQUIRE(std::fabs(now - before) <= step * (depth + 2 * jump) / depth);
-      before = now;
-    }
-    CHECK(before == Approx(k * (depth + height)).epsilon(1e-6));
-  }
-}
-
-TEST_CASE("god-object6: let out of one plane the proxy does not slide along another at once",
-          "[servo][trap]") {
-  const double depth = 5e-3, k = 800;
-  const double angle = GENERATE(0.5, 0.7, 1.0, 1.3);
-  RigidLoop loop = god_object();
-  loop.model.coupling = {k, 0, 2, 0, 0, 0};
-  const Vec3 slope{std::sin(angle), 0, std::cos(angle)};
-  const auto floor = rigid_set({}, {{{}, {0, 0, 1}, 0}}), ramp = rigid_set({}, {{{}, slope, 0}});
-  const Pose hand = at({0, 0, -depth});
-  Vec3 before = loop.hold(hand, *floor).F_hand_W.f;
-  CHECK_THAT(before, IsNear({0, 0, k * depth}, 1e-9));
-  // the proxy lies on both planes, so nothing is faded in
-  const double most = k * depth * loop.tick.dt / loop.model.blend_time;
-  for (int i = 0; i < 12; ++i) {
-    const BodySolution out = loop.hold(hand, *ramp);
-    const Vec3 now = out.F_hand_W.f;
-    CAPTURE(angle, i, now);
-    REQUIRE(norm(now - before) <= (1 + 1e-8) * most);
-    // the rate-limited part is a force as well: the spring's, caused by an object
-    REQUIRE_THAT(now, IsNear(k * (out.proxy.X_WT.p - hand.p), 1e-9));
-    REQUIRE_THAT(out.push_W[0].f, IsNear(now, 1e-9));
-    before = now;
-  }
-  CHECK_THAT(before, IsNear(k * depth * slope.z * slope, 1e-6));
-}
-
-TEST_CASE("god-object6: what is put off goes along with the object that carried it", "[servo]") {
-  // the same in a frame at rest and in a moving, rotating one: off centre, with torques
-  const Twist V{{0.2, -0.1, 0.3}, {2, -3, 1}};
-  const Vec3 slope{std::sin(0.6), 0, std::cos(0.6)};
-  const auto floor = rigid_set({}, {{{0.02, 0.01, 0}, {0, 0, 1}, 0}});
-  const auto ramp = rigid_set({}, {{{0.02, 0.01, 0}, slope, 0}, {{-0.02, 0, 0.01}, slope, 1e-3}});
-  const auto none = rigid_set({}, {});
-  const Pose hand{{0, 0, -5e-3}, from_rotation_vector({0.05, -0.02, 0.01})};
-  RigidLoop still = god_object(), moving = god_object();
-  size_t pushed_by_none = 0;
-  for (int i = 0; i < 20; ++i) {
-    const ContactSet& set = i < 2 ? *floor : i < 4 ? *ramp : *none;
-    const BodySolution here = still.hold(hand, set);
-    const Pose X_WO = extrapolate({}, V, 1e-3 * i);
-    ContactSet carried = set;
-    carried.X_WO[0] = X_WO;
-    carried.X_WG = X_WO * set.X_WG;
-    moving.tick.X_WO[0] = X_WO;
-    moving.tick.V_WO[0] = V;
-    const Pose X_WT = X_WO * hand;
-    const BodySolution there =
-        moving.step(ToolMotion{X_WT, {velocity_at(V, X_WT.p - X_WO.p), V.w}}, carried);
-    CAPTURE(i, here.F_hand_W.f, here.F_hand_W.t);
-    // without contact nothing carries the tool: it keeps its place in the world
-    if (&set == none.get()) {
-      pushed_by_none += here.F_hand_W != Wrench{} ? 1 : 0;
-      continue;
-    }
-    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.f), IsNear(here.F_hand_W.f, 1e-8));
-    REQUIRE_THAT(rotate(conjugate(X_WO.q), there.F_hand_W.t), IsNear(here.F_hand_W.t, 1e-9));
-    REQUIRE_THAT(there.push_W[0].f, IsNear(there.F_hand_W.f, 1e-9));
-  }
-  // the last contacts fade out within some ticks, and then there is no force
-  CHECK(pushed_by_none >= 2);
-  CHECK(pushed_by_none <= 6);
-  CHECK(still.hold(hand, *none).F_hand_W == Wrench{});
 }
 
 TEST_CASE("god-object6: contacts fade with their age, without a step", "[servo][trap]") {
@@ -424,7 +315,7 @@ TEST_CASE("god-object6: a moving object takes the proxy along", "[servo]") {
     loop.tick.V_WO[0] = V;
     const Twist V_WT{velocity_at(V, X_WT.p - X_WO.p), V.w};
     const BodySolution out = loop.step(ToolMotion{X_WT, V_WT}, *set);
-    REQUIRE_THAT(out.F_hand_W.f, IsNear(rotate(X_WO.q, {0, 0, 1.6}), 1e-9));
+    REQUIRE_THAT(out.F_hand_W.f, IsNear(rotate(X_WO.q, {0, 0, 1.6}), 1e-8));
     REQUIRE_THAT(out.F_hand_W.t, IsNear({}, 1e-9));
     const Vec3 proxy_O = inverse(X_WO) * out.proxy.X_WT.p;
     REQUIRE_THAT(proxy_O, IsNear({0, 0, 0.02}, 1e-9));
@@ -504,15 +395,15 @@ TEST_CASE("god-object6: whatever contact says, force and proxy are bounded by th
       failed += out.converged ? 0 : 1;
       REQUIRE(is_finite(out.proxy.X_WT));
       REQUIRE(std::fabs(dot(out.proxy.X_WT.q, out.proxy.X_WT.q) - 1) < 1e-12);
-      // the last contacts may be felt for a few more ticks
-      if (out.n_pushing == 0 && out.F_hand_W == Wrench{}) {
+      if (out.n_pushing == 0) {
+        REQUIRE(out.F_hand_W == Wrench{});
         REQUIRE(out.proxy.X_WT == hand);
         continue;
       }
       ++pushed;
       // it is the spring to the proxy, to second order in the rotation
       const Twist way = way_between(hand, out.proxy.X_WT);
-      REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-9));
+      REQUIRE_THAT(out.F_hand_W.f, IsNear(800 * way.v, 1e-8));
       REQUIRE_THAT(out.F_hand_W.t, IsNear(2 * way.w, 0.1));
       // and the sum of what the objects push
       const Wrench sum = out.push_W[0] + out.push_W[1];
@@ -564,22 +455,6 @@ TEST_CASE("god-object6: a wall ahead does not brake before it is touched", "[ser
     const BodySolution out = loop.step(ToolMotion{at({x, 0, -1e-3}), {{0.2, 0, 0}, {}}}, *set);
     if (x < ahead) REQUIRE(std::fabs(out.F_hand_W.f.x) < 1e-12);
     if (x > ahead) REQUIRE(out.F_hand_W.f.x < -0.2 * 2 * 0.9);
-  }
-}
-
-TEST_CASE("god-object6: what goes while it fades is let out from where it is", "[servo]") {
-  const double depth = 5e-3, k = 800;
-  RigidLoop loop = god_object();
-  const auto floor = rigid_set({}, corners_on_floor(0.02, 0));
-  const Pose hand = at({0, 0, -depth});
-  loop.tick.weight = 0.5;
-  double before = loop.hold(hand, *floor).F_hand_W.f.z;
-  CHECK(before == Approx(0.5 * k * depth));
-  const auto none = rigid_set({}, {});
-  for (int i = 0; i < 3; ++i) {
-    const double now = loop.hold(hand, *none).F_hand_W.f.z;
-    CHECK(before - now == Approx(0.5 * k * depth / 3));
-    before = now;
   }
 }
 
