@@ -107,13 +107,7 @@ Rendered render_body(const ServoModel& model, ServoState& state, const ServoInpu
                      const TickScene& scene, const ServoFrame& frame) {
   HAPTIC_ASSERT(input.contacts != nullptr && model.dt > 0);
   const ContactSet& contacts = *input.contacts;
-  SoftProxyTick tick;
-  tick.hand = {frame.X_WT, frame.V_WT};
-  tick.contacts = &contacts;
-  tick.carry.X_WO = scene.X_WO;
-  tick.carry.V_WO = scene.V_WO;
-  tick.carry.weight = scene.weight;
-  tick.dt = model.dt;
+  const SoftProxyTick tick{scene, {frame.X_WT, frame.V_WT}, &contacts, model.dt};
   SoftProxyModel proxy = proxy_model(model, state, contacts);
   if (proxy.max_travel > 0) {
     // what contact has seen ahead is for all the ticks since

@@ -60,7 +60,7 @@ Rendered render_point(const ServoModel& model, ServoState& state, const ServoInp
   if (input.contacts != nullptr && is_renderer(input.contacts->renderer)) {
     const auto renderer = static_cast<Renderer>(input.contacts->renderer);
     proxy = solve_proxy(model, state, row_of(renderer).solver,
-                        {*input.contacts, scene.X_WO, frame.X_WT.p, scene.weight, 0, {}});
+                        {*input.contacts, scene, frame.X_WT.p, 0, {}});
   }
 
   // the spring is here: this tick's tool pose, no queue in between

@@ -34,13 +34,7 @@ Rendered render_rigid(const ServoModel& model, ServoState& state, const ServoInp
                       const TickScene& scene, const ServoFrame& frame) {
   HAPTIC_ASSERT(input.contacts != nullptr && model.dt > 0);
   const ContactSet& contacts = *input.contacts;
-  RigidProxyTick tick;
-  tick.hand = {frame.X_WT, frame.V_WT};
-  tick.contacts = &contacts;
-  tick.X_WO = scene.X_WO;
-  tick.V_WO = scene.V_WO;
-  tick.weight = scene.weight;
-  tick.dt = model.dt;
+  const RigidProxyTick tick{scene, {frame.X_WT, frame.V_WT}, &contacts, model.dt};
   const auto renderer = static_cast<Renderer>(contacts.renderer);
   BodySolution solution =
       solve(proxy_model(model, state, contacts), state, row_of(renderer).solver, tick);

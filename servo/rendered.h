@@ -7,13 +7,6 @@
 
 namespace haptic {
 
-/// The objects at this tick, and how much of the contacts is left.
-struct TickScene {
-  std::array<Pose, kMaxObjects> X_WO;
-  std::array<Twist, kMaxObjects> V_WO;
-  double weight = 1;  // of the contacts, by their age
-};
-
 /// What a renderer makes of a tick, before safety.
 struct Rendered {
   Pose X_WP;                  // the proxy

@@ -28,6 +28,17 @@ using haptic::test::plane;
 using haptic::test::set_of;
 using haptic::test::step_armed;
 
+namespace {
+
+/// For a point without friction, objects at the origin.
+PointProxySolution point_proxy(const ContactSet& set, const Vec3& tool_W) {
+  haptic::PlanesInForce planes;
+  const haptic::TickScene at_origin;
+  return haptic::solve_point_proxy({set, at_origin, tool_W, 0, {}}, planes);
+}
+
+}  // namespace
+
 TEST_CASE("servo: plane force is k times depth, exact", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0.01, 0.02, 0.003})});
   ServoState state;
@@ -72,13 +83,13 @@ TEST_CASE("servo: a corner of small facets holds although the tool is deep in bo
           "[servo]") {
   // extents far below the depth: the proxy is in the corner, so both planes push in full
   const auto set = set_of({plane({1, 0, 0}, {0, 0, 0}, 5e-4), plane({0, 1, 0}, {0, 0, 0}, 5e-4)});
-  const PointProxySolution s = solve_point_proxy(*set, {}, {-3e-3, -5e-3, 0}, 1);
+  const PointProxySolution s = point_proxy(*set, {-3e-3, -5e-3, 0});
   CHECK_THAT(s.proxy_W, IsNear({0, 0, 0}, 1e-15));
 }
 
 TEST_CASE("servo: over-constraint trap", "[servo][trap]") {
   const auto set = set_of({plane({0, 1, 0}, {}, 1), plane({0.6, 0.8, 0}, {}, 1)});
-  const PointProxySolution s = solve_point_proxy(*set, {}, {0.1, -1, 0}, 1);
+  const PointProxySolution s = point_proxy(*set, {0.1, -1, 0});
   CHECK_THAT(s.proxy_W, IsNear({0.1, 0, 0}, 1e-12));
   CHECK(s.n_active == 1);
 }
@@ -87,7 +98,7 @@ TEST_CASE("servo: ghost wall trap: beyond its extent a plane gives no force", "[
   const auto set = set_of({plane({0, 0, 1}, {}, 1e-3)});
   const double depth = 0.5e-3;
   auto force_at = [&](double x) {
-    return 1000 * norm(solve_point_proxy(*set, {}, {x, 0, -depth}, 1).proxy_W - Vec3{x, 0, -depth});
+    return 1000 * norm(point_proxy(*set, {x, 0, -depth}).proxy_W - Vec3{x, 0, -depth});
   };
   CHECK(force_at(0.9e-3) == Approx(0.5));
   CHECK(force_at(1.2e-3) == 0);

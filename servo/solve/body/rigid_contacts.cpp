@@ -18,25 +18,15 @@ Pose carried_pose(const ContactSet& set, const RigidProxyTick& tick, uint32_t ob
   return {X_WG.p, normalized(X_WG.q)};
 }
 
-RigidContact carried(const Contact& c, const RigidProxyTick& tick, const Pose& X_WG) {
-  const Pose& X_WO = tick.X_WO[c.object];
-  RigidContact contact;
-  contact.tool_point_T = c.tool_point_T;
-  contact.r_W = rotate(X_WG.q, c.tool_point_T);
-  contact.normal_W = rotate(X_WO.q, c.normal_O);
-  const bool shaded = norm_squared(c.shading_normal_O) > 0 && c.shading_normal_O != c.normal_O;
-  contact.shading_W = shaded ? rotate(X_WO.q, c.shading_normal_O) : contact.normal_W;
-  contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - X_WO * c.object_point_O);
-  contact.weight = tick.weight;
-  contact.V_W = object_twist(tick, c.object, X_WG.p);
-  contact.object = c.object;
-  contact.material = c.material;
+RigidContact posed(const CarriedContact& carried, const RigidProxyModel& model,
+                   const RigidProxyTick& tick, const Slides& slides, const Pose& X_WG) {
+  RigidContact contact{carried, rotate(X_WG.q, carried.tool_point_T), 0, 0, {}};
+  const Vec3 tool_W = X_WG.p + contact.r_W;
+  contact.gap = dot(contact.normal_W, tool_W - contact.point_W);
+  contact.weight = weight_at(carried, tick.weight, {&tool_W, 1});
+  contact.friction = friction_of(model, slides, contact.material);
+  contact.V_W = object_twist(tick, contact.object, X_WG.p);
   return contact;
-}
-
-bool is_sound(const RigidContact& c) {
-  return is_finite(c.r_W) && is_finite(c.normal_W) && is_finite(c.shading_W) &&
-         std::isfinite(c.gap) && is_finite(c.V_W);
 }
 
 }  // namespace
@@ -59,7 +49,7 @@ double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t 
 
 RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
                                    const Slides& slides) {
-  HAPTIC_ASSERT(tick.contacts != nullptr && tick.weight <= 1);
+  HAPTIC_ASSERT(tick.contacts != nullptr);
   const ContactSet& set = *tick.contacts;
   RigidContacts out;
   out.X_WG = set.X_WG;
@@ -69,13 +59,12 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
     out.X_WG = carried_pose(set, tick, out.carrier);
   }
   out.finite = is_finite(out.X_WG) && is_finite(tick.hand.X_WT) && is_finite(tick.hand.V_WT);
-  for (size_t i = 0; i < n && out.finite; ++i) {
-    const Contact& c = set.contacts[i];
-    out.finite = c.object < kMaxObjects;
-    if (!out.finite) break;
-    out.contacts[i] = carried(c, tick, out.X_WG);
-    out.contacts[i].friction = friction_of(model, slides, c.material);
-    out.finite = is_sound(out.contacts[i]);
+  const CarriedContacts carried = carry_contacts(set, tick);
+  out.finite = out.finite && carried.finite;
+  for (size_t i = 0; i < carried.size && out.finite; ++i) {
+    const RigidContact& c = out.contacts[i] =
+        posed(carried.contacts[i], model, tick, slides, out.X_WG);
+    out.finite = is_finite(c.r_W) && std::isfinite(c.gap) && is_finite(c.V_W);
   }
   // contacts too old to be felt are checked all the same
   out.size = out.finite && tick.weight > 0 ? n : 0;

@@ -6,6 +6,7 @@
 #include "proto/config/config.h"
 #include "proto/math/motion_metric.h"
 #include "servo/solve/body/virtual_coupling.h"
+#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
@@ -14,17 +15,13 @@ inline constexpr size_t kMaxCarrying = 6;  // rows that carry a motion, see leas
 inline constexpr int kMaxFrictionSolves = 40;
 inline constexpr uint32_t kNoObject = kMaxObjects;  // the world itself carries
 
-/// A contact of a tool that never enters an object, carried to this tick, the tool at X_WG.
-struct RigidContact {
-  Vec3 tool_point_T;
-  Vec3 r_W;           // that point, from the tool's origin
-  Vec3 normal_W;      // unit, from object to tool
-  Vec3 shading_W;     // the same where nothing is shaded
-  double gap = 0;     // along the normal; negative: they overlap [m]
-  double weight = 1;  // share that is left of what the hand violates it by
+/// A contact of a tool that never enters an object, the tool at X_WG. The weight is the share that
+/// is left of what the hand violates it by.
+struct RigidContact : CarriedContact {
+  Vec3 r_W;        // the tool's point, from the tool's origin
+  double gap = 0;  // along the normal; negative: they overlap [m]
   double friction = 0;
   Twist V_W;  // of the object, at the tool's origin
-  uint32_t object = 0, material = 0;
 };
 
 struct RigidContacts {
@@ -49,13 +46,10 @@ struct RigidProxyModel {
   RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
 };
 
-struct RigidProxyTick {
+struct RigidProxyTick : TickScene {
   ToolMotion hand;
   const ContactSet* contacts = nullptr;
-  std::array<Pose, kMaxObjects> X_WO;   // this tick
-  std::array<Twist, kMaxObjects> V_WO;  // this tick
-  double weight = 1;                    // of the contacts, by their age
-  double dt = 1e-3;                     // [s]
+  double dt = 1e-3;  // [s]
 };
 
 /// Twist of an object at a place; none of the world.

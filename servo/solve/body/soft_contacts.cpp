@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "proto/math/assert.h"
-#include "servo/solve/point/rim_weight.h"
 
 namespace haptic {
 namespace {
@@ -35,22 +34,10 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
   return product(to_new, product(K, to_old));
 }
 
-SoftContact carried(const Contact& c, const RigidBody& tool, const SoftCarry& carry) {
-  const Pose& X_WO = carry.X_WO[c.object];
-  const Twist& V_WO = carry.V_WO[c.object];
-  SoftContact contact;
-  contact.tool_point_C = c.tool_point_T - tool.centre_T;
-  contact.object_point_W = X_WO * c.object_point_O;
-  contact.normal_W = rotate(X_WO.q, c.normal_O);
-  contact.velocity_W = velocity_at(V_WO, contact.object_point_W - X_WO.p);
-  contact.stiffness = carry.weight * (c.stiffness > 0 ? c.stiffness : carry.stiffness);
-  contact.damping = carry.weight * carry.damping;
-  return contact;
-}
-
-bool is_sound(const SoftContact& c) {
-  return is_finite(c.tool_point_C) && is_finite(c.object_point_W) && is_finite(c.normal_W) &&
-         is_finite(c.velocity_W) && std::isfinite(c.stiffness);
+SoftContact spring_of(const CarriedContact& c, const RigidBody& tool, const SoftCarry& carry) {
+  const double stiffness = c.stiffness > 0 ? c.stiffness : carry.stiffness;
+  return {c.tool_point_T - tool.centre_T, c.point_W, c.normal_W, c.velocity_W, c.weight * stiffness,
+          c.weight * carry.damping};
 }
 
 bool all_finite(const Mat6& m) {
@@ -117,23 +104,13 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
                                  const SoftCarry& carry) {
   SoftContacts out;
   if (!(carry.weight > 0)) return out;
-  HAPTIC_ASSERT(carry.weight <= 1 && carry.stiffness >= 0 && carry.damping >= 0);
-  out.size = std::min<size_t>(set.n_contacts, kMaxContacts);
+  HAPTIC_ASSERT(carry.stiffness >= 0 && carry.damping >= 0);
+  out.carried = carry_contacts(set, carry);
+  out.finite = out.carried.finite;
+  out.size = out.carried.size;
   for (size_t i = 0; i < out.size; ++i) {
-    const Contact& c = set.contacts[i];
-    if (c.object >= kMaxObjects) out.finite = false;
-    if (!out.finite) break;
-    out.contacts[i] = carried(c, tool, carry);
-    out.objects[i] = c.object;
-    const Vec3 away_O = norm_squared(c.shading_normal_O) > 0 ? c.shading_normal_O : c.normal_O;
-    out.away_W[i] = rotate(carry.X_WO[c.object].q, away_O);
-    out.finite =
-        is_sound(out.contacts[i]) && is_finite(out.away_W[i]) && std::isfinite(c.stiffness);
-    if (c.object == set.wrench_object) out.n_springs = i + 1;
-  }
-  if (!out.finite) {
-    out.size = 0;
-    return out;
+    out.contacts[i] = spring_of(out.carried.contacts[i], tool, carry);
+    if (out.carried.contacts[i].object == set.wrench_object) out.n_springs = i + 1;
   }
   if (set.trust_radius > 0) {
     carry_rest(set, tool, carry, out);
@@ -142,15 +119,11 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
   return out;
 }
 
-void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts) {
-  HAPTIC_ASSERT(contacts.size <= set.contacts.size());
+void fade_past_extent(const Pose& X_WC, SoftContacts& contacts) {
   for (size_t i = 0; i < contacts.size; ++i) {
-    const double extent = set.contacts[i].extent;
-    if (!(extent > 0)) continue;
     SoftContact& c = contacts.contacts[i];
-    const Vec3 way_W = X_WC * c.tool_point_C - c.object_point_W;
-    const double along = norm(way_W - dot(way_W, c.normal_W) * c.normal_W);
-    const double weight = rim_weight(along, extent);
+    const Vec3 tool_W = X_WC * c.tool_point_C;
+    const double weight = weight_at(contacts.carried.contacts[i], 1, {&tool_W, 1});
     c.stiffness *= weight;
     c.damping *= weight;
   }
@@ -174,8 +147,8 @@ BodyWrench rest_wrench(const SoftContacts& contacts, const RigidBody& tool, cons
   const Vec3 force_end_W = rest_at(contacts, tool, end.X_WC).F_W.f;
   double force_share = share;
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    const double pull = -dot(force_end_W, contacts.away_W[i]);
-    const double most = kMostOfSprings * dot(springs_W, contacts.away_W[i]);
+    const double pull = -dot(force_end_W, contacts.carried.contacts[i].shading_W);
+    const double most = kMostOfSprings * dot(springs_W, contacts.carried.contacts[i].shading_W);
     if (most > 0 && force_share * pull > most) force_share = most / pull;
   }
   rest = rest_at(contacts, tool, X_WC);
@@ -193,7 +166,7 @@ BodyWrench brake_wrench(const SoftContacts& contacts, const BodyMotion& body) {
   const Vec3 v_O_W = velocity_at(V_WO, body.X_WC.p - contacts.X_WO_brake.p);
   const Wrench F = contacts.B * Twist{body.V_WC.v - v_O_W, body.V_WC.w - V_WO.w};
   for (size_t i = 0; i < contacts.n_springs; ++i) {
-    if (dot(F.f, contacts.away_W[i]) < 0) return brake;
+    if (dot(F.f, contacts.carried.contacts[i].shading_W) < 0) return brake;
   }
   brake.F_W = F;
   brake.by_twist = contacts.B;

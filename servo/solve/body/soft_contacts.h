@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/wire/wire.h"
 #include "servo/solve/body/soft_contact.h"
+#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
 /// The contacts of a soft proxy this tick: one-sided springs, and the rest of the linearised
 /// wrench.
 struct SoftContacts {
-  std::array<SoftContact, kMaxContacts> contacts;
-  std::array<uint32_t, kMaxContacts> objects;  // object of each contact
-  std::array<Vec3, kMaxContacts> away_W;       // unit normal of that object, pointing out of it
+  CarriedContacts carried;
+  std::array<SoftContact, kMaxContacts> contacts;  // made of these
   size_t size = 0;
   bool finite = true;
 
@@ -32,12 +31,9 @@ struct SoftContacts {
   std::span<const SoftContact> view() const { return {contacts.data(), size}; }
 };
 
-struct SoftCarry {
-  std::array<Pose, kMaxObjects> X_WO;   // at this tick
-  std::array<Twist, kMaxObjects> V_WO;  // at this tick
-  double weight = 1;                    // weight of the contacts by their age
-  double stiffness = 1000;              // of contacts that give none [N/m]
-  double damping = 0;                   // of each contact along its normal [N·s/m]
+struct SoftCarry : TickScene {
+  double stiffness = 1000;  // of contacts that give none [N/m]
+  double damping = 0;       // of each contact along its normal [N·s/m]
 };
 
 /// Carries a set to this tick. The contacts move with their objects, and so does the linearised
@@ -51,7 +47,7 @@ SoftContacts carry_soft_contacts(const ContactSet& set, const RigidBody& tool,
 /// Fades springs whose point has moved along the contact plane to more than Contact::extent (0:
 /// unknown, no bound), over a tenth of it, with the tool at X_WC: even with an old set nothing is
 /// felt past an edge.
-void fade_past_extent(const ContactSet& set, const Pose& X_WC, SoftContacts& contacts);
+void fade_past_extent(const Pose& X_WC, SoftContacts& contacts);
 
 /// The rest of the linearised wrench at X_WC: γ (F_rest + K_rest δ), δ the motion from X_WC0, cut
 /// at the trust radius. γ ≤ 1 is the push of the object's springs at `end` over their push at

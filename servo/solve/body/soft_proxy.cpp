@@ -15,10 +15,9 @@ void note_pushes(const SoftContacts& contacts, const RigidBody& tool, const Body
   const Vec3 arm_W = body.X_WC.p - out.proxy.X_WT.p;
   for (size_t i = 0; i < contacts.size; ++i) {
     const std::optional<ContactRow> row = pushing_row(contacts.contacts[i], body);
-    HAPTIC_ASSERT(contacts.objects[i] < kMaxObjects);
     if (!row) continue;
     ++out.n_pushing;
-    Wrench& sum = out.push_W[contacts.objects[i]];
+    Wrench& sum = out.push_W[contacts.carried.contacts[i].object];
     sum = sum + shift(row->push * row->unit, arm_W);
   }
   if (!contacts.has_rest) return;
@@ -101,12 +100,11 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   BodySolution out;
   SoftContacts contacts;
   if (tick.contacts != nullptr) {
-    SoftCarry carry = tick.carry;
-    carry.stiffness = model.contact_stiffness;
     // without mass and velocity, dampers have no effect and the rest of a wrench no counterweight
     const bool is_still = model.solver == SoftSolver::kQuasiStatic;
-    carry.damping = is_still ? 0 : model.contact_damping;
-    contacts = carry_soft_contacts(*tick.contacts, model.tool, carry);
+    contacts =
+        carry_soft_contacts(*tick.contacts, model.tool,
+                            {tick, model.contact_stiffness, is_still ? 0 : model.contact_damping});
     if (is_still) contacts.has_rest = contacts.has_brake = false;
   }
   out.finite = contacts.finite;
@@ -116,10 +114,10 @@ BodySolution solve_soft_proxy(const SoftProxyModel& model, SoftProxyState& state
   if (!out.finite) return out;
   std::optional<FreeSpace> space;
   if (tick.contacts != nullptr) {
-    space.emplace(*tick.contacts, model.tool, tick.carry.X_WO);
+    space.emplace(*tick.contacts, model.tool, tick.X_WO);
     const bool at_hand = model.solver == SoftSolver::kDirect;
     const ToolMotion& tool = at_hand ? tick.hand : state.proxy;
-    fade_past_extent(*tick.contacts, motion_of_centre(model.tool, tool).X_WC, contacts);
+    fade_past_extent(motion_of_centre(model.tool, tool).X_WC, contacts);
   }
   // a proxy with mass need not be where the hand is
   const bool is_massless = model.solver != SoftSolver::kPenaltyDynamics;

@@ -25,11 +25,10 @@ struct SoftProxyState {
   ToolMotion proxy;
 };
 
-struct SoftProxyTick {
+struct SoftProxyTick : TickScene {
   ToolMotion hand;
   const ContactSet* contacts = nullptr;  // null: none
-  SoftCarry carry;
-  double dt = 1e-3;  // [s]
+  double dt = 1e-3;                      // [s]
 };
 
 /// One tick. The proxy starts at the hand. Direct: F = Σ f, τ = Σ r × f of the contacts at the

@@ -5,20 +5,27 @@
 
 namespace haptic {
 
+HalfSpace relaxed(const CarriedContact& contact, double radius, const Vec3& tool_W) {
+  HAPTIC_ASSERT(contact.weight >= 0 && contact.weight <= 1 && radius >= 0);
+  const Vec3& n = contact.normal_W;
+  HalfSpace half_space{n, dot(n, contact.point_W) + radius};
+  const double depth = half_space.offset - dot(n, tool_W);
+  if (depth > 0 && contact.weight < 1) half_space.offset -= (1 - contact.weight) * depth;
+  return half_space;
+}
+
 PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForce& planes) {
-  HAPTIC_ASSERT(question.weight <= 1);
   PointProxySolution out;
   out.proxy_W = question.tool_W;
   planes.size = 0;
-  ContactPlanes carried;
-  out.finite = carry_planes(question.contacts, question.X_WO, question.radius, carried);
-  if (!out.finite || question.weight <= 0) return out;
+  CarriedContacts carried = carry_contacts(question.contacts, question.scene);
+  out.finite = carried.finite;
+  if (!out.finite || question.scene.weight <= 0) return out;
 
   const Vec3& tool_W = question.tool_W;
   planes.size = carried.size;
   for (size_t i = 0; i < carried.size; ++i) {
-    carried.planes[i].weight = question.weight;
-    planes.half_spaces[i] = relaxed(carried.planes[i], tool_W);
+    planes.half_spaces[i] = relaxed(carried.contacts[i], question.radius, tool_W);
   }
   PointProjection projection = project_onto_half_spaces(tool_W, planes.view());
 
@@ -26,11 +33,10 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
   const std::array<Vec3, 3> places_W{tool_W, projection.x, tool_W + question.held_back_W};
   bool faded = false;
   for (size_t i = 0; i < carried.size; ++i) {
-    ContactPlane& plane = carried.planes[i];
-    const double w = extent_weight(plane, places_W);
-    if (w >= 1) continue;
-    plane.weight = w * question.weight;
-    planes.half_spaces[i] = relaxed(plane, tool_W);
+    CarriedContact& contact = carried.contacts[i];
+    contact.weight = weight_at(contact, question.scene.weight, places_W);
+    if (contact.weight >= question.scene.weight) continue;
+    planes.half_spaces[i] = relaxed(contact, question.radius, tool_W);
     faded = true;
   }
   if (faded) projection = project_onto_half_spaces(tool_W, planes.view());
@@ -43,21 +49,14 @@ PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForc
     const auto k = static_cast<size_t>(projection.active[i]);
     HAPTIC_ASSERT(k < carried.size);
     const double multiplier = projection.multiplier[i];
-    out.pushes[i] = {carried.planes[k].object, static_cast<uint32_t>(k),
+    out.pushes[i] = {carried.contacts[k].object, static_cast<uint32_t>(k),
                      question.contacts.contacts[k].feature, planes.half_spaces[k],
                      multiplier * planes.half_spaces[k].normal};
     pushes += multiplier;
-    weighted += multiplier * carried.planes[k].weight;
+    weighted += multiplier * carried.contacts[k].weight;
   }
   out.share = pushes > 0 ? weighted / pushes : 0;
   return out;
-}
-
-PointProxySolution solve_point_proxy(const ContactSet& contacts,
-                                     const std::array<Pose, kMaxObjects>& X_WO, const Vec3& tool_W,
-                                     double weight) {
-  PlanesInForce planes;
-  return solve_point_proxy({contacts, X_WO, tool_W, weight, 0, {}}, planes);
 }
 
 }  // namespace haptic

@@ -3,7 +3,8 @@
 
 #include <array>
 
-#include "servo/solve/point/contact_planes.h"
+#include "proto/math/project_point.h"
+#include "servo/solve/carried_contacts.h"
 
 namespace haptic {
 
@@ -43,12 +44,15 @@ struct PlanesInForce {
 /// Input of a point solver.
 struct ProxyQuestion {
   const ContactSet& contacts;
-  const std::array<Pose, kMaxObjects>& X_WO;  // at this tick
+  const TickScene& scene;
   Vec3 tool_W;
-  double weight = 1;  // of the contacts, by their age
   double radius = 0;  // of the proxy [m]
   Vec3 held_back_W;   // offset by friction in the last tick, from the frictionless proxy
 };
+
+/// The plane of a contact, offset by the radius of the tool and moved towards it, so that only the
+/// contact's weight is left of the depth.
+HalfSpace relaxed(const CarriedContact& contact, double radius, const Vec3& tool_W);
 
 /// Nearest place of the tool's centre on the free side of the contact planes (god-object: radius
 /// 0). The planes are carried to this tick's poses of their objects and offset by the radius only,
@@ -58,10 +62,5 @@ struct ProxyQuestion {
 /// (in a corner the tool may be far along one wall only because it is deep in the other). Source:
 /// Zilles & Salisbury 1995; the solver is proto/math/project_point.h.
 PointProxySolution solve_point_proxy(const ProxyQuestion& question, PlanesInForce& planes);
-
-/// For a point of radius 0 without friction.
-PointProxySolution solve_point_proxy(const ContactSet& contacts,
-                                     const std::array<Pose, kMaxObjects>& X_WO, const Vec3& tool_W,
-                                     double weight);
 
 }  // namespace haptic

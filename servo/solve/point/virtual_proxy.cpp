@@ -23,7 +23,7 @@ std::array<Vec3, 3> shading_normals(const VirtualProxyModel& model, const Virtua
     const Contact& contact = question.contacts.contacts[push.contact];
     HAPTIC_ASSERT(push.object < kMaxObjects && push.contact < kMaxContacts);
     const TextureConfig& texture = material_of(model, contact).texture;
-    const Pose& X_WO = question.X_WO[push.object];
+    const Pose& X_WO = question.scene.X_WO[push.object];
     touch_point_O[i] = inverse(X_WO) * (solution.proxy_W - question.radius * push.plane.normal);
     if (contact.shading_normal_O == contact.normal_O && texture.kind == TextureKind::kNone) {
       normals_W[i] = push.plane.normal;
@@ -107,7 +107,7 @@ PointProxySolution solve_virtual_proxy(const VirtualProxyModel& model, VirtualPr
   mixture.law.stiffness = tick.stiffness;
   mixture.law.dt = tick.dt;
   Vec3 held_W = hold_by_friction(mixture.law, state.friction, question.tool_W, foot_W,
-                                 mixture.object, question.X_WO[mixture.object]);
+                                 mixture.object, question.scene.X_WO[mixture.object]);
   // in a corner, sliding along one wall may lead into another
   if (held_W != foot_W && solution.n_active > 1) {
     held_W = project_onto_half_spaces(held_W, planes.view()).x;

@@ -26,7 +26,7 @@ using haptic::test::tol;
 
 namespace {
 
-const std::array<Pose, haptic::kMaxObjects> kAtOrigin{};
+const haptic::TickScene kAtOrigin{};
 
 std::unique_ptr<ContactSet> planes_through(std::initializer_list<Vec3> normals) {
   auto set = std::make_unique<ContactSet>();
@@ -125,7 +125,7 @@ TEST_CASE("shading: with one plane the force points along the shading normal exa
     const Vec3 tool = -random.uniform(1e-4, 5e-3) * n + 0.1 * cross(n, random.direction());
     const auto set = planes_through({n});
     PlanesInForce planes;
-    const PointProxySolution s = solve_point_proxy({*set, kAtOrigin, tool, 1, 0, {}}, planes);
+    const PointProxySolution s = solve_point_proxy({*set, kAtOrigin, tool, 0, {}}, planes);
     const Vec3 proxy = shaded_proxy(s, planes, tool, {m, {}, {}});
     CAPTURE(n, m, tool);
     REQUIRE(std::fabs(dot(n, proxy)) <= tol(1e-15));
@@ -138,7 +138,7 @@ TEST_CASE("shading: it stays on the free side in a corner, and leans by 45 degre
   const auto set = planes_through({{1, 0, 0}, {0, 1, 0}});
   const Vec3 tool{-1e-3, -2e-3, 0};
   PlanesInForce planes;
-  const PointProxySolution s = solve_point_proxy({*set, kAtOrigin, tool, 1, 0, {}}, planes);
+  const PointProxySolution s = solve_point_proxy({*set, kAtOrigin, tool, 0, {}}, planes);
   const Vec3 lean = haptic::normalized(Vec3{1, 0.4, 0.2});
   const Vec3 proxy = shaded_proxy(s, planes, tool, {lean, {0, 1, 0}, {}});
   CHECK(proxy.x >= -tol(1e-15));
@@ -146,7 +146,7 @@ TEST_CASE("shading: it stays on the free side in a corner, and leans by 45 degre
 
   const auto floor = planes_through({{0, 0, 1}});
   const PointProxySolution flat =
-      solve_point_proxy({*floor, kAtOrigin, {0, 0, -1e-3}, 1, 0, {}}, planes);
+      solve_point_proxy({*floor, kAtOrigin, {0, 0, -1e-3}, 0, {}}, planes);
   const Vec3 steep = shaded_proxy(flat, planes, {0, 0, -1e-3}, {Vec3{1, 0, 0}, {}, {}});
   CHECK_THAT(steep, IsNear({1e-3, 0, 0}, 1e-12));
 }
@@ -193,8 +193,7 @@ TEST_CASE("texture: the steepest place on the way counts, not the last", "[servo
 TEST_CASE("direct: forces of several objects add, planes in front of the tool give none",
           "[servo]") {
   const auto set = planes_through({{0, 0, 1}, {1, 0, 0}, {0, 1, 0}});
-  const PointProxySolution s =
-      haptic::solve_direct({*set, kAtOrigin, {-2e-3, 5e-3, -1e-3}, 1, 0, {}});
+  const PointProxySolution s = haptic::solve_direct({*set, kAtOrigin, {-2e-3, 5e-3, -1e-3}, 0, {}});
   CHECK(s.n_active == 2);
   CHECK_THAT(s.proxy_W, IsNear({0, 5e-3, 0}, 1e-15));
 }

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/solve/carried_contacts.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "proto/math/assert.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kRim = 0.1;  // width of the fade at the extent, as a share of it
+
+CarriedContact carried(const Contact& c, const TickScene& scene) {
+  const Pose& X_WO = scene.X_WO[c.object];
+  CarriedContact contact;
+  contact.tool_point_T = c.tool_point_T;
+  contact.point_W = X_WO * c.object_point_O;
+  contact.normal_W = rotate(X_WO.q, c.normal_O);
+  const bool shaded = norm_squared(c.shading_normal_O) > 0 && c.shading_normal_O != c.normal_O;
+  contact.shading_W = shaded ? rotate(X_WO.q, c.shading_normal_O) : contact.normal_W;
+  contact.velocity_W = velocity_at(scene.V_WO[c.object], contact.point_W - X_WO.p);
+  contact.extent = c.extent;
+  contact.stiffness = c.stiffness;
+  contact.weight = scene.weight;
+  contact.object = c.object;
+  contact.material = c.material;
+  return contact;
+}
+
+bool is_sound(const CarriedContact& c) {
+  return is_finite(c.tool_point_T) && is_finite(c.point_W) && is_finite(c.normal_W) &&
+         is_finite(c.shading_W) && is_finite(c.velocity_W) && std::isfinite(c.extent) &&
+         std::isfinite(c.stiffness);
+}
+
+}  // namespace
+
+CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene) {
+  HAPTIC_ASSERT(scene.weight >= 0 && scene.weight <= 1);
+  CarriedContacts out;
+  const size_t n = std::min<size_t>(set.n_contacts, kMaxContacts);
+  for (size_t i = 0; i < n && out.finite; ++i) {
+    out.finite = set.contacts[i].object < kMaxObjects;
+    if (!out.finite) break;
+    out.contacts[i] = carried(set.contacts[i], scene);
+    out.finite = is_sound(out.contacts[i]);
+  }
+  out.size = out.finite ? n : 0;
+  return out;
+}
+
+double weight_at(const CarriedContact& contact, double age_weight, std::span<const Vec3> places_W) {
+  HAPTIC_ASSERT(!places_W.empty());
+  if (!(contact.extent > 0)) return age_weight;
+  double along = std::numeric_limits<double>::infinity();
+  for (const Vec3& place_W : places_W) {
+    const Vec3 way_W = place_W - contact.point_W;
+    along = std::min(along, norm(way_W - dot(contact.normal_W, way_W) * contact.normal_W));
+  }
+  const double rim = kRim * contact.extent, beyond = along - contact.extent;
+  if (beyond <= 0) return age_weight;
+  return beyond < rim ? age_weight * (1 - beyond / rim) : 0;
+}
+
+}  // namespace haptic

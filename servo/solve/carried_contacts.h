@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// A contact carried to the pose of its object at this tick.
+struct CarriedContact {
+  Vec3 tool_point_T;  // on the tool
+  Vec3 point_W;       // on the object
+  Vec3 normal_W;      // unit, from object to tool
+  Vec3 shading_W;     // normal that is felt; the same where nothing is shaded
+  Vec3 velocity_W;    // of the object at that point
+  double extent = 0;  // radius along the plane within which it stands for the surface; 0: any [m]
+  double stiffness = 0;  // 0: the session's [N/m]
+  double weight = 1;     // share that is felt of its depth, by age and extent
+  uint32_t object = 0, material = 0;
+};
+
+struct CarriedContacts {
+  std::array<CarriedContact, kMaxContacts> contacts;
+  size_t size = 0;
+  bool finite = true;  // false: a contact or the pose of its object was not, and there are none
+
+  std::span<CarriedContact> view() { return {contacts.data(), size}; }
+};
+
+/// The objects at this tick, and how much of the contacts is felt.
+struct TickScene {
+  std::array<Pose, kMaxObjects> X_WO;
+  std::array<Twist, kMaxObjects> V_WO;
+  double weight = 1;  // of the contacts, by their age
+};
+
+/// Moves each contact of a set along with its object, whatever its weight.
+CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene);
+
+/// The contact's weight, by the age of its set and the distance from its point along its plane to
+/// the nearest of the places: w = age · clamp(1 − (along − extent)/(extent/10), 0, 1). Nothing is
+/// felt past an edge, however old the set.
+double weight_at(const CarriedContact& contact, double age_weight, std::span<const Vec3> places_W);
+
+}  // namespace haptic
