@@ -64,7 +64,7 @@ void add_times(Rows& rows, const std::string& name, const std::vector<double>& b
   rows.add(name + ": max of the fastest rounds", percentile(best, 100), "s");
 }
 
-/// Of all queries, and of each kind.
+/// The times over all queries, and over those of each kind.
 void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& queries) {
   const std::vector<double> best = fastest(c, queries.size());
   add_times(rows, c.name, best);

@@ -34,7 +34,7 @@ struct Pair {
   BakedShape tool, object;
   VoxelConfig voxel;
   std::function<Pose(double t)> path;  // X_OT at time t [s]
-  std::function<Pose(double t)> deep;  // the same pressed in deep; empty: skipped
+  std::function<Pose(double t)> deep;  // the path pressed in deep; empty: skipped
 };
 
 BakedShape baked(const Soup& soup) {

@@ -64,7 +64,7 @@ void RigidJudge::judge_cone(const ServoFrame& frame, const ContactSet& set) {
   found_.off_cone = std::max(found_.off_cone, share);
 }
 
-/// How far the contacts would push the last proxy if all were enforced at once [m].
+/// Distance that the last proxy would move if all contacts were enforced at once [m].
 double RigidJudge::let_in(const ContactSet& set) {
   rows_.clear();
   for (uint32_t i = 0; i < set.n_contacts; ++i) {

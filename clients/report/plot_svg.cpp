@@ -75,7 +75,7 @@ double tick_step(const Range& range, int count) {
   return 10 * power;
 }
 
-/// As many decimals as the step needs, and a typographic minus.
+/// The number with as many decimals as the step needs, and a typographic minus.
 std::string tick_text(double value, double step) {
   const double magnitude = std::max(std::fabs(value), step);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
