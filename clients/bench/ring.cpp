@@ -265,7 +265,7 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   Rows rows("ServoFrame");
   // without real-time rights, or with a shared core, the figures are meaningless
   const auto judge = [&](const std::string& metric, double value, const char* unit, double goal) {
-    rows.add_if(rights.all(), metric, value, unit, goal, value <= goal);
+    rows.at_most(metric, value, unit, goal_if(rights.all(), goal));
   };
   rows.add("ServoFrame, bytes", sizeof(ServoFrame), "B");
   rows.add("publish every 10 µs, one fast reader p50", median(p50[0]), "s");
@@ -294,15 +294,14 @@ std::vector<Row> all_rows(int rounds) {
   cases.push_back(bench_size<1024>(rounds, rights));
   cases.push_back(bench_size<8192>(rounds, rights));
   cases.push_back(bench_publish(rounds, rights));
-  Rows rows("ring");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("ring");
   rows.note("pinned", rights.pin_refused ? "no: refused, or a single processor"
                                          : "writer and readers, each side to one processor");
   rows.note("rights", rights.refused != 0
                           ? std::string("SCHED_FIFO or locked memory refused (") +
                                 std::strerror(rights.refused) + "); " + kMendRealtime
                           : "SCHED_FIFO " + std::to_string(kFifo) + ", memory locked");
-  rows.add("rounds", rounds, "");
+  rows.add("rounds", rounds);
   for (const std::vector<Row>& some : cases) rows.append(some);
   return rows.rows();
 }

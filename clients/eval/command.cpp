@@ -101,8 +101,7 @@ void run_eval(const EvalOptions& options) {
   const EvalRun first = run_lockstep(config, shapes, options);
   const EvalRun second = run_lockstep(config, shapes, options);
   const std::string name(view(config.name));
-  Rows rows(name);
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows(name);
   rows.note("lockstep", "virtual time, contact every " +
                             std::to_string(options.lockstep.contact_period) + " ticks, " +
                             std::to_string(options.lockstep.contact_latency) + " late");

@@ -71,35 +71,28 @@ double EvalJudge::rms_error() const {
 
 std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals) const {
   Rows rows(name);
-  const auto count = [&](const std::string& metric, uint64_t n, bool judged) {
-    rows.add_if(judged, metric, static_cast<double>(n), "", 0, n == 0);
-  };
-  const auto bounded = [&](const std::string& metric, double value, const std::string& unit,
-                           double goal) {
-    rows.add_if(goal > 0, metric, value, unit, goal, value <= goal);
-  };
+  const auto no_jams = goal_if(goals.follows_oracle, 0);
   const double n = static_cast<double>(std::max<uint64_t>(ticks_, 1));
-  rows.add("ticks", static_cast<double>(ticks_), "");
-  rows.add("ticks in contact", static_cast<double>(touching_), "");
-  bounded("force error, rms", rms_error(), "N", goals.rms_force_error);
+  rows.add("ticks", ticks_);
+  rows.add("ticks in contact", touching_);
+  rows.at_most("force error, rms", rms_error(), "N", goals.rms_force_error);
   rows.add("force error, p99", percentile(trace_.error, 0.99), "N");
-  bounded("force error, max", worst_error_, "N", goals.max_force_error);
+  rows.at_most("force error, max", worst_error_, "N", goals.max_force_error);
   rows.add("ripple, rms", std::sqrt(squared_ripple_ / n), "N");
-  bounded("ripple, max", worst_ripple_, "N", goals.max_ripple);
-  count("jammed ticks", jammed_, goals.follows_oracle);
-  rows.add("longest jam, ticks", static_cast<double>(longest_jam_), "");
-  rows.add("longest stuck away from rest, ticks", static_cast<double>(longest_stuck_), "");
-  count("ticks fallen through", lost_, goals.follows_oracle);
-  rows.add_if(goals.follows_oracle, "verified proxy behind the surface, max", deepest_behind_, "m",
-              0, deepest_behind_ == 0);
-  count("ticks not in a local minimum", not_minimal_, goals.rests);
+  rows.at_most("ripple, max", worst_ripple_, "N", goals.max_ripple);
+  rows.at_most("jammed ticks", jammed_, "", no_jams);
+  rows.add("longest jam, ticks", longest_jam_);
+  rows.add("longest stuck away from rest, ticks", longest_stuck_);
+  rows.at_most("ticks fallen through", lost_, "", no_jams);
+  rows.at_most("verified proxy behind the surface, max", deepest_behind_, "m", no_jams);
+  rows.at_most("ticks not in a local minimum", not_minimal_, "", goal_if(goals.rests, 0));
   rows.add("force a step on towards the tool would change, max", largest_descent(), "N");
   rows.add("tool behind the surface, max", deepest_tool_, "m");
   rows.add("force, max", largest_force_, "N");
-  bounded("force held by the device, max", largest_held_, "N", goals.force_limit);
-  count("ticks not finite", not_finite_, true);
-  rows.add("ticks at a solver's limit", static_cast<double>(limits_), "");
-  rows.add("ticks without an answer of the oracle", static_cast<double>(oracle_open_), "");
+  rows.at_most("force held by the device, max", largest_held_, "N", goals.force_limit);
+  rows.none("ticks not finite", not_finite_);
+  rows.add("ticks at a solver's limit", limits_);
+  rows.add("ticks without an answer of the oracle", oracle_open_);
   return rows.rows();
 }
 

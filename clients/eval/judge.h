@@ -12,10 +12,8 @@ namespace haptic {
 
 /// Allowed differences between a run and the oracle.
 struct EvalGoals {
-  double max_force_error = 0;  // [N]; 0: no goal
-  double rms_force_error = 0;  // [N]; 0: no goal
-  double max_ripple = 0;       // [N]; 0: no goal
-  double force_limit = 0;      // of the device [N]
+  std::optional<double> max_force_error, rms_force_error, max_ripple;  // [N]
+  std::optional<double> force_limit;                                   // of the device [N]
   bool follows_oracle = true;  // jams and lost ticks have goals
   bool rests = false;          // goal: local minimum of |x − tool| in every tick
 };

@@ -168,12 +168,11 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
   const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
                                     [&](const ServoFrame& frame) { friction.add(frame); });
   const std::string name = case_name(eval);
-  Rows rows(name);
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows(name);
   rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
                             " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
-  rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
+  rows.add("triangles", subject.shape.mesh.triangles.size());
   const std::string why = why_no_answer(subject, judge);
   if (!why.empty()) rows.note(kNoAnswer, why);
   rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));

@@ -147,33 +147,26 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
 
 std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   Rows rows(case_name);
-  const auto count = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "");
-  };
-  const auto none = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
-  };
   const bool is_massless = options_.is_massless;
-  count("ticks", found_.ticks);
-  count("ticks with a force", found_.felt);
-  none("ticks not finite", found_.not_finite);
-  count("verified poses", found_.poses);
-  none("of them inside or meeting", found_.inside);
-  none("placed anew, or nowhere", found_.placed_anew);
-  count("held back by something", found_.held);
-  count("unsettled", found_.unsettled);
-  count("too near to be judged", found_.unknown);
-  none("jammed though there is way left", found_.jammed_poses);
+  rows.add("ticks", found_.ticks);
+  rows.add("ticks with a force", found_.felt);
+  rows.none("ticks not finite", found_.not_finite);
+  rows.add("verified poses", found_.poses);
+  rows.none("of them inside or meeting", found_.inside);
+  rows.none("placed anew, or nowhere", found_.placed_anew);
+  rows.add("held back by something", found_.held);
+  rows.add("unsettled", found_.unsettled);
+  rows.add("too near to be judged", found_.unknown);
+  rows.none("jammed though there is way left", found_.jammed_poses);
   rows.add("force, max", found_.largest_force, "N");
   if (is_massless) {
-    none("ticks jammed against all pairs", found_.jammed_ticks);
-    none("ticks fallen through", found_.fallen);
-    rows.add("force outside the cone of the contacts, max", found_.off_cone, "of it", kCone,
-             found_.off_cone <= kCone);
+    rows.none("ticks jammed against all pairs", found_.jammed_ticks);
+    rows.none("ticks fallen through", found_.fallen);
+    rows.at_most("force outside the cone of the contacts, max", found_.off_cone, "of it", kCone);
   }
   rows.add("step of force in a tick, max", found_.largest_step, "N");
-  rows.add_if(is_massless, "step beyond hand and blending, max", found_.beyond_step, "N",
-              kStepRounding, found_.beyond_step <= kStepRounding);
+  rows.at_most("step beyond hand and blending, max", found_.beyond_step, "N",
+               goal_if(is_massless, kStepRounding));
   return rows.rows();
 }
 

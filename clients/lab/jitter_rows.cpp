@@ -43,7 +43,7 @@ void add_percentile(Rows& rows, const std::vector<JitterRound>& rounds, double p
   rows.add_beside(name + ", median of the pairs", median_of(rounds, own), "s", kPeer, peer_median);
   if (!has_peer) return;
   const double ratio = median_of(rounds, [&](const JitterRound& r) { return own(r) / peer(r); });
-  rows.add_if(fair, name + " / cyclictest's, median of the pairs", ratio, "", goal, ratio <= goal);
+  rows.at_most(name + " / cyclictest's, median of the pairs", ratio, "", goal_if(fair, goal));
 }
 
 void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds, bool fair) {
@@ -55,11 +55,11 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds, bool f
     sum.shared += one.shared;
     sum.largest_private_ns = std::max(sum.largest_private_ns, one.largest_private_ns);
   }
-  rows.add("wakes later than 200 µs", static_cast<double>(sum.late), "");
-  rows.add("of them shared with the witness", static_cast<double>(sum.shared), "");
+  rows.add("wakes later than 200 µs", sum.late);
+  rows.add("of them shared with the witness", sum.shared);
   if (sum.late == 0) return;
   const double share = static_cast<double>(sum.shared) / static_cast<double>(sum.late);
-  rows.add_if(fair, "share of them shared", share, "", kGoalShared, share >= kGoalShared);
+  rows.at_least("share of them shared", share, "", goal_if(fair, kGoalShared));
   rows.add("latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s");
 }
 
@@ -98,12 +98,12 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
   rows.add("hybrid: wake p50, median of the pairs",
            median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }),
            "s");
-  rows.add_if(fair, "hybrid: wake p99, median of the pairs", hybrid_p99, "s", kGoalHybridP99,
-              hybrid_p99 <= kGoalHybridP99);
+  rows.at_most("hybrid: wake p99, median of the pairs", hybrid_p99, "s",
+               goal_if(fair, kGoalHybridP99));
   rows.add("hybrid: wakes later than 100 µs",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }), "");
+           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }));
   rows.add("hybrid: wakes later than 1 ms",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }), "");
+           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }));
   return rows;
 }
 

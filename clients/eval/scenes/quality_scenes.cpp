@@ -105,10 +105,10 @@ class Judged {
     rows_.add(metric, value, unit);
   }
   void at_most(const std::string& metric, double value, const std::string& unit, double goal) {
-    rows_.add_if(are_judged_, metric, value, unit, goal, value <= goal);
+    rows_.at_most(metric, value, unit, goal_if(are_judged_, goal));
   }
   void at_least(const std::string& metric, double value, const std::string& unit, double goal) {
-    rows_.add_if(are_judged_, metric, value, unit, goal, value >= goal);
+    rows_.at_least(metric, value, unit, goal_if(are_judged_, goal));
   }
 
  private:
