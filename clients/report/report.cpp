@@ -142,7 +142,7 @@ void Rows::add(const std::string& metric, Figure figure, const std::string& unit
 void Rows::add(const std::string& metric, Figure figure, const std::string& unit,
                std::optional<double> goal, bool holds) {
   add(metric, figure, unit);
-  if (goal) rows_.back().goal = goal, rows_.back().holds = holds;
+  if (goal && are_judged_) rows_.back().goal = goal, rows_.back().holds = holds;
 }
 
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,

@@ -47,7 +47,9 @@ inline std::optional<double> goal_if(bool fair, double goal) {
 /// Collects the rows of one case.
 class Rows {
  public:
-  explicit Rows(const std::string& case_name) : case_name_(one_line(case_name)) {}
+  /// Without `are_judged` goals are left out.
+  explicit Rows(const std::string& case_name, bool are_judged = true)
+      : case_name_(one_line(case_name)), are_judged_(are_judged) {}
 
   void add(const std::string& metric, Figure figure, const std::string& unit = "");
   /// Without a goal the figure stands alone.
@@ -76,6 +78,7 @@ class Rows {
 
  private:
   std::string case_name_;
+  bool are_judged_;
   std::vector<Row> rows_;
 };
 
