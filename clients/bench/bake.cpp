@@ -114,8 +114,7 @@ std::vector<Row> all_rows(const Options& options) {
   rows.add("OBB tree, bytes a triangle", tree);
   rows.add("grid, bytes a triangle", grid);
   rows.add("patch tree, bytes a triangle", patches);
-  const double all = tree + grid + patches;
-  rows.at_most("trees and grid, bytes a triangle", all, "", kGoalBytes);
+  rows.at_most("trees and grid, bytes a triangle", tree + grid + patches, "", kGoalBytes);
   bench_cache(rows, shape, options.rounds);
   return rows.rows();
 }
@@ -127,10 +126,7 @@ BenchRun bench_bake(Command& command) {
   command.option("--n", options->n, "of a height field of 2 n² triangles")
       .range(2, 2000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

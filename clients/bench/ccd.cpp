@@ -2,9 +2,7 @@
 #include "clients/bench/benches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
-#include <random>
 
 #include "clients/bench/peers/ccd.h"
 #include "clients/bench/peers/pair.h"
@@ -129,9 +127,8 @@ void bench_truth(Rows& rows, const Options& options) {
   }
   take_turns(contestants, all.size(), 100, options.rounds);
   for (const Contestant& c : contestants) add_times(rows, c, all);
-  const double worst = percentile(fastest(contestants[0], all.size()), 100);
-  rows.at_most(std::string(kAsInASession) + ": longest query, fastest round", worst, "s",
-               kWorstGoal);
+  rows.at_most(std::string(kAsInASession) + ": longest query, fastest round",
+               percentile(fastest(contestants[0], all.size()), 100), "s", kWorstGoal);
 }
 
 void bench_hand_scale(Rows& rows, const Options& options) {
@@ -261,8 +258,7 @@ void bench_impact(Rows& rows, const Options& options) {
   rows.add("motions", n);
   rows.add("of them hit",
            std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; }));
-  const double late = count_late(tori, motions, own);
-  rows.none("own: meet before, exactly", late);
+  rows.none("own: meet before, exactly", count_late(tori, motions, own));
   add_judgement(rows, "own", own, truth);
   add_judgement(rows, "conservative advancement", advanced, truth);
   const std::vector<double> best = fastest(contestants[0], n);
@@ -295,10 +291,7 @@ BenchRun bench_ccd(Command& command) {
   }
   command.option("--queries", options->queries, "folder of ground-truth queries").show_default();
   command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

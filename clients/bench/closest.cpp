@@ -153,10 +153,7 @@ BenchRun bench_closest(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
   command.option("--meshes", options->meshes, "folder with armadillo.off").show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

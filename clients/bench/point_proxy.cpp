@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/bench/benches.h"
 
-#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -34,8 +33,7 @@ struct Options {
 int64_t clock_cost_ns() {
   int64_t least = std::numeric_limits<int64_t>::max();
   for (int i = 0; i < kEmptyMeasurements; ++i) {
-    const int64_t begin = thread_cpu_ns();
-    least = std::min(least, thread_cpu_ns() - begin);
+    least = std::min(least, cpu_ns_of([] {}));
   }
   return least;
 }
@@ -82,9 +80,8 @@ Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> fram
   for (int r = 0; r < repetitions; ++r) {
     const auto state = std::make_unique<ContactState>();
     for (size_t k = 0; k < frames.size(); ++k) {
-      const int64_t begin = thread_cpu_ns();
-      keep(contact_step(model, *state, frames[k], nullptr));
-      least[k] = std::min(least[k], thread_cpu_ns() - begin);
+      const auto step = [&] { keep(contact_step(model, *state, frames[k], nullptr)); };
+      least[k] = std::min(least[k], cpu_ns_of(step));
     }
   }
   Histogram times;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -46,9 +45,7 @@ double worst(const std::vector<double>& values) {
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
   return [&cpu, query](size_t i) {
-    const int64_t begin = thread_cpu_ns();
-    query(i);
-    cpu.push_back(1e-9 * static_cast<double>(thread_cpu_ns() - begin));
+    cpu.push_back(1e-9 * static_cast<double>(cpu_ns_of([&] { query(i); })));
   };
 }
 
@@ -176,8 +173,7 @@ std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optiona
 
   add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
   rows.add("front, pairs of nodes", front.size());
-  const double n = allocations(reduced, contacts, poses);
-  rows.none("allocations once along the path", n);
+  rows.none("allocations once along the path", allocations(reduced, contacts, poses));
   return rows.rows();
 }
 

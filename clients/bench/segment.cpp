@@ -317,9 +317,8 @@ std::vector<Row> all_rows(const Options& options) {
       least = std::min(least, p50);
       most = std::max(most, p50);
     }
-    const double spread = (most - least) / (most + least);
-    rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle", spread, "",
-                 kGoalSpread);
+    rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle",
+                 (most - least) / (most + least), "", kGoalSpread);
   }
   return rows.rows();
 }
@@ -338,10 +337,7 @@ BenchRun bench_segment(Command& command) {
   command.option("--checked", options->checked, "segments compared with brute force, a mesh")
       .range(1, 1000000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

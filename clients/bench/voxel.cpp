@@ -132,10 +132,11 @@ size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const Shell
   for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
     for (size_t turn = 0; turn < ways.size(); ++turn) {
       Way& way = ways[(round + turn) % ways.size()];
-      const int64_t begin = thread_cpu_ns();
-      for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
-      const auto ns = static_cast<double>(std::max<int64_t>(thread_cpu_ns() - begin, 1));
-      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) / ns);
+      const int64_t ns = cpu_ns_of([&] {
+        for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
+      });
+      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) /
+                          static_cast<double>(std::max<int64_t>(ns, 1)));
     }
   }
   return found;
@@ -313,8 +314,7 @@ std::vector<Row> run_coherence(const Options& options) {
     rows.add(name + "tested a tick, coherent", tested[1]);
     rows.add(name + "CPU a tick, tree alone", 1e-9 * cpu_ns[0], "s");
     rows.add(name + "CPU a tick, coherent", 1e-9 * cpu_ns[1], "s");
-    const double ratio = tested[0] / tested[1];
-    rows.at_least(name + "fewer points by coherence", ratio, "", kGoalCoherence);
+    rows.at_least(name + "fewer points by coherence", tested[0] / tested[1], "", kGoalCoherence);
   }
   return rows.rows();
 }
@@ -383,10 +383,7 @@ BenchRun bench_voxel(Command& command) {
   command.option("--ticks", contact.ticks, "contact steps of a pair")
       .range(100, 1'000'000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -137,6 +137,11 @@ Pair jaw_pair() {
   return pair;
 }
 
+/// CPU time of some work [s].
+double cpu_of(const auto& work) {
+  return 1e-9 * static_cast<double>(cpu_ns_of(work));
+}
+
 /// The detector on one pair.
 struct Contest {
   BakedVolume tool, object;
@@ -159,19 +164,14 @@ struct Contest {
     VoxelQuestion question;
     question.X_WT = X_OT;
     question.reach = reach;
-    const int64_t begin = thread_cpu_ns();
-    detect_voxel(model, state, question, *set);
-    return 1e-9 * static_cast<double>(thread_cpu_ns() - begin);
+    return cpu_of([&] { detect_voxel(model, state, question, *set); });
   }
 };
 
-double way(const Pose& a, const Pose& b, double radius) {
-  return largest_travel(way_between(a, b), radius);
-}
-
 /// Look-ahead of a session at 1 kHz: the motion of three ticks.
 double reach_of(const Contest& contest, const Pose& before, const Pose& X_OT) {
-  return std::max(3 * way(before, X_OT, contest.model.shell.radius), kLeastBodyReach);
+  return std::max(3 * largest_travel(way_between(before, X_OT), contest.model.shell.radius),
+                  kLeastBodyReach);
 }
 
 /// Results along a path.
@@ -182,12 +182,6 @@ struct Course {
   double meeting = 0;                       // number of collisions by the peer
   size_t cut_short = 0;                     // steps ended by the budget
 };
-
-double cpu_of(const std::function<void()>& work) {
-  const int64_t begin = thread_cpu_ns();
-  work();
-  return 1e-9 * static_cast<double>(thread_cpu_ns() - begin);
-}
 
 /// Follows a path tick by tick, with the peer, if any, in between.
 Course follow(Contest& contest, const std::function<Pose(double)>& path, int ticks, PairPeer* peer,
