@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/eval/renderer.h"
 
-#include <algorithm>
 #include <memory>
 #include <variant>
 
@@ -15,11 +14,6 @@ namespace haptic {
 namespace {
 
 using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
-
-ProxyOracle make_oracle(const FacetBins& facets, double radius) {
-  if (radius > 0) return SphereOracle(facets, radius);
-  return GodObjectOracle(facets);
-}
 
 constexpr double kTick = 1e-3;           // [s]
 constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
@@ -121,7 +115,8 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
   const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  ProxyOracle oracle = make_oracle(facets, radius);
+  ProxyOracle oracle = GodObjectOracle(facets);
+  if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
     const ServoFrame& frame = lockstep.frame();

@@ -49,9 +49,8 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
   }
   rows.at_most("free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
                goal_if(is_massless(renderer), 0));
-  const double slant = slant_of_push(renderer, lockstep);
-  rows.at_most("pushed at 45°: force along/across the plane, max", slant, "",
-               goal_if(is_massless(renderer), kSlantGoal));
+  rows.at_most("pushed at 45°: force along/across the plane, max",
+               slant_of_push(renderer, lockstep), "", goal_if(is_massless(renderer), kSlantGoal));
   return rows.rows();
 }
 

@@ -32,9 +32,7 @@ Histogram durations(const Items& items, Get get) {
 
 /// The scene used by a frame; null before the first scene, when the configured poses apply.
 const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
-  const auto it =
-      std::lower_bound(scenes.begin(), scenes.end(), seq,
-                       [](const SceneFrame& s, uint64_t wanted) { return s.seq < wanted; });
+  const auto it = std::ranges::lower_bound(scenes, seq, {}, &SceneFrame::seq);
   return it != scenes.end() && it->seq == seq ? &*it : nullptr;
 }
 
@@ -77,9 +75,7 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
 
 /// Whether the servo rendered no force at this time, whatever the contacts.
 bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
-  const auto it =
-      std::lower_bound(frames.begin(), frames.end(), t_ns,
-                       [](const ServoFrame& f, int64_t wanted) { return f.t_ns < wanted; });
+  const auto it = std::ranges::lower_bound(frames, t_ns, {}, &ServoFrame::t_ns);
   return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
 }
 
@@ -287,9 +283,7 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   rows.add("energy the hand put in", energy.into_device, "J");
   rows.add("energy it got back", energy.returned, "J");
   rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
-  if (lost_time > 0) {
-    rows.add("pauses the simulated hand did not live through", lost_time);
-  }
+  if (lost_time > 0) rows.add("pauses the simulated hand did not live through", lost_time);
   rows.none("ticks in fault", faults);
   rows.add("samples recorded", data.recorded);
   rows.none("samples lost", data.lost);
