@@ -41,7 +41,7 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   return std::clamp(speed * (2 * state.period + model.servo_period), least, kMaxReach);
 }
 
-/// Makes the detector of a renderer the one in use, if it is not.
+/// Replaces the state if another detector is wanted.
 template <class... Detectors>
 void choose(std::variant<Detectors...>& state, Detector wanted, const ContactModel& model) {
   const auto try_one = [&]<class D>(std::type_identity<D>) {
@@ -50,7 +50,7 @@ void choose(std::variant<Detectors...>& state, Detector wanted, const ContactMod
   (try_one(std::type_identity<Detectors>()), ...);
 }
 
-/// What is known of every answer before it is looked for.
+/// The header of an answer: the fields that do not depend on the detector.
 ContactSet begin_set(const ContactModel& model, const ServoFrame& servo, const SceneFrame* scene) {
   ContactSet set{};
   set.answers_tick = servo.tick;

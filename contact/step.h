@@ -22,7 +22,7 @@ struct ContactState {
   explicit ContactState(const ContactModel& model);
 
   DetectorState detector;
-  Renderer renderer = Renderer::kGodObject3;  // that was asked for last
+  Renderer renderer = Renderer::kGodObject3;  // of the last question
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;

@@ -53,7 +53,7 @@ Times least_times(int rounds, const std::function<void()>& prepare,
 }
 
 void add_times(Rows& rows, const std::string& what, const Times& times, double goal) {
-  rows.add(what, times.wall, "s", goal, times.wall <= goal);
+  rows.at_most(what, times.wall, "s", goal);
   rows.add(what + ", CPU of both threads", times.cpu, "s");
 }
 
@@ -88,18 +88,17 @@ void bench_cache(Rows& rows, const MeshShape& shape, int rounds) {
     view_baked(mapped.bytes, kKey, run_on_two_threads);
   };
   const auto unmap = [&] { mapped = {}; };
-  rows.add("size in the cache", static_cast<double>(std::filesystem::file_size(file.path())), "B");
+  rows.add("size in the cache", std::filesystem::file_size(file.path()), "B");
   add_times(rows, "mapped from the cache and checked", least_times(rounds, unmap, map),
             kGoalMapped);
 }
 
 std::vector<Row> all_rows(const Options& options) {
   const WorkloadMesh work = make_nano_surface(options.n);
-  Rows rows(work.name);
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows(work.name);
   const MeshData mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   const auto triangles = static_cast<double>(mesh.triangles.size());
-  rows.add("triangles", triangles, "");
+  rows.add("triangles", triangles);
   SearchStructures built;
   const auto clear = [&] { built = {}; };
   const auto build = [&] { built = build_search_structures(mesh.view()); };
@@ -112,11 +111,10 @@ std::vector<Row> all_rows(const Options& options) {
   const double tree = bytes(shape.tree.nodes, shape.tree.order);
   const double grid = bytes(shape.grid.slots, shape.grid.batches, shape.grid.roots);
   const double patches = bytes(shape.patches.nodes, shape.patches.leaves);
-  rows.add("OBB tree, bytes a triangle", tree, "");
-  rows.add("grid, bytes a triangle", grid, "");
-  rows.add("patch tree, bytes a triangle", patches, "");
-  const double all = tree + grid + patches;
-  rows.add("trees and grid, bytes a triangle", all, "", kGoalBytes, all <= kGoalBytes);
+  rows.add("OBB tree, bytes a triangle", tree);
+  rows.add("grid, bytes a triangle", grid);
+  rows.add("patch tree, bytes a triangle", patches);
+  rows.at_most("trees and grid, bytes a triangle", tree + grid + patches, "", kGoalBytes);
   bench_cache(rows, shape, options.rounds);
   return rows.rows();
 }
@@ -128,10 +126,7 @@ BenchRun bench_bake(Command& command) {
   command.option("--n", options->n, "of a height field of 2 n² triangles")
       .range(2, 2000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "clients/report/report.h"
@@ -12,6 +13,15 @@ class Command;
 
 /// Runs a bench; benches without the option --rounds ignore `rounds`.
 using BenchRun = std::function<std::vector<Row>(int rounds)>;
+
+/// Runs a bench whose options hold the rounds.
+template <class Options>
+BenchRun run_rounds(std::shared_ptr<Options> options, std::vector<Row> (*rows)(const Options&)) {
+  return [options, rows](int rounds) {
+    options->rounds = rounds;
+    return rows(*options);
+  };
+}
 
 // Each of these adds the bench's own options to its command and returns what runs with them.
 

@@ -2,9 +2,7 @@
 #include "clients/bench/benches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
-#include <random>
 
 #include "clients/bench/peers/ccd.h"
 #include "clients/bench/peers/pair.h"
@@ -64,7 +62,7 @@ void add_times(Rows& rows, const std::string& name, const std::vector<double>& b
   rows.add(name + ": max of the fastest rounds", percentile(best, 100), "s");
 }
 
-/// Of all queries, and of each kind.
+/// The times over all queries, and over those of each kind.
 void add_times(Rows& rows, const Contestant& c, const std::vector<CcdQuery>& queries) {
   const std::vector<double> best = fastest(c, queries.size());
   add_times(rows, c.name, best);
@@ -101,15 +99,15 @@ void bench_truth(Rows& rows, const Options& options) {
     }
     rows.note(file.scene, std::to_string(file.queries.size()) + " queries, " +
                               std::to_string(static_cast<int>(session.meets)) + " meet");
-    rows.add(file.scene + ": missed", session.missed, "", 0, session.missed == 0);
-    rows.add(file.scene + ": false alarms", session.false_alarms, "");
+    rows.none(file.scene + ": missed", session.missed);
+    rows.add(file.scene + ": false alarms", session.false_alarms);
   }
   const auto n = static_cast<double>(all.size());
   const auto add = [&](const std::string& name, const Tally& tally, bool judged) {
-    rows.add_if(judged, name + ": missed", tally.missed, "", 0, tally.missed == 0);
-    rows.add(name + ": false alarms", tally.false_alarms, "");
+    rows.at_most(name + ": missed", tally.missed, "", goal_if(judged, 0));
+    rows.add(name + ": false alarms", tally.false_alarms);
     // Tight-Inclusion at 1e-6 has 222 of 7,279, plain bisection 274
-    rows.add(name + ": false alarms in parts", tally.false_alarms / n, "");
+    rows.add(name + ": false alarms in parts", tally.false_alarms / n);
   };
   add(kAsInASession, session_all, true);
   add("500 boxes at most", capped_all, false);
@@ -129,9 +127,8 @@ void bench_truth(Rows& rows, const Options& options) {
   }
   take_turns(contestants, all.size(), 100, options.rounds);
   for (const Contestant& c : contestants) add_times(rows, c, all);
-  const double worst = percentile(fastest(contestants[0], all.size()), 100);
-  rows.add(std::string(kAsInASession) + ": longest query, fastest round", worst, "s", kWorstGoal,
-           worst <= kWorstGoal);
+  rows.at_most(std::string(kAsInASession) + ": longest query, fastest round",
+               percentile(fastest(contestants[0], all.size()), 100), "s", kWorstGoal);
 }
 
 void bench_hand_scale(Rows& rows, const Options& options) {
@@ -159,18 +156,18 @@ void bench_hand_scale(Rows& rows, const Options& options) {
     only_intervals += !own[i] && intervals[i];
     only_fcl += !own[i] && fcl[i];
   }
-  rows.add("meet", meet, "");
+  rows.add("meet", meet);
   // neither method misses a contact: where they differ, one has a false alarm
-  rows.add("meet, but not by intervals in time", only_own, "");
-  rows.add("meet by intervals in time alone", only_intervals, "");
-  rows.add("meet by FCL alone", only_fcl, "");
+  rows.add("meet, but not by intervals in time", only_own);
+  rows.add("meet by intervals in time alone", only_intervals);
+  rows.add("meet by FCL alone", only_fcl);
   for (const Contestant& c : contestants) add_times(rows, c, queries);
   const double median = percentile(contestants[0].times, 50);
   const std::string session = kAsInASession;
-  rows.add(session + ": p50 of all rounds", median, "s", kMedianGoal, median <= kMedianGoal);
+  rows.at_most(session + ": p50 of all rounds", median, "s", kMedianGoal);
   for (size_t k = 1; k < contestants.size(); ++k) {
-    rows.add(session + " over " + contestants[k].name, median_ratio(contestants[0], contestants[k]),
-             "");
+    rows.add(session + " over " + contestants[k].name,
+             median_ratio(contestants[0], contestants[k]));
   }
 }
 
@@ -226,10 +223,10 @@ void add_judgement(Rows& rows, const std::string& name, const std::vector<double
     late = std::max(late, times[i] - truth[i]);
     early = std::max(early, truth[i] - times[i]);
   }
-  rows.add(name + ": hits missed", missed, "", 0, missed == 0);
-  rows.add(name + ": hits besides", extra, "");
-  rows.add(name + ": after 10 nm by at most, of the motion", late, "");
-  rows.add(name + ": before 10 nm by at most, of the motion", early, "");
+  rows.none(name + ": hits missed", missed);
+  rows.add(name + ": hits besides", extra);
+  rows.add(name + ": after 10 nm by at most, of the motion", late);
+  rows.add(name + ": before 10 nm by at most, of the motion", early);
 }
 
 void bench_impact(Rows& rows, const Options& options) {
@@ -258,30 +255,26 @@ void bench_impact(Rows& rows, const Options& options) {
   }
   take_turns(contestants, n, 10, options.rounds);
 
-  rows.add("motions", static_cast<double>(n), "");
+  rows.add("motions", n);
   rows.add("of them hit",
-           static_cast<double>(
-               std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; })),
-           "");
-  const double late = count_late(tori, motions, own);
-  rows.add("own: meet before, exactly", late, "", 0, late == 0);
+           std::count_if(truth.begin(), truth.end(), [](double t) { return t <= 1; }));
+  rows.none("own: meet before, exactly", count_late(tori, motions, own));
   add_judgement(rows, "own", own, truth);
   add_judgement(rows, "conservative advancement", advanced, truth);
   const std::vector<double> best = fastest(contestants[0], n);
   const double p50 = percentile(best, 50), p99 = percentile(best, 99);
-  rows.add("own: p50 of the fastest rounds", p50, "s", kImpactMedianGoal, p50 <= kImpactMedianGoal);
-  rows.add("own: p99 of the fastest rounds", p99, "s", kImpactP99Goal, p99 <= kImpactP99Goal);
+  rows.at_most("own: p50 of the fastest rounds", p50, "s", kImpactMedianGoal);
+  rows.at_most("own: p99 of the fastest rounds", p99, "s", kImpactP99Goal);
   rows.add("own: max of all rounds", longest(contestants[0]), "s");
   for (size_t k = 1; k < contestants.size(); ++k) {
     add_times(rows, contestants[k].name, fastest(contestants[k], n));
-    rows.add("own over " + contestants[k].name, median_ratio(contestants[0], contestants[k]), "");
+    rows.add("own over " + contestants[k].name, median_ratio(contestants[0], contestants[k]));
   }
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows machine("machine"), truth("ccd, ground truth"), hand("ccd, hand scale"),
-      impact("ccd, tori of 27 k and 40 k triangles");
-  machine.note("machine", machine_line());
+  Rows machine = machine_rows("machine"), truth("ccd, ground truth"), hand("ccd, hand scale"),
+       impact("ccd, tori of 27 k and 40 k triangles");
   bench_truth(truth, options);
   bench_hand_scale(hand, options);
   bench_impact(impact, options);
@@ -298,10 +291,7 @@ BenchRun bench_ccd(Command& command) {
   }
   command.option("--queries", options->queries, "folder of ground-truth queries").show_default();
   command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -82,23 +82,22 @@ std::vector<Row> run_trial(const Trial& trial, int rounds, bool is_far) {
     rows.add(prefix + c.name + " p99", percentile(c.times, 99), "s");
     const double error = error_of(trial, answers[k]);
     if (k < ours) {
-      rows.add(prefix + c.name + ", error against brute force", error, "m", 0, error == 0);
+      rows.none(prefix + c.name + ", error against brute force", error, "m");
     } else {
       rows.add(prefix + c.name + ", error against brute force", error, "m");
     }
   }
   size_t different = 0;
   for (size_t i = 0; i < n; ++i) different += answers[0][i] != answers[1][i];
-  rows.add(prefix + "changed by the witness", static_cast<double>(different), "", 0,
-           different == 0);
+  rows.none(prefix + "changed by the witness", different);
   if (is_far) {
     // two equal contestants differ by about 1 % here
     const double ratio = median_ratio(contestants[0], contestants[1]);
-    rows.add(prefix + "with over without witness", ratio, "", 1.02, ratio <= 1.02);
+    rows.at_most(prefix + "with over without witness", ratio, "", 1.02);
   } else if (embree) {
     const double ratio =
         percentile(contestants[0].times, 50) / percentile(contestants[ours].times, 50);
-    rows.add(prefix + "median over Embree's with previous radius", ratio, "", 0.4, ratio <= 0.4);
+    rows.at_most(prefix + "median over Embree's with previous radius", ratio, "", 0.4);
   }
   if (!embree) rows.note(prefix + "Embree", "LEFT OUT: ./run bench closest installs it");
   return rows.rows();
@@ -134,9 +133,8 @@ WorkloadMesh read_scanned(const std::string& name, const std::string& path) {
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("closest");
-  rows.note("machine", machine_line());
-  rows.add("rounds", options.rounds, "");
+  Rows rows = machine_rows("closest");
+  rows.add("rounds", options.rounds);
   for (const uint32_t frequency : {64u, 128u}) {
     rows.append(run_mesh(make_bump_sphere(frequency), options.rounds));
   }
@@ -155,10 +153,7 @@ BenchRun bench_closest(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
   command.option("--meshes", options->meshes, "folder with armadillo.off").show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/bench/benches.h"
 
-#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -34,8 +33,7 @@ struct Options {
 int64_t clock_cost_ns() {
   int64_t least = std::numeric_limits<int64_t>::max();
   for (int i = 0; i < kEmptyMeasurements; ++i) {
-    const int64_t begin = thread_cpu_ns();
-    least = std::min(least, thread_cpu_ns() - begin);
+    least = std::min(least, cpu_ns_of([] {}));
   }
   return least;
 }
@@ -63,20 +61,15 @@ void keep(const ContactSet& set) {
 }
 
 void add_time(Rows& rows, const Histogram& times, double radius, bool judged) {
-  const auto add = [&](const char* metric, int64_t ns, double goal) {
-    const double seconds = 1e-9 * static_cast<double>(ns);
-    if (std::isfinite(goal)) {
-      rows.add_if(judged, metric, seconds, "s", goal, seconds <= goal);
-    } else {
-      rows.add(metric, seconds, "s");
-    }
+  const auto add = [&](const char* metric, int64_t ns, std::optional<double> goal) {
+    rows.at_most(metric, 1e-9 * static_cast<double>(ns), "s", goal);
   };
-  constexpr double kNone = std::numeric_limits<double>::infinity();
   const double sphere_p99 = radius > kSmallSphere ? kGoalLargeP99 : kGoalSmallP99;
-  const bool point = radius == 0;
-  add("contact step, CPU p50", times.percentile(50), point ? kGoalP50 : kNone);
-  add("contact step, CPU p99", times.percentile(99), point ? kGoalP99 : sphere_p99);
-  add("contact step, CPU max", times.max(), point ? kGoalMax : kNone);
+  const bool point = radius == 0, point_judged = judged && point;
+  add("contact step, CPU p50", times.percentile(50), goal_if(point_judged, kGoalP50));
+  add("contact step, CPU p99", times.percentile(99),
+      goal_if(judged, point ? kGoalP99 : sphere_p99));
+  add("contact step, CPU max", times.max(), goal_if(point_judged, kGoalMax));
 }
 
 /// The least time of each step over the repetitions.
@@ -87,9 +80,8 @@ Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> fram
   for (int r = 0; r < repetitions; ++r) {
     const auto state = std::make_unique<ContactState>();
     for (size_t k = 0; k < frames.size(); ++k) {
-      const int64_t begin = thread_cpu_ns();
-      keep(contact_step(model, *state, frames[k], nullptr));
-      least[k] = std::min(least[k], thread_cpu_ns() - begin);
+      const auto step = [&] { keep(contact_step(model, *state, frames[k], nullptr)); };
+      least[k] = std::min(least[k], cpu_ns_of(step));
     }
   }
   Histogram times;
@@ -135,18 +127,17 @@ std::vector<Row> bench_one(const std::string& name, const MeshShape& shape, doub
   Rows rows("virtual-proxy3, radius " + readable(radius, "m") + ", on " + name);
   rows.note("work", name + ", radius " + readable(radius, "m"));
   const size_t triangles = shape.mesh.triangles.size();
-  rows.add("triangles", static_cast<double>(triangles), "");
+  rows.add("triangles", triangles);
   add_time(rows, times, radius, triangles >= kJudgedFrom);
-  rows.add("contacts, most in a step", static_cast<double>(watched.most_contacts), "");
-  rows.add("steps cut short", static_cast<double>(watched.limited), "");
-  rows.add("answers truncated", static_cast<double>(watched.truncated), "");
-  rows.add("allocations", static_cast<double>(watched.allocated), "", 0, watched.allocated == 0);
+  rows.add("contacts, most in a step", watched.most_contacts);
+  rows.add("steps cut short", watched.limited);
+  rows.add("answers truncated", watched.truncated);
+  rows.none("allocations", watched.allocated);
   return rows.rows();
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("point-proxy");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("point-proxy");
   for (const std::string& name : options.meshes) {
     const MeshShapeData mesh = build_shape(make_eval_work(name, 0).soup);
     for (const double radius : options.radii) {

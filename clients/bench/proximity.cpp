@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -23,16 +22,10 @@ namespace {
 constexpr double kBand = 0.1e-3;        // [m]; distance of near pairs
 constexpr size_t kChunk = 50;           // poses per turn of a contestant
 constexpr size_t kMostPairs = 400'000;  // capacity of the query from scratch
-constexpr double kUnlimited = 1e9;      // no goal
 
 struct Options {
   std::vector<std::string> cases{"torus", "bolt"};
   size_t torus_poses = 2000, bolt_poses = 120;
-};
-
-/// Goals of one case: p99 of the front alone, and of front and contacts together [s].
-struct Goals {
-  double pairs, contacts;
 };
 
 using Pairs = std::vector<TrianglePair>;
@@ -52,21 +45,15 @@ double worst(const std::vector<double>& values) {
 template <class Query>
 std::function<void(size_t)> with_cpu(std::vector<double>& cpu, const Query& query) {
   return [&cpu, query](size_t i) {
-    const int64_t begin = thread_cpu_ns();
-    query(i);
-    cpu.push_back(1e-9 * static_cast<double>(thread_cpu_ns() - begin));
+    cpu.push_back(1e-9 * static_cast<double>(cpu_ns_of([&] { query(i); })));
   };
 }
 
 /// `cpu`: CPU times, which exclude other programs.
-void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu, double goal) {
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& cpu,
+               std::optional<double> goal) {
   rows.add(name + ", CPU p50", percentile(cpu, 50), "s");
-  const double p99 = percentile(cpu, 99);
-  if (goal < kUnlimited) {
-    rows.add(name + ", CPU p99", p99, "s", goal, p99 <= goal);
-  } else {
-    rows.add(name + ", CPU p99", p99, "s");
-  }
+  rows.at_most(name + ", CPU p99", percentile(cpu, 99), "s", goal);
   rows.add(name + ", CPU longest", worst(cpu), "s");
 }
 
@@ -76,7 +63,7 @@ void add_beside(Rows& rows, const Contestant& ours, const std::vector<Contestant
     if (!peer.name.starts_with("FCL")) continue;
     rows.add_beside(ours.name + ", p50, beside", percentile(ours.times, 50), "s", peer.name,
                     percentile(peer.times, 50));
-    rows.add(ours.name + " : " + peer.name, median_ratio(ours, peer), "");
+    rows.add(ours.name + " : " + peer.name, median_ratio(ours, peer));
   }
 }
 
@@ -130,13 +117,12 @@ Agreement compare(const ProximityWork& work, PairPeer* peer) {
 }
 
 void add_agreement(Rows& rows, const Agreement& found, double poses) {
-  rows.add("poses at which they touch", found.touching / poses, "");
-  rows.add("sets that differ from those found from scratch", found.other_sets, "", 0,
-           found.other_sets == 0);
-  rows.add("yes or no that differs", found.other_answers, "", 0, found.other_answers == 0);
+  rows.add("poses at which they touch", found.touching / poses);
+  rows.none("sets that differ from those found from scratch", found.other_sets);
+  rows.none("yes or no that differs", found.other_answers);
   const auto add_counts = [&](const std::string& what, const std::vector<double>& n) {
-    rows.add(what + ", p50", percentile(n, 50), "");
-    rows.add(what + ", most", worst(n), "");
+    rows.add(what + ", p50", percentile(n, 50));
+    rows.add(what + ", most", worst(n));
   };
   add_counts("near pairs", found.pairs);
   add_counts("local minima", found.minima);
@@ -146,13 +132,14 @@ void add_agreement(Rows& rows, const Agreement& found, double poses) {
   add_counts("triangles measured", found.triangles);
 }
 
-std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
+/// `goals`: p99 of the front alone, and of front and contacts together [s].
+std::vector<Row> bench_pairs(const ProximityWork& work, std::vector<std::optional<double>> goals) {
   Rows rows("proximity, " + work.name);
   const MeshShape object = work.object.view(), tool = work.tool.view();
   const auto peer = make_fcl_peer(object.mesh, tool.mesh);
-  rows.add("triangles of the object", static_cast<double>(object.mesh.triangles.size()), "");
-  rows.add("triangles of the tool", static_cast<double>(tool.mesh.triangles.size()), "");
-  rows.add("poses of 1 kHz", static_cast<double>(work.poses.size()), "");
+  rows.add("triangles of the object", object.mesh.triangles.size());
+  rows.add("triangles of the tool", tool.mesh.triangles.size());
+  rows.add("poses of 1 kHz", work.poses.size());
 
   NearFront front(object, tool), reduced(object, tool);
   NearContacts contacts(object, tool);
@@ -179,30 +166,23 @@ std::vector<Row> bench_pairs(const ProximityWork& work, const Goals& goals) {
     rows.note("FCL", "not in this build");
   }
   take_turns(ours, poses.size(), kChunk, 1);
-  for (size_t k = 0; k < ours.size(); ++k) {
-    add_times(rows, ours[k].name, cpu[k],
-              k == 0   ? goals.pairs
-              : k == 1 ? goals.contacts
-                       : kUnlimited);
-  }
+  goals.resize(ours.size());
+  for (size_t k = 0; k < ours.size(); ++k) add_times(rows, ours[k].name, cpu[k], goals[k]);
   for (size_t k = 0; k < 5; ++k) add_beside(rows, ours[k], ours);
-  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]), "");
+  rows.add("front : from scratch, all pairs", median_ratio(ours[0], ours[2]));
 
   add_agreement(rows, compare(work, peer.get()), static_cast<double>(poses.size()));
-  rows.add("front, pairs of nodes", static_cast<double>(front.size()), "");
-  const double n = allocations(reduced, contacts, poses);
-  rows.add("allocations once along the path", n, "", 0, n == 0);
+  rows.add("front, pairs of nodes", front.size());
+  rows.none("allocations once along the path", allocations(reduced, contacts, poses));
   return rows.rows();
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("proximity");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("proximity");
   const auto wants = [&](const std::string& name) {
     return std::find(options.cases.begin(), options.cases.end(), name) != options.cases.end();
   };
-  if (wants("torus"))
-    rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4, kUnlimited}));
+  if (wants("torus")) rows.append(bench_pairs(torus_on_torus(options.torus_poses), {1e-4}));
   if (wants("bolt")) rows.append(bench_pairs(bolt_through_nut(options.bolt_poses), {3e-3, 1e-3}));
   return rows.rows();
 }

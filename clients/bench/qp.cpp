@@ -109,14 +109,9 @@ Work make_work(size_t n, size_t ticks, bool coherent) {
   return work;
 }
 
-void add_times(Rows& rows, const Contestant& c, double goal) {
-  const double p99 = percentile(c.times, 99);
+void add_times(Rows& rows, const Contestant& c, std::optional<double> goal = {}) {
   rows.add(c.name + " p50", percentile(c.times, 50), "s");
-  if (goal > 0) {
-    rows.add(c.name + " p99", p99, "s", goal, p99 <= goal);
-  } else {
-    rows.add(c.name + " p99", p99, "s");
-  }
+  rows.at_most(c.name + " p99", percentile(c.times, 99), "s", goal);
   rows.add(c.name + " max", percentile(c.times, 100), "s");
 }
 
@@ -128,43 +123,39 @@ class Solvers {
 
   void cold(size_t i) {
     const Question& q = work_.questions[i];
-    motion_ = least_constraint(work_.metric, q.a_u, *q.rows);
-    failed_ += !motion_.converged;
+    motion = least_constraint(work_.metric, q.a_u, *q.rows);
+    failed += !motion.converged;
   }
   /// Warm start from the last active set, which is only a guess for other contacts.
   void warm(size_t i) {
     const Question& q = work_.questions[i];
     warm_ = least_constraint(work_.metric, q.a_u, *q.rows,
                              {warm_.active.data(), static_cast<size_t>(warm_.n_active)});
-    failed_ += !warm_.converged;
+    failed += !warm_.converged;
   }
   void pivoting(size_t i) {
     const Question& q = work_.questions[i];
-    unpivoted_ += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
+    unpivoted += !pivoting_.step(LcpMethod::kPivoting, work_.metric, q.a_u, *q.rows).converged;
   }
   /// At most two hundred sweeps, as a fallback would use.
   void seidel(size_t i) {
     const Question& q = work_.questions[i];
-    unsettled_ += !seidel_.step(LcpMethod::kGaussSeidel, work_.metric, q.a_u, *q.rows).converged;
+    unsettled += !seidel_.step(LcpMethod::kGaussSeidel, work_.metric, q.a_u, *q.rows).converged;
   }
   void coulomb(size_t i) {
     const Question& q = work_.questions[i];
     const FrictionStep out = coulomb_.step(work_.metric, kPull * q.a_u, *q.contacts);
-    unsettled_friction_ += !out.converged;
+    unsettled_friction += !out.converged;
   }
 
-  const ConstrainedMotion& motion() const { return motion_; }
-  size_t failed() const { return failed_; }
-  size_t unpivoted() const { return unpivoted_; }
-  size_t unsettled() const { return unsettled_; }
-  size_t unsettled_friction() const { return unsettled_friction_; }
+  ConstrainedMotion motion;
+  size_t failed = 0, unpivoted = 0, unsettled = 0, unsettled_friction = 0;
 
  private:
   const Work& work_;
-  ConstrainedMotion motion_, warm_;
+  ConstrainedMotion warm_;
   LcpSolver pivoting_, seidel_;
   CoulombSolver coulomb_;
-  size_t failed_ = 0, unpivoted_ = 0, unsettled_ = 0, unsettled_friction_ = 0;
 };
 
 uint64_t allocations(Solvers& solvers, size_t ticks) {
@@ -213,7 +204,7 @@ void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& option
                     percentile(contestants[0].times, q), "s", contestants[1].name,
                     percentile(contestants[1].times, q));
   }
-  rows.add("Bullet's Dantzig says it failed", failed, "");
+  rows.add("Bullet's Dantzig says it failed", failed);
 }
 
 void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& options) {
@@ -232,10 +223,10 @@ void bench_cgal(Rows& rows, const Work& work, Solvers& solvers, const Options& o
     const Question& q = work.questions[i];
     solvers.cold(i);
     exact = cgal_least_constraint(work.M, q.a_u, *q.rows);
-    const Twist d = solvers.motion().a - exact;
+    const Twist d = solvers.motion.a - exact;
     different = std::max(different, std::sqrt(dot(work.M * d, d) / dot(work.M * q.a_u, q.a_u)));
   }
-  rows.add("farthest from CGAL's answer, of the motion", different, "", 1e-9, different <= 1e-9);
+  rows.at_most("farthest from CGAL's answer, of the motion", different, "", 1e-9);
 }
 
 std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options) {
@@ -246,38 +237,33 @@ std::vector<Row> bench_contacts(size_t n, bool coherent, const Options& options)
                                       {"warm", [&](size_t i) { solvers.warm(i); }},
                                       {"pivoting", [&](size_t i) { solvers.pivoting(i); }}};
   take_turns(contestants, options.ticks, kChunk, options.rounds);
-  const double goal = n == 20 ? kGoal20 : n == 64 ? kGoal64 : 0;
   // the goal is for the servo's case: contacts that persist, with warm start
-  add_times(rows, contestants[0], 0);
-  add_times(rows, contestants[1], coherent ? goal : 0);
-  add_times(rows, contestants[2], 0);
-  const auto failed = static_cast<double>(solvers.failed());
-  rows.add("not converged", failed, "", 0, failed == 0);
-  rows.add(
-      "pivoting not converged",
-      static_cast<double>(solvers.unpivoted()) / static_cast<double>(contestants[2].times.size()),
-      "");
+  const bool has_goal = coherent && (n == 20 || n == 64);
+  add_times(rows, contestants[0]);
+  add_times(rows, contestants[1], goal_if(has_goal, n == 20 ? kGoal20 : kGoal64));
+  add_times(rows, contestants[2]);
+  rows.none("not converged", solvers.failed);
+  rows.add("pivoting not converged", static_cast<double>(solvers.unpivoted) /
+                                         static_cast<double>(contestants[2].times.size()));
   if (!coherent) return rows.rows();
 
   const size_t fewer = std::min<size_t>(options.ticks, 500);
   std::vector<Contestant> slower{{"Gauss-Seidel", [&](size_t i) { solvers.seidel(i); }},
                                  {"Coulomb", [&](size_t i) { solvers.coulomb(i); }}};
   take_turns(slower, fewer, kChunk, options.rounds);
-  for (const Contestant& c : slower) add_times(rows, c, 0);
+  for (const Contestant& c : slower) add_times(rows, c);
   const double asked = static_cast<double>(slower[0].times.size());
   rows.add("Gauss-Seidel not settled in 200 sweeps",
-           static_cast<double>(solvers.unsettled()) / asked, "");
-  rows.add("Coulomb not converged", static_cast<double>(solvers.unsettled_friction()) / asked, "");
+           static_cast<double>(solvers.unsettled) / asked);
+  rows.add("Coulomb not converged", static_cast<double>(solvers.unsettled_friction) / asked);
   bench_dantzig(rows, work, n, options);
   bench_cgal(rows, work, solvers, options);
-  const auto allocated = static_cast<double>(allocations(solvers, fewer));
-  rows.add("allocations", allocated, "", 0, allocated == 0);
+  rows.none("allocations", allocations(solvers, fewer));
   return rows.rows();
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("qp");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("qp");
   for (const size_t n : {1, 4, 5, 20, 64}) {
     for (const bool coherent : {false, true}) rows.append(bench_contacts(n, coherent, options));
   }
@@ -294,10 +280,7 @@ BenchRun bench_qp(Command& command) {
   command.option("--exact-ticks", options->exact_ticks, "of them, also asked of CGAL")
       .range(1, 100000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -125,12 +125,6 @@ struct Tally {
   std::vector<double> peer;                              // [s]
 };
 
-double cpu_of(const auto& work) {
-  const int64_t begin = thread_cpu_ns();
-  work();
-  return static_cast<double>(thread_cpu_ns() - begin);
-}
-
 /// Checks a sample of poses exactly and the others by a separate front that is given the poses
 /// only: from scratch, a tight fit takes many times as long as a move.
 void judge_pose(const Pose& pose, bool is_exact, const RigidPoseJudge& judge, NearFront& front,
@@ -168,11 +162,11 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
     const Pose led = hand.at(kTick * static_cast<double>(k));
     GodObjectMove move;
     const int64_t start_ns = now_ns();
-    const double cpu = cpu_of([&] { move = subject.move(led, before); });
+    const int64_t cpu = cpu_ns_of([&] { move = subject.move(led, before); });
     tally.clock.add(now_ns() - start_ns);
-    tally.cpu.add(static_cast<int64_t>(cpu));
-    tally.cpu_ns += cpu;
-    if (k == 0) tally.first_ns = cpu;
+    tally.cpu.add(cpu);
+    tally.cpu_ns += static_cast<double>(cpu);
+    if (k == 0) tally.first_ns = static_cast<double>(cpu);
     before = led;
     const size_t contacts = subject.contacts(led);
     tally.contacts += static_cast<double>(contacts);
@@ -185,7 +179,8 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
       judge_rest(subject, led, judge, tally);
     }
     if (peer && is_sample(k, options.frames, kPeerSamples)) {
-      tally.peer.push_back(1e-9 * cpu_of([&] { peer->distance(subject.pose()); }));
+      const int64_t ns = cpu_ns_of([&] { peer->distance(subject.pose()); });
+      tally.peer.push_back(1e-9 * static_cast<double>(ns));
     }
   }
   return tally;
@@ -194,12 +189,11 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
 std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const Tally& tally) {
   Rows rows("rigid, " + scene.name);
   const auto count = static_cast<double>(tally.cpu.count());
-  rows.add("triangles of the object", static_cast<double>(scene.object.mesh.triangles.size()), "");
-  rows.add("triangles of the tool", static_cast<double>(scene.tool.mesh.triangles.size()), "");
-  rows.add("frames of 1 kHz", count, "");
+  rows.add("triangles of the object", scene.object.mesh.triangles.size());
+  rows.add("triangles of the tool", scene.tool.mesh.triangles.size());
+  rows.add("frames of 1 kHz", count);
   rows.add("speed of the hand, max", hand.top_speed(), "m/s");
-  const double rate = 1e9 * count / tally.cpu_ns;
-  rows.add("updates a second of CPU time", rate, "Hz", kGoalRate, rate >= kGoalRate);
+  rows.at_least("updates a second of CPU time", 1e9 * count / tally.cpu_ns, "Hz", kGoalRate);
   const auto seconds = [](int64_t ns) { return 1e-9 * static_cast<double>(ns); };
   const double p50 = seconds(tally.cpu.percentile(50));
   rows.add("one move, CPU p50", p50, "s");
@@ -207,16 +201,16 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
   rows.add("one move, CPU longest", seconds(tally.cpu.max()), "s");
   rows.add("the first, from home to the hand, CPU", 1e-9 * tally.first_ns, "s");
   rows.add("one move, on the clock", tally.clock);
-  rows.add("frames held back by contacts", tally.pressed / count, "");
-  rows.add("contacts, mean", tally.contacts / count, "");
-  rows.add("settled frames held back without a contact", tally.blind, "", 0, tally.blind == 0);
-  rows.add("poses judged exactly", tally.exact, "");
-  rows.add("of them inside or meeting", tally.entered, "", 0, tally.entered == 0);
-  rows.add("others that may meet", tally.met, "", 0, tally.met == 0);
-  rows.add("frames unsettled", tally.unsettled / count, "");
-  rows.add("settled frames judged by all pairs", tally.rests, "");
-  rows.add("of them not to be judged", tally.unknown, "");
-  rows.add("of them jams", tally.jams, "", 0, tally.jams == 0);
+  rows.add("frames held back by contacts", tally.pressed / count);
+  rows.add("contacts, mean", tally.contacts / count);
+  rows.none("settled frames held back without a contact", tally.blind);
+  rows.add("poses judged exactly", tally.exact);
+  rows.none("of them inside or meeting", tally.entered);
+  rows.none("others that may meet", tally.met);
+  rows.add("frames unsettled", tally.unsettled / count);
+  rows.add("settled frames judged by all pairs", tally.rests);
+  rows.add("of them not to be judged", tally.unknown);
+  rows.none("of them jams", tally.jams);
   rows.add("longest way left there", tally.longest, "m");
   if (tally.peer.empty()) {
     rows.note("FCL", "LEFT OUT: install with ./run bench");
@@ -228,8 +222,7 @@ std::vector<Row> rows_of(const RigidScene& scene, const ShakingHand& hand, const
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("rigid");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("rigid");
   uint64_t seed = options.seed;
   const auto run = [&](const RigidScene& scene) {
     const ShakingHand hand(scene.home, scene.shaking, seed++);

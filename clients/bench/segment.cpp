@@ -94,9 +94,9 @@ void check_answers(Rows& rows, const Answers& answers, const MeshShape& shape,
     extra += !truth.hit && answers[i].hit;
     different += !same(truth, answers[i]);
   }
-  rows.add("missed, against brute force", missed, "", 0, missed == 0);
-  rows.add("extra, against brute force", extra, "", 0, extra == 0);
-  rows.add("another hit than brute force", different, "", 0, different == 0);
+  rows.none("missed, against brute force", missed);
+  rows.none("extra, against brute force", extra);
+  rows.none("another hit than brute force", different);
 }
 
 /// The times of hits only, or of misses only.
@@ -153,11 +153,11 @@ double bench_beside_peers(Rows& rows, const MeshShape& shape, const Segments& se
     add_beside(rows, own, peer, answers);
     double flips = 0;
     for (size_t i = 0; i < segments.size(); ++i) flips += peer_hits[asked[n]][i] != answers[i].hit;
-    rows.add(peer.name + ", hit or miss answered otherwise", flips, "");
+    rows.add(peer.name + ", hit or miss answered otherwise", flips);
     if (asked[n] != 0) continue;
     const double median = p50 / percentile(peer.times, 50), tail = p99 / percentile(peer.times, 99);
-    rows.add("p50, of Embree's", median, "", kGoalMedian, median <= kGoalMedian);
-    rows.add("p99, of Embree's", tail, "", kGoalP99, tail <= kGoalP99);
+    rows.at_most("p50, of Embree's", median, "", kGoalMedian);
+    rows.at_most("p99, of Embree's", tail, "", kGoalP99);
   }
   return p50;
 }
@@ -192,15 +192,15 @@ void bench_columns(Rows& rows, const MeshShape& shape, const Segments& segments,
   take_turns(columns, segments.size(), kChunk, options.rounds);
   double different = 0;
   for (const Answers& other : answers) different += count_different(truth, other);
-  rows.add("different between the five searches", different, "", 0, different == 0);
+  rows.none("different between the five searches", different);
   for (const Contestant& c : columns) rows.add(c.name + " p50", percentile(c.times, 50), "s");
   const auto compare = [&](const std::string& which, const std::function<bool(size_t)>& counts) {
     const MeanAndWorst hybrid = judge(columns[0], counts, segments.size());
     for (size_t k = 1; k < columns.size(); ++k) {
       const MeanAndWorst other = judge(columns[k], counts, segments.size());
       const std::string ratio = columns[k].name + " : hybrid, " + which;
-      rows.add(ratio + ", mean", other.mean / hybrid.mean, "");
-      rows.add(ratio + ", worst", other.worst / hybrid.worst, "");
+      rows.add(ratio + ", mean", other.mean / hybrid.mean);
+      rows.add(ratio + ", worst", other.worst / hybrid.worst);
     }
   };
   compare("hits", [&](size_t i) { return truth[i].hit; });
@@ -238,10 +238,10 @@ void bench_sweep(Rows& rows, const BenchShape& bench, const Segments& segments,
     rows.add("sweep, cell " + cell + ", expected", choices[k].cost, "s");
     if (means[k] == least) rows.add("sweep, cheapest cell", choices[k].cell, "m");
     if (choices[k].cell != bench.built.grid.grid.cell) continue;
-    rows.add("sweep, chosen : cheapest", means[k] / least, "");
+    rows.add("sweep, chosen : cheapest", means[k] / least);
   }
-  rows.add("sweep, finest : cheapest", means.front() / least, "");
-  rows.add("sweep, coarsest : cheapest", means.back() / least, "");
+  rows.add("sweep, finest : cheapest", means.front() / least);
+  rows.add("sweep, coarsest : cheapest", means.back() / least);
 }
 
 /// Rows of one mesh; returns the median with warm start.
@@ -250,13 +250,13 @@ double bench_mesh(Rows& rows, const WorkloadMesh& work, const Options& options) 
   bench.mesh = build_mesh(work.soup.vertices, work.soup.triangles);
   bench.built = build_search_structures(bench.mesh.view());
   const MeshShape shape = bench.view();
-  rows.add("triangles", static_cast<double>(shape.mesh.triangles.size()), "");
+  rows.add("triangles", shape.mesh.triangles.size());
   rows.add("cell", shape.grid.cell, "m");
   const Segments segments = dragged_segments(shape, work.kind, options.segments);
   Answers answers;
   const double p50 = bench_beside_peers(rows, shape, segments, options, answers);
   const auto hits = std::count_if(answers.begin(), answers.end(), [](auto& a) { return a.hit; });
-  rows.add("hits", static_cast<double>(hits) / static_cast<double>(answers.size()), "");
+  rows.add("hits", static_cast<double>(hits) / static_cast<double>(answers.size()));
   check_answers(rows, answers, shape, segments, options.checked);
   bench_columns(rows, shape, segments, options, answers);
   if (shape.mesh.triangles.size() <= kSweptTriangles) bench_sweep(rows, bench, segments, options);
@@ -294,8 +294,7 @@ std::string problem_of_name(const std::string& name) {
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("segment");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("segment");
   std::map<std::string, double> medians;
   for (const std::string& name : options.meshes) {
     try {
@@ -309,7 +308,7 @@ std::vector<Row> all_rows(const Options& options) {
   }
   if (medians.contains("bump:16") && medians.contains("bump:128")) {
     const double growth = medians["bump:128"] / medians["bump:16"];
-    rows.add("p50, 328 k against 5 k triangles", growth, "", kGoalGrowth, growth <= kGoalGrowth);
+    rows.at_most("p50, 328 k against 5 k triangles", growth, "", kGoalGrowth);
   }
   if (medians.contains("bump:16") && medians.contains("bump:158")) {
     double least = medians["bump:16"], most = least;
@@ -318,9 +317,8 @@ std::vector<Row> all_rows(const Options& options) {
       least = std::min(least, p50);
       most = std::max(most, p50);
     }
-    const double spread = (most - least) / (most + least);
-    rows.add("p50, 5 k to 500 k triangles, to either side of the middle", spread, "", kGoalSpread,
-             spread <= kGoalSpread);
+    rows.at_most("p50, 5 k to 500 k triangles, to either side of the middle",
+                 (most - least) / (most + least), "", kGoalSpread);
   }
   return rows.rows();
 }
@@ -339,10 +337,7 @@ BenchRun bench_segment(Command& command) {
   command.option("--checked", options->checked, "segments compared with brute force, a mesh")
       .range(1, 1000000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

@@ -132,10 +132,11 @@ size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const Shell
   for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
     for (size_t turn = 0; turn < ways.size(); ++turn) {
       Way& way = ways[(round + turn) % ways.size()];
-      const int64_t begin = thread_cpu_ns();
-      for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
-      const auto ns = static_cast<double>(std::max<int64_t>(thread_cpu_ns() - begin, 1));
-      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) / ns);
+      const int64_t ns = cpu_ns_of([&] {
+        for (size_t i = 0; i < passes; ++i) found += way.pass(poses[i % poses.size()]);
+      });
+      way.rates.push_back(1e3 * static_cast<double>(passes * n_points) /
+                          static_cast<double>(std::max<int64_t>(ns, 1)));
     }
   }
   return found;
@@ -193,20 +194,20 @@ std::vector<Row> run_trial(const Trial& trial, int rounds) {
   const std::string prefix = trial.name + ", ";
   size_t touching = 0;
   for (const ShellInVoxels& at : poses) touching += scan(fastest_scan())(at);
-  rows.add(prefix + "points", n, "");
+  rows.add(prefix + "points", n);
   rows.add(prefix + "points not free",
-           static_cast<double>(touching) / static_cast<double>(poses.size() * n), "");
+           static_cast<double>(touching) / static_cast<double>(poses.size() * n));
   for (const Way& way : ways) rows.add(prefix + way.name, median(way.rates), "1/µs");
-  rows.add(prefix + "512-tree over map, scalar", median_ratio(ways[2], ways[0]), "");
-  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]), "");
+  rows.add(prefix + "512-tree over map, scalar", median_ratio(ways[2], ways[0]));
+  rows.add(prefix + "scalar over its ceiling", median_ratio(ways[0], ways[1]));
   if (!has_lanes) {
     rows.note(prefix + "lanes", "LEFT OUT: this processor has no AVX2");
     return rows.rows();
   }
   const double ratio = median_ratio(ways[3], ways[4]), rate = median(ways[3].rates);
-  rows.add(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling, ratio >= kGoalOfCeiling);
+  rows.at_least(prefix + "lanes over ceiling", ratio, "", kGoalOfCeiling);
   if (trial.is_judged_rate) {
-    rows.add(prefix + "points tested", rate, "1/µs", kGoalRate, rate >= kGoalRate);
+    rows.at_least(prefix + "points tested", rate, "1/µs", kGoalRate);
   }
   return rows.rows();
 }
@@ -219,8 +220,8 @@ std::vector<Row> run_map(const Options& options, uint32_t side,
   const std::string name = std::to_string(side) + "³";
   Rows rows(name);
   const auto voxels = static_cast<double>(map.index.size() * kBrickSide * kBrickSide * kBrickSide);
-  rows.add(name + ", map", static_cast<double>(map.bytes()), "B");
-  rows.add(name + ", 512-tree", static_cast<double>(tree.bytes()), "B");
+  rows.add(name + ", map", map.bytes(), "B");
+  rows.add(name + ", 512-tree", tree.bytes(), "B");
   rows.add(name + ", dense", voxels / 4, "B");
   for (size_t i = 0; i < shells.size(); ++i) {
     const uint32_t n = options.points[i];
@@ -305,17 +306,15 @@ std::vector<Row> run_coherence(const Options& options) {
       build_distance_field(-kBall * Vec3{1, 1, 1}, kBall * Vec3{1, 1, 1},
                            [](const Vec3& p) { return norm(p) - kBall; }, {kCell, kBand, kBand});
   const PointshellData shell = shell_of(middle(options.points), kSmallTool);
-  rows.add("near miss, points of the shell", static_cast<double>(shell.x.size()), "");
+  rows.add("near miss, points of the shell", shell.x.size());
   for (const double gap : kGaps) {
     const auto [tested, cpu_ns] = pass_by(field.view(), shell.view(), gap);
     const std::string name = readable(gap, "m") + " off, ";
-    rows.add(name + "tested a tick, tree alone", tested[0], "");
-    rows.add(name + "tested a tick, coherent", tested[1], "");
+    rows.add(name + "tested a tick, tree alone", tested[0]);
+    rows.add(name + "tested a tick, coherent", tested[1]);
     rows.add(name + "CPU a tick, tree alone", 1e-9 * cpu_ns[0], "s");
     rows.add(name + "CPU a tick, coherent", 1e-9 * cpu_ns[1], "s");
-    const double ratio = tested[0] / tested[1];
-    rows.add(name + "fewer points by coherence", ratio, "", kGoalCoherence,
-             ratio >= kGoalCoherence);
+    rows.at_least(name + "fewer points by coherence", tested[0] / tested[1], "", kGoalCoherence);
   }
   return rows.rows();
 }
@@ -339,9 +338,8 @@ std::vector<Row> run_memory(const Options& options) {
     const auto map_bytes = static_cast<double>(map.index.size_bytes() + map.data.size_bytes());
     const auto field_bytes = static_cast<double>(
         field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes());
-    rows.add(name + ", map", map_bytes, "B", kGoalMap, map_bytes <= kGoalMap);
-    rows.add(name + ", distance field, band of two voxels", field_bytes, "B", kGoalField,
-             field_bytes <= kGoalField);
+    rows.at_most(name + ", map", map_bytes, "B", kGoalMap);
+    rows.at_most(name + ", distance field, band of two voxels", field_bytes, "B", kGoalField);
   } catch (const MeshError& error) {
     rows.note(name, std::string("LEFT OUT: ") + error.what());
   }
@@ -349,8 +347,7 @@ std::vector<Row> run_memory(const Options& options) {
 }
 
 std::vector<Row> all_rows(const Options& options) {
-  Rows rows("voxel");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("voxel");
   std::vector<PointshellData> shells;
   for (const uint32_t n : options.points) shells.push_back(shell_of(n, 1));
   for (const uint32_t side : options.sides) rows.append(run_map(options, side, shells));
@@ -386,10 +383,7 @@ BenchRun bench_voxel(Command& command) {
   command.option("--ticks", contact.ticks, "contact steps of a pair")
       .range(100, 1'000'000)
       .show_default();
-  return [options](int rounds) {
-    options->rounds = rounds;
-    return all_rows(*options);
-  };
+  return run_rounds(options, all_rows);
 }
 
 }  // namespace haptic

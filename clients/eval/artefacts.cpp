@@ -52,8 +52,7 @@ void judge_edge(const ArtefactRun& run, bool is_penalty, Rows& rows) {
   } else {
     const double beyond = run.largest_step_beyond(kEdgeStiffness);
     rows.add("edge of a block: largest step of the force in a tick", run.largest_step(), "N");
-    rows.add("edge of a block: step beyond stiffness times motion", beyond, "N", 1e-9,
-             beyond <= 1e-9);
+    rows.at_most("edge of a block: step beyond stiffness times motion", beyond, "N", 1e-9);
   }
 }
 
@@ -125,8 +124,7 @@ ArtefactRun run_artefact(ArtefactScene scene, Renderer renderer) {
 }
 
 std::vector<Row> eval_artefacts(const std::string& plot) {
-  Rows rows("artefacts of penalty3");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("artefacts of penalty3");
   Panel edge{"edge of a block: force upwards", "N", {}},
       plate{"thin plate: force upwards", "N", {}};
   for (const RendererRow& row : kRenderers) {

@@ -29,7 +29,6 @@
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config_warnings.h"
-#include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/renderer.h"
@@ -101,8 +100,7 @@ void run_eval(const EvalOptions& options) {
   const EvalRun first = run_lockstep(config, shapes, options);
   const EvalRun second = run_lockstep(config, shapes, options);
   const std::string name(view(config.name));
-  Rows rows(name);
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows(name);
   rows.note("lockstep", "virtual time, contact every " +
                             std::to_string(options.lockstep.contact_period) + " ticks, " +
                             std::to_string(options.lockstep.contact_latency) + " late");
@@ -120,14 +118,8 @@ void run_eval(const EvalOptions& options) {
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(first.hash));
   rows.note("hash of all frames", hash);
 
-  if (options.json) {
-    print_json(std::cout, rows.rows());
-  } else {
-    print_table(std::cout, rows.rows());
-  }
-  std::cout.flush();
   if (!options.plot.empty()) plot_session(options.plot, name + ", lockstep", first.data);
-  if (!all_hold(rows.rows())) throw ExitCode{1};
+  print_judged(rows.rows(), options.json);
 }
 
 void run_renderer(const EvalOptions& options, const Command& command) {

@@ -16,9 +16,9 @@ struct FingerprintEval {
   std::string forces;  // folder of the forces of another build; none: only hashes
 };
 
-/// Hashes of what every tick has come to, for each session file and each renderer that can play it:
-/// a change of the code that is to change no behaviour must leave them as they are. With a folder,
-/// the wrenches of each session are kept there, or, where they are there already, the largest
+/// Hashes of the results of every tick, for each session file and each renderer that can play it. A
+/// change of the code that is to change no behaviour must leave the hashes as they are. With a
+/// folder, the wrenches of each session are kept there; if it holds them already, the largest
 /// difference of a force is a row. A session whose hand is recorded plays its recording; one on a
 /// device or without its meshes is left out, and a row says why. Throws ConfigError for a file that
 /// cannot be read.

@@ -70,12 +70,12 @@ void judge_scene(const FreeScene& scene, bool as_point, const FreeEval& eval,
 
 std::vector<Row> rows_of(const std::string& name, const FreeFound& found) {
   Rows rows(name);
-  rows.add("ticks", static_cast<double>(found.ticks), "");
-  rows.add("ticks that may touch, and do", static_cast<double>(found.touched), "");
-  rows.add("free ticks", static_cast<double>(found.free), "");
+  rows.add("ticks", found.ticks);
+  rows.add("ticks that may touch, and do", found.touched);
+  rows.add("free ticks", found.free);
   rows.add("free ticks in which something is felt", static_cast<double>(found.felt), "", 0,
            found.felt == 0 && found.free > 0);
-  rows.add("force or torque in them, max", found.largest, "N", 0, found.largest == 0);
+  rows.none("force or torque in them, max", found.largest, "N");
   if (found.felt > 0) rows.note("the most was felt", found.where);
   return rows.rows();
 }
@@ -178,8 +178,7 @@ std::vector<Row> eval_free(const FreeEval& eval) {
   for (const FreeScene& scene : scenes_of(eval)) {
     for (const bool as_point : {true, false}) judge_scene(scene, as_point, eval, found);
   }
-  Rows rows("free");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("free");
   for (size_t i = 0; i < renderers.size(); ++i) {
     rows.append(rows_of(renderers[i].name, found[i]));
   }

@@ -27,79 +27,75 @@ void EvalJudge::add(const ServoFrame& frame, uint32_t contact_flags, const Oracl
   const Vec3 tool = frame.X_WT.p, proxy = frame.X_WP.p;
   const Vec3 force = frame.F_coupling_W.f, exact = stiffness_ * (truth.proxy_O - tool);
   const double error = norm(force - exact);
-  const double ripple = ticks_ > 0 ? norm((force - last_force_) - (exact - last_exact_)) : 0;
-  if (!is_finite(force) || !is_finite(frame.F_device_B) || !is_finite(frame.X_WG)) ++not_finite_;
+  const double ripple = found_.ticks > 0 ? norm((force - last_force_) - (exact - last_exact_)) : 0;
+  if (!is_finite(force) || !is_finite(frame.F_device_B) || !is_finite(frame.X_WG))
+    ++found_.not_finite;
 
   const double depth = norm(truth.proxy_O - tool);
-  touching_ += depth > 0;
-  lost_ += depth > kLostDepth && norm(force) == 0;
+  found_.touching += depth > 0;
+  found_.lost += depth > kLostDepth && norm(force) == 0;
   const double way = norm(tool - last_tool_);
-  const bool stays = ticks_ > 0 && way > kLeastWay && norm(proxy - last_proxy_) < kJamShare * way;
+  const bool stays =
+      found_.ticks > 0 && way > kLeastWay && norm(proxy - last_proxy_) < kJamShare * way;
   const bool jams = stays && norm(force) > norm(exact) + kJamForce;
   jam_length_ = jams ? jam_length_ + 1 : 0;
-  jammed_ += jams;
-  longest_jam_ = std::max(longest_jam_, jam_length_);
-  limits_ += (contact_flags & (kContactIterationLimit | kContactTruncated)) != 0 ||
-             (frame.flags & kServoSolverLimit) != 0;
-  oracle_open_ += !truth.converged;
+  found_.jammed += jams;
+  found_.longest_jam = std::max(found_.longest_jam, jam_length_);
+  found_.limits += (contact_flags & (kContactIterationLimit | kContactTruncated)) != 0 ||
+                   (frame.flags & kServoSolverLimit) != 0;
+  found_.oracle_open += !truth.converged;
 
   squared_error_ += error * error;
   squared_ripple_ += ripple * ripple;
-  if (!(error <= worst_error_)) worst_error_ = error, worst_tick_ = frame.tick;
-  worst_ripple_ = std::max(worst_ripple_, ripple);
-  deepest_behind_ = std::max(deepest_behind_, place.behind.depth);
+  if (!(error <= found_.worst_error)) found_.worst_error = error, found_.worst_tick = frame.tick;
+  found_.worst_ripple = std::max(found_.worst_ripple, ripple);
+  found_.deepest_behind = std::max(found_.deepest_behind, place.behind.depth);
   const bool rests = stiffness_ * place.descent <= kLeastDescent;
-  not_minimal_ += !rests;
+  found_.not_minimal += !rests;
   stuck_length_ = stays && !rests ? stuck_length_ + 1 : 0;
-  longest_stuck_ = std::max(longest_stuck_, stuck_length_);
-  largest_descent_ = std::max(largest_descent_, place.descent);
-  deepest_tool_ = std::max(deepest_tool_, depth);
-  largest_force_ = std::max(largest_force_, norm(force));
-  largest_held_ = std::max(largest_held_, norm(frame.F_device_B.f));
-  trace_.t.push_back(static_cast<double>(ticks_) * 1e-3);
+  found_.longest_stuck = std::max(found_.longest_stuck, stuck_length_);
+  found_.largest_descent = std::max(found_.largest_descent, place.descent);
+  found_.deepest_tool = std::max(found_.deepest_tool, depth);
+  found_.largest_force = std::max(found_.largest_force, norm(force));
+  found_.largest_held = std::max(found_.largest_held, norm(frame.F_device_B.f));
+  trace_.t.push_back(static_cast<double>(found_.ticks) * 1e-3);
   trace_.force.push_back(norm(force));
   trace_.exact.push_back(norm(exact));
   trace_.error.push_back(error);
   trace_.ripple.push_back(ripple);
   last_tool_ = tool, last_proxy_ = proxy, last_force_ = force, last_exact_ = exact;
-  ++ticks_;
+  ++found_.ticks;
 }
 
 double EvalJudge::rms_error() const {
-  return ticks_ > 0 ? std::sqrt(squared_error_ / static_cast<double>(ticks_)) : 0;
+  return found_.ticks > 0 ? std::sqrt(squared_error_ / static_cast<double>(found_.ticks)) : 0;
 }
 
 std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals) const {
   Rows rows(name);
-  const auto count = [&](const std::string& metric, uint64_t n, bool judged) {
-    rows.add_if(judged, metric, static_cast<double>(n), "", 0, n == 0);
-  };
-  const auto bounded = [&](const std::string& metric, double value, const std::string& unit,
-                           double goal) {
-    rows.add_if(goal > 0, metric, value, unit, goal, value <= goal);
-  };
-  const double n = static_cast<double>(std::max<uint64_t>(ticks_, 1));
-  rows.add("ticks", static_cast<double>(ticks_), "");
-  rows.add("ticks in contact", static_cast<double>(touching_), "");
-  bounded("force error, rms", rms_error(), "N", goals.rms_force_error);
+  const auto no_jams = goal_if(goals.follows_oracle, 0);
+  const double n = static_cast<double>(std::max<uint64_t>(found_.ticks, 1));
+  rows.add("ticks", found_.ticks);
+  rows.add("ticks in contact", found_.touching);
+  rows.at_most("force error, rms", rms_error(), "N", goals.rms_force_error);
   rows.add("force error, p99", percentile(trace_.error, 0.99), "N");
-  bounded("force error, max", worst_error_, "N", goals.max_force_error);
+  rows.at_most("force error, max", found_.worst_error, "N", goals.max_force_error);
   rows.add("ripple, rms", std::sqrt(squared_ripple_ / n), "N");
-  bounded("ripple, max", worst_ripple_, "N", goals.max_ripple);
-  count("jammed ticks", jammed_, goals.follows_oracle);
-  rows.add("longest jam, ticks", static_cast<double>(longest_jam_), "");
-  rows.add("longest stuck away from rest, ticks", static_cast<double>(longest_stuck_), "");
-  count("ticks fallen through", lost_, goals.follows_oracle);
-  rows.add_if(goals.follows_oracle, "verified proxy behind the surface, max", deepest_behind_, "m",
-              0, deepest_behind_ == 0);
-  count("ticks not in a local minimum", not_minimal_, goals.rests);
-  rows.add("force a step on towards the tool would change, max", largest_descent(), "N");
-  rows.add("tool behind the surface, max", deepest_tool_, "m");
-  rows.add("force, max", largest_force_, "N");
-  bounded("force held by the device, max", largest_held_, "N", goals.force_limit);
-  count("ticks not finite", not_finite_, true);
-  rows.add("ticks at a solver's limit", static_cast<double>(limits_), "");
-  rows.add("ticks without an answer of the oracle", static_cast<double>(oracle_open_), "");
+  rows.at_most("ripple, max", found_.worst_ripple, "N", goals.max_ripple);
+  rows.at_most("jammed ticks", found_.jammed, "", no_jams);
+  rows.add("longest jam, ticks", found_.longest_jam);
+  rows.add("longest stuck away from rest, ticks", found_.longest_stuck);
+  rows.at_most("ticks fallen through", found_.lost, "", no_jams);
+  rows.at_most("verified proxy behind the surface, max", found_.deepest_behind, "m", no_jams);
+  rows.at_most("ticks not in a local minimum", found_.not_minimal, "", goal_if(goals.rests, 0));
+  rows.add("force a step on towards the tool would change, max",
+           stiffness_ * found_.largest_descent, "N");
+  rows.add("tool behind the surface, max", found_.deepest_tool, "m");
+  rows.add("force, max", found_.largest_force, "N");
+  rows.at_most("force held by the device, max", found_.largest_held, "N", goals.force_limit);
+  rows.none("ticks not finite", found_.not_finite);
+  rows.add("ticks at a solver's limit", found_.limits);
+  rows.add("ticks without an answer of the oracle", found_.oracle_open);
   return rows.rows();
 }
 

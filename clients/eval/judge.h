@@ -12,10 +12,8 @@ namespace haptic {
 
 /// Allowed differences between a run and the oracle.
 struct EvalGoals {
-  double max_force_error = 0;  // [N]; 0: no goal
-  double rms_force_error = 0;  // [N]; 0: no goal
-  double max_ripple = 0;       // [N]; 0: no goal
-  double force_limit = 0;      // of the device [N]
+  std::optional<double> max_force_error, rms_force_error, max_ripple;  // [N]
+  std::optional<double> force_limit;                                   // of the device [N]
   bool follows_oracle = true;  // jams and lost ticks have goals
   bool rests = false;          // goal: local minimum of |x − tool| in every tick
 };
@@ -52,22 +50,14 @@ class EvalJudge {
 
   std::vector<Row> rows(const std::string& name, const EvalGoals& goals) const;
 
-  /// Largest |F − F*| so far, and its tick.
-  double worst_error() const { return worst_error_; }
-  uint64_t worst_tick() const { return worst_tick_; }
-
-  uint64_t ticks() const { return ticks_; }
-  uint64_t touching() const { return touching_; }
-  uint64_t jammed() const { return jammed_; }
-  uint64_t lost() const { return lost_; }
+  struct Found {
+    uint64_t ticks = 0, touching = 0, jammed = 0, longest_jam = 0, longest_stuck = 0, lost = 0;
+    uint64_t not_finite = 0, not_minimal = 0, limits = 0, oracle_open = 0, worst_tick = 0;
+    double worst_error = 0, worst_ripple = 0, largest_force = 0, largest_held = 0;  // [N]
+    double deepest_behind = 0, deepest_tool = 0, largest_descent = 0;               // [m]
+  };
+  const Found& found() const { return found_; }
   double rms_error() const;
-  double worst_ripple() const { return worst_ripple_; }
-  double deepest_behind() const { return deepest_behind_; }
-  uint64_t not_finite() const { return not_finite_; }
-  double largest_held() const { return largest_held_; }
-  uint64_t longest_stuck() const { return longest_stuck_; }  // [ticks]
-  uint64_t not_minimal() const { return not_minimal_; }
-  double largest_descent() const { return stiffness_ * largest_descent_; }  // [N]
 
   /// For the plot: one value per tick.
   struct Trace {
@@ -79,12 +69,9 @@ class EvalJudge {
   double stiffness_;
   bool began_overlapping_ = false;
   Trace trace_;
-  uint64_t ticks_ = 0, touching_ = 0, jammed_ = 0, lost_ = 0, stuck_length_ = 0, longest_stuck_ = 0,
-           not_finite_ = 0, not_minimal_ = 0;
-  uint64_t jam_length_ = 0, longest_jam_ = 0, limits_ = 0, oracle_open_ = 0, worst_tick_ = 0;
-  double squared_error_ = 0, worst_error_ = 0, squared_ripple_ = 0, worst_ripple_ = 0;
-  double deepest_behind_ = 0, deepest_tool_ = 0, largest_force_ = 0, largest_held_ = 0,
-         largest_descent_ = 0;
+  Found found_;
+  uint64_t stuck_length_ = 0, jam_length_ = 0;
+  double squared_error_ = 0, squared_ripple_ = 0;
   Vec3 last_tool_, last_proxy_, last_force_, last_exact_;
 };
 

@@ -30,23 +30,17 @@ SessionConfig moving_session(const MovingScene& scene, Renderer renderer) {
 
 std::vector<Row> rows_of(const std::string& name, const MovingFound& found) {
   Rows rows(name);
-  const auto count = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "");
-  };
-  const auto none = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
-  };
-  count("scenes", found.scenes);
-  count("ticks", found.ticks);
-  count("ticks with a force", found.felt);
-  none("ticks not finite", found.not_finite);
-  count("verified poses", found.poses);
-  none("of them inside or meeting", found.inside);
-  none("scenes with a change of side", found.sides_changed);
-  none("ticks with a force across an object", found.across);
-  none("placed anew", found.placed_anew);
-  none("ticks closed though there is a free way", found.closed);
-  count("sets behind their objects", found.behind);
+  rows.add("scenes", found.scenes);
+  rows.add("ticks", found.ticks);
+  rows.add("ticks with a force", found.felt);
+  rows.none("ticks not finite", found.not_finite);
+  rows.add("verified poses", found.poses);
+  rows.none("of them inside or meeting", found.inside);
+  rows.none("scenes with a change of side", found.sides_changed);
+  rows.none("ticks with a force across an object", found.across);
+  rows.none("placed anew", found.placed_anew);
+  rows.none("ticks closed though there is a free way", found.closed);
+  rows.add("sets behind their objects", found.behind);
   rows.add("behind its objects, max", found.most_behind, "m");
   rows.add("force, max", found.largest_force, "N");
   return rows.rows();
@@ -130,8 +124,7 @@ MovingFound run_moving(const MovingScene& scene, Renderer renderer,
 }
 
 std::vector<Row> eval_moving(const MovingEval& eval) {
-  Rows rows("moving");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("moving");
   std::map<std::string, MovingFound> found;
   std::map<std::string, std::string> bad;
   for (uint64_t k = 0; k < eval.scenes; ++k) {

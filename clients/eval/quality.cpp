@@ -157,13 +157,12 @@ std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& rendere
   rows.note("scene", name);
   rows.append(judge_quality(
       scene, [&](const Pose& X_WT) { return probe(X_WT); }, grain.samples, goals, name));
-  rows.add("places at which it did not settle", static_cast<double>(probe.restless()), "");
+  rows.add("places at which it did not settle", probe.restless());
   return rows.rows();
 }
 
 std::vector<Row> eval_quality(const QualityGrain& grain) {
-  Rows rows("quality");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("quality");
   rows.append(eval_drag());
   for (const QualityScene scene : kScenes) {
     const QualityShapes shapes = bake_quality(scene, grain);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/eval/renderer.h"
 
-#include <algorithm>
 #include <memory>
 #include <variant>
 
@@ -15,11 +14,6 @@ namespace haptic {
 namespace {
 
 using ProxyOracle = std::variant<GodObjectOracle, SphereOracle>;
-
-ProxyOracle make_oracle(const FacetBins& facets, double radius) {
-  if (radius > 0) return SphereOracle(facets, radius);
-  return GodObjectOracle(facets);
-}
 
 constexpr double kTick = 1e-3;           // [s]
 constexpr double kLockstepError = 1e-6;  // answered within the tick [N]
@@ -121,7 +115,8 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
   const double radius = config.renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  ProxyOracle oracle = make_oracle(facets, radius);
+  ProxyOracle oracle = GodObjectOracle(facets);
+  if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
     const ServoFrame& frame = lockstep.frame();
@@ -168,12 +163,11 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
   const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
                                     [&](const ServoFrame& frame) { friction.add(frame); });
   const std::string name = case_name(eval);
-  Rows rows(name);
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows(name);
   rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
                             " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
-  rows.add("triangles", static_cast<double>(subject.shape.mesh.triangles.size()), "");
+  rows.add("triangles", subject.shape.mesh.triangles.size());
   const std::string why = why_no_answer(subject, judge);
   if (!why.empty()) rows.note(kNoAnswer, why);
   rows.append(judge.rows(name, goals_of(eval, subject, why.empty())));

@@ -38,24 +38,18 @@ std::vector<RestScene> scenes_of(const RestEval& eval) {
 
 std::vector<Row> rows_of(const std::string& name, const RestCount& count, bool is_point) {
   Rows rows(name);
-  const auto counted = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "");
-  };
-  const auto none = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
-  };
-  counted("ticks in contact", count.touching);
-  counted("of them not at rest within the tick", count.restless);
+  rows.add("ticks in contact", count.touching);
+  rows.add("of them not at rest within the tick", count.restless);
   const auto ticks = static_cast<double>(std::max<uint64_t>(count.touching, 1));
   const double share = 1 - static_cast<double>(count.restless) / ticks;
-  rows.add("share at rest within the tick", share, "", kRestShare, share >= kRestShare);
-  counted("ticks at a solver's limit", count.limits);
+  rows.at_least("share at rest within the tick", share, "", kRestShare);
+  rows.add("ticks at a solver's limit", count.limits);
   if (!is_point) return rows.rows();
-  counted("places that ways are tried from", count.judged);
-  none("of them caught: a straight way is free", count.caught);
+  rows.add("places that ways are tried from", count.judged);
+  rows.none("of them caught: a straight way is free", count.caught);
   rows.add("force such a way would take, max", count.worst, "N");
   rows.add("of a force of", count.of_force, "N");
-  none("of them with the verified proxy inside", count.inside);
+  rows.none("of them with the verified proxy inside", count.inside);
   return rows.rows();
 }
 
@@ -101,8 +95,7 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
 }
 
 std::vector<Row> eval_rest(const RestEval& eval) {
-  Rows rows("rest");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("rest");
   for (const RestScene& scene : scenes_of(eval)) {
     for (const RestHand hand : kRestHands) {
       RestCount count;

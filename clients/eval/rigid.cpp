@@ -51,11 +51,10 @@ std::vector<Row> judge_plane(Renderer renderer, const LockstepOptions& lockstep)
   for (uint32_t age = 1; age <= kOldest; ++age) {
     free = std::max(free, force_in_free_space(renderer, {lockstep.contact_period, age}));
   }
-  rows.add_if(is_massless(renderer), "free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free,
-              "N", 0, free == 0);
-  const double slant = slant_of_push(renderer, lockstep);
-  rows.add_if(is_massless(renderer), "pushed at 45°: force along/across the plane, max", slant, "",
-              kSlantGoal, slant <= kSlantGoal);
+  rows.at_most("free at 2 m/s and 10 rad/s, 1 to 20 late: force, max", free, "N",
+               goal_if(is_massless(renderer), 0));
+  rows.at_most("pushed at 45°: force along/across the plane, max",
+               slant_of_push(renderer, lockstep), "", goal_if(is_massless(renderer), kSlantGoal));
   return rows.rows();
 }
 
@@ -135,8 +134,7 @@ double slant_of_push(Renderer renderer, const LockstepOptions& lockstep) {
 }
 
 std::vector<Row> eval_rigid(RigidEval eval) {
-  Rows rows("rigid");
-  rows.note("machine", machine_line());
+  Rows rows = machine_rows("rigid");
   std::vector<RigidScene> scenes{peg_in_hole(kClearance), box_on_plate()};
   if (std::optional<RigidScene> bunny = bunny_on_bunny(eval.meshes)) {
     scenes.push_back(*std::move(bunny));

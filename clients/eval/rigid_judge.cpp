@@ -157,44 +157,34 @@ void RigidJudge::add(const ServoFrame& frame, const ContactSet* set) {
 
 std::vector<Row> RigidJudge::rows(const std::string& case_name) const {
   Rows rows(case_name);
-  const auto count = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "");
-  };
-  const auto none = [&](const std::string& metric, uint64_t n) {
-    rows.add(metric, static_cast<double>(n), "", 0, n == 0);
-  };
-  count("ticks", found_.ticks);
-  count("ticks with a force", found_.felt);
-  none("ticks not finite", found_.not_finite);
-  count("verified poses", found_.poses);
-  none("of them inside or meeting", found_.inside);
-  none("placed anew, or nowhere", found_.placed_anew);
-  count("held back by something", found_.held);
-  count("unsettled", found_.unsettled);
-  count("too near to be judged", found_.unknown);
-  none("jammed though there is way left", found_.jammed_poses);
+  rows.add("ticks", found_.ticks);
+  rows.add("ticks with a force", found_.felt);
+  rows.none("ticks not finite", found_.not_finite);
+  rows.add("verified poses", found_.poses);
+  rows.none("of them inside or meeting", found_.inside);
+  rows.none("placed anew, or nowhere", found_.placed_anew);
+  rows.add("held back by something", found_.held);
+  rows.add("unsettled", found_.unsettled);
+  rows.add("too near to be judged", found_.unknown);
+  rows.none("jammed though there is way left", found_.jammed_poses);
   rows.add("force, max", found_.largest_force, "N");
   if (options_.is_massless && !options_.has_friction) {
-    none("ticks jammed against all pairs", found_.jammed_ticks);
-    none("ticks fallen through", found_.fallen);
-    rows.add("spring outside the cone of the contacts, max", found_.off_cone, "of it", kCone,
-             found_.off_cone <= kCone);
+    rows.none("ticks jammed against all pairs", found_.jammed_ticks);
+    rows.none("ticks fallen through", found_.fallen);
+    rows.at_most("spring outside the cone of the contacts, max", found_.off_cone, "of it", kCone);
   }
   if (!options_.is_massless) {
     rows.add("step of force in a tick, max", found_.largest_step, "N");
     return rows.rows();
   }
-  rows.add("force not between the last and the spring's, max", found_.beside, "of it", kCone,
-           found_.beside <= kCone);
-  const double step = std::max(found_.reference_step, kNoticed * found_.largest_force);
+  rows.at_most("force not between the last and the spring's, max", found_.beside, "of it", kCone);
   rows.add("step of the exact force in a tick, max", found_.reference_step, "N");
-  rows.add("step of force in a tick, max", found_.largest_step, "N", step,
-           found_.largest_step <= step);
+  rows.at_most("step of force in a tick, max", found_.largest_step, "N",
+               std::max(found_.reference_step, kNoticed * found_.largest_force));
   const double exact = rms_above(reference_W_, 1 / options_.dt, kRough);
-  const double rough = rms_above(felt_W_, 1 / options_.dt, kRough);
   rows.add("exact force above 100 Hz, root mean square", exact, "N");
-  rows.add("force above 100 Hz, root mean square", rough, "N", kRougher * exact,
-           rough <= kRougher * exact);
+  rows.at_most("force above 100 Hz, root mean square", rms_above(felt_W_, 1 / options_.dt, kRough),
+               "N", kRougher * exact);
   return rows.rows();
 }
 

@@ -217,16 +217,15 @@ std::vector<Row> eval_ruffaldi(const RuffaldiEval& eval) {
   const std::vector<Vec3> forces = render_trajectory(shape, work.in_trajectory, eval.lockstep);
   const ForceComparison c = compare_forces(work.probe, forces);
 
-  Rows rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
-  rows.note("machine", machine_line());
-  rows.add("triangles", static_cast<double>(shape.mesh.triangles.size()), "");
+  Rows rows = machine_rows("ruffaldi on " + (scanned ? eval.traj : eval.surface));
+  rows.add("triangles", shape.mesh.triangles.size());
   if (!scanned) rows.add("noise of the tracker", eval.noise, "m");
-  rows.add("samples in contact", static_cast<double>(c.samples), "");
+  rows.add("samples in contact", c.samples);
   rows.add("mean force", c.mean_force, "N");
   // only surfaces that a mesh represents (almost) exactly have a goal
   const bool judged = !scanned && (eval.surface == "plane" || eval.surface == "sphere");
   const double share = c.mean_force > 0 ? c.rms / c.mean_force : 0;
-  rows.add_if(judged, "force error, rms, of the mean", share, "", kShare, share <= kShare);
+  rows.at_most("force error, rms, of the mean", share, "", goal_if(judged, kShare));
   rows.add("force error, rms", c.rms, "N");
   rows.add("force error, rms, normal", c.rms_normal, "N");
   rows.add("force error, rms, tangential", c.rms_tangential, "N");

@@ -20,7 +20,6 @@ struct EvalTable {
 /// The benchmark set: the plane, then each family from coarse to fine.
 std::vector<std::string> published_work();
 
-/// All cases, mesh by mesh.
 std::vector<RendererEval> cases_of(const EvalTable& table);
 
 /// One line for people per case, below the names of the columns; rows as returned by eval_renderer,

@@ -34,7 +34,7 @@ double sum_of(const std::vector<JitterRound>& rounds, Count count) {
 }
 
 void add_percentile(Rows& rows, const std::vector<JitterRound>& rounds, double percent, double goal,
-                    bool has_peer, bool fair) {
+                    bool has_peer) {
   const std::string name = "wake p" + std::to_string(static_cast<int>(percent));
   const auto own = [&](const JitterRound& r) { return seconds_at(r.sleep.servo.late, percent); };
   const auto peer = [&](const JitterRound& r) { return seconds_at(r.peer.late, percent); };
@@ -43,10 +43,10 @@ void add_percentile(Rows& rows, const std::vector<JitterRound>& rounds, double p
   rows.add_beside(name + ", median of the pairs", median_of(rounds, own), "s", kPeer, peer_median);
   if (!has_peer) return;
   const double ratio = median_of(rounds, [&](const JitterRound& r) { return own(r) / peer(r); });
-  rows.add_if(fair, name + " / cyclictest's, median of the pairs", ratio, "", goal, ratio <= goal);
+  rows.at_most(name + " / cyclictest's, median of the pairs", ratio, "", goal);
 }
 
-void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds, bool fair) {
+void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds) {
   SharedLateness sum;
   for (const JitterRound& round : rounds) {
     const SharedLateness one =
@@ -55,11 +55,11 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds, bool f
     sum.shared += one.shared;
     sum.largest_private_ns = std::max(sum.largest_private_ns, one.largest_private_ns);
   }
-  rows.add("wakes later than 200 µs", static_cast<double>(sum.late), "");
-  rows.add("of them shared with the witness", static_cast<double>(sum.shared), "");
+  rows.add("wakes later than 200 µs", sum.late);
+  rows.add("of them shared with the witness", sum.shared);
   if (sum.late == 0) return;
   const double share = static_cast<double>(sum.shared) / static_cast<double>(sum.late);
-  rows.add_if(fair, "share of them shared", share, "", kGoalShared, share >= kGoalShared);
+  rows.at_least("share of them shared", share, "", kGoalShared);
   rows.add("latest that was not shared", 1e-9 * static_cast<double>(sum.largest_private_ns), "s");
 }
 
@@ -67,16 +67,15 @@ void add_witness_rows(Rows& rows, const std::vector<JitterRound>& rounds, bool f
 
 Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
   const std::string peer_problem = peer_problem_of(rounds);
-  Rows rows("jitter");
   const RealtimeReport& rights = rounds.front().sleep.servo.rights;
-  const bool fair = rights.fifo_errno == 0;
+  Rows rows("jitter", rights.fifo_errno == 0);
   const bool has_peer = peer_problem.empty();
   rows.note("machine", machine_line());
   rows.note("rights", rights.explain());
   if (!has_peer) rows.note("peer", peer_problem);
 
-  add_percentile(rows, rounds, 50, kGoalP50, has_peer, fair);
-  add_percentile(rows, rounds, 99, kGoalP99, has_peer, fair);
+  add_percentile(rows, rounds, 50, kGoalP50, has_peer);
+  add_percentile(rows, rounds, 99, kGoalP99, has_peer);
   const auto pooled = [&](const std::string& metric, auto own, auto peer) {
     std::optional<double> peer_sum;
     if (has_peer) peer_sum = sum_of(rounds, peer);
@@ -91,19 +90,18 @@ Rows make_jitter_rows(const std::vector<JitterRound>& rounds) {
   pooled(
       "wakes later than 1 ms", [](const JitterRound& r) { return r.sleep.servo.over_1ms; },
       [](const JitterRound& r) { return r.peer.over_1ms; });
-  add_witness_rows(rows, rounds, fair);
+  add_witness_rows(rows, rounds);
 
   const double hybrid_p99 =
       median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 99); });
   rows.add("hybrid: wake p50, median of the pairs",
            median_of(rounds, [](const JitterRound& r) { return seconds_at(r.hybrid.late, 50); }),
            "s");
-  rows.add_if(fair, "hybrid: wake p99, median of the pairs", hybrid_p99, "s", kGoalHybridP99,
-              hybrid_p99 <= kGoalHybridP99);
+  rows.at_most("hybrid: wake p99, median of the pairs", hybrid_p99, "s", kGoalHybridP99);
   rows.add("hybrid: wakes later than 100 µs",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }), "");
+           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_100us; }));
   rows.add("hybrid: wakes later than 1 ms",
-           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }), "");
+           sum_of(rounds, [](const JitterRound& r) { return r.hybrid.over_1ms; }));
   return rows;
 }
 

@@ -25,8 +25,8 @@ void add_to_hash(uint64_t& hash, const T& value) {
   for (const unsigned char b : bytes) hash = (hash ^ b) * 1099511628211ull;
 }
 
-/// What a tick has come to, by its fields: the same whatever else a frame holds, and in which
-/// order.
+/// Hashes the results of a tick field by field, so that neither other fields nor the layout of the
+/// frame matter.
 void add_frame(uint64_t& hash, const ServoFrame& f) {
   add_to_hash(hash, f.tick);
   for (const Pose& X : {f.X_WT, f.X_WG, f.X_WP}) add_to_hash(hash, X);

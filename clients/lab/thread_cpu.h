@@ -13,4 +13,11 @@ inline int64_t thread_cpu_ns() {
   return t.tv_sec * 1'000'000'000 + t.tv_nsec;
 }
 
+/// CPU time that this thread spends on some work [ns].
+int64_t cpu_ns_of(const auto& work) {
+  const int64_t begin = thread_cpu_ns();
+  work();
+  return thread_cpu_ns() - begin;
+}
+
 }  // namespace haptic

@@ -55,7 +55,7 @@ WitnessedRun measure_witnessed_wakes(const WakeOptions& options);
 struct SharedLateness {
   uint64_t late = 0;
   uint64_t shared = 0;             // the witness was delayed at the same time
-  int64_t largest_private_ns = 0;  // of those not shared
+  int64_t largest_private_ns = 0;  // largest lateness that was not shared
 };
 SharedLateness compare_with_witness(const std::vector<LateWake>& servo,
                                     const std::vector<LateWake>& witness);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <string_view>
 
 namespace haptic {
 namespace {
@@ -31,24 +32,12 @@ std::string format(const char* pattern, auto... values) {
 }
 
 std::string escaped(const std::string& text) {
+  constexpr std::string_view kMarks = "&<>\"";
+  constexpr std::array kNames{"&amp;", "&lt;", "&gt;", "&quot;"};
   std::string out;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
+    const size_t mark = kMarks.find(c);
+    mark < kNames.size() ? out += kNames[mark] : out += c;
   }
   return out;
 }
@@ -75,7 +64,7 @@ double tick_step(const Range& range, int count) {
   return 10 * power;
 }
 
-/// As many decimals as the step needs, and a typographic minus.
+/// The number with as many decimals as the step needs, and a typographic minus.
 std::string tick_text(double value, double step) {
   const double magnitude = std::max(std::fabs(value), step);
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));

@@ -135,18 +135,14 @@ bool all_hold(const std::vector<Row>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.holds.value_or(true); });
 }
 
-void Rows::add(const std::string& metric, double value, const std::string& unit) {
-  rows_.push_back({case_name_, metric, value, unit, "", {}, {}, {}, ""});
+void Rows::add(const std::string& metric, Figure figure, const std::string& unit) {
+  rows_.push_back({case_name_, metric, figure.value, unit, "", {}, {}, {}, ""});
 }
 
-void Rows::add(const std::string& metric, double value, const std::string& unit, double goal,
-               bool holds) {
-  rows_.push_back({case_name_, metric, value, unit, "", {}, goal, holds, ""});
-}
-
-void Rows::add_if(bool fair, const std::string& metric, double value, const std::string& unit,
-                  double goal, bool holds) {
-  fair ? add(metric, value, unit, goal, holds) : add(metric, value, unit);
+void Rows::add(const std::string& metric, Figure figure, const std::string& unit,
+               std::optional<double> goal, bool holds) {
+  add(metric, figure, unit);
+  if (goal && are_judged_) rows_.back().goal = goal, rows_.back().holds = holds;
 }
 
 void Rows::add_beside(const std::string& metric, double value, const std::string& unit,
@@ -185,6 +181,12 @@ std::string machine_line() {
   return std::string("hapticd ") + version() + " on " + cpu + ", " +
          std::to_string(std::thread::hardware_concurrency()) + " cores, kernel " + system.release +
          ", load " + format("%.2f", load);
+}
+
+Rows machine_rows(const std::string& case_name) {
+  Rows rows(case_name);
+  rows.note("machine", machine_line());
+  return rows;
 }
 
 }  // namespace haptic

@@ -4,6 +4,7 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "clients/library/histogram.h"
@@ -30,17 +31,42 @@ struct Row {
   }
 };
 
+/// A count or a measurement.
+struct Figure {
+  double value;
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Figure(Number number)
+      : value(static_cast<double>(number)) {}
+};
+
+/// A goal that applies only if `fair`.
+inline std::optional<double> goal_if(bool fair, double goal) {
+  return fair ? std::optional(goal) : std::nullopt;
+}
+
 /// Collects the rows of one case.
 class Rows {
  public:
-  explicit Rows(const std::string& case_name) : case_name_(one_line(case_name)) {}
+  /// Without `are_judged` goals are left out.
+  explicit Rows(const std::string& case_name, bool are_judged = true)
+      : case_name_(one_line(case_name)), are_judged_(are_judged) {}
 
-  void add(const std::string& metric, double value, const std::string& unit);
-  void add(const std::string& metric, double value, const std::string& unit, double goal,
-           bool holds);
-  /// Applies the goal only if `fair`; otherwise adds the figure alone.
-  void add_if(bool fair, const std::string& metric, double value, const std::string& unit,
-              double goal, bool holds);
+  void add(const std::string& metric, Figure figure, const std::string& unit = "");
+  /// Without a goal the figure stands alone.
+  void add(const std::string& metric, Figure figure, const std::string& unit,
+           std::optional<double> goal, bool holds);
+  void at_most(const std::string& metric, Figure figure, const std::string& unit,
+               std::optional<double> goal) {
+    add(metric, figure, unit, goal, figure.value <= goal);
+  }
+  void at_least(const std::string& metric, Figure figure, const std::string& unit,
+                std::optional<double> goal) {
+    add(metric, figure, unit, goal, figure.value >= goal);
+  }
+  /// The goal is zero.
+  void none(const std::string& metric, Figure figure, const std::string& unit = "") {
+    add(metric, figure, unit, 0, figure.value == 0);
+  }
   /// A figure compared with that of a peer in the same run; without a peer, `peer_value` is empty.
   void add_beside(const std::string& metric, double value, const std::string& unit,
                   const std::string& peer, std::optional<double> peer_value);
@@ -52,11 +78,14 @@ class Rows {
 
  private:
   std::string case_name_;
+  bool are_judged_;
   std::vector<Row> rows_;
 };
 
 /// Version, processor, kernel and load: needed to interpret any figure.
 std::string machine_line();
+/// Rows that begin with it.
+Rows machine_rows(const std::string& case_name);
 
 /// A table for people: metric, value with a readable unit prefix, goal or peer. With several cases
 /// the name of each stands above its rows.

@@ -32,9 +32,7 @@ Histogram durations(const Items& items, Get get) {
 
 /// The scene used by a frame; null before the first scene, when the configured poses apply.
 const SceneFrame* scene_of(const std::vector<SceneFrame>& scenes, uint64_t seq) {
-  const auto it =
-      std::lower_bound(scenes.begin(), scenes.end(), seq,
-                       [](const SceneFrame& s, uint64_t wanted) { return s.seq < wanted; });
+  const auto it = std::ranges::lower_bound(scenes, seq, {}, &SceneFrame::seq);
   return it != scenes.end() && it->seq == seq ? &*it : nullptr;
 }
 
@@ -77,9 +75,7 @@ bool is_through(const RigidPoseJudge& judge, const Pose& from_OT, const Pose& to
 
 /// Whether the servo rendered no force at this time, whatever the contacts.
 bool is_closed(const std::vector<ServoFrame>& frames, int64_t t_ns) {
-  const auto it =
-      std::lower_bound(frames.begin(), frames.end(), t_ns,
-                       [](const ServoFrame& f, int64_t wanted) { return f.t_ns < wanted; });
+  const auto it = std::ranges::lower_bound(frames, t_ns, {}, &ServoFrame::t_ns);
   return it != frames.end() && it->t_ns == t_ns && (it->flags & kServoClosed) != 0;
 }
 
@@ -238,11 +234,9 @@ void add_penetration(const Penetration& penetration, Renderer renderer, Rows& ro
     rows.note("verified proxy inside (exact check)", penetration.unchecked);
   }
   if (is_rigid(renderer)) {
-    rows.add("answers without a free pose: nothing felt",
-             static_cast<double>(penetration.without_pose), "");
-    rows.add("verified proxy placed anew", static_cast<double>(penetration.placed_anew), "");
-    rows.add("of these with an object between: changes of side",
-             static_cast<double>(penetration.across), "", 0, penetration.across == 0);
+    rows.add("answers without a free pose: nothing felt", penetration.without_pose);
+    rows.add("verified proxy placed anew", penetration.placed_anew);
+    rows.none("of these with an object between: changes of side", penetration.across);
   }
 }
 
@@ -266,8 +260,8 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     deepest = std::max(deepest, f.depth);
   }
   const uint64_t skipped = frames.empty() ? 0 : frames.back().skipped - frames.front().skipped;
-  rows.add("ticks", ticks, "");
-  rows.add("late ticks (grid points skipped)", static_cast<double>(skipped), "");
+  rows.add("ticks", ticks);
+  rows.add("late ticks (grid points skipped)", skipped);
   rows.add("wake lateness", durations(frames, [](const auto& f) { return f.wake_late_ns; }));
   rows.add("servo busy", durations(frames, [](const auto& f) { return f.busy_ns; }));
   rows.add("contact busy", durations(data.proxies, [](const auto& p) { return p.busy_ns; }));
@@ -276,8 +270,8 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
         static_cast<double>(data.proxies.back().answers_t_ns - data.proxies.front().answers_t_ns);
     rows.add("contact rate", static_cast<double>(data.proxies.size() - 1) / (span * 1e-9), "Hz");
   }
-  rows.add("ticks in contact", static_cast<double>(touching), "", 1, touching > 0);
-  rows.add("peak force at the device", peak, "N", limit, peak <= limit);
+  rows.at_least("ticks in contact", touching, "", 1);
+  rows.at_most("peak force at the device", peak, "N", limit);
   if (is_of_body(config.renderer)) {
     rows.add("peak torque on the tool", peak_torque, "N·m");
     rows.add("largest distance from the hand to its proxy", deepest, "m");
@@ -289,12 +283,10 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   rows.add("energy the hand put in", energy.into_device, "J");
   rows.add("energy it got back", energy.returned, "J");
   rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
-  if (lost_time > 0) {
-    rows.add("pauses the simulated hand did not live through", static_cast<double>(lost_time), "");
-  }
-  rows.add("ticks in fault", static_cast<double>(faults), "", 0, faults == 0);
-  rows.add("samples recorded", static_cast<double>(data.recorded), "");
-  rows.add("samples lost", static_cast<double>(data.lost), "", 0, data.lost == 0);
+  if (lost_time > 0) rows.add("pauses the simulated hand did not live through", lost_time);
+  rows.none("ticks in fault", faults);
+  rows.add("samples recorded", data.recorded);
+  rows.none("samples lost", data.lost);
   return rows.rows();
 }
 

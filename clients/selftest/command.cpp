@@ -37,25 +37,22 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   Rows rows{std::string(view(config.name))};
   rows.note("machine", machine_line());
   rows.note("rights", result.rights.explain());
-  rows.add("ticks under guard", static_cast<double>(result.ticks), "");
+  rows.add("ticks under guard", result.ticks);
   const bool is_simulated = !has_node(config.device);
   // without contact a simulated hand tests little; a real hand is up to its user
-  rows.add_if(is_simulated, "of them in contact", static_cast<double>(result.contact_ticks), "", 1,
-              result.contact_ticks > 0);
+  rows.at_least("of them in contact", result.contact_ticks, "", goal_if(is_simulated, 1));
   // a loop whose device did not answer has not been tested
-  rows.add("of them without the device", static_cast<double>(result.lost_ticks), "", 0,
-           result.lost_ticks == 0);
+  rows.none("of them without the device", result.lost_ticks);
   for (size_t kind = 0; kind < kViolations; ++kind) {
     const uint64_t count = result.report.caught[kind].count;
-    rows.add(std::string("violations: ") + name_of(static_cast<Violation>(kind)),
-             static_cast<double>(count), "", 0, count == 0);
+    rows.none(std::string("violations: ") + name_of(static_cast<Violation>(kind)), count);
   }
   // caused by other programs on this core
-  rows.add("involuntary switches", static_cast<double>(result.report.involuntary_switches), "");
+  rows.add("involuntary switches", result.report.involuntary_switches);
   // one sleep per timed tick and no other wait; on a node the kernel may wait for its own lock
-  rows.add_if(is_simulated, "voluntary switches",
-              static_cast<double>(result.report.voluntary_switches), "",
-              static_cast<double>(result.timed_ticks), result.stray_sleeps() == 0);
+  rows.add("voluntary switches", result.report.voluntary_switches, "",
+           goal_if(is_simulated, static_cast<double>(result.timed_ticks)),
+           result.stray_sleeps() == 0);
   return rows;
 }
 

@@ -215,38 +215,32 @@ std::vector<Row> make_rows(const TortureCommand& options, const Result& result) 
   for (const FaultInfo& info : kFaults) {
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows{std::string(info.name)};
-    rows.add("faults", static_cast<double>(tally.count), "");
-    rows.add("faults with violations", static_cast<double>(tally.violated), "", 0,
-             tally.violated == 0);
+    rows.add("faults", tally.count);
+    rows.none("faults with violations", tally.violated);
     if (tally.worst_zero_ns) rows.add("worst time to zero", seconds(*tally.worst_zero_ns), "s");
     if (tally.worst_recovery_ns) {
       rows.add("worst time to whole", seconds(*tally.worst_recovery_ns), "s");
     }
     if (tally.excused > 0) {
-      rows.add("commands excused by the machine", static_cast<double>(tally.excused), "");
+      rows.add("commands excused by the machine", tally.excused);
     }
     if (!tally.left_out.empty()) rows.note("LEFT OUT", tally.left_out);
     all.insert(all.end(), rows.rows().begin(), rows.rows().end());
   }
-  Rows totals("torture");
-  totals.note("machine", machine_line());
+  Rows totals = machine_rows("torture");
   totals.add("faults", static_cast<double>(result.faults), "",
              std::floor(kFaultsPerMinute * options.minutes()),
              result.interrupted || static_cast<double>(result.faults) >=
                                        std::floor(kFaultsPerMinute * options.minutes()));
-  totals.add("faults with violations", static_cast<double>(result.violations), "", 0,
-             result.violations == 0);
-  totals.add("violations between two faults", static_cast<double>(result.between), "", 0,
-             result.between == 0);
+  totals.none("faults with violations", result.violations);
+  totals.none("violations between two faults", result.between);
   const SampleAccount& s = result.samples;
-  totals.add("servo frames published", static_cast<double>(s.published), "");
-  totals.add("recorded", static_cast<double>(s.recorded), "");
-  totals.add("not recorded, explained", static_cast<double>(s.explained), "");
-  totals.add("not recorded, unexplained", static_cast<double>(s.unexplained), "", 0,
-             s.unexplained == 0);
-  totals.add("lost by recorders, all rings", static_cast<double>(s.told), "", 0, s.told == 0);
-  totals.add("missed by this program", static_cast<double>(result.unseen), "", 0,
-             result.unseen == 0);
+  totals.add("servo frames published", s.published);
+  totals.add("recorded", s.recorded);
+  totals.add("not recorded, explained", s.explained);
+  totals.none("not recorded, unexplained", s.unexplained);
+  totals.none("lost by recorders, all rings", s.told);
+  totals.none("missed by this program", result.unseen);
   for (const std::string& why : s.unreadable) {
     totals.add("a recording cannot be read: " + why, 1, "", 0, false);
   }

@@ -79,7 +79,7 @@ class TortureSession {
   std::span<const EmulatorRecord> records_since(int64_t t_ns) const;
   /// Stalls of the machine, by the witness threads and optionally the emulator.
   std::vector<Stall> stalls(int64_t since_ns, bool emulator_too) const;
-  /// The same for starting processes, which run at normal priority.
+  /// Stalls that a starting process may have met: it runs at normal priority.
   std::vector<Stall> stalls_of_starts(int64_t since_ns) const {
     return merge_stalls(witness_.stalls(since_ns), normal_witness_.stalls(since_ns));
   }

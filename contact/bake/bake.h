@@ -51,10 +51,10 @@ struct BakedShape {
 /// baked before (key: content, unit, size, options, version). Throws MeshError.
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
 
-/// The same for the bytes of a mesh file; object.mesh is only its name. Nothing is cached.
+/// Bakes the bytes of a mesh file, whose name is object.mesh. Nothing is cached.
 BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit);
 
-/// The same for a mesh in memory (generators, tests); nothing is cached.
+/// Bakes a mesh in memory (generators, tests). Nothing is cached.
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object);
 

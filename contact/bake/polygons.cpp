@@ -67,7 +67,7 @@ struct Projection {
   std::vector<Point2> points;
 };
 
-/// Nothing if it touches or crosses itself.
+/// The outline projected along one axis; empty if it touches or crosses itself.
 std::optional<Projection> simple_projection(std::span<const Vec3> corners) {
   const std::vector<uint32_t> order = in_order(corners);
   const int axis = axis_of_projection(corners, order);

@@ -25,7 +25,7 @@ struct ContactModel {
   BodyModel bodies;
   GodObject6Options rigid;
   bool has_friction = false;                  // of any object
-  Renderer renderer = Renderer::kGodObject3;  // that the session begins with
+  Renderer renderer = Renderer::kGodObject3;  // at the start of the session
 };
 
 ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);

@@ -18,7 +18,7 @@ uint32_t seed(const PointScene& scene, const ServoFrame& servo, PointProxy& prox
   return seed_proxy(scene, servo.X_WT.p, proxy);
 }
 
-/// The same place for another renderer, whose proxy may need more room.
+/// After a change of renderer: keeps the place of the proxy, which may now need more room.
 uint32_t seed_again(const PointScene& scene, const ServoFrame& servo, PointProxy& proxy) {
   const uint32_t flags = seed_proxy(scene, proxy.seeded ? proxy.g_W : servo.X_WT.p, proxy);
   return flags | kContactReseeded;
@@ -94,8 +94,8 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
   }
 }
 
-/// What will carry a proxy that goes on to p_W, where the tool will be when the answer is used, and
-/// what it may reach.
+/// Adds the facets that will support a proxy led on to p_W, where the tool will be when the answer
+/// is used, and the facets that it may reach.
 void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
                   PointDetector& state, ContactSet& set) {
   // it goes ahead and is put back; what its queries found serves the next step as well
@@ -112,7 +112,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
   static_cast<ProxyPlace&>(proxy) = verified;
 }
 
-/// The proxy goes on to goal_W, and the contacts are those of where it will be then.
+/// Moves the proxy and reports the contacts of the place where it will be when they are used.
 void lead(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
           ContactSet& set) {
   const ServoFrame& servo = question.servo;

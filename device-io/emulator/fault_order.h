@@ -23,8 +23,8 @@ enum class EmulatorFault : int {
 inline constexpr size_t kLateAnswers = 1000;
 inline constexpr int32_t kNoiseCounts = 60;  // largest deviation, uniform: 3 mm at the tip
 
-/// Half a turn of the first body, the other two level: from the middle of the workspace to the far
-/// side of the foot, arm stretched. 0.67 m, the largest distance of this arm.
+/// Half a turn of the first body, with the other two level: the tip jumps 0.67 m, the largest
+/// distance of this arm, from the middle of the workspace to the far side of the foot.
 inline constexpr MotorCounts kJumpCounts{16000, -4600, -3540};
 
 }  // namespace haptic

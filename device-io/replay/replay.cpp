@@ -81,8 +81,8 @@ double HandCurve::seconds(size_t i) const {
   return 1e-9 * static_cast<double>(samples_[i + 1].t_ns - samples_[i].t_ns);
 }
 
-/// dp/dt at sample i, a knot of the given interval: that of the parabola through its neighbours, or
-/// the chord of the interval if a gap or the end removes a neighbour.
+/// dp/dt at sample i, a knot of the given interval: the slope of the parabola through i and its
+/// neighbours, or of the interval's chord if a gap or the end removes a neighbour.
 Vec3 HandCurve::slope(size_t i, size_t of_interval) const {
   const auto chord = [&](size_t k) {
     return (samples_[k + 1].X_BH.p - samples_[k].X_BH.p) / seconds(k);

@@ -14,6 +14,9 @@
 #include "proto/wire/renderer.h"
 
 namespace haptic {
+
+using enum Dimension;
+
 namespace {
 
 constexpr auto kRendererWords = words_of(kRenderers);
@@ -49,17 +52,15 @@ void read_session(Section& root, SessionConfig& config) {
 
 void read_rates(Section& root, SessionConfig& config) {
   if (auto servo = root.section("servo")) {
-    servo->read_quantity("rate", Dimension::kFrequency, kServoRates, config.servo_rate);
+    servo->read_quantity("rate", kFrequency, kServoRates, config.servo_rate);
     servo->read_choice("wake", words(kWakes), config.servo_wake);
     servo->finish();
   }
   if (auto contact = root.section("contact")) {
-    contact->read_quantity("poll_rate", Dimension::kFrequency, kPollRates,
-                           config.contact_poll_rate);
-    contact->read_quantity("proxy_radius", Dimension::kLength, kProxyRadii, config.proxy_radius);
+    contact->read_quantity("poll_rate", kFrequency, kPollRates, config.contact_poll_rate);
+    contact->read_quantity("proxy_radius", kLength, kProxyRadii, config.proxy_radius);
     double bytes = static_cast<double>(config.mesh_memory_limit);
-    constexpr Range kMemory{1 << 20, 1e15};
-    contact->read_quantity("mesh_memory_limit", Dimension::kMemory, kMemory, bytes);
+    contact->read_quantity("mesh_memory_limit", kMemory, {1 << 20, 1e15}, bytes);
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
     contact->read_flag("spare", config.contact_spare);
     read_voxel(*contact, config.voxel);
@@ -67,7 +68,7 @@ void read_rates(Section& root, SessionConfig& config) {
     contact->finish();
   }
   if (auto sim = root.section("sim")) {
-    sim->read_quantity("rate", Dimension::kFrequency, kSimRates, config.sim_rate);
+    sim->read_quantity("rate", kFrequency, kSimRates, config.sim_rate);
     sim->finish();
   }
 }
@@ -82,9 +83,7 @@ void read_map(Section& root, DeviceMap& map) {
     tool->read_pose(map.X_HT);
     tool->finish();
   }
-  int64_t button = map.clutch_button;
-  section->read_integer("clutch_button", 0, kButtons - 1, button);
-  map.clutch_button = static_cast<int32_t>(button);
+  section->read_integer("clutch_button", 0, kButtons - 1, map.clutch_button);
   section->finish();
 }
 
@@ -92,32 +91,27 @@ void read_intent(Section& hand, IntentConfig& intent) {
   auto section = hand.section("intent");
   if (!section) return;
   section->read_lengths("centre", kAny, intent.centre_B);
-  section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
-  section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
-  section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_quantity("hover_radius", kLength, kPositive, intent.hover_radius);
+  section->read_quantity("press_radius", kLength, kNotNegative, intent.press_radius);
+  section->read_quantity("stroke_angle", kAngle, kNotNegative, intent.stroke_angle);
   section->read_direction("direction", intent.direction_B);
-  section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
-  section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
-                         intent.tremor_amplitude);
+  section->read_quantity("stroke_time", kTime, kPositive, intent.stroke_time);
+  section->read_quantity("tremor_amplitude", kLength, kNotNegative, intent.tremor_amplitude);
   section->finish();
 }
 
 void read_hand(Section& device, SimulatedHandConfig& hand) {
   auto section = device.section("hand");
   if (!section) return;
-  int64_t seed = static_cast<int64_t>(hand.seed);
-  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
-  hand.seed = static_cast<uint64_t>(seed);
-  section->read_quantity("mass", Dimension::kMass, kPositive, hand.mass);
-  section->read_quantity("damping", Dimension::kDamping, kNotNegative, hand.damping);
-  section->read_quantity("coulomb_friction", Dimension::kForce, kNotNegative,
-                         hand.coulomb_friction);
-  section->read_quantity("encoder_step", Dimension::kLength, kNotNegative, hand.encoder_step);
-  section->read_quantity("hand_mass", Dimension::kMass, kNotNegative, hand.hand_mass);
-  section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
-  section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
-                         hand.hand_stiffness);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), hand.seed);
+  section->read_quantity("mass", kMass, kPositive, hand.mass);
+  section->read_quantity("damping", kDamping, kNotNegative, hand.damping);
+  section->read_quantity("coulomb_friction", kForce, kNotNegative, hand.coulomb_friction);
+  section->read_quantity("encoder_step", kLength, kNotNegative, hand.encoder_step);
+  section->read_quantity("hand_mass", kMass, kNotNegative, hand.hand_mass);
+  section->read_quantity("hand_damping", kDamping, kNotNegative, hand.hand_damping);
+  section->read_quantity("hand_stiffness", kStiffness, kNotNegative, hand.hand_stiffness);
+  section->read_quantity("velocity_cutoff", kFrequency, kPositive, hand.velocity_cutoff);
   read_intent(*section, hand.intent);
   section->finish();
 }
@@ -133,10 +127,10 @@ void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_f
   if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
   assign(replay.path, file.string());
   section->read_choice("resampling", words(kResamplings), replay.resampling);
-  section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_quantity("max_gap", kTime, kPositive, replay.max_gap);
   section->read_text("column", replay.column);
   section->read_direction("axis", replay.axis_B);
-  if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {
+  if (section->read_quantity("lever_arm", kLength, kPositive, replay.lever_arm)) {
     section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
   }
   section->finish();
@@ -147,9 +141,8 @@ void read_serial(Section& device, SerialConfig& serial) {
   if (!section) return;
   section->require("path", "path = \"/dev/ttyACM0\"");
   section->read_text("path", serial.path);
-  section->read_quantity("max_current", Dimension::kCurrent, kCurrents, serial.max_current);
-  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
-                         serial.velocity_cutoff);
+  section->read_quantity("max_current", kCurrent, kCurrents, serial.max_current);
+  section->read_quantity("velocity_cutoff", kFrequency, kPositive, serial.velocity_cutoff);
   section->finish();
 }
 
@@ -158,16 +151,16 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
   Section section = *root.section("device");
   section.require("kind", "kind = \"simulated-hand\"");
   section.read_choice("kind", words(kDeviceWords), device.kind);
-  section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
-  section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
-  section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
-  section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_quantity("max_force", kForce, kPositive, device.max_force);
+  section.read_quantity("max_torque", kTorque, kNotNegative, device.max_torque);
+  section.read_quantity("continuous_force", kForce, kPositive, device.continuous_force);
+  section.read_quantity("max_damping", kDamping, kNotNegative, device.max_damping);
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
-  section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
-  section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
-  section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
-  section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
-  section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+  section.read_quantity("workspace_radius", kLength, kPositive, device.workspace_radius);
+  section.read_quantity("mass", kMass, kPositive, device.mass);
+  section.read_quantity("damping", kDamping, kNotNegative, device.damping);
+  section.read_quantity("inertia", kInertia, kPositive, device.inertia);
+  section.read_quantity("rotational_damping", kRotationalDamping, kNotNegative,
                         device.rotational_damping);
   if (row_of(device.kind).is_recorded) {
     section.require("replay", "[device.replay] with path = \"hand.csv\"");
@@ -184,16 +177,14 @@ void read_device(Section& root, DeviceConfig& device, const fs::path& config_fol
 void read_coupling(Section& root, CouplingConfig& coupling) {
   auto section = root.section("coupling");
   if (!section) return;
-  section->read_quantity("stiffness", Dimension::kStiffness, kNotNegative,
-                         coupling.translational_stiffness);
-  section->read_quantity("damping", Dimension::kDamping, kNotNegative,
-                         coupling.translational_damping);
-  section->read_quantity("rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
+  section->read_quantity("stiffness", kStiffness, kNotNegative, coupling.translational_stiffness);
+  section->read_quantity("damping", kDamping, kNotNegative, coupling.translational_damping);
+  section->read_quantity("rotational_stiffness", kRotationalStiffness, kNotNegative,
                          coupling.rotational_stiffness);
-  section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+  section->read_quantity("rotational_damping", kRotationalDamping, kNotNegative,
                          coupling.rotational_damping);
-  section->read_quantity("max_force", Dimension::kForce, kPositive, coupling.max_force);
-  section->read_quantity("max_torque", Dimension::kTorque, kPositive, coupling.max_torque);
+  section->read_quantity("max_force", kForce, kPositive, coupling.max_force);
+  section->read_quantity("max_torque", kTorque, kPositive, coupling.max_torque);
   section->finish();
 }
 
@@ -202,14 +193,12 @@ void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   safety.armed_at_start = row_of(device).has_node ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
-  section->read_quantity("max_force", Dimension::kForce, kPositive, safety.max_force);
-  section->read_quantity("max_torque", Dimension::kTorque, kNotNegative, safety.max_torque);
-  section->read_quantity("soft_start", Dimension::kTime, kNotNegative, safety.soft_start);
-  section->read_quantity("slew", Dimension::kForceRate, kPositive, safety.slew);
-  section->read_quantity("velocity_limit", Dimension::kSpeed, kPositive, safety.velocity_limit);
-  int64_t button = safety.dead_man_button;
-  section->read_integer("dead_man_button", 0, kButtons - 1, button);
-  safety.dead_man_button = static_cast<int32_t>(button);
+  section->read_quantity("max_force", kForce, kPositive, safety.max_force);
+  section->read_quantity("max_torque", kTorque, kNotNegative, safety.max_torque);
+  section->read_quantity("soft_start", kTime, kNotNegative, safety.soft_start);
+  section->read_quantity("slew", kForceRate, kPositive, safety.slew);
+  section->read_quantity("velocity_limit", kSpeed, kPositive, safety.velocity_limit);
+  section->read_integer("dead_man_button", 0, kButtons - 1, safety.dead_man_button);
   section->read_flag("armed_at_start", safety.armed_at_start);
   section->finish();
 }
@@ -221,8 +210,8 @@ void read_motion(Section& object, MotionConfig& motion) {
   section->read_choice("kind", words(kMotions), motion.kind);
   if (motion.kind == MotionKind::kStatic) return section->finish();
   section->read_direction("axis", motion.axis_O);
-  section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
-  section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
+  section->read_quantity("amplitude", kLength, kNotNegative, motion.amplitude);
+  section->read_quantity("frequency", kFrequency, kNotNegative, motion.frequency);
   if (motion.kind != MotionKind::kStatic) section->require("frequency", "frequency = \"0.5 Hz\"");
   if (motion.kind == MotionKind::kOscillate) {
     section->require("amplitude", "amplitude = \"5 mm\"");
@@ -269,10 +258,6 @@ void check_body(Section& root, const SessionConfig& config) {
       "has a proxy that moves and turns, and no spring for it; set stiffness = \"800 N/m\" and "
       "rotational_stiffness = \"2 N·m/rad\" in [coupling]");
 }
-
-}  // namespace
-
-namespace {
 
 SessionConfig read_config(std::string_view toml_text, const std::string& origin) {
   if (toml_text.size() > kMostConfigText) {

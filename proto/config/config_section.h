@@ -75,6 +75,13 @@ class Section {
   bool read_quantity(std::string_view key, Dimension dimension, const Range& range, double& out);
   bool read_number(std::string_view key, const Range& range, double& out);
   bool read_integer(std::string_view key, int64_t min, int64_t max, int64_t& out);
+  template <typename Integer>
+  bool read_integer(std::string_view key, int64_t min, int64_t max, Integer& out) {
+    int64_t value = 0;
+    if (!read_integer(key, min, max, value)) return false;
+    out = static_cast<Integer>(value);
+    return true;
+  }
   bool read_flag(std::string_view key, uint32_t& out);
   bool read_text(std::string_view key, std::string& out);
   /// Text that must fit into a fixed array.

@@ -2,7 +2,6 @@
 #include "proto/config/config_shape.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -92,9 +91,8 @@ void read_box(Section& section, ShapeConfig& shape) {
 void read_sphere(Section& section, ShapeConfig& shape) {
   section.require("size", "size = \"100 mm\", the diameter");
   section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
-  int64_t subdivisions = 4;
-  section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
-  shape.subdivisions = static_cast<uint32_t>(subdivisions);
+  shape.subdivisions = 4;
+  section.read_integer("subdivisions", 0, kMaxSubdivisions, shape.subdivisions);
   shape.extent = {shape.size, shape.size, shape.size};
 }
 

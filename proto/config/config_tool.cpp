@@ -5,6 +5,9 @@
 #include "proto/os/message.h"
 
 namespace haptic {
+
+using enum Dimension;
+
 namespace {
 
 constexpr Words<SoftSolver, 3> kSolvers{{{"direct", SoftSolver::kDirect},
@@ -43,10 +46,9 @@ void read_tool(Section& root, const std::filesystem::path& config_folder, ToolCo
   if (!section) return;
   assign(tool.name, "tool");
   read_shape(*section, config_folder, tool);
-  const bool any_mass = section->read_quantity("mass", Dimension::kMass, kToolMasses, tool.mass);
-  const bool any_inertia =
-      section->read_quantities("inertia", Dimension::kInertia, kPositive, tool.inertia);
-  section->read_quantity("density", Dimension::kDensity, kDensities, tool.density);
+  const bool any_mass = section->read_quantity("mass", kMass, kToolMasses, tool.mass);
+  const bool any_inertia = section->read_quantities("inertia", kInertia, kPositive, tool.inertia);
+  section->read_quantity("density", kDensity, kDensities, tool.density);
   if (tool.density > 0 && (any_mass || any_inertia)) {
     section->fail_at("density", "says what 'mass' and 'inertia' say; leave one of them out");
   }
@@ -60,10 +62,8 @@ void read_proxy(Section& root, ProxyConfig& proxy) {
   SoftSolver solver{};
   if (section->read_choice("solver", words(kSolvers), solver)) proxy.solver = solver;
   section->read_choice("integrator", words(kIntegrators), proxy.integrator);
-  section->read_quantity("contact_stiffness", Dimension::kStiffness, kPositive,
-                         proxy.contact_stiffness);
-  section->read_quantity("contact_damping", Dimension::kDamping, kNotNegative,
-                         proxy.contact_damping);
+  section->read_quantity("contact_stiffness", kStiffness, kPositive, proxy.contact_stiffness);
+  section->read_quantity("contact_damping", kDamping, kNotNegative, proxy.contact_damping);
   section->finish();
 }
 
@@ -75,21 +75,18 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   auto section = contact.section("voxel");
   if (!section) return;
   voxel.is_wanted = 1;
-  section->read_quantity("size", Dimension::kLength, kVoxelSizes, voxel.size);
+  section->read_quantity("size", kLength, kVoxelSizes, voxel.size);
   voxel.point_spacing = voxel.size;
-  int64_t layers = voxel.offset_layers, budget = voxel.budget;
-  section->read_integer("offset_layers", 0, kMaxOffsetLayers, layers);
-  voxel.offset_layers = static_cast<uint32_t>(layers);
+  section->read_integer("offset_layers", 0, kMaxOffsetLayers, voxel.offset_layers);
   section->read_flag("field", voxel.field);
   voxel.band = default_band(voxel);
-  section->read_quantity("band", Dimension::kLength, band_range(voxel), voxel.band);
+  section->read_quantity("band", kLength, band_range(voxel), voxel.band);
   section->read_flag("open_as_sheet", voxel.open_as_sheet);
-  section->read_quantity("point_spacing", Dimension::kLength, kVoxelSizes, voxel.point_spacing);
-  section->read_quantity("stiffness", Dimension::kStiffness, kPositive, voxel.stiffness);
-  section->read_quantity("braking", Dimension::kDamping, kNotNegative, voxel.braking);
+  section->read_quantity("point_spacing", kLength, kVoxelSizes, voxel.point_spacing);
+  section->read_quantity("stiffness", kStiffness, kPositive, voxel.stiffness);
+  section->read_quantity("braking", kDamping, kNotNegative, voxel.braking);
   section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
-  section->read_integer("budget", 0, kMaxBudget, budget);
-  voxel.budget = static_cast<uint32_t>(budget);
+  section->read_integer("budget", 0, kMaxBudget, voxel.budget);
   section->finish();
 }
 
@@ -97,10 +94,8 @@ void read_rigid(Section& contact, RigidConfig& rigid) {
   auto section = contact.section("rigid");
   if (!section) return;
   section->read_number("k_s", kRigidGains, rigid.k_s);
-  section->read_quantity("margin", Dimension::kLength, kMargins, rigid.margin);
-  int64_t moves = rigid.moves;
-  section->read_integer("moves", 1, kMaxMoves, moves);
-  rigid.moves = static_cast<uint32_t>(moves);
+  section->read_quantity("margin", kLength, kMargins, rigid.margin);
+  section->read_integer("moves", 1, kMaxMoves, rigid.moves);
   section->read_choice("solver", words(kRigidSolvers), rigid.solver);
   section->finish();
 }

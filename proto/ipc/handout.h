@@ -181,7 +181,7 @@ class Source {
     return true;
   }
 
-  /// Of the rings being read; 0: none yet.
+  /// Generation of the rings being read; 0: none yet.
   uint64_t generation() const noexcept {
     return at_->mapping != nullptr ? at_->mapping->generation() : 0;
   }
@@ -265,9 +265,9 @@ class RingSource<kMember> {
 
   /// Items published since the start that next() could not deliver.
   uint64_t lost() const noexcept { return lost_ + cursor_.lost; }
-  /// Of the writer being read; 0: none yet.
+  /// Generation of the writer being read; 0: none yet.
   uint64_t generation() const noexcept { return source_.generation(); }
-  /// Of the last delivered item's writer; 0: none yet.
+  /// Generation of the writer of the last delivered item; 0: none yet.
   uint64_t item_generation() const noexcept { return item_generation_; }
   const SegmentHeader* header() const noexcept { return source_.header(); }
 

@@ -67,7 +67,7 @@ void send_refusal(int socket, const std::string& why) {
 ReceivedMessage receive_message(int socket) {
   alignas(Refusal) std::array<char, std::max(sizeof(Refusal), sizeof(Announcement))> bytes;
   iovec data{bytes.data(), bytes.size()};
-  // room for two, since the kernel rounds up what it fills: all received ones are closed
+  // the kernel may fill in two descriptors, since it rounds the room up: each one is closed
   alignas(cmsghdr) char control[CMSG_SPACE(2 * sizeof(int))] = {};
   msghdr message{};
   message.msg_iov = &data;

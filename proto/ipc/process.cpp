@@ -14,16 +14,11 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <new>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
-
-#include "proto/os/environment.h"
 
 namespace haptic {
 namespace {

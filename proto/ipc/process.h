@@ -52,8 +52,8 @@ inline constexpr int kExitBadInput = 2;  // config or mesh: a restart would not 
 inline constexpr int kExitNoDevice =
     3;  // the device is silent: bad input, unless it was there once
 
-/// Begins a line on a child's stderr that names what it prepares before its loop runs, so that
-/// hapticd can tell what it died of.
+/// Begins a line on a child's stderr that names what the child prepares before its loop runs. If it
+/// dies meanwhile, hapticd names that as the cause.
 inline constexpr std::string_view kPreparing = "preparing ";
 
 /// The device does not answer or is a different one. The text says how to mend it.

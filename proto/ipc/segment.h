@@ -206,7 +206,7 @@ inline constexpr SegmentSpec kSegmentSpec{
     detail::layout_hash(Channels::kName, sizeof(SegmentLayout<Channels>), detail::kTable<Channels>),
     detail::kTable<Channels>};
 
-/// The same file, opened read-only, for readers. Throws SegmentError.
+/// Opens the file of `fd` again, read-only, for readers. Throws SegmentError.
 FileDescriptor reopen_read_only(int fd);
 
 /// A memfd with these bytes, sealed against any change; hands the session's configuration to the

@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-/// What a field is in records whose layout lacks it.
+/// The value of a field in records whose layout lacks it.
 struct Default {
   std::string_view schema, field;
   uint32_t value;

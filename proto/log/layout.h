@@ -10,9 +10,9 @@
 
 namespace haptic {
 
-/// How the records of a file become those of this program where their layouts differ. Numbers keep
-/// their names and types. What the file's layout lacks gets the default that layout.cpp states,
-/// with its reason; what only the file's layout has is left out.
+/// Converts records of a file with another layout to this program's. Numbers keep their names and
+/// types. Fields that the file lacks get the default that layout.cpp states, with its reason;
+/// fields that only the file has are left out.
 struct Translation {
   struct Copy {
     size_t from, to, size;  // [bytes]

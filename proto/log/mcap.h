@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "proto/os/file_descriptor.h"
@@ -98,9 +99,7 @@ class McapWriter {
 
  private:
   using Buffer = std::vector<char>;
-  struct Indexed {
-    uint64_t log_time_ns, offset;
-  };
+  using Indexed = std::pair<uint64_t, uint64_t>;  // log time [ns], offset
 
   bool has_room(uint64_t bytes) const;
   bool append(const Buffer& bytes);

@@ -40,10 +40,14 @@ class Parser {
     left_ -= n;
     return at;
   }
+  template <typename... T>
+  void take(T&... numbers) {
+    (std::memcpy(&numbers, bytes(sizeof numbers), sizeof numbers), ...);
+  }
   template <typename T>
   T number() {
     T value;
-    std::memcpy(&value, bytes(sizeof value), sizeof value);
+    take(value);
     return value;
   }
   std::string text() {
@@ -76,18 +80,14 @@ bool read_magic(int file, uint64_t offset) {
 McapChunkIndex parse_chunk_index(const Buffer& content) {
   Parser in(content);
   McapChunkIndex index;
-  index.first_ns = in.number<uint64_t>();
-  index.last_ns = in.number<uint64_t>();
-  index.offset = in.number<uint64_t>();
-  index.length = in.number<uint64_t>();
+  in.take(index.first_ns, index.last_ns, index.offset, index.length);
   for (uint32_t left = in.number<uint32_t>(); left >= 10; left -= 10) {
     const uint16_t channel = in.number<uint16_t>();
     index.index_offsets[channel] = in.number<uint64_t>();
   }
-  index.index_length = in.number<uint64_t>();
+  in.take(index.index_length);
   in.text();
-  index.compressed = in.number<uint64_t>();
-  index.uncompressed = in.number<uint64_t>();
+  in.take(index.compressed, index.uncompressed);
   return index;
 }
 
@@ -272,8 +272,7 @@ McapChunkIndex McapReader::find_chunk(Record& record) const {
   read_content(record, 2 * sizeof(uint64_t));
   Parser in(record.content);
   McapChunkIndex chunk;
-  chunk.first_ns = in.number<uint64_t>();
-  chunk.last_ns = in.number<uint64_t>();
+  in.take(chunk.first_ns, chunk.last_ns);
   chunk.offset = record.offset;
   chunk.length = record.length;
   return chunk;
@@ -331,10 +330,7 @@ void McapReader::for_each(uint16_t channel,
           continue;
         }
         McapMessage message;
-        message.channel = in.number<uint16_t>();
-        message.sequence = in.number<uint32_t>();
-        message.log_time_ns = in.number<uint64_t>();
-        message.publish_time_ns = in.number<uint64_t>();
+        in.take(message.channel, message.sequence, message.log_time_ns, message.publish_time_ns);
         const uint64_t size = length - kMessageHeader;
         message.data = std::as_bytes(std::span(in.bytes(size), size));
         if (message.channel == channel) use(message);

@@ -32,86 +32,53 @@ void put_bytes(Buffer& out, const void* data, size_t size) {
   out.insert(out.end(), bytes, bytes + size);
 }
 
-/// Little endian, like the machines (x86-64, ARM64).
-template <typename T>
-void put(Buffer& out, T value) {
-  static_assert(std::is_integral_v<T>);
-  put_bytes(out, &value, sizeof value);
-}
-
-void put_text(Buffer& out, std::string_view text) {
-  put(out, static_cast<uint32_t>(text.size()));
-  put_bytes(out, text.data(), text.size());
-}
-
-/// MCAP maps and arrays start with their length in bytes, known only after they are written.
-template <typename PutContent>
+/// Puts the length of the content in bytes, known only after it is written, before the content.
+template <typename Length, typename PutContent>
 void put_sized(Buffer& out, const PutContent& put_content) {
   const size_t at = out.size();
-  put(out, uint32_t{0});
+  out.resize(at + sizeof(Length));
   put_content();
-  const uint32_t size = static_cast<uint32_t>(out.size() - at - sizeof(uint32_t));
-  std::memcpy(&out[at], &size, sizeof size);
+  const auto length = static_cast<Length>(out.size() - at - sizeof(Length));
+  std::memcpy(&out[at], &length, sizeof length);
 }
 
-template <typename PutContent>
-void put_record(Buffer& out, Op op, const PutContent& put_content) {
-  put(out, static_cast<uint8_t>(op));
-  const size_t at = out.size();
-  put(out, uint64_t{0});
-  put_content();
-  const uint64_t size = out.size() - at - sizeof(uint64_t);
-  std::memcpy(&out[at], &size, sizeof size);
-}
-
-void put_metadata(Buffer& out, const McapMetadata& metadata) {
-  put_sized(out, [&] {
-    for (const auto& [key, value] : metadata) {
-      put_text(out, key);
-      put_text(out, value);
-    }
-  });
-}
-
-void put_schema(Buffer& out, const McapSchema& schema) {
-  put_record(out, kSchema, [&] {
-    put(out, schema.id);
-    put_text(out, schema.name);
-    put_text(out, schema.encoding);
-    put_text(out, schema.text);
-  });
-}
-
-void put_channel(Buffer& out, const McapChannel& channel) {
-  put_record(out, kChannel, [&] {
-    put(out, channel.id);
-    put(out, channel.schema);
-    put_text(out, channel.topic);
-    put_text(out, channel.encoding);
-    put_metadata(out, channel.metadata);
-  });
-}
-
-void put_chunk_index(Buffer& out, const McapChunkIndex& index) {
-  put_record(out, kChunkIndex, [&] {
-    put(out, index.first_ns);
-    put(out, index.last_ns);
-    put(out, index.offset);
-    put(out, index.length);
-    put_sized(out, [&] {
-      for (const auto& [channel, offset] : index.index_offsets) {
-        put(out, channel);
-        put(out, offset);
-      }
+/// A number in little endian, like the machines (x86-64, ARM64); bytes; or after its length in
+/// bytes a text, or an array of pairs.
+template <typename T>
+void put(Buffer& out, const T& field) {
+  if constexpr (std::is_integral_v<T>) {
+    put_bytes(out, &field, sizeof field);
+  } else if constexpr (std::is_same_v<T, std::span<const std::byte>>) {
+    put_bytes(out, field.data(), field.size());
+  } else if constexpr (std::is_convertible_v<T, std::string_view>) {
+    const std::string_view text = field;
+    put_sized<uint32_t>(out, [&] { put_bytes(out, text.data(), text.size()); });
+  } else {
+    put_sized<uint32_t>(out, [&] {
+      for (const auto& [key, value] : field) put(out, key), put(out, value);
     });
-    put(out, index.index_length);
-    put_text(out, kZstd);
-    put(out, index.compressed);
-    put(out, index.uncompressed);
-  });
+  }
 }
 
-/// Writes everything; false with errno.
+template <typename... Fields>
+void put_record(Buffer& out, Op op, const Fields&... fields) {
+  put(out, static_cast<uint8_t>(op));
+  put_sized<uint64_t>(out, [&] { (put(out, fields), ...); });
+}
+
+void put_schema(Buffer& out, const McapSchema& s) {
+  put_record(out, kSchema, s.id, s.name, s.encoding, s.text);
+}
+
+void put_channel(Buffer& out, const McapChannel& c) {
+  put_record(out, kChannel, c.id, c.schema, c.topic, c.encoding, c.metadata);
+}
+
+void put_chunk_index(Buffer& out, const McapChunkIndex& c) {
+  put_record(out, kChunkIndex, c.first_ns, c.last_ns, c.offset, c.length, c.index_offsets,
+             c.index_length, kZstd, c.compressed, c.uncompressed);
+}
+
 bool write_all(int file, const Buffer& bytes, uint64_t offset) {
   for (size_t done = 0; done < bytes.size();) {
     const ssize_t n =
@@ -149,10 +116,7 @@ FileDescriptor create(const std::string& path) {
 McapWriter::McapWriter(const std::string& path) : path_(path), file_(create(path)) {
   chunk_.reserve(kChunkBytes + (64 << 10));
   Buffer start(kMagic.begin(), kMagic.end());
-  put_record(start, kHeader, [&] {
-    put_text(start, "ros2");
-    put_text(start, "hapticd");
-  });
+  put_record(start, kHeader, "ros2", "hapticd");
   if (!append(start)) throw McapError(error_);
 }
 
@@ -185,10 +149,7 @@ uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic, std::s
 void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadata) {
   flush();
   Buffer record;
-  put_record(record, kMetadata, [&] {
-    put_text(record, name);
-    put_metadata(record, metadata);
-  });
+  put_record(record, kMetadata, name, metadata);
   named_bytes_ += name.size();
   const uint64_t offset = offset_;
   if (append(record)) metadata_.push_back({offset, record.size(), std::string(name)});
@@ -200,13 +161,8 @@ bool McapWriter::write(const McapMessage& message) {
   chunk_first_ns_ = std::min(chunk_first_ns_, message.log_time_ns);
   chunk_last_ns_ = std::max(chunk_last_ns_, message.log_time_ns);
   chunk_index_[message.channel].push_back({message.log_time_ns, chunk_.size()});
-  put_record(chunk_, kMessage, [&] {
-    put(chunk_, message.channel);
-    put(chunk_, message.sequence);
-    put(chunk_, message.log_time_ns);
-    put(chunk_, message.publish_time_ns);
-    put_bytes(chunk_, message.data.data(), message.data.size());
-  });
+  put_record(chunk_, kMessage, message.channel, message.sequence, message.log_time_ns,
+             message.publish_time_ns, message.data);
   return chunk_.size() < kChunkBytes || flush();
 }
 
@@ -246,15 +202,9 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   packed.resize(packed_size);
   Buffer out;
   out.reserve(packed.size() + (64 << 10));
-  put_record(out, kChunk, [&] {
-    put(out, chunk_first_ns_);
-    put(out, chunk_last_ns_);
-    put(out, uint64_t{chunk_.size()});
-    put(out, crc32(chunk_.data(), chunk_.size()));
-    put_text(out, kZstd);
-    put(out, uint64_t{packed.size()});
-    put_bytes(out, packed.data(), packed.size());
-  });
+  put_record(out, kChunk, chunk_first_ns_, chunk_last_ns_, uint64_t{chunk_.size()},
+             crc32(chunk_.data(), chunk_.size()), kZstd, uint64_t{packed.size()},
+             std::as_bytes(std::span<const char>(packed)));
   index.first_ns = chunk_first_ns_;
   index.last_ns = chunk_last_ns_;
   index.offset = offset_;
@@ -263,15 +213,7 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   index.uncompressed = chunk_.size();
   for (const auto& [channel, messages] : chunk_index_) {
     index.index_offsets[channel] = offset_ + out.size();
-    put_record(out, kMessageIndex, [&, id = channel, &list = messages] {
-      put(out, id);
-      put_sized(out, [&] {
-        for (const Indexed& m : list) {
-          put(out, m.log_time_ns);
-          put(out, m.offset);
-        }
-      });
-    });
+    put_record(out, kMessageIndex, channel, messages);
   }
   index.index_length = out.size() - index.length;
   return out;
@@ -285,39 +227,24 @@ void McapWriter::put_statistics(Buffer& out) const {
     first = std::min(first, c.first_ns);
     last = std::max(last, c.last_ns);
   }
-  put_record(out, kStatistics, [&] {
-    put(out, messages);
-    put(out, static_cast<uint16_t>(schemas_.size()));
-    put(out, static_cast<uint32_t>(channels_.size()));
-    put(out, uint32_t{0});
-    put(out, static_cast<uint32_t>(metadata_.size()));
-    put(out, static_cast<uint32_t>(chunks_.size()));
-    put(out, first);
-    put(out, last);
-    put_sized(out, [&] {
-      for (const auto& [channel, n] : counts_) {
-        put(out, channel);
-        put(out, n);
-      }
-    });
-  });
+  put_record(out, kStatistics, messages, static_cast<uint16_t>(schemas_.size()),
+             static_cast<uint32_t>(channels_.size()), uint32_t{0},
+             static_cast<uint32_t>(metadata_.size()), static_cast<uint32_t>(chunks_.size()), first,
+             last, counts_);
 }
 
 /// Everything after the last chunk: end of data, summary, footer.
 McapWriter::Buffer McapWriter::make_end() const {
   Buffer out;
-  put_record(out, kDataEnd, [&] { put(out, uint32_t{0}); });
+  put_record(out, kDataEnd, uint32_t{0});
   const size_t summary = out.size();
   Buffer groups;
   const auto put_group = [&](Op op, const auto& put_records) {
     const size_t begin = out.size();
     put_records();
     if (out.size() == begin) return;
-    put_record(groups, kSummaryOffset, [&] {
-      put(groups, static_cast<uint8_t>(op));
-      put(groups, uint64_t{offset_ + begin});
-      put(groups, uint64_t{out.size() - begin});
-    });
+    put_record(groups, kSummaryOffset, static_cast<uint8_t>(op), uint64_t{offset_ + begin},
+               uint64_t{out.size() - begin});
   };
   put_group(kSchema, [&] {
     for (const auto& s : schemas_) put_schema(out, s);
@@ -329,13 +256,7 @@ McapWriter::Buffer McapWriter::make_end() const {
     for (const auto& c : chunks_) put_chunk_index(out, c);
   });
   put_group(kMetadataIndex, [&] {
-    for (const McapMetadataIndex& m : metadata_) {
-      put_record(out, kMetadataIndex, [&] {
-        put(out, m.offset);
-        put(out, m.length);
-        put_text(out, m.name);
-      });
-    }
+    for (const auto& m : metadata_) put_record(out, kMetadataIndex, m.offset, m.length, m.name);
   });
   put_group(kStatistics, [&] { put_statistics(out); });
   const uint64_t offsets = offset_ + out.size();

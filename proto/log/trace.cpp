@@ -112,7 +112,7 @@ std::string TraceReader::notice(const TopicInfo& topic) const {
   return "recorded with layout " + (number.empty() ? "of no number" : shown(number)) + lacking;
 }
 
-/// Nothing if the records are as those of this program.
+/// Empty if the file's records have this program's layout.
 std::optional<Translation> TraceReader::find_translation(const TopicInfo& topic,
                                                          const McapChannel& channel) const {
   const McapSchema& stored = mcap_.schema_of(channel);

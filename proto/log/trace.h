@@ -121,8 +121,8 @@ class TraceReader {
 
   /// Number of the layout (kAbiMajor) that the file was recorded with; "": it does not say.
   std::string layout() const;
-  /// What a person should know of records with another layout than this program's: its number, and
-  /// the fields that it lacks, with what they are taken for; "": there is nothing to tell.
+  /// For people, if the records have another layout than this program's: its number, and the fields
+  /// that it lacks, with the defaults used instead; else "".
   std::string notice(const TopicInfo& topic) const;
 
   /// Topics of this file known to this program.

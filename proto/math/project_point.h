@@ -25,10 +25,10 @@ struct PointProjection {
 
 /// Point of the intersection of the half-spaces nearest to p: min ½|x − p|² s.t. n_i·x ≥ d_i.
 ///
-/// Dual active set: starts without constraints; adds the most violated half-space; among the
-/// subsets of the active set plus that one with at most three members takes the one whose Lagrange
-/// point is feasible for all of them with multipliers ≥ 0; repeats. |x − p| strictly increases, so
-/// no set recurs, and planes that would have to pull are dropped. Subsets with linearly dependent
+/// Dual active set: starts without constraints and adds the most violated half-space. Of the
+/// subsets of this larger set with at most three members, it takes the one whose Lagrange point is
+/// feasible for the whole set with multipliers ≥ 0, and repeats. |x − p| strictly increases, so no
+/// set recurs, and planes that would have to pull are dropped. Subsets with linearly dependent
 /// normals are skipped. For contradictory half-spaces converged = false and x solves those added
 /// before. Sources: Zilles & Salisbury 1995 (Lagrange form); KKT signs as in Ruspini et al. 1997.
 PointProjection project_onto_half_spaces(const Vec3& p, std::span<const HalfSpace> half_spaces);

@@ -11,7 +11,7 @@ namespace haptic {
 /// Folder of this program.
 std::string own_folder();
 
-/// Folder of the programs: $HAPTICD_LIBEXEC, else that of this one.
+/// Folder of the programs: $HAPTICD_LIBEXEC, else the folder of this program.
 std::string program_folder();
 
 /// Whether a process with that pid exists and has not ended; a zombie has.

@@ -237,7 +237,7 @@ bool is_name(std::string_view word, std::string_view others) {
          });
 }
 
-/// The first line of a text, which it is taken from, without its comment.
+/// Removes the first line from a text and returns it without its comment.
 std::string_view take_code(std::string_view& text) {
   const size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = text.substr(0, end);

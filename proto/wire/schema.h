@@ -179,17 +179,17 @@ struct Field {
 /// geometry_msgs; throws std::runtime_error otherwise.
 std::vector<Field> flatten(std::string_view text);
 
-/// The same for the schema of a file: `definition` holds the nested types as well, as
-/// full_definition() writes them. It is not trusted: throws std::runtime_error where it is
-/// malformed, refers to itself, or describes more than a record can hold. Without units.
+/// Every number of the schema of a file, without units: `definition` holds the nested types as
+/// well, as full_definition() writes them. It is not trusted: throws std::runtime_error where it is
+/// malformed, refers to itself, or describes more than a record can hold.
 std::vector<Field> flatten_definition(std::string_view definition);
 
-/// Bytes of the message of which these are the numbers.
+/// Bytes of a message that consists of these numbers.
 size_t size_of(const std::vector<Field>& fields);
 /// Bytes of one number.
 size_t size_of(const Field& field);
 
-/// As readers of ROS 2 demand the names of fields.
+/// A name in lower case: readers of ROS 2 demand it of fields.
 std::string lower_case(std::string_view name);
 
 /// `text` followed by the definitions of all nested types, for MCAP's `ros2msg` encoding. Field

@@ -30,7 +30,7 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What the session lacks for that renderer with the springs of this frame.
+/// What the session lacks for a renderer, given the springs of the wanted frame; empty: nothing.
 std::string lack_with(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
   const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstring>
 #include <utility>
 
 #include "proto/os/message.h"
@@ -39,27 +38,18 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
 constexpr int64_t kLastWordsNs = kNsPerSecond / 5;  // wait for a slow reader at the end [ns]
 
 const char* reason(Fault fault) {
-  switch (fault) {
-    case Fault::kDeviceNotFinite:
-      return "the device's sample was not finite";
-    case Fault::kContactsNotFinite:
-      return "the contacts or the poses of objects were not finite";
-    case Fault::kForceNotFinite:
-      return "the force was not finite";
-    case Fault::kForceHuge:
-      return "the force was beyond all reason";
-    case Fault::kPoseJump:
-      return "the pose of the device jumped";
-    case Fault::kDeviceStale:
-      return "the device does not answer what it is asked (frozen, or old answers): plug it out "
-             "and "
-             "in again";
-    case Fault::kDeviceNoisy:
-      return "an encoder of the device is noisy: check its cable and plug";
-    case Fault::kNone:
-      break;
-  }
-  return "unknown";
+  constexpr std::array kReasons{
+      "unknown",
+      "the device's sample was not finite",
+      "the contacts or the poses of objects were not finite",
+      "the force was not finite",
+      "the force was beyond all reason",
+      "the pose of the device jumped",
+      "the device does not answer what it is asked (frozen, or old answers): plug it out and in "
+      "again",
+      "an encoder of the device is noisy: check its cable and plug"};
+  const auto i = static_cast<size_t>(fault);
+  return kReasons[i < kReasons.size() ? i : 0];
 }
 
 uint64_t whole(double number) {

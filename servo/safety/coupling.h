@@ -23,8 +23,8 @@ struct CouplingRamp {
   double time = 0;  // since the change began [s]
 };
 
-/// Coupling of this tick: linear from the one in force when `wanted` last changed to `wanted`, in
-/// 200 ms.
+/// Coupling of this tick. After a change of `wanted` it goes linearly, within 200 ms, from the
+/// coupling then in force to `wanted`.
 Coupling ramp_coupling(CouplingRamp& ramp, const Coupling& wanted, double dt);
 
 /// Force of the virtual coupling on the tool of a massless 3-DoF proxy, at the tool's origin, in W:

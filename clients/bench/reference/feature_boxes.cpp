@@ -33,8 +33,7 @@ double most_of(double e, double error, double u0, double u1) {
 }
 
 /// Widens a range by b − u e − v f over u and v of the box. Each error is multiplied by its
-/// parameter: at u = 0 that of e does not count, so features closer than a rounding of e can still
-/// be separated.
+/// parameter: at u = 0 the error of e vanishes, so features closer than it can still be separated.
 void widen(const Linear& at, const Linear& off, const Box& box, Range& range) {
   const double most_u = most_of(at.e, off.e, box.u0, box.u1),
                most_v = most_of(at.f, off.f, box.v0, box.v1),

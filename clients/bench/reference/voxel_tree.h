@@ -60,7 +60,7 @@ struct VoxelTreeData {
 /// Builds the tree of a map, at start-up only. An empty map gives an empty tree.
 VoxelTreeData build_voxel_tree(const Voxmap& map);
 
-/// scan_voxels of a map, in its tree, one point after the other: `at` is that of the map.
+/// As scan_voxels of the tree's map, one point after the other; `at` is made for the map.
 size_t scan_voxels(const VoxelTree& tree, const Pointshell& shell, const ShellInVoxels& at,
                    uint32_t first, uint32_t count, std::span<VoxelHit> hits, size_t n);
 

@@ -43,7 +43,7 @@ std::optional<long double> time_to_ball(const Long3& m, const Long3& d, long dou
   return t <= 1 ? std::optional(t) : std::nullopt;
 }
 
-/// The same for the distance from an obstacle's whole plane, line or point.
+/// When the centre comes within `radius` of the whole plane, line or point of an obstacle.
 std::optional<long double> time_to(const Obstacle& o, const Long3& from, const Long3& d,
                                    long double radius) {
   const Long3 m = from - o.point;

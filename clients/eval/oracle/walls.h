@@ -23,7 +23,7 @@ struct NearestInWalls {
 
 /// min |y − q| over the half-spaces by enumeration: the nearest feasible point among the Lagrange
 /// points of every subset of up to three. The minimum is one of them, so no multiplier is needed.
-/// Nothing if no subset gives a feasible point.
+/// Empty if no subset gives a feasible point.
 std::optional<NearestInWalls> nearest_in(std::span<const Wall> walls, const Long3& q);
 
 }  // namespace haptic

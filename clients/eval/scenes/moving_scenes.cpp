@@ -25,7 +25,7 @@ constexpr int kMostDraws = 50;     // before the generator counts as broken
 class Dice {
  public:
   explicit Dice(uint64_t seed) : bits_(seed) {}
-  /// The same numbers with every standard library, unlike its distributions.
+  /// Unlike std::uniform_real_distribution, it gives equal numbers with every standard library.
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
   }

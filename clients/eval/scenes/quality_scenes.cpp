@@ -2,6 +2,7 @@
 #include "clients/eval/scenes/quality_scenes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -96,27 +97,7 @@ double share(size_t i, size_t n) {
   return n > 1 ? static_cast<double>(i) / static_cast<double>(n - 1) : 0;
 }
 
-/// Rows of one renderer in one scene, with goals if it is held to them.
-class Judged {
- public:
-  Judged(Rows& rows, bool are_judged) : rows_(rows), are_judged_(are_judged) {}
-
-  void figure(const std::string& metric, double value, const std::string& unit) {
-    rows_.add(metric, value, unit);
-  }
-  void at_most(const std::string& metric, double value, const std::string& unit, double goal) {
-    rows_.add_if(are_judged_, metric, value, unit, goal, value <= goal);
-  }
-  void at_least(const std::string& metric, double value, const std::string& unit, double goal) {
-    rows_.add_if(are_judged_, metric, value, unit, goal, value >= goal);
-  }
-
- private:
-  Rows& rows_;
-  bool are_judged_;
-};
-
-void judge_cone(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Judged& rows) {
+void judge_cone(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   std::vector<Wrench> felt;
   double direction = 0, tangential = 0;
   for (size_t i = 0; i < n; ++i) {
@@ -128,14 +109,14 @@ void judge_cone(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
     tangential = std::max(tangential, std::hypot(F.f.x, F.f.y) / std::max(F.f.z, 1e-12));
   }
   const Spread spread = spread_of(felt);
-  rows.figure("force, mean", spread.mean, "N");
+  rows.add("force, mean", spread.mean, "N");
   rows.at_most("force, std/mean", spread.deviation / spread.mean, "", goals.cone_spread);
   rows.at_most("direction off the normal, max", direction, "deg", goals.cone_direction);
   rows.at_most("tangential/normal force, max", tangential, "", goals.cone_tangential);
-  rows.figure("noise", noise_of(felt), "");
+  rows.add("noise", noise_of(felt));
 }
 
-void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Judged& rows) {
+void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   std::vector<Wrench> felt;
   double squares = 0, torque = 0;
   for (size_t i = 0; i < n; ++i) {
@@ -149,13 +130,13 @@ void judge_sphere(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals
     torque = std::max(torque, norm(F.t) / (std::max(norm(F.f), 1e-12) * kSphereRadius));
   }
   const Spread spread = spread_of(felt);
-  rows.figure("force, mean", spread.mean, "N");
+  rows.add("force, mean", spread.mean, "N");
   rows.at_most("force, peak to peak/mean", spread.peak_to_peak / spread.mean, "",
                goals.sphere_spread);
   rows.at_most("direction off the radius, rms", std::sqrt(squares / static_cast<double>(n)), "deg",
                goals.sphere_direction);
   rows.at_most("torque about the centre/(force · radius), max", torque, "", goals.sphere_torque);
-  rows.figure("noise", noise_of(felt), "");
+  rows.add("noise", noise_of(felt));
 }
 
 /// The wrench in the frame that has turned with the cube about the vertical.
@@ -167,7 +148,7 @@ Wrench felt_by_cube(const WrenchAt& wrench_at, double yaw, double tilt) {
   return seen_from(q_WY, wrench_at(X_WT));
 }
 
-void judge_cube(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Judged& rows) {
+void judge_cube(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   constexpr double kTilt = 0.02;  // [rad]
   std::vector<Wrench> flat;
   double lean = 0, most = 0, difference = 0;
@@ -183,17 +164,16 @@ void judge_cube(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, 
     most = std::max({most, norm(left), norm(right)});
   }
   const Spread spread = spread_of(flat);
-  rows.figure("force, mean", spread.mean, "N");
-  rows.figure("force, std/mean", spread.deviation / spread.mean, "");
+  rows.add("force, mean", spread.mean, "N");
+  rows.add("force, std/mean", spread.deviation / spread.mean);
   rows.at_most("flat: torque about x, y/(force · half edge), max", lean, "", goals.cube_torque);
-  rows.figure("tilted: torque, max", most, "N·m");
+  rows.add("tilted: torque, max", most, "N·m");
   rows.at_most("tilted: mirrored torques differ by, of the largest",
                most > 0 ? difference / most : 1, "", goals.cube_mirror);
-  rows.figure("noise", noise_of(flat), "");
+  rows.add("noise", noise_of(flat));
 }
 
-void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals,
-                      Judged& rows) {
+void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   std::vector<double> beyond, force;
   std::vector<Wrench> felt;
   double off = 0;
@@ -207,13 +187,13 @@ void judge_offset_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& g
     off = std::max(off, angle_off(F.f));
   }
   const Line line = fit_line(beyond, force);
-  rows.figure("aside: stiffness", line.slope, "N/m");
+  rows.add("aside: stiffness", line.slope, "N/m");
   rows.at_least("aside: R² of force over e − c", line.fit, "", goals.peg_fit);
-  rows.figure("aside: direction off the wall's normal, max", off, "deg");
-  rows.figure("aside: noise", noise_of(felt), "");
+  rows.add("aside: direction off the wall's normal, max", off, "deg");
+  rows.add("aside: noise", noise_of(felt));
 }
 
-void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Judged& rows) {
+void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Rows& rows) {
   std::vector<double> beyond, couple;
   size_t wrong = 0;
   double net = 0;
@@ -231,12 +211,12 @@ void judge_tilted_peg(const WrenchAt& wrench_at, size_t n, Judged& rows) {
   const Line line = fit_line(beyond, couple);
   rows.at_most("tilted: places where the couple does not turn back", static_cast<double>(wrong), "",
                0);
-  rows.figure("tilted: couple over what the ends overlap", line.slope, "N");
-  rows.figure("tilted: R² of it", line.fit, "");
-  rows.figure("tilted: net force · half length/couple, max", net, "");
+  rows.add("tilted: couple over what the ends overlap", line.slope, "N");
+  rows.add("tilted: R² of it", line.fit);
+  rows.add("tilted: net force · half length/couple, max", net);
 }
 
-void judge_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Judged& rows) {
+void judge_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, Rows& rows) {
   const double centred = norm(wrench_at({}).f);
   rows.at_most("centred: force", centred, "N", 0);
   double pushing_in = 0;
@@ -253,17 +233,9 @@ void judge_peg(const WrenchAt& wrench_at, size_t n, const QualityGoals& goals, J
 }  // namespace
 
 std::string_view name_of(QualityScene scene) {
-  switch (scene) {
-    case QualityScene::kConeOnPlane:
-      return "cone on plane";
-    case QualityScene::kSphereRoundCylinder:
-      return "sphere round cylinder";
-    case QualityScene::kCubeOnPlate:
-      return "cube on plate";
-    case QualityScene::kPegInHole:
-      break;
-  }
-  return "peg in hole";
+  constexpr std::array kNames{"cone on plane", "sphere round cylinder", "cube on plate",
+                              "peg in hole"};
+  return kNames[static_cast<size_t>(scene)];
 }
 
 double spacing_of(QualityScene scene, const QualityGrain& grain) {
@@ -297,23 +269,10 @@ QualityBodies bodies_of(QualityScene scene, const QualityGrain& grain) {
 
 std::vector<Row> judge_quality(QualityScene scene, const WrenchAt& wrench_at, size_t samples,
                                const QualityGoals& goals, const std::string& case_name) {
-  Rows all(case_name);
-  Judged rows(all, goals.are_judged);
-  switch (scene) {
-    case QualityScene::kConeOnPlane:
-      judge_cone(wrench_at, samples, goals, rows);
-      break;
-    case QualityScene::kSphereRoundCylinder:
-      judge_sphere(wrench_at, samples, goals, rows);
-      break;
-    case QualityScene::kCubeOnPlate:
-      judge_cube(wrench_at, samples, goals, rows);
-      break;
-    case QualityScene::kPegInHole:
-      judge_peg(wrench_at, samples, goals, rows);
-      break;
-  }
-  return all.rows();
+  Rows rows(case_name, goals.are_judged);
+  constexpr std::array kJudges{judge_cone, judge_sphere, judge_cube, judge_peg};
+  kJudges[static_cast<size_t>(scene)](wrench_at, samples, goals, rows);
+  return rows.rows();
 }
 
 }  // namespace haptic

@@ -57,7 +57,7 @@ Polygon in_prism(const Face& face, const Corners& triangle) {
   return polygon;
 }
 
-/// How the other triangle of a pair reaches behind a face.
+/// The part of a pair's other triangle that lies behind a face.
 struct Reach {
   double depth = 0;
   size_t n = 0;
@@ -136,7 +136,7 @@ Reach reach_of_edges(const std::array<Edge, 3>& of_object, const std::array<Edge
       const double along_e = dot(cross(between, f.way()), axis) / size_squared;
       const double along_f = dot(cross(between, e.way()), axis) / size_squared;
       if (along_e < 0 || along_e > 1 || along_f < 0 || along_f > 1) continue;
-      // of the two normals of both lines, the one towards the tool
+      // the common normal of both lines, oriented towards the tool
       const double sign = dot(axis, to_tool) < 0 ? -1 : 1;
       const Vec3 normal = sign / std::sqrt(size_squared) * axis;
       const double depth = -dot(normal, between);

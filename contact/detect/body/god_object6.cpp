@@ -91,7 +91,7 @@ bool GodObject6::is_free(std::span<const Pose> X_WO, const Pose& X_WT) const {
   return true;
 }
 
-/// Whether an object of which the first pose is free lies on the way to the second.
+/// Whether an object lies on the way between the poses although the tool is free of it at `from`.
 bool GodObject6::is_across(std::span<const Pose> X_WO, const Pose& from_W, const Pose& to_W) {
   for (size_t i = 0; i < obstacles_.size(); ++i) {
     Obstacle& o = obstacles_[i];

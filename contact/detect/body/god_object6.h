@@ -70,9 +70,9 @@ class GodObject6 {
   /// half the margin or one body contains the other.
   bool place(std::span<const Pose> X_WO, const Pose& X_WT);
 
-  /// The same at this pose or, if it is not free, at another: the previous one, then translations
-  /// in all directions, the shortest first; never one behind an object of which this pose is free,
-  /// since the force would pull across it.
+  /// Starts at this pose. If it is not free, tries the previous one, then translations in all
+  /// directions, the shortest first; never one behind an object of which this pose is free, since
+  /// the force would pull across it.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
 
   bool is_placed() const { return is_placed_; }

@@ -107,9 +107,4 @@ Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const 
   return B;
 }
 
-Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
-                      double damping, Braking reading) {
-  return braking_matrix(pushes, V_OT, about_O, damping, reading) * V_OT;
-}
-
 }  // namespace haptic

@@ -40,12 +40,10 @@ size_t pushes_from_field(const Pointshell& shell, const Pose& X_OT,
                          std::span<const ShellTouch> touches, const ShellForce& force,
                          std::span<PointPush> pushes);
 
-/// Braking wrench of the approaching points (depth ≤ 0, moving against their inward normal) about
-/// about_O; v is a point's velocity relative to the object. braking_matrix: B with B·V_OT = that
-/// wrench, for constant shares (−n̂·v̂): symmetric, negative semidefinite.
+/// B with B·V_OT = the braking wrench about about_O of the approaching points (depth ≤ 0, moving
+/// against their inward normal); v is a point's velocity relative to the object. Symmetric and
+/// negative semidefinite, for constant shares (−n̂·v̂).
 Mat6 braking_matrix(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
                     double damping, Braking reading);
-Wrench braking_wrench(std::span<const PointPush> pushes, const Twist& V_OT, const Vec3& about_O,
-                      double damping, Braking reading);
 
 }  // namespace haptic

@@ -16,7 +16,7 @@ namespace haptic {
 namespace {
 
 constexpr int kMaxSweeps = 48;  // sweeps per step; a corner of three facets needs about seven
-constexpr int kMaxSphereSweeps = 192;  // the same for a sphere, whose edges and vertices are round
+constexpr int kMaxSphereSweeps = 192;  // a sphere's edges and vertices are round: it needs more
 constexpr size_t kMaxPlanes = 12;      // per leg; beyond, those that do not push are dropped
 constexpr int kMaxSeedAttempts = 8;    // objects that may overlap at the start
 constexpr double kNoProgress = 1e-3;   // of epsilon: shorter moves are no progress
@@ -179,9 +179,10 @@ SphereRest rest_between(const PointScene& scene, std::span<const ProxyPlane> pla
                         tool_W);
 }
 
-/// The same for a crease of two obstacles or a corner of three, at least one of them round: on the
-/// line from the tool through the place of rest, as far out as the tangent planes require. In a
-/// corner the sphere touches only two at a time: the third may be one of the previous leg.
+/// A goal beyond the place of rest in a crease of two obstacles or a corner of three, at least one
+/// of them round: on the line from the tool through that place, as far out as the tangent planes
+/// require. In a corner the sphere touches only two at a time: the third may be one of the previous
+/// leg.
 Vec3 beyond_crease(const PointScene& scene, const Leg& pushing, const Leg& before, const Vec3& g_W,
                    const Vec3& tool_W, const Vec3& subgoal_W) {
   const auto is_round = [&](const ProxyPlane& plane) {

@@ -70,7 +70,7 @@ uint32_t seed_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy)
 /// edge).
 ProxyMove move_proxy(const PointScene& scene, const Vec3& p_W, PointProxy& proxy);
 
-/// What carries the proxy at g_W on this facet: for a point, the facet's plane; for a sphere, the
+/// The support of the proxy at g_W on this facet: for a point, the facet's plane; for a sphere, the
 /// point of the facet nearest to the centre, with the normal from there to the centre.
 struct ProxySupport {
   Feature feature;

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What keeps the centre of a sphere away: the plane of a face, the line of an edge, or a vertex.
+/// An obstacle to the centre of a sphere: the plane of a face, the line of an edge, or a vertex.
 struct RoundObstacle {
   FeatureKind kind = FeatureKind::kFace;
   Vec3 point_W;

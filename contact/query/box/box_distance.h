@@ -18,8 +18,8 @@ class BoxDistance {
   /// [m], 0 if unknown.
   double at_least(const CompactObb& a, const CompactObb& b) const;
 
-  /// The same, and a direction in A along which they are about that far apart: not normalised, from
-  /// A to B; 0 if they are not apart.
+  /// The lower bound, and a direction from A to B, expressed in A and not normalised, along which
+  /// they are about that far apart; 0 if they are not apart.
   struct Separation {
     double at_least = 0;  // [m]
     Vec3 way_A;

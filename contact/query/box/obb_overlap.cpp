@@ -102,8 +102,8 @@ SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, cons
 
 SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep) {
   const Halfway at = halfway(a, b, sweep);
-  // rotation widens the reach along all axes, but not that of spheres; without it the sphere test
-  // is not worth its cost
+  // rotation enlarges the boxes' projections but not the spheres': the sphere test is worth its
+  // cost only where b rotates much
   SweepWindow window;
   if (sweep.angle > kMuchTurn) window = window_of_spheres(at, sweep.angle);
   if (window.is_empty()) return window;

@@ -37,7 +37,7 @@ struct SweepWindow {
 /// rotates much, bounding spheres are tested first.
 SweepWindow when_boxes_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 
-/// The same for the spheres around both boxes: they are apart while |c + s d| > ρ_a + ρ_b + r θ²/2,
+/// The window for the spheres around both boxes: apart while |c + s d| > ρ_a + ρ_b + r θ²/2,
 /// with c the vector between the centres. Rotation of b about its own centre does not matter.
 SweepWindow when_spheres_may_meet(const CompactObb& a, const CompactObb& b, const ObbSweep& sweep);
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/query/point/triangles_within.h"
 
-#include <algorithm>
-#include <array>
-
 #include "contact/query/point/patch_tests.h"
 
 namespace haptic {

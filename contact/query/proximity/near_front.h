@@ -23,10 +23,10 @@ class NearFront {
   /// The arrays that both shapes view must outlive it.
   NearFront(const MeshShape& shape_A, const MeshShape& shape_B);
 
-  /// The same set as near_pairs, in unspecified order, valid until the next call.
+  /// The pairs that near_pairs() finds, in unspecified order, valid until the next call.
   std::span<const NearPair> update(const Pose& X_AB, double band);
 
-  /// As update, at the end of a motion from the pose of the previous update (up to rounding); also
+  /// The pairs at the end of a motion from the pose of the previous update (up to rounding). Also
   /// finds the triangles that may have met on the way: only the suspects, as long as no point of B
   /// deviates from the straight line between its end points by half the band. The cost grows with
   /// the length of the motion. Says nothing about the motion to a first update: is_first().

@@ -26,7 +26,7 @@ struct PoseChange {
   double most(const Vec3& centre_B, double radius) const;
 };
 
-/// The same in float; the fourth lane is unused.
+/// A PoseChange in float; the fourth lane is unused.
 struct MovedFloats {
   Lanes way, turn[3];  // its columns
   float angle, rounding;

@@ -19,7 +19,7 @@ struct TrianglePair {
 
 /// The corners of a triangle of the mesh.
 Corners corners_of(const TriangleMesh& mesh, uint32_t triangle);
-/// The same, moved to A; each vertex is rounded once, so that neighbouring triangles still share
+/// The corners moved to A; each vertex is rounded once, so that neighbouring triangles still share
 /// corners.
 Corners corners_of(const TriangleMesh& mesh, uint32_t triangle, const Pose& X_AB);
 

@@ -2,7 +2,6 @@
 #include "contact/query/sweep/feature_advance.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "proto/math/assert.h"
 

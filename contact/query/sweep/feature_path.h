@@ -34,7 +34,7 @@ class FeaturePath {
   /// Two edges: base = a0 − b0, e = a0 − a1, f = b1 − b0.
   static FeaturePath of_edges(const std::array<SweptPoint, 2>& a,
                               const std::array<SweptPoint, 2>& b);
-  /// The same for a rigid tool that moves past fixed features; the stretch must outlive the path.
+  /// Paths of a rigid tool that moves past fixed features; the stretch must outlive the path.
   static FeaturePath of_vertex_and_face(const MotionStretch& stretch, const Vec3& vertex_T,
                                         const std::array<Vec3, 3>& face_O);
   static FeaturePath of_face_and_vertex(const MotionStretch& stretch,

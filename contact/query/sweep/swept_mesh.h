@@ -37,7 +37,7 @@ class SweptMesh {
   /// gives a meeting at 0, unproven.
   MeshMeeting time_of_impact(const RigidMotion& motion, double tolerance);
 
-  /// The same for these pairs only; the caller knows that no others meet.
+  /// Tests these pairs only; the caller knows that no others meet.
   MeshMeeting time_of_impact(const RigidMotion& motion, double tolerance,
                              std::span<const TrianglePair> pairs);
 

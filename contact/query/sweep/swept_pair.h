@@ -22,12 +22,12 @@ std::optional<SweptMeeting> vertex_face_meeting(const SweptPoint& vertex,
                                                 const std::array<SweptPoint, 3>& face,
                                                 double tolerance);
 
-/// The same for two edges; parallel ones need no special case.
+/// First meeting of two edges; parallel ones need no special case.
 std::optional<SweptMeeting> edge_edge_meeting(const std::array<SweptPoint, 2>& a,
                                               const std::array<SweptPoint, 2>& b, double tolerance);
 
-/// The same for features of a rigid tool that moves past fixed ones of an object, in O, with times
-/// of the whole motion. Between two times a point deviates from the straight line by an amount that
+/// First meetings of features of a rigid tool with fixed ones of an object, in O, with times of the
+/// whole motion. Between two times a point deviates from the straight line by an amount that
 /// depends on its distance from the centre; half the time gives a quarter of it.
 std::optional<SweptMeeting> vertex_face_meeting(const MotionStretch& stretch, const Vec3& vertex_T,
                                                 const std::array<Vec3, 3>& face_O,

@@ -7,7 +7,7 @@ namespace haptic {
 
 enum class FeatureKind : uint32_t { kFace = 0, kEdge = 1, kVertex = 2 };
 
-/// What a closest point lies on; `index` counts faces, edges or vertices of the mesh.
+/// The feature that a closest point lies on; `index` counts faces, edges or vertices of the mesh.
 struct Feature {
   FeatureKind kind = FeatureKind::kFace;
   uint32_t index = 0;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "contact/query/triangle/triangle_lanes.h"
@@ -60,7 +59,7 @@ HAPTIC_WIDE uint64_t measure_by_four(const Pose& X_AB, DistanceBatch& batch) {
   return measure_lanes<Double4>(X_AB, batch);
 }
 
-/// As many at a time as the processor supports.
+/// Measures as many pairs at a time as the processor supports.
 uint64_t measure_wide(const Pose& X_AB, DistanceBatch& batch) {
   static const bool has_eight = can_measure_by_eight();
   return has_eight ? measure_by_eight(X_AB, batch) : measure_by_four(X_AB, batch);

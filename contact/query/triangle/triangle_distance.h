@@ -27,8 +27,8 @@ struct TriangleDistance {
 /// touch, else to a few roundings. A triangle without area is its border.
 TriangleDistance triangle_distance(const Corners& a, const Corners& b);
 
-/// The distance of each pair of parts: nine of sides, and of each corner that lies over the other
-/// face. Returns their number. Does not test whether they meet.
+/// The distances of all nine pairs of sides, and of each corner that lies over the other face.
+/// Returns how many. Does not test whether the triangles meet.
 inline constexpr size_t kTrianglePartPairs = 15;
 size_t distances_of_parts(const Corners& a, const Corners& b,
                           std::array<TriangleDistance, kTrianglePartPairs>& out);

@@ -38,7 +38,7 @@ class VertexFan {
   size_t places() const { return 2 * size_; }
   /// A point `around` from the vertex, raised above the surface by a small part of that [m].
   Vec3 at(size_t place, double around) const;
-  /// The same at the start of a direction.
+  /// Such a point at the start of a direction.
   Vec3 at(const WayFromVertex& way, double around) const;
 
  private:

@@ -23,7 +23,7 @@ struct FieldBatch {
 /// Samples the field at each point of the batch, moved in double; bit-identical to sample_distance.
 /// Four points at a time with AVX2.
 void look_up(const DistanceField& field, const Pose& X_OT, FieldBatch& batch);
-/// The same without vector instructions.
+/// look_up() without vector instructions.
 void look_up_one_by_one(const DistanceField& field, const Pose& X_OT, FieldBatch& batch);
 
 }  // namespace haptic

@@ -3,8 +3,8 @@
 
 #include "contact/query/volume/voxel_scan.h"
 
-/// One point after the other: what the lanes of voxel_scan.cpp must agree with, in any map that has
-/// at(voxel).
+/// Looks up one point after the other, in any map that has at(voxel). The lanes of voxel_scan.cpp
+/// must agree with it.
 namespace haptic {
 
 using Limits = std::array<float, 3>;  // voxels along each axis

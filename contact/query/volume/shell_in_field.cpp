@@ -88,7 +88,7 @@ struct Search {
     answer.tested += static_cast<uint32_t>(at.n);
   }
 
-  /// Queues a node for look-up, or as one that is known to be near.
+  /// Queues a node: for look-up, or as known to be near.
   void visit(uint32_t index) {
     const ShellNode& node = shell.nodes[index];
     const bool is_asked = !is_in_vain(index) && !has_few_to_ask(index);
@@ -154,8 +154,8 @@ struct Search {
     to.at.n = n;
   }
 
-  /// Distance below which points of a patch matter [m]: those that touch, and the nearest of the
-  /// others.
+  /// Distance below which points of a patch are reported [m]: the points that touch, and the
+  /// nearest of the others.
   double cut_of(uint32_t index) const {
     if (coherence == nullptr) return query.reach;
     return std::min(query.reach, std::max(query.touch, coherence->high[index] + coherence->slack));

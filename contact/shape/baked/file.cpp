@@ -2,7 +2,6 @@
 #include "contact/shape/baked/file.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 

@@ -17,7 +17,7 @@ struct MeshShape {
   PatchTree patches;
 };
 
-/// The same, owning its arrays: views stay valid while it lives, even if moved.
+/// A MeshShape that owns its arrays: views stay valid while it lives, even if moved.
 struct MeshShapeData {
   MeshData mesh;
   ObbTreeData tree;

@@ -18,7 +18,7 @@ struct PartGrid {
 /// Closed solid between two heights with its side at `outer`: 2·around·(along + 1) triangles.
 Soup make_turned(const RadiusAt& outer, double z_lower, double z_upper, const PartGrid& grid);
 
-/// The same with a through hole at `inner` < outer.
+/// A turned solid with a through hole of radius `inner` < outer.
 Soup make_bored(const RadiusAt& outer, const RadiusAt& inner, double z_lower, double z_upper,
                 const PartGrid& grid);
 

@@ -42,7 +42,7 @@ struct FieldSample {
   bool is_near = false;  // false: `distance` is a bound of the right sign, |φ| ≥ |distance| ≥ band
 };
 
-/// The same without the gradient.
+/// A sample without its gradient.
 struct FieldDistance {
   double distance = 0;  // [m]
   bool is_near = false;

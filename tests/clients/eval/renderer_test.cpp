@@ -42,11 +42,11 @@ EvalJudge judge_work(const std::string& name, const Run& run) {
 }
 
 void check_whole(const EvalJudge& judge, uint64_t ticks) {
-  CHECK(judge.ticks() == ticks);
-  CHECK(judge.jammed() == 0);
-  CHECK(judge.lost() == 0);
-  CHECK(judge.not_finite() == 0);
-  CHECK(judge.deepest_behind() == 0);
+  CHECK(judge.found().ticks == ticks);
+  CHECK(judge.found().jammed == 0);
+  CHECK(judge.found().lost == 0);
+  CHECK(judge.found().not_finite == 0);
+  CHECK(judge.found().deepest_behind == 0);
 }
 
 }  // namespace
@@ -55,17 +55,17 @@ TEST_CASE("eval: no jam, no fall-through, the exact force in lockstep", "[lab][t
   const std::string name = GENERATE("hf:50", "hf:187", "sphere:16", "sphere:59");
   const uint64_t ticks = trials(3000) + 600;
   const EvalJudge judge = judge_work(name, {{1, 0}, ticks});
-  CAPTURE(name, judge.worst_tick());
+  CAPTURE(name, judge.found().worst_tick);
   check_whole(judge, ticks);
-  CHECK(judge.touching() > ticks - 600);
-  CHECK(judge.worst_error() <= tol(1e-6));
+  CHECK(judge.found().touching > ticks - 600);
+  CHECK(judge.found().worst_error <= tol(1e-6));
 }
 
 TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
   const std::string name = GENERATE("hf:50", "sphere:16");
   const uint64_t ticks = trials(3000) + 600;
   const EvalJudge judge = judge_work(name, {{1, 1}, ticks});
-  CAPTURE(name, judge.worst_tick());
+  CAPTURE(name, judge.found().worst_tick);
   check_whole(judge, ticks);
   CHECK(judge.rms_error() <= tol(0.02));
 }
@@ -73,8 +73,8 @@ TEST_CASE("eval: one tick of latency costs at most 0.02 N rms", "[lab]") {
 TEST_CASE("eval: no ripple on the flat slide", "[lab][trap]") {
   const uint32_t latency = GENERATE(0u, 1u);
   const EvalJudge judge = judge_work("flat:50", {{1, latency}, 2000});
-  CHECK(judge.worst_ripple() <= tol(1e-5));
-  CHECK(judge.worst_error() <= tol(1e-6));
+  CHECK(judge.found().worst_ripple <= tol(1e-5));
+  CHECK(judge.found().worst_error <= tol(1e-6));
 }
 
 TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the limit", "[lab]") {
@@ -90,11 +90,11 @@ TEST_CASE("eval: scanned and broken meshes never give NaN, never more than the l
   haptic::SessionConfig config = haptic::plain_session(kStiffness);
   config.safety.max_force = 6;
   const EvalJudge judge = judge_run(config, mesh.shape, hand, {1, 0}, ticks);
-  CHECK(judge.not_finite() == 0);
-  CHECK(judge.jammed() == 0);
-  CHECK(judge.largest_held() <= 6 * (1 + 1e-12));
+  CHECK(judge.found().not_finite == 0);
+  CHECK(judge.found().jammed == 0);
+  CHECK(judge.found().largest_held <= 6 * (1 + 1e-12));
   // sanitizers leave no time to reach every surface
-  if (haptic::test::kSlowdown == 1) CHECK(judge.touching() > 0);
+  if (haptic::test::kSlowdown == 1) CHECK(judge.found().touching > 0);
 }
 
 TEST_CASE("eval: a sphere on scanned and broken meshes: no NaN, no more than the limit", "[lab]") {
@@ -159,17 +159,17 @@ TEST_CASE(
     frame.F_coupling_W.f = kStiffness * (frame.X_WP.p - frame.X_WT.p);
     judge.add(frame, 0, truth, {});
   }
-  CHECK(judge.jammed() == 1);
-  CHECK(judge.lost() == 0);
-  CHECK(judge.worst_error() == Approx(0.5));
+  CHECK(judge.found().jammed == 1);
+  CHECK(judge.found().lost == 0);
+  CHECK(judge.found().worst_error == Approx(0.5));
   frame.F_coupling_W.f = {};
   judge.add(frame, 0, truth, {{2e-3, true}, 3e-9});
-  CHECK(judge.lost() == 1);
-  CHECK(judge.deepest_behind() == 2e-3);
-  CHECK(judge.not_minimal() == 1);
+  CHECK(judge.found().lost == 1);
+  CHECK(judge.found().deepest_behind == 2e-3);
+  CHECK(judge.found().not_minimal == 1);
   frame.F_coupling_W.f.x = std::nan("");
   judge.add(frame, 0, truth, {});
-  CHECK(judge.not_finite() == 1);
+  CHECK(judge.found().not_finite == 1);
 }
 
 TEST_CASE("eval: a sphere never jams or falls through, and its force is exact in lockstep",
@@ -178,10 +178,10 @@ TEST_CASE("eval: a sphere never jams or falls through, and its force is exact in
   const double radius = GENERATE(1e-3, 5e-3);
   const uint64_t ticks = trials(1500) + 600;
   const EvalJudge judge = judge_work(name, {{1, 0}, ticks, radius});
-  CAPTURE(name, radius, judge.worst_tick());
+  CAPTURE(name, radius, judge.found().worst_tick);
   check_whole(judge, ticks);
-  CHECK(judge.worst_error() <= tol(1e-6));
-  CHECK(judge.not_minimal() == 0);
+  CHECK(judge.found().worst_error <= tol(1e-6));
+  CHECK(judge.found().not_minimal == 0);
 }
 
 TEST_CASE("eval: a sphere one tick late costs at most 0.02 N rms", "[lab]") {
@@ -189,7 +189,7 @@ TEST_CASE("eval: a sphere one tick late costs at most 0.02 N rms", "[lab]") {
   const double radius = GENERATE(1e-3, 5e-3);
   const uint64_t ticks = trials(3000) + 600;
   const EvalJudge judge = judge_work(name, {{1, 1}, ticks, radius});
-  CAPTURE(name, radius, judge.worst_tick());
+  CAPTURE(name, radius, judge.found().worst_tick);
   check_whole(judge, ticks);
   CHECK(judge.rms_error() <= tol(0.02));
 }
@@ -247,7 +247,7 @@ TEST_CASE("eval: where legs take turns a sphere settles on the planes of all of 
   config.renderer = haptic::Renderer::kVirtualProxy3;
   config.proxy_radius = kRadius;
   const EvalJudge judge = judge_run(config, mesh.view(), hand, {1, 0}, 150);
-  CAPTURE(judge.worst_tick());
-  CHECK(judge.worst_error() <= tol(1e-6));
-  CHECK(judge.not_minimal() == 0);
+  CAPTURE(judge.found().worst_tick);
+  CHECK(judge.found().worst_error <= tol(1e-6));
+  CHECK(judge.found().not_minimal == 0);
 }
