@@ -72,7 +72,7 @@ void Recorder::tell_loss(TraceWriter& trace, const Topic<T>& topic, const Origin
 template <auto kMember, typename T>
 void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint64_t& told,
                           SegmentId writer, TraceWriter& trace) {
-  T record;
+  T record{};
   // bounded, so that a writer faster than the disk cannot starve the other rings
   for (uint64_t n = 0; n < kMostPerDrain && ring.next(record); ++n) {
     tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);

@@ -86,7 +86,7 @@ void TortureSession::Watch::drain(std::vector<SeenFrame>& published) {
     if ((frame.flags & kServoFault) != 0) servo_seen.fault_ns = frame.t_ns;
     published.push_back({frame.t_ns, now_ns()});
   }
-  for (ContactSet set; contact.next(set);) {
+  for (ContactSet set{}; contact.next(set);) {
     note_writer(contact_seen, contact, [&] { return set.answers_t_ns; });
   }
   for (SceneFrame frame; sim.next(frame);) {

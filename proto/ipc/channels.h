@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+
+#include "proto/ipc/packed_ring.h"
 #include "proto/ipc/ring.h"
 #include "proto/wire/wire.h"
 
@@ -9,8 +13,16 @@ namespace haptic {
 /// Owner of a segment. A second hand adds 0x10 to the numbers of servo and contact.
 enum class SegmentId : uint32_t { kControl = 1, kServo0 = 2, kContact0 = 3, kSim = 4 };
 
+/// The contacts from n_contacts on.
+constexpr UnusedBytes unused_bytes(const ContactSet& set) {
+  constexpr size_t kFirst = offsetof(ContactSet, contacts);
+  const size_t n = std::min(set.n_contacts, kMaxContacts);
+  return {kFirst + n * sizeof(Contact), kFirst + sizeof(ContactSet::contacts)};
+}
+
 /// The rings of each process. 4096 frames of servo and contact are four seconds at 1 kHz: they
-/// survive a crash of the writer, and a recorder may be that late on a busy machine.
+/// survive a crash of the writer, and a recorder may be that late on a busy machine. Four seconds
+/// of contact hold 7 contacts in each set; sets of 64 fill the ring in one.
 struct ServoChannels {
   static constexpr SegmentId kId = SegmentId::kServo0;
   static constexpr const char* kName = "servo0";
@@ -22,7 +34,7 @@ struct ServoChannels {
 struct ContactChannels {
   static constexpr SegmentId kId = SegmentId::kContact0;
   static constexpr const char* kName = "contact0";
-  Ring<ContactSet, 4096> sets;
+  PackedRing<ContactSet, 4096, 12 << 20> sets;
   Ring<Event, 256> events;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -203,15 +204,12 @@ enum class Start {
 };
 
 /// Next item of a ring whose writer is gone. Counts exactly what cannot be read: overwritten items,
-/// and the slot that a killed writer may have left half written.
+/// and those that a killed writer was about to overwrite.
 template <typename RingType>
 bool read_final(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
-  constexpr uint64_t kSlots = RingType::kCapacity;
-  const uint64_t end = ring.published();
-  if (end - cursor.next > kSlots) {
-    cursor.lost += end - kSlots - cursor.next;
-    cursor.next = end - kSlots;
-  }
+  const uint64_t end = ring.published(), from = std::max(cursor.next, ring.oldest(end));
+  cursor.lost += from - cursor.next;
+  cursor.next = from;
   while (cursor.next < end) {
     if (ring.read(cursor.next++, out)) return true;
     ++cursor.lost;
@@ -278,7 +276,7 @@ class RingSource<kMember> {
     if (channels == nullptr) return false;
     ring_ = &(channels->*kMember);
     cursor_ = {};
-    if (is_first_) cursor_.next = first_item(ring_->published());
+    if (is_first_) cursor_.next = first_item();
     is_first_ = false;
     return true;
   }
@@ -291,10 +289,13 @@ class RingSource<kMember> {
     source_.advance();
   }
 
-  uint64_t first_item(uint64_t published) const noexcept {
+  uint64_t first_item() const noexcept {
     constexpr uint64_t kReach = RingType::kCapacity - RingType::kCapacity / 8;
-    if (start_ == Start::kNewest) return published;
-    return published > kReach ? published - kReach : 0;
+    const uint64_t end = ring_->published(), oldest = ring_->oldest(end);
+    if (start_ == Start::kNewest) return end;
+    // a ring of short and long items may hold fewer than its slots
+    const uint64_t safe = oldest > 0 ? oldest + (end - oldest) / 8 : 0;
+    return std::max(end - std::min(end, kReach), safe);
   }
 
   bool read_newest(Item& out, bool ended) noexcept {

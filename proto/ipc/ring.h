@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <type_traits>
 
 namespace haptic {
 
-/// The one channel of the project: single writer, many readers, overwriting, wait-free.
+/// The channel of the project: single writer, many readers, overwriting, wait-free.
 ///
 /// Item n lives in slot n % kSlots under a ticket: 2n+1 while it is being written, 2n+2 once
 /// complete. A reader copies the words between two reads of the ticket, so it needs no write access
@@ -66,6 +68,9 @@ class Ring {
   /// Items published so far; the newest is published() − 1.
   uint64_t published() const noexcept { return count_.load(std::memory_order_acquire); }
 
+  /// The oldest item that is not overwritten, with `end` published.
+  static uint64_t oldest(uint64_t end) noexcept { return end - std::min(end, kSlots); }
+
   /// Item n; false if not yet published or already overwritten.
   bool read(uint64_t n, T& out) const noexcept {
     const Slot& slot = slots_[n % kSlots];
@@ -91,19 +96,16 @@ struct Cursor {
   uint64_t lost = 0;
 };
 
-/// Next unread item in order. A reader that was overrun jumps to half a ring behind the writer, so
-/// as not to be overrun again at once, and counts exactly what it skipped.
+/// Next unread item in order. A reader that was overrun jumps half way to the writer, so as not to
+/// be overrun again at once, and counts exactly what it skipped.
 template <typename RingType>
 bool read_next(const RingType& ring, Cursor& cursor, typename RingType::Item& out) noexcept {
-  constexpr uint64_t kSlots = RingType::kCapacity;
   for (uint64_t end = ring.published(); cursor.next < end; end = ring.published()) {
-    if (end - cursor.next <= kSlots && ring.read(cursor.next, out)) {
+    if (ring.read(cursor.next, out)) {
       ++cursor.next;
       return true;
     }
-    // half a ring behind the writer: overrun again only if preempted here
-    const uint64_t restart = end > kSlots / 2 ? end - kSlots / 2 : 0;
-    const uint64_t target = restart > cursor.next ? restart : cursor.next + 1;
+    const uint64_t target = std::max(cursor.next + 1, std::midpoint(ring.oldest(end), end));
     cursor.lost += target - cursor.next;
     cursor.next = target;
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <thread>
 
@@ -109,21 +110,21 @@ class FlatOutTorture {
   /// The oldest item, whose slot is overwritten next, and the newest, which must exist. Returns the
   /// number of the oldest, so that it is not counted as read twice.
   static uint64_t look_at_ends(const RingType& ring, uint64_t oldest_seen, ReaderTally& tally) {
-    constexpr uint64_t kSlots = RingType::kCapacity;
     Item out;
-    uint64_t end = ring.published();
-    if (end >= kSlots && ring.read(end - kSlots, out)) {
-      tally.torn += !out.is_whole() || out.n != end - kSlots;
+    const uint64_t oldest = ring.oldest(ring.published());
+    if (ring.read(oldest, out)) {
+      tally.torn += !out.is_whole() || out.n != oldest;
       tally.reads += out.n > oldest_seen;
       oldest_seen = out.n;
     }
-    end = ring.published();
+    const uint64_t end = ring.published();
     if (end == 0) return oldest_seen;
     if (ring.read(end - 1, out)) {
       tally.torn += !out.is_whole() || out.n != end - 1;
     } else {
       // half a ring: far from being overwritten, even if the count is seen late
-      tally.vanished += ring.published() - end <= kSlots / 2;
+      const uint64_t now = ring.published();
+      tally.vanished += end > std::midpoint(ring.oldest(now), now);
     }
     return oldest_seen;
   }

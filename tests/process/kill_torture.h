@@ -143,11 +143,11 @@ class KillTorture {
     ends_.push_back(end);
     found_.published += end;
     Item out;
-    for (uint64_t back = std::min(end, RingType::kCapacity); back > 0; --back) {
-      const bool is_there = ring.read(end - back, out);
-      if (is_there) found_.torn += !out.is_whole() || out.n != end - back;
+    for (uint64_t n = ring.oldest(end); n < end; ++n) {
+      const bool is_there = ring.read(n, out);
+      if (is_there) found_.torn += !out.is_whole() || out.n != n;
       // an item that was never counted may have half overwritten the slot of the oldest
-      const bool may_be_spoilt = back == RingType::kCapacity;
+      const bool may_be_spoilt = end - n == RingType::kCapacity;
       found_.in_mid_copy += !is_there && may_be_spoilt;
       found_.unreadable += !is_there && !may_be_spoilt;
     }

@@ -35,6 +35,12 @@ using test::KillFindings;
 using test::KillTorture;
 template <size_t kBytes>
 using Record = test::SelfDescribing<kBytes / 8>;
+/// With records of varying length the words are overwritten before the slots are used up.
+template <size_t kBytes, bool kVaries, uint64_t kSlots>
+using RingOf =
+    std::conditional_t<kVaries,
+                       PackedRing<test::VaryingRecord<kBytes / 8>, kSlots, kBytes * kSlots / 4>,
+                       Ring<Record<kBytes>, kSlots>>;
 
 // short rings: the writer is always close behind the readers
 constexpr uint64_t kFlatOutSlots = 32;
@@ -95,13 +101,14 @@ uint64_t faults_flat_out() {
 }  // namespace
 
 TEMPLATE_TEST_CASE_SIG("ring torture: eight readers beside a writer that never pauses", "[torture]",
-                       ((size_t kBytes), kBytes), 64, 256, 1024, 8192) {
+                       ((size_t kBytes, bool kVaries), kBytes, kVaries), (64, false), (256, false),
+                       (1024, false), (8192, false), (1024, true)) {
   const int64_t start_ns = now_ns();
   const int64_t patience =
       static_cast<int64_t>(120 * std::max(1.0, test::torture_scale())) * kSecond;
   const uint64_t wanted = wanted_reads(kBytes);
   const FlatOutFindings found =
-      FlatOutTorture<Ring<Record<kBytes>, kFlatOutSlots>>().run(wanted, patience);
+      FlatOutTorture<RingOf<kBytes, kVaries, kFlatOutSlots>>().run(wanted, patience);
   print_flat_out(kBytes, found, seconds_since(start_ns));
   CHECK(found.torn == 0);
   CHECK(found.disorder == 0);
@@ -119,7 +126,7 @@ TEMPLATE_TEST_CASE_SIG("ring torture: writers killed at random points, generatio
                        "[torture]", ((size_t kBytes), kBytes), 64, 256, 1024, 8192) {
   const int64_t start_ns = now_ns();
   const auto kills = static_cast<uint64_t>(25 * std::max(1.0, test::torture_scale()));
-  const KillFindings found = KillTorture<Ring<Record<kBytes>, kKillSlots>>().run(kills);
+  const KillFindings found = KillTorture<RingOf<kBytes, kVaries, kKillSlots>>().run(kills);
   print_kills(kBytes, found, seconds_since(start_ns));
   CHECK(found.kills == kills);
   CHECK(found.unreadable == 0);

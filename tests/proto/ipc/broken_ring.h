@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -71,6 +72,8 @@ class BrokenRing {
   uint64_t published() const noexcept {
     return count_.load(acquire_without(Defect::kRelaxedCountLoad));
   }
+
+  static uint64_t oldest(uint64_t end) noexcept { return end - std::min(end, kSlots); }
 
   bool read(uint64_t n, T& out) const noexcept {
     const Slot& slot = slots_[n % kSlots];

@@ -22,7 +22,11 @@ namespace haptic::test {
 /// for all. What remains to enumerate is the value that each load of the reader returns.
 class MemoryModel {
  public:
-  MemoryModel() { active() = this; }
+  /// What a defect does to one access.
+  enum class Change { kNone, kRelaxed, kDropped };
+  using Defect = Change (*)(size_t location, bool is_store, uint64_t value);
+
+  explicit MemoryModel(Defect defect = nullptr) : defect_(defect) { active() = this; }
   ~MemoryModel() { active() = nullptr; }
   MemoryModel(const MemoryModel&) = delete;
 
@@ -64,6 +68,9 @@ class MemoryModel {
     if (stores_left_ == 0) return;
     --stores_left_;
     ++n_stores_;
+    const Change change = change_of(location, true, value);
+    if (change == Change::kDropped) return;
+    if (change == Change::kRelaxed) order = std::memory_order_relaxed;
     auto& messages = locations_[location];
     writer_view_[location] = static_cast<uint8_t>(messages.size());
     // a relaxed store publishes only itself
@@ -78,7 +85,8 @@ class MemoryModel {
     const size_t oldest = view[location];
     const size_t taken = oldest + (is_reader_ ? choose(messages.size() - oldest) : 0);
     view[location] = static_cast<uint8_t>(taken);
-    if (order == std::memory_order_acquire) {
+    const bool is_weakened = change_of(location, false, 0) == Change::kRelaxed;
+    if (order == std::memory_order_acquire && !is_weakened) {
       for (size_t i = 0; i < kMaxLocations; ++i) {
         view[i] = std::max(view[i], messages[taken].view[i]);
       }
@@ -98,6 +106,10 @@ class MemoryModel {
     size_t taken, options;
   };
 
+  Change change_of(size_t location, bool is_store, uint64_t value) const {
+    return defect_ == nullptr ? Change::kNone : defect_(location, is_store, value);
+  }
+
   size_t choose(size_t options) {
     if (depth_ == choices_.size()) choices_.push_back({0, options});
     return choices_[depth_++].taken;
@@ -113,6 +125,7 @@ class MemoryModel {
     return true;
   }
 
+  Defect defect_;
   std::vector<std::vector<Message>> locations_;
   View writer_view_{}, reader_view_{};
   std::vector<Choice> choices_;

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
@@ -23,7 +24,11 @@ namespace haptic {
 namespace {
 
 using test::SelfDescribing;
+using test::VaryingRecord;
 using Record = SelfDescribing<32>;  // 256 bytes
+// fewer words than its slots could hold
+template <size_t kWords>
+using Packed = PackedRing<VaryingRecord<kWords>, 16, 24 * kWords>;
 
 /// A ring in memory shared with a forked writer.
 template <typename RingType>
@@ -84,8 +89,8 @@ TEST_CASE("ring: an empty ring has nothing to read") {
   CHECK(cursor.lost == 0);
 }
 
-TEST_CASE("ring: zeroed memory is an empty ring") {
-  const Ring<Record, 8> ring;
+TEMPLATE_TEST_CASE("ring: zeroed memory is an empty ring", "", (Ring<Record, 8>), Packed<32>) {
+  const TestType ring;
   const std::vector<std::byte> zeros(sizeof ring);
   CHECK(std::memcmp(zeros.data(), static_cast<const void*>(&ring), sizeof ring) == 0);
 }
@@ -106,15 +111,59 @@ TEST_CASE("ring: a reader that keeps up gets each item once and in order") {
   CHECK(cursor.lost == 0);
 }
 
-TEST_CASE("ring: exactly the newest capacity items can be read") {
-  Ring<Record, 8> ring;
-  const uint64_t published = GENERATE(1u, 7u, 8u, 9u, 16u, 1003u);
-  for (uint64_t n = 0; n < published; ++n) ring.publish(Record::make(n));
-  Record out;
+TEMPLATE_TEST_CASE("ring: exactly as many of the newest items as fit can be read", "",
+                   (Ring<Record, 8>), Packed<32>) {
+  using Item = typename TestType::Item;
+  TestType ring;
+  const uint64_t published = GENERATE(1u, 2u, 3u, 7u, 8u, 9u, 16u, 17u, 1003u);
+  for (uint64_t n = 0; n < published; ++n) ring.publish(Item::make(n));
+  const uint64_t oldest = published - 1 - test::reach<TestType>(published - 1);
+  CHECK(ring.oldest(published) == oldest);
+  Item out;
   for (uint64_t n = 0; n < published + 8; ++n) {
     CAPTURE(published, n);
-    CHECK(ring.read(n, out) == (n < published && n + 8 >= published));
+    REQUIRE(ring.read(n, out) == (n < published && n >= oldest));
+    if (n < published && n >= oldest) CHECK((out.n == n && out.is_whole()));
   }
+}
+
+TEST_CASE("ring: a reader of a shorter record finds zeros behind it") {
+  auto ring = std::make_unique<decltype(ContactChannels::sets)>();
+  auto set = std::make_unique<ContactSet>(), out = std::make_unique<ContactSet>();
+  std::memset(static_cast<void*>(set.get()), 0x5a, sizeof *set);
+  uint64_t n = 0;
+  // more than there can be: as many as there are
+  for (const uint32_t contacts : {64u, 0u, 1u, 63u, 64u, 1000u}) {
+    CAPTURE(contacts);
+    set->n_contacts = contacts;
+    ring->publish(*set);
+    REQUIRE(ring->read(n++, *out));
+    auto expected = std::make_unique<ContactSet>(*set);
+    for (uint32_t i = contacts; i < kMaxContacts; ++i) expected->contacts[i] = {};
+    CHECK(std::memcmp(out.get(), expected.get(), sizeof *out) == 0);
+  }
+}
+
+TEST_CASE(
+    "ring: whatever lies in one of varying records, a reader stays in it and comes to an end") {
+  std::mt19937_64 random(19);
+  const auto ring = std::make_unique<Packed<32>>();
+  std::vector<uint64_t> words(sizeof *ring / 8);
+  uint64_t looks = 0;
+  for (int round = 0; round < 2000; ++round) {
+    // sometimes small numbers, so that some items look complete
+    const uint64_t span = round % 2 == 0 ? ~uint64_t{0} : 40;
+    for (uint64_t& word : words) word = random() % span;
+    std::memcpy(static_cast<void*>(ring.get()), words.data(), sizeof *ring);
+    Cursor living{random() % span, 0}, dead = living;
+    const uint64_t before = looks;
+    VaryingRecord<32> out;
+    while (read_next(*ring, living, out)) ++looks;
+    while (read_final(*ring, dead, out)) ++looks;
+    looks += ring->latest(out);
+    REQUIRE(looks <= before + 2 * ring->kCapacity + 1);
+  }
+  CHECK(looks > 0);
 }
 
 TEST_CASE("ring: a lapped reader counts exactly what it lost") {
@@ -141,9 +190,12 @@ TEST_CASE("ring: a lapped reader counts exactly what it lost") {
   CHECK(cursor.lost > 0);
 }
 
-TEST_CASE("ring: readers beside a hammering writer see no torn item and lose none uncounted") {
-  // short, so that the writer is always close behind the reader
-  Ring<Record, 4> ring;
+// short, so that the writer is always close behind the reader
+TEMPLATE_TEST_CASE(
+    "ring: readers beside a hammering writer see no torn item and lose none uncounted", "",
+    (Ring<Record, 4>), (PackedRing<VaryingRecord<32>, 8, 640>)) {
+  using Item = typename TestType::Item;
+  TestType ring;
   constexpr uint64_t kItems = 200'000;
   std::atomic<bool> done{false};
   struct Result {
@@ -155,7 +207,7 @@ TEST_CASE("ring: readers beside a hammering writer see no torn item and lose non
   for (Result& result : results) {
     readers.emplace_back([&ring, &done, &result] {
       Cursor cursor;
-      Record out;
+      Item out;
       uint64_t next = 0;
       for (;;) {
         const bool last_look = done.load(std::memory_order_acquire);
@@ -166,14 +218,14 @@ TEST_CASE("ring: readers beside a hammering writer see no torn item and lose non
           next = out.n + 1;
         }
         // the oldest item, whose slot is overwritten next
-        const uint64_t end = ring.published();
-        if (end >= 4 && ring.read(end - 4, out)) result.torn += !out.is_whole() || out.n != end - 4;
+        const uint64_t oldest = ring.oldest(ring.published());
+        if (ring.read(oldest, out)) result.torn += !out.is_whole() || out.n != oldest;
         if (last_look) break;
       }
       result.lost = cursor.lost;
     });
   }
-  for (uint64_t n = 0; n < kItems; ++n) ring.publish(Record::make(n));
+  for (uint64_t n = 0; n < kItems; ++n) ring.publish(Item::make(n));
   done.store(true, std::memory_order_release);
   for (std::thread& reader : readers) reader.join();
   for (const Result& result : results) {
@@ -235,7 +287,8 @@ TEST_CASE("ring: one of plain words is reported by the thread sanitizer") {
 #endif
 
 TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the oldest is whole",
-                   "", (Ring<SelfDescribing<8>, 16>), (Ring<SelfDescribing<128>, 16>)) {
+                   "", (Ring<SelfDescribing<8>, 16>), (Ring<SelfDescribing<128>, 16>),
+                   Packed<128>) {
   std::mt19937_64 random(11);
   for (int round = 0; round < 60; ++round) {
     SharedRing<TestType> shared;
@@ -245,8 +298,9 @@ TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the
     typename TestType::Item out;
     CAPTURE(round, end);
     REQUIRE(end > 0);
+    REQUIRE(end - ring.oldest(end) >= test::reach<TestType>(end));
     // an item that was never counted may have half overwritten the slot of the oldest
-    for (uint64_t n = end >= 16 ? end - 15 : 0; n < end; ++n) {
+    for (uint64_t n = std::max(ring.oldest(end), end - std::min<uint64_t>(end, 15)); n < end; ++n) {
       REQUIRE(ring.read(n, out));
       REQUIRE(out.is_whole());
       REQUIRE(out.n == n);
@@ -258,24 +312,25 @@ TEMPLATE_TEST_CASE("ring: after kill -9 of the writer every counted item but the
   }
 }
 
-TEST_CASE("ring: what a killed writer left behind is drained with an exact count") {
+TEMPLATE_TEST_CASE("ring: what a killed writer left behind is drained with an exact count", "",
+                   (Ring<Record, 16>), Packed<32>) {
   std::mt19937_64 random(13);
   uint64_t most_lost_of_the_last_ring = 0;
   for (int round = 0; round < 60; ++round) {
-    SharedRing<Ring<Record, 16>> shared;
+    SharedRing<TestType> shared;
     write_until_killed(*shared, std::chrono::microseconds(random() % 300));
     const uint64_t end = (*shared).published();
     Cursor cursor{random() % (end + 1), 0};
     const uint64_t from = cursor.next;
     uint64_t got = 0, last = 0;
-    for (Record out; read_final(*shared, cursor, out); ++got) {
+    for (typename TestType::Item out; read_final(*shared, cursor, out); ++got) {
       REQUIRE(out.is_whole());
       last = out.n;
     }
     CAPTURE(round, from, end);
     CHECK(from + got + cursor.lost == end);
     if (got > 0) CHECK(last == end - 1);
-    const uint64_t out_of_reach = end - from > 16 ? end - from - 16 : 0;
+    const uint64_t out_of_reach = std::max((*shared).oldest(end), from) - from;
     most_lost_of_the_last_ring = std::max(most_lost_of_the_last_ring, cursor.lost - out_of_reach);
   }
   CHECK(most_lost_of_the_last_ring <= 1);
