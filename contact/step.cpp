@@ -41,13 +41,12 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   return std::clamp(speed * (2 * state.period + model.servo_period), least, kMaxReach);
 }
 
-/// Makes the detector of a renderer the one in use, if it is not.
-template <class... Detectors>
-void choose(std::variant<Detectors...>& state, Detector wanted, const ContactModel& model) {
-  const auto try_one = [&]<class D>(std::type_identity<D>) {
-    if (D::kId == wanted && !std::holds_alternative<D>(state)) state.template emplace<D>(model);
-  };
-  (try_one(std::type_identity<Detectors>()), ...);
+/// Makes the detector of the renderer the one in use, if it is not.
+void choose_detector(const ContactModel& model, ContactState& state) {
+  MakeDetector& wanted = detector_of(state.renderer);
+  if (state.maker == &wanted) return;
+  state.detector = wanted(model);
+  state.maker = &wanted;
 }
 
 /// What is known of every answer before it is looked for.
@@ -76,7 +75,7 @@ bool is_usable(const ServoFrame& servo, const PointScene& now) {
 }  // namespace
 
 ContactState::ContactState(const ContactModel& model) : renderer(model.renderer) {
-  choose(detector, row_of(renderer).detector, model);
+  choose_detector(model, *this);
 }
 
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
@@ -92,13 +91,13 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   state.renderer = renderer;
   set.renderer = static_cast<uint32_t>(renderer);
   set.X_WO = question.now.X_WO;
-  question.now.radius = row_of(renderer).solver == Solver::kVirtualProxy ? model.radius : 0;
+  question.now.radius = row_of(renderer).moves == Moves::kSphere ? model.radius : 0;
   question.usable = is_usable(servo, question.now);
   question.reach = look_ahead(model, state, servo, scene);
   if (!question.usable) set.flags |= kContactNoFreePose;
 
-  choose(state.detector, row_of(renderer).detector, model);
-  std::visit([&](auto& detector) { detect(model, detector, question, set); }, state.detector);
+  choose_detector(model, state);
+  state.detector->detect(model, question, set);
   HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
   HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
   if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "proto/math/assert.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
@@ -26,7 +27,7 @@ uint32_t seed_again(const PointScene& scene, const ServoFrame& servo, PointProxy
 
 /// Shading is for the virtual proxy.
 double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t object) {
-  const bool shades = set.renderer == static_cast<uint32_t>(Renderer::kVirtualProxy3);
+  const bool shades = row_of(static_cast<Renderer>(set.renderer)).moves == Moves::kSphere;
   return shades ? model.crease_cosine[object] : 1;
 }
 
@@ -129,10 +130,9 @@ void lead(const ContactModel& model, PointDetector& state, const ContactQuestion
 
 }  // namespace
 
-void detect(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
-            ContactSet& set) {
+void PointDetector::detect(const ContactModel& model, const ContactQuestion& question,
+                           ContactSet& set) {
   const ServoFrame& servo = question.servo;
-  PointProxy& proxy = state.proxy;
   // nothing is felt: the hand may pass through objects, and begins where it then is
   if (question.usable && (servo.flags & kServoClosed) != 0) proxy.seeded = false;
   if (question.usable && question.changed) {
@@ -140,10 +140,14 @@ void detect(const ContactModel& model, PointDetector& state, const ContactQuesti
   } else if (question.usable && !proxy.seeded) {
     set.flags |= seed(question.now, servo, proxy);
   }
-  if (question.usable && proxy.seeded) lead(model, state, question, set);
+  if (question.usable && proxy.seeded) lead(model, *this, question, set);
   set.X_WG = {proxy.g_W, servo.X_WT.q};
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) proxy.seeded = false;
+}
+
+std::unique_ptr<Detector> make_point_detector(const ContactModel&) {
+  return std::make_unique<PointDetector>();
 }
 
 }  // namespace haptic

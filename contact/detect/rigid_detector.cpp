@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/rigid_detector.h"
+#include <optional>
 
+#include "contact/detect/detector.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -16,24 +17,35 @@ RigidToolModel rigid_model(const ContactModel& model) {
           model.has_friction};
 }
 
-}  // namespace
+/// The detector of tools with six degrees of freedom that never enter an object: it leads the
+/// verified pose of the tool and reports its contacts (rigid_tool.h).
+struct RigidDetector : Detector {
+  explicit RigidDetector(const ContactModel& model) {
+    if (model.bodies.has_tool()) tool.emplace(rigid_model(model));
+  }
+  void detect(const ContactModel& model, const ContactQuestion& question, ContactSet& set) override;
 
-RigidDetector::RigidDetector(const ContactModel& model) {
-  if (model.bodies.has_tool()) tool.emplace(rigid_model(model));
-}
+  std::optional<RigidTool> tool;  // none: the session has a point
+};
 
-void detect(const ContactModel& model, RigidDetector& state, const ContactQuestion& question,
-            ContactSet& set) {
-  if (question.changed && state.tool) state.tool->lose();
+void RigidDetector::detect(const ContactModel& model, const ContactQuestion& question,
+                           ContactSet& set) {
+  if (question.changed && tool) tool->lose();
   if (!question.usable) return;
   if (question.changed) set.flags |= kContactReseeded;
   set.X_WG = question.servo.X_WP;
-  if (!state.tool) {
+  if (!tool) {
     set.flags |= kContactNoDetector | kContactNoFreePose;
     return;
   }
-  state.tool->answer(rigid_model(model), question.servo,
-                     {question.now.X_WO.data(), model.n_objects}, question.reach, set);
+  tool->answer(rigid_model(model), question.servo, {question.now.X_WO.data(), model.n_objects},
+               question.reach, set);
+}
+
+}  // namespace
+
+std::unique_ptr<Detector> make_rigid_detector(const ContactModel& model) {
+  return std::make_unique<RigidDetector>(model);
 }
 
 }  // namespace haptic

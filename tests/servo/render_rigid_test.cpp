@@ -3,6 +3,7 @@
 // contacts.
 #include <limits>
 
+#include "proto/wire/renderer.h"
 #include "tests/support/rigid_tick.h"
 #include "tests/support/servo_tick.h"
 

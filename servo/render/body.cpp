@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/math/assert.h"
-#include "servo/rendered.h"
+// The renderers of a tool that may enter objects, with six degrees of freedom: soft contacts at
+// this tick, the proxy of the session's solver, the coupling's wrench.
+#include "servo/render/body.h"
 
 #include <algorithm>
+
+#include "proto/config/renderer_needs.h"
+#include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
@@ -10,23 +14,22 @@ namespace {
 constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared among
 
 /// What the session says, with the coupling in force and the tool that contact has baked.
-SoftProxyModel proxy_model(const ServoModel& model, const ServoState& state,
-                           const ContactSet& contacts) {
+SoftProxyModel proxy_model(const ServoModel& model, const RenderQuestion& question) {
   SoftProxyModel proxy = model.body;
-  const auto renderer = static_cast<Renderer>(contacts.renderer);
+  const auto renderer = static_cast<Renderer>(question.contacts.renderer);
   proxy.solver = solver_of(model.proxy, renderer);
-  proxy.coupling = coupling_in_force(model, state);
-  proxy.tool = tool_in_force(model, contacts);
+  proxy.coupling = coupling_in_force(model, question);
+  proxy.tool = tool_in_force(model, question.contacts);
   // triangles that meet have no band to leave
-  if (renderer == Renderer::kDirect6) proxy.max_travel = 0;
+  if (!row_of(renderer).has_maps) proxy.max_travel = 0;
   return proxy;
 }
 
 /// Bound on how far a point of the hand's tool has moved in this tick [m].
-double hand_travel(const RigidBody& tool, const ServoState& state, const Pose& X_WT) {
-  if (!state.started) return 0;
-  const Pose before = motion_of_centre(tool, {state.X_WT, {}}).X_WC;
-  const Pose now = motion_of_centre(tool, {X_WT, {}}).X_WC;
+double hand_travel(const RigidBody& tool, const RenderQuestion& question) {
+  if (!question.X_WT_before) return 0;
+  const Pose before = motion_of_centre(tool, {*question.X_WT_before, {}}).X_WC;
+  const Pose now = motion_of_centre(tool, {question.X_WT, {}}).X_WC;
   return largest_travel(way_between(before, now), tool.radius);
 }
 
@@ -55,12 +58,12 @@ Vec3 surface_of(const BodySolution& solution, const TickScene& scene) {
 
 }  // namespace
 
-VirtualCoupling coupling_in_force(const ServoModel& model, const ServoState& state) {
+VirtualCoupling coupling_in_force(const ServoModel& model, const RenderQuestion& question) {
   VirtualCoupling coupling = model.body.coupling;
-  coupling.translational_stiffness = state.coupling.translational_stiffness;
-  coupling.translational_damping = state.coupling.translational_damping;
-  coupling.rotational_stiffness = state.coupling.rotational_stiffness;
-  coupling.rotational_damping = state.coupling.rotational_damping;
+  coupling.translational_stiffness = question.coupling.translational_stiffness;
+  coupling.translational_damping = question.coupling.translational_damping;
+  coupling.rotational_stiffness = question.coupling.rotational_stiffness;
+  coupling.rotational_damping = question.coupling.rotational_damping;
   return coupling;
 }
 
@@ -68,43 +71,44 @@ RigidBody tool_in_force(const ServoModel& model, const ContactSet& contacts) {
   return contacts.tool.mass > 0 ? rigid_body_of(contacts.tool) : model.body.tool;
 }
 
-Rendered rendered_body(const ServoModel& model, const ServoState& state, const TickScene& scene,
+Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
                        const BodySolution& solution) {
   Rendered out;
   out.X_WP = solution.proxy.X_WT;
   out.V_WP = solution.proxy.V_WT;
   out.F_W = solution.F_hand_W;
-  out.surface_W = surface_of(solution, scene);
+  out.surface_W = surface_of(solution, question.scene);
   out.held_back_W = solution.held_back_W;
   out.n_pushing = solution.n_pushing;
   out.finite = solution.finite;
   out.converged = solution.converged;
-  out.object_impulse_W = state.object_impulse_W;
-  add_impulses(solution, scene, model.dt, out.object_impulse_W);
+  out.object_impulse_W = question.object_impulse_W;
+  add_impulses(solution, question.scene, model.dt, out.object_impulse_W);
   return out;
 }
 
-Rendered render_body(const ServoModel& model, ServoState& state, const ServoInput& input,
-                     const TickScene& scene, const ServoFrame& frame) {
-  HAPTIC_ASSERT(input.contacts != nullptr && model.dt > 0);
-  const ContactSet& contacts = *input.contacts;
+Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& question,
+                           RenderState& state) {
+  HAPTIC_ASSERT(model.dt > 0);
+  const ContactSet& contacts = question.contacts;
+  const TickScene& scene = question.scene;
   SoftProxyTick tick;
-  tick.hand = {frame.X_WT, frame.V_WT};
+  tick.hand = {question.X_WT, question.V_WT};
   tick.contacts = &contacts;
   tick.carry.X_WO = scene.X_WO;
   tick.carry.V_WO = scene.V_WO;
   tick.carry.weight = scene.weight;
   tick.dt = model.dt;
-  SoftProxyModel proxy = proxy_model(model, state, contacts);
+  SoftProxyModel proxy = proxy_model(model, question);
   if (proxy.max_travel > 0) {
     // what contact has seen ahead is for all the ticks since
-    const double age = static_cast<double>(input.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
+    const double age = static_cast<double>(question.t_ns - contacts.answers_t_ns) * 1e-9 / model.dt;
     // of contacts that are not rendered any more nothing is passed unseen: the proxy catches up
     scene.weight > 0 ? proxy.max_travel /= std::clamp(age, 1.0, kMostTicks)
-                     : proxy.max_travel += hand_travel(proxy.tool, state, frame.X_WT);
+                     : proxy.max_travel += hand_travel(proxy.tool, question);
   }
-  const BodySolution solution = solve_soft_proxy(proxy, keep<SoftProxyState>(state.proxy), tick);
-  return rendered_body(model, state, scene, solution);
+  return rendered_body(model, question,
+                       solve_soft_proxy(proxy, state.kept.keep<SoftProxyState>(), tick));
 }
 
 }  // namespace haptic
