@@ -41,15 +41,6 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   return std::clamp(speed * (2 * state.period + model.servo_period), least, kMaxReach);
 }
 
-/// Replaces the state if another detector is wanted.
-template <class... Detectors>
-void choose(std::variant<Detectors...>& state, Detector wanted, const ContactModel& model) {
-  const auto try_one = [&]<class D>(std::type_identity<D>) {
-    if (D::kId == wanted && !std::holds_alternative<D>(state)) state.template emplace<D>(model);
-  };
-  (try_one(std::type_identity<Detectors>()), ...);
-}
-
 /// The header of an answer: the fields that do not depend on the detector.
 ContactSet begin_set(const ContactModel& model, const ServoFrame& servo, const SceneFrame* scene) {
   ContactSet set{};
@@ -76,7 +67,12 @@ bool is_usable(const ServoFrame& servo, const PointScene& now) {
 }  // namespace
 
 ContactState::ContactState(const ContactModel& model) : renderer(model.renderer) {
-  choose(detector, row_of(renderer).detector, model);
+  // a question that is not usable makes what the detector keeps, before the first real one
+  const ServoFrame servo{};
+  ContactQuestion question{servo, nullptr, renderer, scene_at(model, nullptr, 0)};
+  question.usable = false;
+  ContactSet set{};
+  detector_of(renderer)(model, detector, question, set);
 }
 
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
@@ -92,13 +88,12 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   state.renderer = renderer;
   set.renderer = static_cast<uint32_t>(renderer);
   set.X_WO = question.now.X_WO;
-  question.now.radius = row_of(renderer).solver == Solver::kVirtualProxy ? model.radius : 0;
+  question.now.radius = row_of(renderer).moves == Moves::kSphere ? model.radius : 0;
   question.usable = is_usable(servo, question.now);
   question.reach = look_ahead(model, state, servo, scene);
   if (!question.usable) set.flags |= kContactNoFreePose;
 
-  choose(state.detector, row_of(renderer).detector, model);
-  std::visit([&](auto& detector) { detect(model, detector, question, set); }, state.detector);
+  detector_of(renderer)(model, state.detector, question, set);
   HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
   HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
   if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;

@@ -1,28 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <variant>
-
-#include "contact/detect/nearest_detector.h"
-#include "contact/detect/point_detector.h"
-#include "contact/detect/rigid_detector.h"
-#include "contact/detect/soft_detector.h"
+#include "contact/detect/detector.h"
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
-/// The detectors that there are: a renderer names one by its kId.
-using DetectorState = std::variant<PointDetector, NearestDetector, SoftDetector, RigidDetector>;
-
-/// All that survives a step. Without a model it begins with the detector of a point.
+/// All that survives a step.
 struct ContactState {
   ContactState() = default;
   /// With the detector of the session's renderer.
   explicit ContactState(const ContactModel& model);
 
-  DetectorState detector;
-  Renderer renderer = Renderer::kGodObject3;  // of the last question
+  DetectorState detector;  // of the last question's renderer
+  Renderer renderer{};
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;

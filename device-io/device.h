@@ -51,8 +51,12 @@ class Device {
   virtual DeviceRelease release() const { return {}; }
 };
 
-/// Opens the configured device. `node` is its node if already open (by hapticd, which keeps a
-/// duplicate), else it is opened here. Throws std::runtime_error: one line with a remedy.
+/// Opens a device of one kind, on its node if that is open. Throws std::runtime_error.
+using OpenDevice = std::unique_ptr<Device>(const DeviceConfig& config, FileDescriptor node);
+
+/// Opens the configured device, by its line in proto/config/devices.def. `node` is its node if
+/// already open (by hapticd, which keeps a duplicate), else it is opened here. Throws
+/// std::runtime_error: one line with a remedy.
 std::unique_ptr<Device> open_device(const DeviceConfig& config, FileDescriptor node = {});
 
 }  // namespace haptic

@@ -7,7 +7,6 @@
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
-#include "servo/rendered.h"
 
 namespace haptic {
 namespace {
@@ -113,16 +112,23 @@ void begin_safety(ServoState& state, const ControlFrame& control) {
   if (state.safety.fault == Fault::kNone) state.safety.fault = static_cast<Fault>(control.fault);
 }
 
-/// By the family of the renderer whose detector made the contacts.
+/// By the solver that goes with the detector of the contacts; it begins with nothing of another's.
 Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
                 const TickScene& scene, const ServoFrame& frame) {
-  if (input.contacts != nullptr && is_renderer(input.contacts->renderer)) {
-    const auto renderer = static_cast<Renderer>(input.contacts->renderer);
-    if (is_rigid(renderer)) return render_rigid(model, state, input, scene, frame);
-    if (is_of_body(renderer)) return render_body(model, state, input, scene, frame);
+  // nothing is known of what a detector without a name has found
+  if (input.contacts == nullptr || !is_renderer(input.contacts->renderer)) {
+    Rendered none;
+    none.X_WP = frame.X_WT;
+    none.object_impulse_W = state.object_impulse_W;
+    return none;
   }
-  state.continuity = {};
-  return render_point(model, state, input, scene, frame);
+  Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
+  if (state.solver != &solver) state.render.forget();
+  state.solver = &solver;
+  RenderQuestion question{*input.contacts, scene,      state.object_impulse_W, state.coupling,
+                          frame.X_WT,      frame.V_WT, std::nullopt,           input.t_ns};
+  if (state.started) question.X_WT_before = state.X_WT;
+  return solver(model, question, state.render);
 }
 
 /// Notes in the frame which inputs it used, and what they ask of safety.
@@ -171,8 +177,7 @@ void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput
   frame.held_back_W = rendered.held_back_W;
   // where nothing is felt nothing holds
   if ((frame.flags & kServoClosed) != 0) {
-    state.proxy.emplace<std::monostate>();
-    state.continuity = {};
+    state.render.forget();
     frame.held_back_W = {};
   }
   // contact must not lead the verified proxy to where the hand cannot be, round an object perhaps

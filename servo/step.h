@@ -1,34 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <variant>
-
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
+#include "servo/render/render.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/coupling.h"
-#include "servo/safety/force_continuity.h"
 #include "servo/safety/safety.h"
-#include "servo/solve/body/constrained6.h"
-#include "servo/solve/body/god_object6.h"
-#include "servo/solve/body/soft_proxy.h"
-#include "servo/solve/point/virtual_proxy.h"
 
 namespace haptic {
-
-/// All that is constant after start.
-struct ServoModel {
-  double dt = 1e-3;  // nominal period [s]
-  DeviceMap map;
-  Coupling coupling;  // as configured; the ControlFrame may change it
-  SafetyLimits limits;
-  int32_t dead_man_button = -1;
-  Renderer renderer = Renderer::kGodObject3;  // as configured; the ControlFrame may change it
-  VirtualProxyModel virtual_proxy;
-  SoftProxyModel body;  // of the renderers with six degrees of freedom
-  ProxyConfig proxy;    // its solver is each renderer's own, or this one
-  RigidSolver rigid_solver = RigidSolver::kCoulomb;
-};
 
 /// Which placing of contact's proxy the force is built on.
 struct ReseedMark {
@@ -37,18 +17,13 @@ struct ReseedMark {
   bool operator==(const ReseedMark&) const = default;
 };
 
-/// What a solver keeps between ticks; those of a point without friction keep nothing.
-using ProxyState = std::variant<std::monostate, VirtualProxyState, SoftProxyState, GodObject6State,
-                                Constrained6State>;
-
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;  // in force
   CouplingRamp ramp;
-  Renderer renderer = Renderer::kGodObject3;  // wanted
-  ProxyState proxy;                           // of the solver in use
-  ForceContinuity continuity;                 // of the renderers of a body
-  ContactSolvers contact_solvers;             // of the rigid ones; nothing to forget
+  Renderer renderer{};       // wanted
+  Render* solver = nullptr;  // in use
+  RenderState render;        // its own
   ContactAge age;
   SafetyState safety;
   Clutch clutch;

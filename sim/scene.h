@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "proto/config/config.h"
-#include "proto/wire/wire.h"
+#include "sim/motion/motion.h"
 
 namespace haptic {
 
-/// Pose and velocity of a scripted object at one instant.
-struct ScriptedState {
-  Pose X_WO;
-  Twist V_WO;  // of the object's origin, in W
-};
-
-/// State of a scripted object at a phase [rad] that grows at phase_rate [rad/s]. Oscillate: p = p₀
-/// + amplitude·sin(phase)·axis; spin: rotated by phase about the axis through its origin. The axis
-/// is fixed in the object's configured pose; a zero axis or rate leaves the object at rest. The
-/// twist is the exact derivative of the pose.
+/// State of a scripted object at a phase [rad] that grows at phase_rate [rad/s], by its motion.
 ScriptedState scripted_state(const ObjectConfig& object, double phase, double phase_rate);
 
 /// The phase [rad] at which scripted_state has this pose; of an oscillation's two phases the one

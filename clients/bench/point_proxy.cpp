@@ -11,6 +11,7 @@
 #include "clients/library/histogram.h"
 #include "proto/config/command_line.h"
 #include "proto/os/rt_guard.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {

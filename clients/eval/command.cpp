@@ -29,6 +29,8 @@
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config_warnings.h"
+#include "proto/config/devices.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/renderer.h"

@@ -9,6 +9,7 @@
 
 #include "contact/bake/session.h"
 #include "device-io/device.h"
+#include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/wire/renderer.h"

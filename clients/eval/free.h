@@ -14,7 +14,7 @@ namespace haptic {
 /// A renderer under test; `solver` is set if it has several proxy solvers.
 struct FreeRenderer {
   std::string name;
-  Renderer renderer = Renderer::kGodObject3;
+  Renderer renderer{};
   std::optional<SoftSolver> solver;
   bool reads_field = true;  // voxel: distance field, else tangent planes
 };

@@ -8,6 +8,7 @@
 #include "clients/eval/oracle/sphere_oracle.h"
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
+#include "proto/config/devices.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

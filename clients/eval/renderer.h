@@ -13,7 +13,7 @@ namespace haptic {
 
 /// A renderer under test: its mesh, its hand and its parameters.
 struct RendererEval {
-  Renderer renderer = Renderer::kGodObject3;
+  Renderer renderer{};
   std::string mesh;                // "hf:742", "sphere:235", "flat:50", or a mesh file
   std::string trace;               // a recorded hand instead of the mesh's own path
   std::string plot;                // .svg

@@ -8,6 +8,7 @@
 #include "clients/eval/oracle/rest_cgal.h"
 #include "clients/lab/lockstep.h"
 #include "clients/lab/scripted_hand.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {

@@ -20,6 +20,7 @@
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
+#include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
 #include "proto/log/hand_trace.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "proto/config/renderer_needs.h"
 #include "proto/ipc/control.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"

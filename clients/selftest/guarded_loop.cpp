@@ -12,6 +12,7 @@
 #include <system_error>
 #include <thread>
 
+#include "proto/config/devices.h"
 #include "proto/ipc/control.h"
 #include "proto/os/serial_port.h"
 #include "servo/loop.h"

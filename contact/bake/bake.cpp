@@ -13,7 +13,7 @@
 #include "contact/bake/read.h"
 #include "contact/bake/repair.h"
 #include "contact/shape/baked/file.h"
-#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/mesh/generated.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/config_shape.h"
 #include "proto/config/quantity.h"
@@ -205,35 +205,11 @@ bool open_cache(const std::string& path, uint64_t key, const std::string& file, 
   }
 }
 
-PartGrid grid_of(const PartConfig& part) {
-  return {part.around, part.along};
-}
-
-/// A machine part; empty if the kind is unknown.
-Soup make_part(std::string_view kind, const PartConfig& p) {
-  const PegAndHole fit{p.diameter, p.length, p.clearance, p.block};
-  const BoltAndNut thread{p.diameter, p.pitch, p.depth, p.length, p.height, p.width, p.clearance};
-  if (kind == "peg") return make_peg(fit, grid_of(p));
-  if (kind == "hole") return make_hole(fit, grid_of(p));
-  if (kind == "gear")
-    return make_gear({p.teeth, p.module, p.width, p.bore, p.backlash}, grid_of(p));
-  if (kind == "bolt") return make_bolt(thread, grid_of(p));
-  if (kind == "nut") return make_nut(thread, grid_of(p));
-  return {};
-}
-
 BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind) {
-  Soup soup;
-  if (kind == "box") {
-    soup = make_box(object.extent);
-  } else if (kind == "sphere") {
-    soup = make_icosphere(0.5 * object.size, object.subdivisions);
-  } else {
-    soup = make_part(kind, object.part);
-  }
+  const Soup soup = generate_mesh(kind, object);
   if (soup.triangles.empty()) {
     throw MeshError(std::string(kPrimitive) + std::string(kind) +
-                    ": unknown primitive; use primitive:box, sphere, peg, hole, gear, bolt or nut");
+                    ": unknown primitive; use one of " + generated_names());
   }
   // made in metres: there is no file to disagree with
   ShapeConfig metres = object;

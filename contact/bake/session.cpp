@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake/session.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {

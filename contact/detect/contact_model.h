@@ -24,8 +24,8 @@ struct ContactModel {
   double prediction = 1e-3;  // from the question to the tick that uses the answer [s]
   BodyModel bodies;
   GodObject6Options rigid;
-  bool has_friction = false;                  // of any object
-  Renderer renderer = Renderer::kGodObject3;  // at the start of the session
+  bool has_friction = false;  // of any object
+  Renderer renderer{};        // that the session begins with
 };
 
 ContactModel build_contact_model(const SessionConfig& config, const ContactShapes& shapes);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "proto/math/assert.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {
@@ -26,7 +27,7 @@ uint32_t seed_again(const PointScene& scene, const ServoFrame& servo, PointProxy
 
 /// Shading is for the virtual proxy.
 double crease_cosine(const ContactModel& model, const ContactSet& set, uint32_t object) {
-  const bool shades = set.renderer == static_cast<uint32_t>(Renderer::kVirtualProxy3);
+  const bool shades = row_of(static_cast<Renderer>(set.renderer)).moves == Moves::kSphere;
   return shades ? model.crease_cosine[object] : 1;
 }
 
@@ -67,7 +68,7 @@ bool is_reported(const ContactSet& set, uint32_t object, const Feature& feature)
 }
 
 void add_approaching(const ContactModel& model, const PointScene& scene, const PointProxy& proxy,
-                     double reach, PointDetector& state, ContactSet& set) {
+                     double reach, LedPoint& state, ContactSet& set) {
   for (uint32_t i = 0; i < scene.shapes.size(); ++i) {
     const Vec3 g_O = inverse(scene.X_WO[i]) * proxy.g_W;
     NearResult near =
@@ -97,7 +98,7 @@ void add_approaching(const ContactModel& model, const PointScene& scene, const P
 /// Adds the facets that will support a proxy led on to p_W, where the tool will be when the answer
 /// is used, and the facets that it may reach.
 void add_contacts(const ContactModel& model, const PointScene& then, const Vec3& p_W, double reach,
-                  PointDetector& state, ContactSet& set) {
+                  LedPoint& state, ContactSet& set) {
   // it goes ahead and is put back; what its queries found serves the next step as well
   PointProxy& proxy = state.proxy;
   const ProxyPlace verified = proxy;
@@ -113,7 +114,7 @@ void add_contacts(const ContactModel& model, const PointScene& then, const Vec3&
 }
 
 /// Moves the proxy and reports the contacts of the place where it will be when they are used.
-void lead(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
+void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& question,
           ContactSet& set) {
   const ServoFrame& servo = question.servo;
   HAPTIC_ASSERT(model.prediction >= 0 && state.proxy.seeded);
@@ -129,10 +130,11 @@ void lead(const ContactModel& model, PointDetector& state, const ContactQuestion
 
 }  // namespace
 
-void detect(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
-            ContactSet& set) {
+void detect_point(const ContactModel& model, DetectorState& state, const ContactQuestion& question,
+                  ContactSet& set) {
+  LedPoint& kept = state.keep<LedPoint>();
+  PointProxy& proxy = kept.proxy;
   const ServoFrame& servo = question.servo;
-  PointProxy& proxy = state.proxy;
   // nothing is felt: the hand may pass through objects, and begins where it then is
   if (question.usable && (servo.flags & kServoClosed) != 0) proxy.seeded = false;
   if (question.usable && question.changed) {
@@ -140,7 +142,7 @@ void detect(const ContactModel& model, PointDetector& state, const ContactQuesti
   } else if (question.usable && !proxy.seeded) {
     set.flags |= seed(question.now, servo, proxy);
   }
-  if (question.usable && proxy.seeded) lead(model, state, question, set);
+  if (question.usable && proxy.seeded) lead(model, kept, question, set);
   set.X_WG = {proxy.g_W, servo.X_WT.q};
   // crushed between objects, or nowhere to start: seed anew next time
   if ((set.flags & kContactNoFreePose) != 0) proxy.seeded = false;

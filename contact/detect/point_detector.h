@@ -1,30 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/detect/contact_model.h"
+#include "contact/detect/detector.h"
 #include "contact/detect/point/near_features.h"
-#include "proto/wire/renderer.h"
 
 namespace haptic {
 
-/// The detector of the hard renderers of a point: a verified proxy that is never inside.
-struct PointDetector {
-  static constexpr Detector kId = Detector::kPointProxy;
-  PointDetector() = default;
-  explicit PointDetector(const ContactModel&) {}
-
+/// What the detector of a point keeps: a verified proxy that is never inside.
+struct LedPoint {
   PointProxy proxy;
   NearScratch scratch;
   std::array<NearFeature, kMaxContacts> features;
 };
 
-/// Moves the verified proxy towards the tool, less what friction holds back. The answer is used
-/// later (`prediction`), so the facets reported are those that carry a proxy sent on to where the
-/// tool will then be (tool and objects on their way as they move now), then the features it may
-/// reach before the next two answers. A slide that was cut short is held where it ended, by one
-/// plane across the way to the tool. A restarted contact takes the proxy up where the servo last
-/// saw it.
-void detect(const ContactModel& model, PointDetector& state, const ContactQuestion& question,
-            ContactSet& set);
+/// The detector of the hard renderers of a point. Moves the verified proxy towards the tool, less
+/// what friction holds back. The answer is used later (`prediction`), so the facets reported are
+/// those that carry a proxy sent on to where the tool will then be (tool and objects on their way
+/// as they move now), then the features it may reach before the next two answers. A slide that was
+/// cut short is held where it ended, by one plane across the way to the tool. A restarted contact
+/// takes the proxy up where the servo last saw it.
+void detect_point(const ContactModel& model, DetectorState& state, const ContactQuestion& question,
+                  ContactSet& set);
 
 }  // namespace haptic

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/detect/soft_detector.h"
-
 #include <algorithm>
 
+#include "contact/detect/detector.h"
 #include "proto/math/assert.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
 
-void detect(const ContactModel& model, SoftDetector& state, const ContactQuestion& question,
-            ContactSet& set) {
+/// The detectors of tools with six degrees of freedom that may enter objects: direct6 and voxel.
+/// The proxy is the servo's: the contacts are those of the tool where it has that.
+void detect_soft(const ContactModel& model, DetectorState& state, const ContactQuestion& question,
+                 ContactSet& set) {
+  BodyState& bodies = state.keep<BodyState>(model.bodies);
   if (!question.usable) return;
   if (question.changed) set.flags |= kContactReseeded;
   const ServoFrame& servo = question.servo;
@@ -26,7 +28,7 @@ void detect(const ContactModel& model, SoftDetector& state, const ContactQuestio
   set.X_WT = servo.X_WP;
   set.X_WG = servo.X_WP;
   set.free_fraction = 1;
-  if (!detect_bodies(model.bodies, question.now.shapes, question.renderer, state.bodies, at_proxy,
+  if (!detect_bodies(model.bodies, question.now.shapes, question.renderer, bodies, at_proxy,
                      servo.X_WT, set)) {
     set.flags |= kContactNoDetector | kContactNoFreePose;
   }

@@ -82,4 +82,8 @@ Vec3 SimulatedHand::encoder_position() const {
           quantised(plant_.p_B.z, step)};
 }
 
+std::unique_ptr<Device> open_simulated_hand(const DeviceConfig& config, FileDescriptor) {
+  return std::make_unique<SimulatedHand>(config);
+}
+
 }  // namespace haptic

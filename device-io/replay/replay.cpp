@@ -160,4 +160,8 @@ bool Replay::read(const TickTime& tick, DeviceState& state) {
   return (state.flags & kDeviceFresh) != 0;
 }
 
+std::unique_ptr<Device> open_replay(const DeviceConfig& config, FileDescriptor) {
+  return std::make_unique<Replay>(config);
+}
+
 }  // namespace haptic

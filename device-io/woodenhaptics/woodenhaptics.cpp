@@ -13,9 +13,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "proto/config/devices.h"
 #include "proto/ipc/process.h"
 #include "proto/math/assert.h"
 #include "proto/os/realtime.h"
+#include "proto/os/serial_port.h"
 
 namespace haptic {
 namespace {
@@ -269,6 +271,11 @@ DeviceRelease WoodenHaptics::release() const {
   DeviceRelease release{.size = kZeroCommand.size(), .bytes = {}};
   kZeroCommand.copy(release.bytes.data(), kZeroCommand.size());
   return release;
+}
+
+std::unique_ptr<Device> open_woodenhaptics(const DeviceConfig& config, FileDescriptor node) {
+  if (!node.is_open()) node = open_serial_port(std::string(node_of(config)));
+  return std::make_unique<WoodenHaptics>(config, std::move(node));
 }
 
 }  // namespace haptic

@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <string>
 
+#include "proto/config/config_device.h"
 #include "proto/config/config_material.h"
 #include "proto/config/config_section.h"
 #include "proto/config/config_shape.h"
-#include "proto/config/config_text.h"
 #include "proto/config/config_tool.h"
+#include "proto/config/devices.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
 #include "proto/wire/renderer.h"
@@ -23,20 +25,14 @@ constexpr auto kRendererWords = words_of(kRenderers);
 
 namespace fs = std::filesystem;
 
-constexpr auto kDeviceWords = words_of(kDevices);
-constexpr Words<Resampling, 2> kResamplings{
-    {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
 constexpr Words<Wake, 2> kWakes{{{"sleep", Wake::kSleep}, {"hybrid", Wake::kHybrid}}};
-constexpr Words<MotionKind, 3> kMotions{{{"static", MotionKind::kStatic},
-                                         {"oscillate", MotionKind::kOscillate},
-                                         {"spin", MotionKind::kSpin}}};
+constexpr auto kMotionWords = words_of(kMotions);
 // [Hz], the servo's grid: slower is no haptics, faster than any device
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};  // [Hz]
 constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
 constexpr Range kSimRates{50, 1e3};     // [Hz]; kMaxExtrapolation is 20 ms
 constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
-constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_session(Section& root, SessionConfig& config) {
   root.require("session", "[session] with name = \"bunny\"");
@@ -87,93 +83,6 @@ void read_map(Section& root, DeviceMap& map) {
   section->finish();
 }
 
-void read_intent(Section& hand, IntentConfig& intent) {
-  auto section = hand.section("intent");
-  if (!section) return;
-  section->read_lengths("centre", kAny, intent.centre_B);
-  section->read_quantity("hover_radius", kLength, kPositive, intent.hover_radius);
-  section->read_quantity("press_radius", kLength, kNotNegative, intent.press_radius);
-  section->read_quantity("stroke_angle", kAngle, kNotNegative, intent.stroke_angle);
-  section->read_direction("direction", intent.direction_B);
-  section->read_quantity("stroke_time", kTime, kPositive, intent.stroke_time);
-  section->read_quantity("tremor_amplitude", kLength, kNotNegative, intent.tremor_amplitude);
-  section->finish();
-}
-
-void read_hand(Section& device, SimulatedHandConfig& hand) {
-  auto section = device.section("hand");
-  if (!section) return;
-  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), hand.seed);
-  section->read_quantity("mass", kMass, kPositive, hand.mass);
-  section->read_quantity("damping", kDamping, kNotNegative, hand.damping);
-  section->read_quantity("coulomb_friction", kForce, kNotNegative, hand.coulomb_friction);
-  section->read_quantity("encoder_step", kLength, kNotNegative, hand.encoder_step);
-  section->read_quantity("hand_mass", kMass, kNotNegative, hand.hand_mass);
-  section->read_quantity("hand_damping", kDamping, kNotNegative, hand.hand_damping);
-  section->read_quantity("hand_stiffness", kStiffness, kNotNegative, hand.hand_stiffness);
-  section->read_quantity("velocity_cutoff", kFrequency, kPositive, hand.velocity_cutoff);
-  read_intent(*section, hand.intent);
-  section->finish();
-}
-
-void read_replay(Section& device, ReplayConfig& replay, const fs::path& config_folder) {
-  auto section = device.section("replay");
-  if (!section) return;
-  section->require("path", "path = \"hand.csv\"");
-  std::string path;
-  section->read_text("path", path);
-  // not checked for existence here: `hapt replay` may name another file
-  const fs::path file = fs::absolute(config_folder / path).lexically_normal();
-  if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
-  assign(replay.path, file.string());
-  section->read_choice("resampling", words(kResamplings), replay.resampling);
-  section->read_quantity("max_gap", kTime, kPositive, replay.max_gap);
-  section->read_text("column", replay.column);
-  section->read_direction("axis", replay.axis_B);
-  if (section->read_quantity("lever_arm", kLength, kPositive, replay.lever_arm)) {
-    section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
-  }
-  section->finish();
-}
-
-void read_serial(Section& device, SerialConfig& serial) {
-  auto section = device.section("serial");
-  if (!section) return;
-  section->require("path", "path = \"/dev/ttyACM0\"");
-  section->read_text("path", serial.path);
-  section->read_quantity("max_current", kCurrent, kCurrents, serial.max_current);
-  section->read_quantity("velocity_cutoff", kFrequency, kPositive, serial.velocity_cutoff);
-  section->finish();
-}
-
-void read_device(Section& root, DeviceConfig& device, const fs::path& config_folder) {
-  root.require("device", "[device] with kind = \"simulated-hand\"");
-  Section section = *root.section("device");
-  section.require("kind", "kind = \"simulated-hand\"");
-  section.read_choice("kind", words(kDeviceWords), device.kind);
-  section.read_quantity("max_force", kForce, kPositive, device.max_force);
-  section.read_quantity("max_torque", kTorque, kNotNegative, device.max_torque);
-  section.read_quantity("continuous_force", kForce, kPositive, device.continuous_force);
-  section.read_quantity("max_damping", kDamping, kNotNegative, device.max_damping);
-  section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
-  section.read_quantity("workspace_radius", kLength, kPositive, device.workspace_radius);
-  section.read_quantity("mass", kMass, kPositive, device.mass);
-  section.read_quantity("damping", kDamping, kNotNegative, device.damping);
-  section.read_quantity("inertia", kInertia, kPositive, device.inertia);
-  section.read_quantity("rotational_damping", kRotationalDamping, kNotNegative,
-                        device.rotational_damping);
-  if (row_of(device.kind).is_recorded) {
-    section.require("replay", "[device.replay] with path = \"hand.csv\"");
-  }
-  if (row_of(device.kind).has_node) {
-    section.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
-  }
-  read_hand(section, device.hand);
-  read_serial(section, device.serial);
-  read_replay(section, device.replay, config_folder);
-  section.finish();
-}
-
 void read_coupling(Section& root, CouplingConfig& coupling) {
   auto section = root.section("coupling");
   if (!section) return;
@@ -207,15 +116,14 @@ void read_motion(Section& object, MotionConfig& motion) {
   auto section = object.section("motion");
   if (!section) return;
   section->require("kind", "kind = \"oscillate\"");
-  section->read_choice("kind", words(kMotions), motion.kind);
-  if (motion.kind == MotionKind::kStatic) return section->finish();
+  section->read_choice("kind", words(kMotionWords), motion.kind);
+  const MotionKindRow& row = row_of(motion.kind);
+  if (row.is_still) return section->finish();
   section->read_direction("axis", motion.axis_O);
-  section->read_quantity("amplitude", kLength, kNotNegative, motion.amplitude);
-  section->read_quantity("frequency", kFrequency, kNotNegative, motion.frequency);
-  if (motion.kind != MotionKind::kStatic) section->require("frequency", "frequency = \"0.5 Hz\"");
-  if (motion.kind == MotionKind::kOscillate) {
-    section->require("amplitude", "amplitude = \"5 mm\"");
-  }
+  section->read_quantity("amplitude", Dimension::kLength, kNotNegative, motion.amplitude);
+  section->read_quantity("frequency", Dimension::kFrequency, kNotNegative, motion.frequency);
+  section->require("frequency", "frequency = \"0.5 Hz\"");
+  if (row.has_amplitude) section->require("amplitude", "amplitude = \"5 mm\"");
   section->finish();
 }
 
@@ -274,7 +182,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   read_session(root, config);
   read_rates(root, config);
   read_map(root, config.map);
-  read_device(root, config.device, folder);
+  read_device(root, folder, config.device);
   read_coupling(root, config.coupling);
   read_safety(root, config.device.kind, config.safety);
   read_tool(root, folder, config.tool);

@@ -46,7 +46,7 @@ struct SessionConfig {
   double sim_rate = 120;            // [Hz]
   uint64_t mesh_memory_limit = uint64_t{4} << 30;  // limit while a mesh is baked [bytes]
   uint32_t realtime = 1;                           // 0: no real-time priority or locked memory
-  Renderer renderer = Renderer::kGodObject3;
+  Renderer renderer{};
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   VoxelConfig voxel;
   RigidConfig rigid;
@@ -81,6 +81,12 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
 /// empty if it can.
 std::string session_name_problem(std::string_view name);
 
+/// Longest session file [bytes]: four times our longest, and more than a scene full of objects
+/// needs. The TOML parser recurses per nested table, with 270 bytes of stack for two bytes of text
+/// ("a."): at most 4.4 MB of the usual 8. hapticd sends the text in one message of the control
+/// socket.
+inline constexpr size_t kMostConfigText = size_t{32} << 10;
+
 /// The unchanged text of a session file, for recordings. Throws ConfigError.
 std::string read_config_text(const std::string& path);
 
@@ -98,17 +104,6 @@ void assign(std::array<char, N>& out, std::string_view text) {
 template <size_t N>
 std::string_view view(const std::array<char, N>& text) {
   return std::string_view(text.data());
-}
-
-/// Path of the device's node; empty: it has none.
-inline std::string_view node_of(const DeviceConfig& device) {
-  return row_of(device.kind).has_node ? view(device.serial.path) : std::string_view{};
-}
-
-/// Replaces the configured device by a recorded hand motion, played back open loop.
-inline void use_trace(SessionConfig& config, const std::string& trace) {
-  config.device.kind = DeviceKind::kReplay;
-  assign(config.device.replay.path, trace);
 }
 
 }  // namespace haptic

@@ -11,21 +11,22 @@
 #include "proto/os/source_tree.h"
 
 namespace haptic {
-namespace {
 
 namespace fs = std::filesystem;
+
+#define PRIMITIVE(name, read, generate) ReadPrimitive read;
+#include "proto/config/primitives.def"
+
+namespace {
 
 constexpr Words<double, 5> kMeshUnits{
     {{"m", 1}, {"mm", 1e-3}, {"cm", 1e-2}, {"in", 0.0254}, {"any", 0}}};
 
-enum class Primitive { kBox, kSphere, kPeg, kHole, kGear, kBolt, kNut };
-constexpr Words<Primitive, 7> kPrimitives{{{"box", Primitive::kBox},
-                                           {"sphere", Primitive::kSphere},
-                                           {"peg", Primitive::kPeg},
-                                           {"hole", Primitive::kHole},
-                                           {"gear", Primitive::kGear},
-                                           {"bolt", Primitive::kBolt},
-                                           {"nut", Primitive::kNut}}};
+using PrimitiveWord = std::pair<std::string_view, ReadPrimitive*>;
+constexpr std::array kPrimitives{
+#define PRIMITIVE(name, read, generate) PrimitiveWord{name, &read},
+#include "proto/config/primitives.def"
+};
 
 constexpr int64_t kMaxSubdivisions = 8;            // 1.3 million triangles
 constexpr int64_t kMaxSteps = 1000;                // two million triangles
@@ -83,19 +84,6 @@ void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& sha
   section.read_flag("open", shape.allow_open);
 }
 
-void read_box(Section& section, ShapeConfig& shape) {
-  section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
-  section.read_lengths("extent", kPositive, shape.extent);
-}
-
-void read_sphere(Section& section, ShapeConfig& shape) {
-  section.require("size", "size = \"100 mm\", the diameter");
-  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
-  shape.subdivisions = 4;
-  section.read_integer("subdivisions", 0, kMaxSubdivisions, shape.subdivisions);
-  shape.extent = {shape.size, shape.size, shape.size};
-}
-
 /// A required dimension of a part.
 double read_dimension(Section& section, std::string_view key, const char* example) {
   double length = 0;
@@ -109,6 +97,45 @@ void read_steps(Section& section, int64_t around, int64_t along, PartConfig& par
   section.read_integer("along", 1, kMaxSteps, along);
   part.around = static_cast<uint32_t>(around);
   part.along = static_cast<uint32_t>(along);
+}
+
+void read_thread(Section& section, PartConfig& part) {
+  part.diameter = read_dimension(section, "diameter", "20 mm");
+  part.pitch = read_dimension(section, "pitch", "2.5 mm");
+  part.depth = read_dimension(section, "depth", "1.4 mm");
+  if (part.depth >= 0.5 * part.diameter) {
+    section.fail_at("depth", "reaches the axis; half the diameter is too much");
+  }
+}
+
+void read_primitive(Section& section, ShapeConfig& shape) {
+  ReadPrimitive* read = nullptr;
+  std::string name;
+  section.read_choice("primitive", words(kPrimitives), read);
+  section.read_text("primitive", name);
+  assign(shape.mesh, "primitive:" + name);
+  shape.unit = 1;
+  read(section, shape);
+  if (!is_finite(shape.extent)) {
+    section.fail_at("primitive", "has dimensions too large to add up; make them smaller");
+  }
+  shape.size = std::max({shape.extent.x, shape.extent.y, shape.extent.z});
+}
+
+}  // namespace
+
+void read_box(Section& section, ShapeConfig& shape) {
+  section.require("extent", "extent = [\"100 mm\", \"100 mm\", \"20 mm\"]");
+  section.read_lengths("extent", kPositive, shape.extent);
+}
+
+void read_sphere(Section& section, ShapeConfig& shape) {
+  section.require("size", "size = \"100 mm\", the diameter");
+  section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
+  int64_t subdivisions = 4;
+  section.read_integer("subdivisions", 0, kMaxSubdivisions, subdivisions);
+  shape.subdivisions = static_cast<uint32_t>(subdivisions);
+  shape.extent = {shape.size, shape.size, shape.size};
 }
 
 void read_peg(Section& section, ShapeConfig& shape) {
@@ -158,15 +185,6 @@ void read_gear(Section& section, ShapeConfig& shape) {
   shape.extent = {tip, tip, part.width};
 }
 
-void read_thread(Section& section, PartConfig& part) {
-  part.diameter = read_dimension(section, "diameter", "20 mm");
-  part.pitch = read_dimension(section, "pitch", "2.5 mm");
-  part.depth = read_dimension(section, "depth", "1.4 mm");
-  if (part.depth >= 0.5 * part.diameter) {
-    section.fail_at("depth", "reaches the axis; half the diameter is too much");
-  }
-}
-
 void read_bolt(Section& section, ShapeConfig& shape) {
   PartConfig& part = shape.part;
   read_thread(section, part);
@@ -190,44 +208,6 @@ void read_nut(Section& section, ShapeConfig& shape) {
   const double across_corners = part.width * 2 / std::sqrt(3.0);
   shape.extent = {across_corners, across_corners, part.height};
 }
-
-void read_primitive(Section& section, ShapeConfig& shape) {
-  Primitive kind = Primitive::kBox;
-  std::string name;
-  section.read_choice("primitive", words(kPrimitives), kind);
-  section.read_text("primitive", name);
-  assign(shape.mesh, "primitive:" + name);
-  shape.unit = 1;
-  switch (kind) {
-    case Primitive::kBox:
-      read_box(section, shape);
-      break;
-    case Primitive::kSphere:
-      read_sphere(section, shape);
-      break;
-    case Primitive::kPeg:
-      read_peg(section, shape);
-      break;
-    case Primitive::kHole:
-      read_hole(section, shape);
-      break;
-    case Primitive::kGear:
-      read_gear(section, shape);
-      break;
-    case Primitive::kBolt:
-      read_bolt(section, shape);
-      break;
-    case Primitive::kNut:
-      read_nut(section, shape);
-      break;
-  }
-  if (!is_finite(shape.extent)) {
-    section.fail_at("primitive", "has dimensions too large to add up; make them smaller");
-  }
-  shape.size = std::max({shape.extent.x, shape.extent.y, shape.extent.z});
-}
-
-}  // namespace
 
 double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
   std::string known;

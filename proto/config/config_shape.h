@@ -8,6 +8,9 @@
 
 namespace haptic {
 
+/// Reads the dimensions of one generated mesh: a row of proto/config/primitives.def.
+using ReadPrimitive = void(Section& section, ShapeConfig& shape);
+
 /// Reads `mesh` or `primitive` of an [[object]] or the [tool] and the keys that belong to it;
 /// relative paths are relative to the folder of the file. Throws ConfigError.
 void read_shape(Section& section, const std::filesystem::path& config_folder, ShapeConfig& shape);

@@ -4,6 +4,8 @@
 #include <sstream>
 
 #include "proto/config/coupling_margin.h"
+#include "proto/config/devices.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

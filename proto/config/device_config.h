@@ -3,33 +3,14 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include "proto/config/config_names.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
 
-/// Devices that a session can name; a number is a place in kDevices.
-enum class DeviceKind : uint32_t { kSimulatedHand = 0, kReplay = 1, kWoodenHaptics = 2 };
-
-struct DeviceRow {
-  std::string_view name;  // in a config
-  DeviceKind id;
-  bool has_node = false;  // hapticd opens it, keeps it, and lets go of it for a servo that is dead;
-                          // such a device begins disarmed and lives in real time
-  bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
-};
-
-/// All devices: config, hapticd, the servo and the lab read this; open_device makes them.
-inline constexpr std::array<DeviceRow, 3> kDevices{
-    {{"simulated-hand", DeviceKind::kSimulatedHand},
-     {"replay", DeviceKind::kReplay, false, true},
-     {"woodenhaptics", DeviceKind::kWoodenHaptics, true}}};
-
-constexpr const DeviceRow& row_of(DeviceKind kind) {
-  return kDevices[static_cast<size_t>(kind)];
-}
+/// A row of proto/config/devices.def; few need to know them (proto/config/devices.h).
+enum class DeviceKind : uint32_t;
 
 enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
 
@@ -78,7 +59,7 @@ struct SerialConfig {
 };
 
 struct DeviceConfig {
-  DeviceKind kind = DeviceKind::kSimulatedHand;
+  DeviceKind kind{};
   uint32_t reserved = 0;
   double max_force = 8;         // of the actuators [N], device units
   double max_torque = 0;        // [N·m]

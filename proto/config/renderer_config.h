@@ -5,9 +5,11 @@
 #include <optional>
 
 #include "proto/wire/proxy_solver.h"
-#include "proto/wire/renderer.h"
 
 namespace haptic {
+
+/// A row of proto/wire/renderers.def; few need to know them (proto/wire/renderer.h).
+enum class Renderer : uint32_t;
 
 inline constexpr double kBandVoxels = 2;  // default band of a field beyond the force layer [voxels]
 
@@ -19,16 +21,6 @@ struct ProxyConfig {
   double contact_stiffness = 1000;  // of contacts that give none: those of direct6 [N/m]
   double contact_damping = 0;       // of each contact along its normal [N·s/m]
 };
-
-/// The solver of a 6-DoF renderer: the session's, or the renderer's own.
-inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
-  return proxy.solver.value_or(row_of(renderer).soft.value_or(SoftSolver::kQuasiStatic));
-}
-
-/// Whether a coupling pulls a proxy of the tool; false: the hand meets the contacts directly.
-inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
-  return is_rigid(renderer) || solver_of(proxy, renderer) != SoftSolver::kDirect;
-}
 
 /// The two readings of the braking force of McNeely, Puterbaugh, Troy 1999.
 enum class Braking : uint32_t {

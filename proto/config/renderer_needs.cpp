@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "proto/os/message.h"
-#include "proto/wire/renderer.h"
 
 namespace haptic {
 

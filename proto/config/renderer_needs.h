@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "proto/config/config.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 
@@ -12,6 +13,16 @@ namespace haptic {
 struct Springs {
   double translational = 0, rotational = 0;
 };
+
+/// The solver of a renderer of a soft body: the session's, or the renderer's own.
+inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
+  return proxy.solver.value_or(row_of(renderer).soft);
+}
+
+/// Whether a coupling pulls a proxy of the tool; false: the hand meets the contacts directly.
+inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
+  return is_rigid(renderer) || solver_of(proxy, renderer) != SoftSolver::kDirect;
+}
 
 /// What a session lacks to be rendered by another renderer, and what to add to its file; empty:
 /// nothing. `has_maps`: contact has voxels of its objects.

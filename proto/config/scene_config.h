@@ -3,18 +3,40 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "proto/config/config_names.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
 
-enum class MotionKind : uint32_t { kStatic = 0, kOscillate = 1, kSpin = 2 };
+/// How an object moves: a row of the table.
+enum class MotionKind : uint32_t {
+#define MOTION(id, ...) id,
+#include "proto/config/motions.def"
+};
 
-/// Scripted motion about the configured pose: oscillate p = amplitude·sin(2πft)·axis, spin about
-/// axis.
+struct MotionKindRow {
+  std::string_view name;
+  MotionKind id;
+  bool is_still = false;       // it has no keys
+  bool has_amplitude = false;  // must be given one
+};
+
+/// All motions; sim reads the same lines (sim/scene.cpp).
+inline constexpr std::array kMotions{
+#define MOTION(id_, name_, motion, ...) \
+  MotionKindRow{.name = name_, .id = MotionKind::id_ __VA_OPT__(, ) __VA_ARGS__},
+#include "proto/config/motions.def"
+};
+
+constexpr const MotionKindRow& row_of(MotionKind kind) {
+  return kMotions[static_cast<size_t>(kind)];
+}
+
+/// Scripted motion about the configured pose.
 struct MotionConfig {
-  MotionKind kind = MotionKind::kStatic;
+  MotionKind kind{};
   uint32_t reserved = 0;
   Vec3 axis_O{0, 0, 1};
   double amplitude = 0;  // [m]

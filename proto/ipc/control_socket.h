@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "proto/config/config_text.h"
+#include "proto/config/config.h"
 #include "proto/ipc/handout.h"
 
 /// The control socket: one line of text to `<runtime folder>/<session>.control`, one line back, or

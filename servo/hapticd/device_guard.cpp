@@ -9,6 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "proto/config/devices.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
 

@@ -7,6 +7,7 @@
 #include "proto/config/command_line.h"
 #include "proto/config/config.h"
 #include "proto/config/config_warnings.h"
+#include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"

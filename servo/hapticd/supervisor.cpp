@@ -15,6 +15,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "proto/config/devices.h"
 #include "proto/ipc/control.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"

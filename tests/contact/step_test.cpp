@@ -6,6 +6,8 @@
 #include <limits>
 #include <memory>
 
+#include "contact/detect/point_detector.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
@@ -41,7 +43,7 @@ struct Bench {
 };
 
 haptic::PointProxy& proxy_of(haptic::ContactState& state) {
-  return std::get<haptic::PointDetector>(state.detector).proxy;
+  return state.detector.keep<haptic::LedPoint>().proxy;
 }
 
 }  // namespace
@@ -113,9 +115,9 @@ TEST_CASE("contact step: witnesses never change a result", "[contact][trap]") {
   const haptic::ContactModel model = build_contact_model(config, shapes);
   haptic::test::Random random(5);
   // in the order in which they come, each time new, and of any object
-  const auto kept = std::make_unique<haptic::ContactState>();
-  const auto fresh = std::make_unique<haptic::ContactState>();
-  const auto foreign = std::make_unique<haptic::ContactState>();
+  const auto kept = std::make_unique<haptic::ContactState>(model);
+  const auto fresh = std::make_unique<haptic::ContactState>(model);
+  const auto foreign = std::make_unique<haptic::ContactState>(model);
   size_t pressed = 0;
   for (uint64_t k = 0; k < haptic::test::trials(300); ++k) {
     const double t = static_cast<double>(k) * 0.02;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "proto/config/config.h"
-#include "proto/config/config_text.h"
 #include "proto/config/config_warnings.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"

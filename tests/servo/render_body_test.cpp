@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 
+#include "proto/wire/renderer.h"
 #include "servo/step.h"
 #include "tests/support/near.h"
 #include "tests/support/servo_tick.h"

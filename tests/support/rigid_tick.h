@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "proto/wire/renderer.h"
 #include "servo/solve/body/constrained6.h"
 #include "servo/solve/body/god_object6.h"
 #include "tests/support/meshes.h"

@@ -63,7 +63,7 @@ inline ServoFrame step_armed(const ServoModel& model, ServoState& state, ServoIn
 /// Whether the solver in use is the one with that state, and has begun.
 template <class State>
 bool is_started(const ServoState& state) {
-  const auto* const kept = std::get_if<State>(&state.proxy);
+  const auto* const kept = state.render.kept.find<State>();
   return kept != nullptr && kept->started;
 }
 

@@ -7,6 +7,7 @@
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/math/assert.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "contact/query/triangle/shading_normal.h"
 #include "proto/math/assert.h"
+#include "proto/wire/renderer.h"
 
 namespace haptic {
 namespace {

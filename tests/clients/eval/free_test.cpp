@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "proto/wire/renderer.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;

@@ -11,6 +11,7 @@
 #include "clients/report/summary.h"
 #include "contact/shape/mesh/primitives.h"
 #include "proto/math/motion_metric.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
 #include "tests/support/over_block.h"

@@ -4,6 +4,7 @@
 #include "clients/eval/artefacts.h"
 #include "clients/lab/lockstep.h"
 #include "proto/ipc/control.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 #include "tests/support/workload.h"

@@ -9,6 +9,7 @@
 #include "clients/eval/friction.h"
 #include "clients/eval/table.h"
 #include "clients/lab/scripted_hand.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
 #include "tests/support/tolerance.h"

@@ -11,6 +11,7 @@
 #include "clients/eval/renderer.h"
 #include "clients/lab/scripted_hand.h"
 #include "contact/shape/baked/mesh_shape.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"

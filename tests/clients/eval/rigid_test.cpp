@@ -6,6 +6,7 @@
 #include "contact/detect/body/rigid_tool.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

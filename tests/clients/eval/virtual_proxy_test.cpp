@@ -2,6 +2,8 @@
 // The renderer virtual-proxy3, servo and contact together in lockstep, against closed forms.
 #include "clients/lab/lockstep.h"
 #include "contact/bake/inside.h"
+#include "proto/config/devices.h"
+#include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"

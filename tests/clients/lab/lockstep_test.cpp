@@ -5,7 +5,9 @@
 #include "clients/report/summary.h"
 #include "contact/bake/inside.h"
 #include "contact/bake/session.h"
+#include "proto/config/devices.h"
 #include "proto/log/hand_trace.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 

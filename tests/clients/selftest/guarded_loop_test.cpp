@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "contact/bake/session.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/data.h"
 
 namespace haptic {

@@ -7,6 +7,7 @@
 
 #include "contact/bake/session.h"
 #include "contact/step.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 #include "tests/support/over_block.h"

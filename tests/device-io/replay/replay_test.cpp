@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "proto/config/devices.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 

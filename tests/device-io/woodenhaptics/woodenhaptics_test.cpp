@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "device-io/emulator/firmware.h"
+#include "proto/config/devices.h"
 #include "proto/os/realtime.h"
 #include "proto/os/serial_port.h"
 #include "tests/support/near.h"

@@ -9,7 +9,9 @@
 #include <numbers>
 #include <string>
 
+#include "proto/config/devices.h"
 #include "proto/config/quantity.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/config_text.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"

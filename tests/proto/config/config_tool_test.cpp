@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "proto/config/config_warnings.h"
+#include "proto/config/renderer_needs.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/config_text.h"
 #include "tests/support/tolerance.h"
 

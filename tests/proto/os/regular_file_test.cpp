@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "proto/config/config.h"
-#include "proto/config/config_text.h"
 #include "proto/config/height_image.h"
 #include "proto/ipc/unix_socket.h"
 #include "proto/log/csv.h"

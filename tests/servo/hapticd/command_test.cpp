@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for servo/hapticd/command.cpp.
 #include "servo/hapticd/command.h"
+#include "proto/wire/renderer.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>

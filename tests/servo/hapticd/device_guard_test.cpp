@@ -14,6 +14,7 @@
 #include <memory>
 #include <string>
 
+#include "proto/config/devices.h"
 #include "proto/os/realtime.h"
 #include "tests/support/pty_line.h"
 #include "tests/support/temporary_folder.h"

@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 
+#include "proto/wire/renderer.h"
 #include "servo/step.h"
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"

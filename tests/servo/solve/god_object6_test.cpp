@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "proto/math/qp.h"
+#include "proto/wire/renderer.h"
 #include "tests/support/near.h"
 #include "tests/support/rigid_tick.h"
 

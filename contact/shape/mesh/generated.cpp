@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/shape/mesh/generated.h"
+
+#include "contact/shape/mesh/machine_parts.h"
+
+namespace haptic {
+
+#define PRIMITIVE(name, read, generate) GenerateMesh generate;
+#include "proto/config/primitives.def"
+
+namespace {
+
+PartGrid grid_of(const PartConfig& part) {
+  return {part.around, part.along};
+}
+
+PegAndHole fit_of(const PartConfig& part) {
+  return {part.diameter, part.length, part.clearance, part.block};
+}
+
+BoltAndNut thread_of(const PartConfig& part) {
+  return {part.diameter, part.pitch, part.depth,    part.length,
+          part.height,   part.width, part.clearance};
+}
+
+}  // namespace
+
+Soup generate_box(const ShapeConfig& shape) {
+  return make_box(shape.extent);
+}
+
+Soup generate_sphere(const ShapeConfig& shape) {
+  return make_icosphere(0.5 * shape.size, shape.subdivisions);
+}
+
+Soup generate_peg(const ShapeConfig& shape) {
+  return make_peg(fit_of(shape.part), grid_of(shape.part));
+}
+
+Soup generate_hole(const ShapeConfig& shape) {
+  return make_hole(fit_of(shape.part), grid_of(shape.part));
+}
+
+Soup generate_gear(const ShapeConfig& shape) {
+  const PartConfig& p = shape.part;
+  return make_gear({p.teeth, p.module, p.width, p.bore, p.backlash}, grid_of(p));
+}
+
+Soup generate_bolt(const ShapeConfig& shape) {
+  return make_bolt(thread_of(shape.part), grid_of(shape.part));
+}
+
+Soup generate_nut(const ShapeConfig& shape) {
+  return make_nut(thread_of(shape.part), grid_of(shape.part));
+}
+
+Soup generate_mesh(std::string_view wanted, const ShapeConfig& shape) {
+#define PRIMITIVE(name, read, generate) \
+  if (wanted == name) return generate(shape);
+#include "proto/config/primitives.def"
+  return {};
+}
+
+std::string generated_names() {
+  std::string names;
+#define PRIMITIVE(name, read, generate) names += names.empty() ? name : ", " name;
+#include "proto/config/primitives.def"
+  return names;
+}
+
+}  // namespace haptic

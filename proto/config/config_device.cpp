@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/config/config_device.h"
+
+#include <string>
+
+#include "proto/config/devices.h"
+
+namespace haptic {
+
+namespace fs = std::filesystem;
+
+#define DEVICE(id, name, open, read, ...) ReadDevice read;
+#include "proto/config/devices.def"
+
+namespace {
+
+constexpr auto kDeviceWords = words_of(kDevices);
+constexpr Words<Resampling, 2> kResamplings{
+    {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
+
+void read_intent(Section& hand, IntentConfig& intent) {
+  auto section = hand.section("intent");
+  if (!section) return;
+  section->read_lengths("centre", kAny, intent.centre_B);
+  section->read_quantity("hover_radius", Dimension::kLength, kPositive, intent.hover_radius);
+  section->read_quantity("press_radius", Dimension::kLength, kNotNegative, intent.press_radius);
+  section->read_quantity("stroke_angle", Dimension::kAngle, kNotNegative, intent.stroke_angle);
+  section->read_direction("direction", intent.direction_B);
+  section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
+  section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
+                         intent.tremor_amplitude);
+  section->finish();
+}
+
+}  // namespace
+
+void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
+  auto section = device.section("hand");
+  if (!section) return;
+  SimulatedHandConfig& hand = config.hand;
+  int64_t seed = static_cast<int64_t>(hand.seed);
+  section->read_integer("seed", 0, std::numeric_limits<int64_t>::max(), seed);
+  hand.seed = static_cast<uint64_t>(seed);
+  section->read_quantity("mass", Dimension::kMass, kPositive, hand.mass);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative, hand.damping);
+  section->read_quantity("coulomb_friction", Dimension::kForce, kNotNegative,
+                         hand.coulomb_friction);
+  section->read_quantity("encoder_step", Dimension::kLength, kNotNegative, hand.encoder_step);
+  section->read_quantity("hand_mass", Dimension::kMass, kNotNegative, hand.hand_mass);
+  section->read_quantity("hand_damping", Dimension::kDamping, kNotNegative, hand.hand_damping);
+  section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
+                         hand.hand_stiffness);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  read_intent(*section, hand.intent);
+  section->finish();
+}
+
+void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& config) {
+  if (row_of(config.kind).is_recorded) {
+    device.require("replay", "[device.replay] with path = \"hand.csv\"");
+  }
+  auto section = device.section("replay");
+  if (!section) return;
+  ReplayConfig& replay = config.replay;
+  section->require("path", "path = \"hand.csv\"");
+  std::string path;
+  section->read_text("path", path);
+  // not checked for existence here: `hapt replay` may name another file
+  const fs::path file = fs::absolute(config_folder / path).lexically_normal();
+  if (file.string().size() >= replay.path.size()) section->fail_at("path", "is too long");
+  assign(replay.path, file.string());
+  section->read_choice("resampling", words(kResamplings), replay.resampling);
+  section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_text("column", replay.column);
+  section->read_direction("axis", replay.axis_B);
+  if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {
+    section->require("column", "column = \"lever_rad\" (the angle the lever arm is multiplied by)");
+  }
+  section->finish();
+}
+
+void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
+  if (row_of(config.kind).has_node) {
+    device.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
+  }
+  auto section = device.section("serial");
+  if (!section) return;
+  SerialConfig& serial = config.serial;
+  section->require("path", "path = \"/dev/ttyACM0\"");
+  section->read_text("path", serial.path);
+  section->read_quantity("max_current", Dimension::kCurrent, kCurrents, serial.max_current);
+  section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive,
+                         serial.velocity_cutoff);
+  section->finish();
+}
+
+void read_device(Section& root, const fs::path& config_folder, DeviceConfig& device) {
+  root.require("device", "[device] with kind = \"simulated-hand\"");
+  Section section = *root.section("device");
+  section.require("kind", "kind = \"simulated-hand\"");
+  section.read_choice("kind", words(kDeviceWords), device.kind);
+  section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
+  section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
+  section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
+  section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
+  section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
+  section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
+  section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.rotational_damping);
+#define DEVICE(id, name, open, read, ...) read(section, config_folder, device);
+#include "proto/config/devices.def"
+  section.finish();
+}
+
+}  // namespace haptic

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The renderers of a point: planes at this tick, a proxy, the coupling's force.
+#include "servo/render/point.h"
+
+#include "proto/math/assert.h"
+#include "servo/solve/point/direct.h"
+
+namespace haptic {
+namespace {
+
+/// Pushes the opposite of the tool's force into the objects that carry it.
+void add_impulses(const PointProxySolution& solution, const Vec3& force_W,
+                  const std::array<Pose, kMaxObjects>& X_WO, double dt,
+                  std::array<Wrench, kMaxObjects>& impulse_W) {
+  Vec3 sum_W{};
+  for (const ProxyPush& push : solution.active()) sum_W += push.push_W;
+  const double length2 = norm_squared(sum_W);
+  if (length2 == 0) return;
+  // the coupling force is parallel to the sum of the pushes: each plane carries its part
+  const double gain = dot(force_W, sum_W) / length2;
+  for (const ProxyPush& push : solution.active()) {
+    HAPTIC_ASSERT(push.object < kMaxObjects);
+    const Vec3 one_W = -dt * gain * push.push_W;
+    const Vec3 arm_W = solution.proxy_W - X_WO[push.object].p;
+    Wrench& total = impulse_W[push.object];
+    total = total + Wrench{one_W, cross(arm_W, one_W)};
+  }
+}
+
+/// Velocity of what carries the proxy, in W.
+Vec3 surface_of(const PointProxySolution& solution, const TickScene& scene) {
+  if (solution.n_active == 0) return {};
+  const uint32_t object = solution.pushes[0].object;
+  return velocity_at(scene.V_WO[object], solution.proxy_W - scene.X_WO[object].p);
+}
+
+}  // namespace
+
+ProxyQuestion point_question(const RenderQuestion& question) {
+  return {question.contacts, question.scene, question.X_WT.p, 0, {}};
+}
+
+Rendered rendered_point(const ServoModel& model, const RenderQuestion& question,
+                        const PointProxySolution& proxy) {
+  // the spring is here: this tick's tool pose, no queue in between
+  Rendered out;
+  out.surface_W = surface_of(proxy, question.scene);
+  out.X_WP = {proxy.proxy_W, question.X_WT.q};
+  out.F_W.f = coupling_force(question.coupling, {question.X_WT.p, proxy.proxy_W, question.V_WT.v,
+                                                 out.surface_W, proxy.share});
+  out.held_back_W = proxy.held_back_W;
+  out.n_pushing = proxy.n_active;
+  out.finite = proxy.finite;
+  out.converged = proxy.converged;
+  out.object_impulse_W = question.object_impulse_W;
+  add_impulses(proxy, out.F_W.f, question.scene.X_WO, model.dt, out.object_impulse_W);
+  return out;
+}
+
+Rendered render_point_proxy(const ServoModel& model, const RenderQuestion& question, RenderState&) {
+  PlanesInForce planes;
+  return rendered_point(model, question, solve_point_proxy(point_question(question), planes));
+}
+
+Rendered render_direct(const ServoModel& model, const RenderQuestion& question, RenderState&) {
+  return rendered_point(model, question, solve_direct(point_question(question)));
+}
+
+Rendered render_virtual_proxy(const ServoModel& model, const RenderQuestion& question,
+                              RenderState& state) {
+  auto& kept = state.kept.keep<VirtualProxyState>();
+  ProxyQuestion sphere = point_question(question);
+  sphere.radius = model.virtual_proxy.radius;
+  sphere.held_back_W = kept.held_back_W;
+  const VirtualProxyTick tick{question.coupling.translational_stiffness, model.dt};
+  return rendered_point(model, question,
+                        solve_virtual_proxy(model.virtual_proxy, kept, sphere, tick));
+}
+
+}  // namespace haptic

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <new>
+#include <optional>
+#include <type_traits>
+
+#include "proto/config/config.h"
+#include "proto/wire/wire.h"
+#include "servo/safety/coupling.h"
+#include "servo/safety/force_continuity.h"
+#include "servo/safety/safety.h"
+#include "servo/solve/body/constrained6.h"
+#include "servo/solve/body/soft_proxy.h"
+#include "servo/solve/point/virtual_proxy.h"
+
+namespace haptic {
+
+/// All that is constant after start.
+struct ServoModel {
+  double dt = 1e-3;  // nominal period [s]
+  DeviceMap map;
+  Coupling coupling;  // as configured; the ControlFrame may change it
+  SafetyLimits limits;
+  int32_t dead_man_button = -1;
+  Renderer renderer{};  // as configured; the ControlFrame may change it
+  VirtualProxyModel virtual_proxy;
+  SoftProxyModel body;  // of the renderers with six degrees of freedom
+  ProxyConfig proxy;    // its solver is each renderer's own, or this one
+  RigidSolver rigid_solver = RigidSolver::kCoulomb;
+};
+
+/// One tick, as a solver is asked about it.
+struct RenderQuestion {
+  const ContactSet& contacts;
+  const TickScene& scene;
+  const std::array<Wrench, kMaxObjects>& object_impulse_W;  // until now
+  Coupling coupling;                                        // in force
+  Pose X_WT;                                                // the tool
+  Twist V_WT;
+  std::optional<Pose> X_WT_before;  // in the last tick
+  int64_t t_ns = 0;
+};
+
+/// What a renderer makes of a tick, before safety.
+struct Rendered {
+  Pose X_WP;                  // the proxy
+  std::optional<Twist> V_WP;  // where its solver knows it
+  Wrench F_W;                 // of the coupling on the tool, at its origin
+  Vec3 surface_W;             // velocity of what carries the proxy
+  Vec3 held_back_W;           // how far friction holds the proxy back
+  int n_pushing = 0;          // contacts
+  bool finite = true;         // the contacts were
+  bool converged = true;
+  std::array<Wrench, kMaxObjects> object_impulse_W{};  // since start, if this tick is felt
+};
+
+/// Room for what one solver keeps between ticks, of any type without a destructor.
+class SolverState {
+ public:
+  /// What was kept of this type; a fresh one where nothing was.
+  template <class State>
+  State& keep() {
+    static_assert(sizeof(State) <= kRoom && std::is_trivially_copyable_v<State>);
+    if (type_ != &kType<State>) new (room_.data()) State();
+    type_ = &kType<State>;
+    return *std::launder(reinterpret_cast<State*>(room_.data()));
+  }
+
+  /// What is kept of this type; null: nothing.
+  template <class State>
+  const State* find() const {
+    if (type_ != &kType<State>) return nullptr;
+    return std::launder(reinterpret_cast<const State*>(room_.data()));
+  }
+
+  void drop() { type_ = nullptr; }
+
+ private:
+  static constexpr size_t kRoom = 16 * 1024;  // [bytes]
+  template <class State>
+  static constexpr char kType = 0;  // its address stands for the type
+
+  alignas(std::max_align_t) std::array<std::byte, kRoom> room_;
+  const char* type_ = nullptr;
+};
+
+struct RenderState {
+  SolverState kept;                // of the solver in use
+  ForceContinuity continuity;      // of the renderers of a body
+  ContactSolvers contact_solvers;  // of the rigid ones; nothing to forget
+
+  void forget() {
+    kept.drop();
+    continuity = {};
+  }
+};
+
+/// A solver: this tick's proxy and the coupling's wrench. It allocates nothing and never throws.
+using Render = Rendered(const ServoModel& model, const RenderQuestion& question,
+                        RenderState& state);
+
+/// The one in the renderer's line of proto/wire/renderers.def.
+Render& render_of(Renderer renderer);
+
+}  // namespace haptic
