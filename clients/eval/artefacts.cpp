@@ -128,7 +128,7 @@ std::vector<Row> eval_artefacts(const std::string& plot) {
   Panel edge{"edge of a block: force upwards", "N", {}},
       plate{"thin plate: force upwards", "N", {}};
   for (const RendererRow& row : kRenderers) {
-    if (row.has_tool) continue;  // the scenes are for a point
+    if (is_of_body(row.id)) continue;  // the scenes are for a point
     Rows own{std::string(row.name)};
     const bool is_penalty = row.id == Renderer::kPenalty3;
     const ArtefactRun on_edge = run_artefact(ArtefactScene::kEdge, row.id);

@@ -207,7 +207,7 @@ void add_renderer_options(Command& command, EvalOptions& options) {
       .excludes("--config");
   std::map<std::string, Renderer> renderers;
   for (const RendererRow& row : kRenderers) {
-    if (!row.has_tool) renderers.emplace(row.name, row.id);
+    if (!is_of_body(row.id)) renderers.emplace(row.name, row.id);
   }
   command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
       .needs("--mesh")
