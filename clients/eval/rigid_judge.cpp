@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/eval/spectrum.h"
+#include "clients/report/spectrum.h"
 
 namespace haptic {
 namespace {
