@@ -286,11 +286,12 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   }
   add_penetration(penetration, config.renderer, rows);
   const PortEnergy energy = port_energy(frames);
-  rows.add("energy the hand put in", energy.into_device, "J");
-  rows.add("energy it got back", energy.returned, "J");
+  rows.add("energy from hand", energy.into_device, "J");
+  rows.add("energy to hand", energy.returned, "J");
   rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
   if (lost_time > 0) {
-    rows.add("pauses the simulated hand did not live through", static_cast<double>(lost_time), "");
+    rows.add("stalls longer than the simulated hand can catch up with",
+             static_cast<double>(lost_time), "");
   }
   rows.add("ticks in fault", static_cast<double>(faults), "", 0, faults == 0);
   rows.add("samples recorded", static_cast<double>(data.recorded), "");
