@@ -79,7 +79,7 @@ std::vector<Row> all_rows(const Options& options) {
   if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
   const RealtimeReport& rights = rounds.front().sleep.servo.rights;
   if (rights.fifo_errno != 0) {
-    std::cerr << "hapt: " << rights.explain() << "; the goals are not judged\n";
+    std::cerr << "hapt: " << rights.explain() << "; no goal is applied\n";
   }
   return make_jitter_rows(rounds).rows();
 }

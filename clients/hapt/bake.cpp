@@ -74,15 +74,19 @@ std::string made_in(double seconds, bool from_cache) {
   return text.str();
 }
 
-double megabytes(size_t bytes) {
-  return 1e-6 * static_cast<double>(bytes);
+/// "0.11 MB".
+std::string megabytes(size_t bytes) {
+  std::ostringstream text;
+  text.precision(3);
+  text << 1e-6 * static_cast<double>(bytes) << " MB";
+  return text.str();
 }
 
 void print_map(const BakedVolume& obstacle) {
   const Voxmap& map = obstacle.content.map;
   std::cout << "  map " << map.bricks[0] * kBrickSide << " x " << map.bricks[1] * kBrickSide
             << " x " << map.bricks[2] * kBrickSide << " voxels of " << 1e3 * map.size << " mm, "
-            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << " MB; "
+            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << "; "
             << made_in(obstacle.map_time, obstacle.from_cache) << '\n';
 }
 
@@ -91,7 +95,7 @@ void print_field(const BakedVolume& obstacle) {
   const size_t bytes =
       field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes();
   std::cout << "  distance field " << field.data.size() << " bricks, band " << 1e3 * field.band
-            << " mm, " << megabytes(bytes) << " MB; "
+            << " mm, " << megabytes(bytes) << "; "
             << made_in(obstacle.field_time, obstacle.from_cache) << '\n';
 }
 

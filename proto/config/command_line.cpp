@@ -261,7 +261,9 @@ Option& Option::excludes(const std::string& option) {
 }
 
 Command Command::subcommand(const std::string& name, const std::string& help) {
-  return Command(app_->add_subcommand(name, help));
+  CLI::App* command = app_->add_subcommand(name, help);
+  command->footer("");  // it begins with that of its parent
+  return Command(command);
 }
 
 bool Command::has_subcommand(const std::string& name) const {

@@ -76,13 +76,13 @@ std::vector<std::string> reasons_for_no_force(const ServoFrame& frame) {
     if ((frame.flags & flag) != 0) reasons.push_back(reason);
   };
   add_if(kServoFault, "fault: " + std::string(reason_of(static_cast<Fault>(frame.fault))) +
-                          "; then 'hapt clear-fault'");
-  add_if(kServoPaused, "paused: 'hapt resume'");
-  add_if(kServoDisarmed, "not armed: 'hapt arm'");
-  add_if(kServoTooFast, "the hand was too fast: slow down");
-  add_if(kServoNoDevice, "the device is lost or not homed: plug it in and calibrate it");
+                          " (mend that, then 'hapt clear-fault')");
+  add_if(kServoPaused, "paused ('hapt resume')");
+  add_if(kServoDisarmed, "not armed ('hapt arm')");
+  add_if(kServoTooFast, "the hand was too fast (hold it still)");
+  add_if(kServoNoDevice, "the device is lost or not homed (plug it in, calibrate it)");
   add_if(kServoNoContactSet, "waiting for contacts");
-  add_if(kServoStale, "contacts are too old: see the log");
+  add_if(kServoStale, "the contacts are too old (see the log)");
   return reasons;
 }
 

@@ -30,7 +30,7 @@ std::string age_text(std::time_t seconds) {
 std::vector<std::string> closed_by(const SessionStatus& status) {
   const auto& servo = status.processes.back();
   if (!servo.runs)
-    return {"the servo does not run (contact prepares the meshes first): see the log"};
+    return {"the servo does not run (contact prepares the meshes first; see the log)"};
   return reasons_for_no_force(status.servo);
 }
 
@@ -66,7 +66,8 @@ std::string status_text(const SessionStatus& status) {
     force += (force.empty() ? "closed: " : "\n           closed: ") + reason;
   }
   text += fmt::format("force      {}\n", force.empty() ? "open" : force);
-  text += fmt::format("state      {}\n", state_text(status.servo.flags));
+  const bool has_state = status.processes.back().runs;
+  text += fmt::format("state      {}\n", has_state ? state_text(status.servo.flags) : "unknown");
   const char* head = "processes";
   for (const SessionStatus::Process& process : status.processes) {
     text += fmt::format("{:<9}  {}\n", head, process_text(process));

@@ -264,7 +264,7 @@ SessionStatus Supervisor::status() {
     status.processes.push_back({process.name, process.child.pid, process.generation, runs});
   }
   status.spare = {spare_.process.pid, spare_.generation, spare_.is_ready()};
-  status.clients = server_.n_clients();
+  status.clients = std::max<size_t>(server_.n_clients(), 1) - 1;  // but hapticd itself
   status.wanted = control_frame_;
   status.servo = servo_frame_;
   return status;

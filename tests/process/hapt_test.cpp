@@ -215,8 +215,8 @@ TEST_CASE("hapt: what is typed wrongly is named in one line, exit 2") {
       {"demo bunny peg", "'peg' is one word too many; see hapt demo --help"},
       {"demo --for", "--for needs a value; see hapt demo --help"},
       {"bake x.off --band 1mm", "--band requires --voxel; add it"},
-      {"demo peg --config x.toml", "SCENE excludes --config; leave one out"},
-      {"top -n x", "-n: is 'x'; write a whole number from 1 to 1000000"},
+      {"demo peg --config x.toml", "--config excludes SCENE; leave one out"},
+      {"top -n x", "-n: is 'x'; write a whole number"},
       {"demo --plot x.png", "--plot: the drawing is an SVG; name it with .svg at the end"},
       {"export", "RECORDING is missing"},
   }));
@@ -316,10 +316,10 @@ TEST_CASE("hapt status: for people, and one object for scripts") {
   CHECK(has(open.output, "force      open\n"));
   CHECK(has(open.output, "servo0, pid "));
   CHECK(hapt("pause", folder.path()).code == 0);
-  CHECK(has(hapt("status", folder.path()).output, "force      closed: paused: 'hapt resume'\n"));
+  CHECK(has(hapt("status", folder.path()).output, "force      closed: paused ('hapt resume')\n"));
   const Ran json = hapt("status --json", folder.path());
   CHECK(lines(json.output) == 1);
-  CHECK(has(json.output, "\"force\": \"closed\", \"closed_by\": [\"paused: 'hapt resume'\"]"));
+  CHECK(has(json.output, "\"force\": \"closed\", \"closed_by\": [\"paused ('hapt resume')\"]"));
   CHECK(has(json.output, "\"session\": \"asked\""));
 }
 
