@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "clients/bench/work/workload.h"
+#include "clients/report/progress.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"
@@ -41,7 +42,9 @@ struct Times {
 Times least_times(int rounds, const std::function<void()>& prepare,
                   const std::function<void()>& work) {
   Times least;
+  Progress progress("baking", rounds);
   for (int i = 0; i < rounds; ++i) {
+    progress.at(i);
     prepare();
     const int64_t start_ns = now_ns();
     const double start_cpu = cpu_seconds();

@@ -289,7 +289,8 @@ BenchRun bench_ccd(Command& command) {
   if (const std::string data = environment("HAPTICD_DATA"); !data.empty()) {
     options->queries = data + "/ccd-queries";
   }
-  command.option("--queries", options->queries, "folder of ground-truth queries").show_default();
+  command.option("--queries FOLDER", options->queries, "folder of ground-truth queries")
+      .show_default();
   command.option("--motions", options->motions, "of the two tori").range(1, 100000).show_default();
   return run_rounds(options, all_rows);
 }

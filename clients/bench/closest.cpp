@@ -152,7 +152,7 @@ std::vector<Row> all_rows(const Options& options) {
 BenchRun bench_closest(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
-  command.option("--meshes", options->meshes, "folder with armadillo.off").show_default();
+  command.option("--meshes FOLDER", options->meshes, "folder with armadillo.off").show_default();
   return run_rounds(options, all_rows);
 }
 

@@ -6,8 +6,8 @@
 #include "clients/bench/benches.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/lab_commands.h"
+#include "clients/hapt/options.h"
 #include "clients/report/print_rows.h"
-#include "proto/config/command_line.h"
 
 namespace haptic {
 namespace {
@@ -27,27 +27,26 @@ struct Bench {
 
 constexpr std::array kBenches{
     Bench{"ring",
-          "The channel between processes beside boost::lockfree::spsc_queue",
+          "Channel between processes, compared with boost::lockfree::spsc_queue",
           bench_ring,
           {5, 1000, "alternations; medians are reported"}},
     Bench{"ccd",
-          "Continuous collision of features and of meshes beside FCL and Redon's intervals",
+          "Continuous collision of features and meshes, compared with FCL and Redon's intervals",
           bench_ccd,
           {5, 1000, "alternations"}},
     Bench{"closest",
-          "The closest point of a mesh beside Embree's point query and CGAL's AABB tree",
+          "Closest point of a mesh, compared with Embree's point query and CGAL's AABB tree",
           bench_closest,
           {3, 1000, "passes over all points"}},
     Bench{"point-proxy", "A whole contact step, dragged over meshes of 5 k to 1.1 M triangles",
           bench_point_proxy},
     Bench{"voxel",
-          "Points of a shell in a voxmap, beside bare gathers, and contact steps, beside FCL",
+          "Throughput of point-shell lookups against raw memory speed; contact steps against FCL",
           bench_voxel,
           {15, 1000, "alternations; medians are reported"}},
-    Bench{"jitter", "How late the servo's clock wakes, beside cyclictest, in alternation",
-          bench_jitter},
+    Bench{"jitter", "Wake-up latency of the servo's clock, compared with cyclictest", bench_jitter},
     Bench{"segment",
-          "First hit of a dragged probe, beside Embree, CGAL and Bullet",
+          "First hit of a dragged probe, compared with Embree, CGAL and Bullet",
           bench_segment,
           {3, 1000, "times each segment is asked"}},
     Bench{"bake",
@@ -55,13 +54,15 @@ constexpr std::array kBenches{
           bench_bake,
           {5, 100, "the fastest counts"}},
     Bench{"qp",
-          "Hard contacts of one body: least constraint, pivoting, friction; beside CGAL, Bullet",
+          "Hard contacts of one body: least constraint, pivoting, friction; compared with CGAL, "
+          "Bullet",
           bench_qp,
           {3, 1000, "times each question is asked"}},
     Bench{"proximity",
-          "Pairs of triangles within a band, and contacts that stand for them, beside FCL",
+          "Pairs of triangles within a band and their reduction to contacts, compared with FCL",
           bench_proximity},
-    Bench{"rigid", "A tool that never enters an object, shaken against one; beside FCL's distance",
+    Bench{"rigid",
+          "A tool that never enters an object, shaken against one; compared with FCL's distance",
           bench_rigid}};
 
 void add(Command& benches, const Bench& bench) {
@@ -77,7 +78,8 @@ void add(Command& benches, const Bench& bench) {
         .range(1, bench.rounds.most)
         .show_default();
   }
-  command.flag("--json", options->json, "rows as JSON");
+  add_json(command, options->json);
+  command.example("hapt bench " + std::string(bench.name) + " --json");
   command.action([options, run] { print_judged(run(options->rounds), options->json); });
 }
 
@@ -86,6 +88,7 @@ void add(Command& benches, const Bench& bench) {
 void add_bench_command(Command& app) {
   Command benches = app.subcommand(kBenchCommand.name, kBenchCommand.help);
   benches.require_subcommand();
+  benches.example("hapt bench ring --rounds 3");
   for (const Bench& bench : kBenches) add(benches, bench);
 }
 

@@ -2,6 +2,7 @@
 #include "clients/bench/benches.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <iostream>
 #include <memory>
@@ -13,6 +14,7 @@
 
 #include "clients/lab/forked_process.h"
 #include "clients/lab/jitter_rows.h"
+#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
 
 namespace haptic {
@@ -20,7 +22,7 @@ namespace {
 
 struct Options {
   int pairs = 5;
-  int seconds = 15;
+  double seconds = 15;
   std::optional<size_t> core;
 };
 
@@ -51,8 +53,10 @@ void check_pinned(const WakeRun& run) {
 std::vector<JitterRound> measure(const Options& options) {
   const auto core = static_cast<int>(choose_core(options.core));
   std::vector<JitterRound> rounds;
+  Progress progress("measuring pairs", options.pairs);
   for (int i = 0; i < options.pairs; ++i) {
-    WakeOptions wake{.seconds = static_cast<double>(options.seconds), .core = core};
+    // cyclictest accepts no fractions
+    WakeOptions wake{.seconds = std::ceil(options.seconds), .core = core};
     JitterRound round;
     // the order alternates, so that a drift of the machine favours neither
     if (i % 2 == 1) round.peer = run_witnessed_cyclictest(wake);
@@ -64,7 +68,7 @@ std::vector<JitterRound> measure(const Options& options) {
       check_pinned(*run);
     }
     rounds.push_back(std::move(round));
-    std::cerr << "pair " << i + 1 << " of " << options.pairs << " measured\n";
+    progress.step();
   }
   return rounds;
 }
@@ -75,7 +79,7 @@ std::vector<Row> all_rows(const Options& options) {
   if (!problem.empty()) std::cerr << "hapt: " << problem << '\n';
   const RealtimeReport& rights = rounds.front().sleep.servo.rights;
   if (rights.fifo_errno != 0) {
-    std::cerr << "hapt: " << rights.explain() << "; the goals are not judged\n";
+    std::cerr << "hapt: " << rights.explain() << "; no goal is applied\n";
   }
   return make_jitter_rows(rounds).rows();
 }
@@ -87,9 +91,11 @@ BenchRun bench_jitter(Command& command) {
   command.option("--pairs", options->pairs, "rounds of servo, cyclictest and hybrid")
       .range(1, 1000)
       .show_default();
-  // integers, because cyclictest accepts no fractions
-  command.option("--seconds", options->seconds, "of each window").range(1, 3600).show_default();
-  command.option("--core", options->core, "they all run on [the last one allowed]");
+  command
+      .quantity("--for", options->seconds, Dimension::kTime, {1, 3600},
+                "of each window, rounded up to whole seconds", "s")
+      .show_default();
+  command.option("--core", options->core, "on which they all run").show_default("the last allowed");
   return [options](int) { return all_rows(*options); };
 }
 

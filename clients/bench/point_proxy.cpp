@@ -9,6 +9,7 @@
 #include "clients/lab/scripted_hand.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
+#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
 #include "proto/os/rt_guard.h"
 #include "proto/wire/renderer.h"
@@ -78,7 +79,9 @@ Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> fram
                      int repetitions) {
   const int64_t empty_ns = clock_cost_ns();
   std::vector<int64_t> least(frames.size(), std::numeric_limits<int64_t>::max());
+  Progress progress("contact steps", repetitions);
   for (int r = 0; r < repetitions; ++r) {
+    progress.at(r);
     const auto state = std::make_unique<ContactState>();
     for (size_t k = 0; k < frames.size(); ++k) {
       const auto step = [&] { keep(contact_step(model, *state, frames[k], nullptr)); };
@@ -152,7 +155,7 @@ std::vector<Row> all_rows(const Options& options) {
 
 BenchRun bench_point_proxy(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--mesh", options->meshes, "hf:N or sphere:N, as often as wanted")
+  command.option("--mesh", options->meshes, "hf:N or sphere:N; several may be given")
       .check([](const std::string& name) {
         return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
       });

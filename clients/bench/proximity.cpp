@@ -191,7 +191,8 @@ std::vector<Row> all_rows(const Options& options) {
 
 BenchRun bench_proximity(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--case", options->cases, "as often as wanted").one_of({"torus", "bolt"});
+  command.option("--case CASE", options->cases, "torus or bolt; several may be given")
+      .one_of({"torus", "bolt"});
   command.option("--torus-poses", options->torus_poses, "of 1 kHz").range(2, 100000).show_default();
   command.option("--bolt-poses", options->bolt_poses, "of 1 kHz").range(2, 100000).show_default();
   return [options](int) { return all_rows(*options); };

@@ -14,6 +14,7 @@
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
+#include "clients/report/progress.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/rigid_tool.h"
@@ -53,31 +54,6 @@ RigidScene bolt_in_nut() {
   scene.shaking = {{3e-3, 3e-3, 3e-3}, {0.2, 0.2, 0.4}, {}};
   return scene;
 }
-
-/// A line that overwrites itself, on a terminal only.
-class Progress {
- public:
-  Progress(const std::string& name, uint64_t total) : name_(name), total_(total) {}
-  ~Progress() {
-    if (is_shown_) std::fputs("\r\033[K", stderr);
-  }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  void show(uint64_t frame) {
-    if (!is_terminal_ || now_ns() - shown_ns_ < kShowNs) return;
-    shown_ns_ = now_ns();
-    is_shown_ = true;
-    std::fprintf(stderr, "\r%s: %llu of %llu frames\033[K", name_.c_str(),
-                 static_cast<unsigned long long>(frame), static_cast<unsigned long long>(total_));
-  }
-
- private:
-  std::string name_;
-  uint64_t total_;
-  bool is_terminal_ = isatty(STDERR_FILENO) == 1, is_shown_ = false;
-  int64_t shown_ns_ = 0;
-};
 
 /// Every n-th frame, at most `most` of them.
 bool is_sample(uint64_t frame, uint64_t frames, uint64_t most) {
@@ -154,11 +130,11 @@ Tally shake(const RigidScene& scene, const ShakingHand& hand, const Options& opt
       {subject.options().translational_stiffness, subject.options().rotational_stiffness});
   NearFront front(scene.object, scene.tool);
   const std::unique_ptr<PairPeer> peer = make_fcl_peer(scene.object.mesh, scene.tool.mesh);
-  Progress progress(scene.name, options.frames);
+  Progress progress("shaking " + scene.name, static_cast<double>(options.frames));
   Tally tally;
   Pose before = hand.at(0);
   for (uint64_t k = 0; k < options.frames; ++k) {
-    progress.show(k);
+    progress.at(static_cast<double>(k));
     const Pose led = hand.at(kTick * static_cast<double>(k));
     GodObjectMove move;
     const int64_t start_ns = now_ns();
@@ -248,18 +224,19 @@ std::vector<Row> all_rows(const Options& options) {
 BenchRun bench_rigid(Command& command) {
   const auto options = std::make_shared<Options>();
   options->meshes = meshes_folder();
-  command.option("--scene", options->scenes, "as often as wanted").one_of({"bunny", "peg", "bolt"});
+  command.option("--scene SCENE", options->scenes, "bunny, peg or bolt; several may be given")
+      .one_of({"bunny", "peg", "bolt"});
   command.option("--frames", options->frames, "of 1 kHz, in each scene")
       .range(1, 100'000'000)
       .show_default();
-  command.option("--exact", options->exact, "poses judged exactly, at most")
+  command.option("--exact", options->exact, "poses checked exactly, at most")
       .range(1, 100'000'000)
       .show_default();
-  command.option("--rests", options->rests, "settled poses judged by all pairs, at most")
+  command.option("--rests", options->rests, "settled poses checked with all pairs, at most")
       .range(1, 100'000'000)
       .show_default();
   command.option("--seed", options->seed, "of the hands").show_default();
-  command.option("--meshes", options->meshes, "folder with bunny00.off").show_default();
+  command.option("--meshes FOLDER", options->meshes, "folder with bunny00.off").show_default();
   return [options](int) { return all_rows(*options); };
 }
 

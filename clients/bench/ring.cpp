@@ -8,6 +8,7 @@
 #include <string>
 
 #include "clients/bench/work/burst.h"
+#include "clients/report/progress.h"
 #include "proto/ipc/segment.h"
 
 namespace haptic {
@@ -142,7 +143,9 @@ void measure_link(LinkFigures& figures, Rights& rights) {
 template <size_t kBytes>
 std::vector<Row> bench_size(int rounds, Rights& rights) {
   LinkFigures ring, queue;
+  Progress progress(std::to_string(kBytes) + " B", rounds);
   for (int round = 0; round < rounds; ++round) {
+    progress.at(round);
     measure_link<RingLink<kBytes>>(ring, rights);
     measure_link<QueueLink<kBytes>>(queue, rights);
   }
@@ -244,7 +247,9 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
   constexpr int64_t kServoPeriod = 1'000'000, kShortPeriod = 10'000;
   std::array<std::vector<double>, 3> p50, p99;  // by audience
   std::vector<double> servo_p50, servo_p99, slow_ratio, stopped_ratio;
+  Progress progress("publishing", rounds);
   for (int round = 0; round < rounds; ++round) {
+    progress.at(round);
     for (size_t i = 0; i < 3; ++i) {
       Shared<Burst> burst;
       publish_frames(*burst, static_cast<Audience>(i), kShortPeriod, 10'000);

@@ -17,6 +17,7 @@
 #include "clients/eval/scenes/workload.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/report/median.h"
+#include "clients/report/progress.h"
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
@@ -129,7 +130,9 @@ size_t take_turns(std::vector<Way>& ways, size_t n_points, std::span<const Shell
                   int rounds) {
   const size_t passes = std::max(poses.size(), kPointsATurn / n_points);
   size_t found = 0;
+  Progress progress("measuring", rounds);
   for (size_t round = 0; round < static_cast<size_t>(rounds); ++round) {
+    progress.at(static_cast<double>(round));
     for (size_t turn = 0; turn < ways.size(); ++turn) {
       Way& way = ways[(round + turn) % ways.size()];
       const int64_t ns = cpu_ns_of([&] {
@@ -362,21 +365,21 @@ std::vector<Row> all_rows(const Options& options) {
 
 BenchRun bench_voxel(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--side", options->sides, "voxels along the object, as often as wanted")
+  command.option("--side", options->sides, "voxels along the object; several may be given")
       .range(8, 4096);
-  command.option("--points", options->points, "of the shell, as often as wanted")
+  command.option("--points", options->points, "of the shell; several may be given")
       .range(100, 4'000'000);
   command.option("--coarse", options->coarse, "object of 20 f² triangles")
       .range(1, 1500)
       .show_default();
-  command.option("--fine", options->fine, "the same beside it, finer")
-      .range(1, 1500)
-      .show_default();
+  command.option("--fine", options->fine, "the same, finer").range(1, 1500).show_default();
   command.option("--memory-side", options->memory_side, "voxels along the bunny, 0: none")
       .range(0, 4096)
       .show_default();
   BenchVoxelContactOptions& contact = options->contact;
-  command.option("--pair", contact.pairs, "of whole contact steps; as often as wanted")
+  command
+      .option("--pair PAIR", contact.pairs,
+              "of whole contact steps: bolt, free-bolt, peg, jaws; several may be given")
       .one_of({"bolt", "free-bolt", "peg", "jaws"});
   command.number("--coarser", contact.coarser, {1, 100}, "times that their voxels and points are")
       .show_default();

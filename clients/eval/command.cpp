@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt eval: the whole chain in lockstep on virtual time, judged and repeated bit for bit; or one
-// renderer on one mesh, tick by tick beside the exact god-object.
+// hapt eval: the whole chain in lockstep on virtual time, evaluated and repeated bit for bit; or
+// one renderer on one mesh, compared with the exact god-object at every tick.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -20,17 +20,19 @@
 #include "clients/eval/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/duration_option.h"
 #include "clients/hapt/find_config.h"
 #include "clients/hapt/lab_commands.h"
+#include "clients/hapt/options.h"
 #include "clients/lab/lockstep.h"
 #include "clients/report/print_rows.h"
+#include "clients/report/progress.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config_warnings.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/log/hand_trace.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/renderer.h"
@@ -57,8 +59,14 @@ struct EvalRun {
   uint64_t hash = 0;
 };
 
+/// How long the hand plays [s].
+double duration_of(const SessionConfig& config, const EvalOptions& options) {
+  if (!row_of(config.device.kind).is_recorded) return options.duration;
+  return load_hand_trace(config.device.replay).duration();
+}
+
 EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
-                     const EvalOptions& options) {
+                     const EvalOptions& options, Progress& progress) {
   EvalRun run;
   const std::unique_ptr<Device> device = open_device(config.device);
   Lockstep lockstep(config, shapes, *device, options.lockstep);
@@ -68,6 +76,7 @@ EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
   for (uint64_t k = 0; replay || k < ticks; ++k) {
     const int64_t start_ns = now_ns();
     if (!lockstep.step()) break;
+    progress.step();
     run.step_time.add(now_ns() - start_ns);
     run.data.frames.push_back(lockstep.frame());
     if (run.data.scenes.empty() || run.data.scenes.back().seq != lockstep.scene().seq) {
@@ -89,8 +98,8 @@ void run_eval(const EvalOptions& options) {
   if (!options.trace.empty()) use_trace(config, options.trace);
   if (row_of(config.device.kind).has_node) {
     throw std::runtime_error(file +
-                             ": a real device does not live on virtual time; give --trace a "
-                             "recorded hand, or another --config");
+                             ": a real device cannot run on a virtual clock; name a recorded hand "
+                             "with --trace, or another --config");
   }
   check_outputs({options.plot}, {options.trace, file}, options.overwrite);
   for (const std::string& line : config_warnings(config))
@@ -99,13 +108,15 @@ void run_eval(const EvalOptions& options) {
   told.finding = [](const std::string& line) { std::cerr << one_line(line) << '\n'; };
   const BakedSession baked = bake_session(config, told);
   const ContactShapes shapes = baked.shapes();
-  const EvalRun first = run_lockstep(config, shapes, options);
-  const EvalRun second = run_lockstep(config, shapes, options);
+  EvalRun first, second;
+  {
+    Progress progress("eval, played twice", 2 * config.servo_rate * duration_of(config, options));
+    first = run_lockstep(config, shapes, options, progress);
+    second = run_lockstep(config, shapes, options, progress);
+  }
   const std::string name(view(config.name));
   Rows rows = machine_rows(name);
-  rows.note("lockstep", "virtual time, contact every " +
-                            std::to_string(options.lockstep.contact_period) + " ticks, " +
-                            std::to_string(options.lockstep.contact_latency) + " late");
+  rows.note("lockstep", "virtual time; " + pace_of(options.lockstep));
   std::vector<Row> judged =
       summarize(name, first.data, config, measure_penetration(first.data, config, baked));
   // virtual time has no lateness or busy times, and nothing is recorded
@@ -115,7 +126,7 @@ void run_eval(const EvalOptions& options) {
   rows.append(judged);
   rows.add("one tick, all three steps", first.step_time);
   const bool same = first.hash == second.hash;
-  rows.add("runs that differ from the first, of 1 repeated", same ? 0 : 1, "", 0, same);
+  rows.add("repeats that differ, of 1", same ? 0 : 1, "", 0, same);
   char hash[32];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(first.hash));
   rows.note("hash of all frames", hash);
@@ -178,9 +189,9 @@ void run_rigid_suite(const EvalOptions& options, const Command& command) {
 
 /// Options common to all evaluations: the hand, its duration and the form of the output.
 void add_session_options(Command& command, EvalOptions& options) {
-  command.option("--config", options.config, "session file").show_default();
-  command.option("--trace", options.trace, "recorded hand instead of the configured device");
-  add_duration(command, "--for", options.duration, "how long a simulated hand plays")
+  add_config(command, options.config).show_default();
+  command.option("--trace FILE", options.trace, "recorded hand instead of the configured device");
+  add_duration(command, "--for", options.duration, "how long a simulated hand explores")
       .show_default();
   command
       .option("--contact-period", options.lockstep.contact_period,
@@ -192,9 +203,9 @@ void add_session_options(Command& command, EvalOptions& options) {
               "ticks until an answer is visible; 0: within the tick")
       .range(0, 1000)
       .show_default();
-  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
-  command.flag("--overwrite", options.overwrite, "replace the plot where it exists");
-  command.flag("--json", options.json, "rows as JSON");
+  add_plot(command, options.plot);
+  add_overwrite(command, options.overwrite);
+  add_json(command, options.json);
 }
 
 /// Options that compare a renderer with the exact proxy on a mesh instead of running a session.
@@ -202,29 +213,29 @@ void add_renderer_options(Command& command, EvalOptions& options) {
   RendererEval& judged = options.renderer;
   command
       .option("--mesh", options.meshes,
-              "judge a renderer on hf:N, sphere:N, flat:N, mesh files, or all: the published work; "
-              "several make a table of one line each")
+              "compare a renderer with the exact answer on these: hf:N, sphere:N, flat:N, a mesh "
+              "file, or all for the benchmark set; several make a table")
       .excludes("--config");
   std::map<std::string, Renderer> renderers;
   for (const RendererRow& row : kRenderers) {
     if (!is_of_body(row.id)) renderers.emplace(row.name, row.id);
   }
-  command.choice("--renderer", judged.renderer, renderers, "which renderer of a point is judged")
+  command.choice("--renderer", judged.renderer, renderers, "the renderer, of a point")
       .needs("--mesh")
       .show_default("god-object3");
   const auto add = [](Option option) { option.needs("--mesh").show_default(); };
   add(command.quantities("--radius", options.radii, Dimension::kLength, {0, 0.1},
-                         "of the proxy of virtual-proxy3, one or several, as \"1 mm\"; a number "
-                         "alone: metres; 0: a point",
+                         "of the proxy of virtual-proxy3, as \"1 mm\"; 0: a point; a number "
+                         "without unit is in metres",
                          "m"));
   add(command.number("--friction", judged.friction, {0, 10},
                      "μ of virtual-proxy3, measured on flat:N"));
   add(command.quantity("--size", judged.size, Dimension::kLength, {1e-3, 10},
-                       "longest side of a mesh file; a number alone: metres", "m"));
+                       "longest side of a mesh file; a number without unit is in metres", "m"));
   add(command.quantity("--stiffness", judged.stiffness, Dimension::kStiffness, {1, 1e5},
-                       "of the coupling; a number alone: N/m", "N/m"));
+                       "of the coupling; a number without unit is in N/m", "N/m"));
   add(command.quantity("--max-force", judged.max_force, Dimension::kForce, {0.1, 1e3},
-                       "limit of the device; a number alone: N", "N"));
+                       "limit of the device; a number without unit is in N", "N"));
   add(command.option("--ticks", judged.ticks, "length of the tool's path").range(1, 10'000'000));
 }
 
@@ -234,28 +245,27 @@ void add_protocol_options(Command& command, EvalOptions& options) {
   command
       .option("--protocol", options.protocol,
               "ruffaldi: forces along a probe's trajectory, against the truth; artefacts: what "
-              "penalty3 does at an edge and through a thin plate, beside the proxies")
+              "penalty3 does at an edge and through a thin plate, compared with the proxies")
       .one_of({"ruffaldi", "artefacts"})
       .excludes("--config");
   command
       .option("--suite", options.suite,
-              "quality: each renderer with six degrees of freedom in scenes whose answer "
-              "symmetry knows; rigid: whole sessions of those whose tool never enters an "
-              "object, shaken by a hand, for 4 s unless --for says; moving: the same among objects "
-              "that move, in --scenes scenes with a free way; free: every renderer without mass "
-              "where nothing is, contacts 1 to 20 ticks late; rest: whether points and "
-              "spheres come to rest where no way leads on; fingerprint: a hash of all frames of "
-              "each session file with each renderer that can play it")
+              "quality: each 6-DoF renderer in scenes with a known analytic answer; rigid: whole "
+              "sessions of those whose tool never enters an object, shaken by a hand, for 4 s or "
+              "--for; moving: the same among objects that move, in --scenes scenes with a free "
+              "way; free: every renderer without mass in free space, contacts 1 to 20 ticks late; "
+              "rest: whether points and spheres come to rest in corners; fingerprint: a hash of "
+              "all frames of each session file with each renderer that can play it")
       .one_of({"quality", "rigid", "moving", "free", "rest", "fingerprint"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
   command
-      .option("--forces", options.forces,
-              "of --suite fingerprint: a folder that keeps the forces of one build, for the "
-              "largest difference from another")
+      .option("--forces FOLDER", options.forces,
+              "of --suite fingerprint: keeps the forces of one build here and prints the largest "
+              "difference of the next one")
       .needs("--suite");
-  command.option("--scenes", options.moving.scenes, "of --suite moving")
+  command.option("--scenes", options.moving.scenes, "how many, of --suite moving")
       .needs("--suite")
       .range(1, 1'000'000)
       .show_default();
@@ -265,10 +275,10 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .show_default();
   command
       .quantity("--noise", ruffaldi.noise, Dimension::kLength, {0, 1e-3},
-                "of the tracker, σ; a number alone: metres", "m")
+                "of the tracker, σ; a number without unit is in metres", "m")
       .needs("--protocol")
       .show_default();
-  command.option("--traj", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
+  command.option("--traj FILE", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
       .needs("--protocol")
       .needs("--mesh");
 }
@@ -305,6 +315,7 @@ void add_eval_command(Command& app) {
   add_session_options(command, *options);
   add_renderer_options(command, *options);
   add_protocol_options(command, *options);
+  command.example("hapt eval --trace hand.csv --plot hand.svg");
   command.action([options, command] {
     if (!options->suite.empty()) {
       run_suite(*options, command);

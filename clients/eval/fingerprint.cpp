@@ -7,6 +7,7 @@
 #include <fstream>
 #include <optional>
 
+#include "clients/report/progress.h"
 #include "contact/bake/session.h"
 #include "device-io/device.h"
 #include "proto/config/devices.h"
@@ -67,9 +68,12 @@ std::optional<double> compare(const std::string& path, const std::vector<Wrench>
 
 std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
   Rows rows("fingerprint");
+  Progress progress("eval fingerprint",
+                    static_cast<double>(eval.configs.size() * kRenderers.size()));
   for (const std::string& file : eval.configs) {
     const std::string scene = std::filesystem::path(file).stem();
     for (const RendererRow& row : kRenderers) {
+      progress.step();
       SessionConfig config = load_config(file);
       if (row_of(config.device.kind).has_node) continue;  // it has no virtual time
       const std::string both = scene + ", " + std::string(row.name);

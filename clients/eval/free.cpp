@@ -9,6 +9,7 @@
 
 #include "clients/lab/lockstep.h"
 #include "clients/lab/scripted_hand.h"
+#include "clients/report/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -175,8 +176,13 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
 std::vector<Row> eval_free(const FreeEval& eval) {
   const std::vector<FreeRenderer>& renderers = free_renderers();
   std::vector<FreeFound> found(renderers.size());
-  for (const FreeScene& scene : scenes_of(eval)) {
-    for (const bool as_point : {true, false}) judge_scene(scene, as_point, eval, found);
+  const auto scenes = scenes_of(eval);
+  Progress progress("eval free", 2 * static_cast<double>(scenes.size()));
+  for (const FreeScene& scene : scenes) {
+    for (const bool as_point : {true, false}) {
+      judge_scene(scene, as_point, eval, found);
+      progress.step();
+    }
   }
   Rows rows = machine_rows("free");
   for (size_t i = 0; i < renderers.size(); ++i) {

@@ -10,6 +10,7 @@
 #include "clients/eval/oracle/exact_cgal.h"
 #include "clients/eval/rigid.h"
 #include "clients/lab/scripted_hand.h"
+#include "clients/report/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -127,7 +128,9 @@ std::vector<Row> eval_moving(const MovingEval& eval) {
   Rows rows = machine_rows("moving");
   std::map<std::string, MovingFound> found;
   std::map<std::string, std::string> bad;
+  Progress progress("eval moving", static_cast<double>(eval.scenes));
   for (uint64_t k = 0; k < eval.scenes; ++k) {
+    progress.at(static_cast<double>(k));
     const MovingScene scene = make_moving_scene(eval.first_seed + k);
     for (const Renderer renderer : kJudged) {
       const MovingFound one = run_moving(scene, renderer, eval.lockstep);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "clients/eval/drag.h"
+#include "clients/report/progress.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"
@@ -164,10 +165,13 @@ std::vector<Row> eval_quality(QualityScene scene, const QualityRenderer& rendere
 std::vector<Row> eval_quality(const QualityGrain& grain) {
   Rows rows = machine_rows("quality");
   rows.append(eval_drag());
+  Progress progress("eval quality",
+                    static_cast<double>(kScenes.size() * quality_renderers().size()));
   for (const QualityScene scene : kScenes) {
     const QualityShapes shapes = bake_quality(scene, grain);
     for (const QualityRenderer& renderer : quality_renderers()) {
       rows.append(eval_quality(scene, renderer, shapes, grain));
+      progress.step();
     }
   }
   return rows.rows();

@@ -8,6 +8,7 @@
 #include "clients/eval/oracle/sphere_oracle.h"
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
+#include "clients/report/progress.h"
 #include "proto/config/devices.h"
 #include "proto/wire/renderer.h"
 
@@ -119,7 +120,9 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   ProxyOracle oracle = GodObjectOracle(facets);
   if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
+  Progress progress("eval", static_cast<double>(ticks));
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
+    progress.at(static_cast<double>(k));
     const ServoFrame& frame = lockstep.frame();
     const ContactSet* const set = lockstep.contacts();
     const Vec3& tool = frame.X_WT.p;
@@ -139,6 +142,13 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
     judge.add(frame, set != nullptr ? set->flags : 0, truth, place);
   }
   return judge;
+}
+
+std::string pace_of(const LockstepOptions& lockstep) {
+  const auto ticks = [](uint32_t n) { return n == 1 ? "tick" : std::to_string(n) + " ticks"; };
+  const std::string delay =
+      lockstep.contact_latency == 1 ? "one tick" : ticks(lockstep.contact_latency);
+  return "contact every " + ticks(lockstep.contact_period) + ", " + delay + " late";
 }
 
 std::vector<Row> eval_renderer(const RendererEval& eval) {
@@ -165,8 +175,7 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
                                     [&](const ServoFrame& frame) { friction.add(frame); });
   const std::string name = case_name(eval);
   Rows rows = machine_rows(name);
-  rows.note("lockstep", "contact every " + std::to_string(eval.lockstep.contact_period) +
-                            " ticks, " + std::to_string(eval.lockstep.contact_latency) + " late");
+  rows.note("lockstep", pace_of(eval.lockstep));
   for (const std::string& line : subject.baked.report.lines) rows.note("mesh", line);
   rows.add("triangles", subject.shape.mesh.triangles.size());
   const std::string why = why_no_answer(subject, judge);

@@ -8,6 +8,7 @@
 #include "clients/eval/oracle/rest_cgal.h"
 #include "clients/lab/lockstep.h"
 #include "clients/lab/scripted_hand.h"
+#include "clients/report/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -97,7 +98,9 @@ RestCount judge_rests(const Soup& soup, RestHand kind, double radius, const Rest
 
 std::vector<Row> eval_rest(const RestEval& eval) {
   Rows rows = machine_rows("rest");
-  for (const RestScene& scene : scenes_of(eval)) {
+  const auto scenes = scenes_of(eval);
+  Progress progress("eval rest", static_cast<double>(scenes.size() * kRestHands.size()));
+  for (const RestScene& scene : scenes) {
     for (const RestHand hand : kRestHands) {
       RestCount count;
       for (uint64_t m = 0; m < scene.meshes; ++m) {
@@ -105,6 +108,7 @@ std::vector<Row> eval_rest(const RestEval& eval) {
         count.add(judge_rests(scene.make(seed), hand, scene.radius, eval, seed));
       }
       rows.append(rows_of(scene.name + ", " + name_of(hand), count, scene.radius == 0));
+      progress.step();
     }
   }
   return rows.rows();

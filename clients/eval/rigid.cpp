@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "clients/lab/scripted_hand.h"
+#include "clients/report/progress.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/wire/renderer.h"
 
@@ -142,6 +143,7 @@ std::vector<Row> eval_rigid(RigidEval eval) {
     rows.note("bunny on bunny",
               "LEFT OUT: no bunny00.off in '" + eval.meshes + "'; say where: HAPTICD_MESHES");
   }
+  Progress progress("eval rigid", static_cast<double>(kJudged.size() * scenes.size()));
   for (const Renderer renderer : kJudged) {
     rows.append(judge_plane(renderer, eval.lockstep));
     for (const RigidScene& scene : scenes) {
@@ -152,6 +154,7 @@ std::vector<Row> eval_rigid(RigidEval eval) {
         eval.friction = friction;
         rows.append(shake_rigid(scene, renderer, eval).rows(name + words));
       }
+      progress.step();
     }
   }
   return rows.rows();

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt bake: prepares a mesh before a session needs it and reports the result.
-#include <unistd.h>
-
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <sstream>
 
 #include "clients/hapt/commands.h"
+#include "clients/report/progress.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
@@ -52,17 +51,20 @@ VoxelConfig voxel_options(const BakeOptions& options) {
   return voxel;
 }
 
-/// One line that overwrites itself on a terminal; nothing elsewhere.
-BakeProgress progress_line() {
-  if (::isatty(STDERR_FILENO) == 0) return {};
-  return [](std::string_view what, double share) {
-    std::cerr << "\r\x1b[K  " << what << " " << static_cast<int>(100 * share) << " %" << std::flush;
-  };
-}
+/// Shows how far each stage is.
+class StageProgress {
+ public:
+  BakeProgress shown() {
+    return [this](std::string_view stage, double share) {
+      if (stage != stage_) progress_.emplace(stage_ = stage, 1);
+      progress_->at(share);
+    };
+  }
 
-void clear_progress_line() {
-  if (::isatty(STDERR_FILENO) != 0) std::cerr << "\r\x1b[K" << std::flush;
-}
+ private:
+  std::string stage_;
+  std::optional<Progress> progress_;
+};
 
 std::string made_in(double seconds, bool from_cache) {
   std::ostringstream text;
@@ -72,15 +74,19 @@ std::string made_in(double seconds, bool from_cache) {
   return text.str();
 }
 
-double megabytes(size_t bytes) {
-  return 1e-6 * static_cast<double>(bytes);
+/// "0.11 MB".
+std::string megabytes(size_t bytes) {
+  std::ostringstream text;
+  text.precision(3);
+  text << 1e-6 * static_cast<double>(bytes) << " MB";
+  return text.str();
 }
 
 void print_map(const BakedVolume& obstacle) {
   const Voxmap& map = obstacle.content.map;
   std::cout << "  map " << map.bricks[0] * kBrickSide << " x " << map.bricks[1] * kBrickSide
             << " x " << map.bricks[2] * kBrickSide << " voxels of " << 1e3 * map.size << " mm, "
-            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << " MB; "
+            << megabytes(map.index.size_bytes() + map.data.size_bytes()) << "; "
             << made_in(obstacle.map_time, obstacle.from_cache) << '\n';
 }
 
@@ -89,7 +95,7 @@ void print_field(const BakedVolume& obstacle) {
   const size_t bytes =
       field.index.size_bytes() + field.middle.size_bytes() + field.data.size_bytes();
   std::cout << "  distance field " << field.data.size() << " bricks, band " << 1e3 * field.band
-            << " mm, " << megabytes(bytes) << " MB; "
+            << " mm, " << megabytes(bytes) << "; "
             << made_in(obstacle.field_time, obstacle.from_cache) << '\n';
 }
 
@@ -100,9 +106,10 @@ void print_shell(const BakedVolume& tool) {
 }
 
 void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
-  const BakedVolume obstacle = bake_obstacle(shape, voxel, progress_line());
-  const BakedVolume tool = bake_tool(shape, voxel, progress_line());
-  clear_progress_line();
+  std::optional<StageProgress> progress(std::in_place);
+  const BakedVolume obstacle = bake_obstacle(shape, voxel, progress->shown());
+  const BakedVolume tool = bake_tool(shape, voxel, progress->shown());
+  progress.reset();
   print_map(obstacle);
   if (voxel.field != 0) print_field(obstacle);
   print_shell(tool);
@@ -138,28 +145,31 @@ void run_bake(const BakeOptions& options) {
 void add_bake_command(Command& app) {
   const auto options = std::make_shared<BakeOptions>();
   Command command = app.subcommand("bake", "Prepare a mesh: check it and put it in the cache");
-  command.option("mesh", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
+  command.option("MESH", options->mesh, "mesh file (OBJ, STL, PLY, OFF)").required();
   command
-      .option("--unit", options->unit,
-              "of the file: m, mm, cm, in, a length (a number alone: metres), or any, with --size; "
-              "left out: metres, or any with a size")
-      .check(problem_of_unit);
+      .option("--unit UNIT", options->unit,
+              "of the file: m, mm, cm, in, a length, or any to scale the mesh to --size")
+      .check(problem_of_unit)
+      .show_default("m, or any with --size");
   command.quantity("--size", options->size, Dimension::kLength, kMeshSizes,
-                   "longest side, as \"80 mm\"; a number alone: metres", "m");
+                   "longest side, as \"80 mm\"; a number without unit is in metres", "m");
   command.flag("--allow-open", options->allow_open, "the mesh may have borders");
   const auto length = [&](const char* name, double& value, const Range& range, const char* help) {
     return command.quantity(name, value, Dimension::kLength, range, help);
   };
   length("--voxel", options->voxel, kVoxelSizes,
-         "also bake what the renderer voxel needs, with voxels of this size: 1mm");
-  length("--band", options->band, kPositive, "of the distance field; left out: two voxels")
-      .needs("--voxel");
-  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points; left out: as --voxel")
-      .needs("--voxel");
+         "also bake what the renderer voxel needs, with voxels of this size, as 1mm");
+  length("--band", options->band, kPositive, "of the distance field")
+      .needs("--voxel")
+      .show_default("two voxels");
+  length("--spacing", options->spacing, kVoxelSizes, "of the tool's points")
+      .needs("--voxel")
+      .show_default("that of --voxel");
   command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
   command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
       .needs("--voxel");
   command.flag("--explain", options->explain, "how the size of the grid's cells was chosen");
+  command.example("hapt bake bunny00.off --size \"100 mm\"");
   command.action([options] { run_bake(*options); });
 }
 

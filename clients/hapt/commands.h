@@ -2,8 +2,8 @@
 #pragma once
 
 /// The sub-commands of `hapt`, one file each. Each function adds its command and action to the app;
-/// the action runs during parsing. It throws std::exception (one line for people, exit code 1), or
-/// ExitCode if the code alone is enough.
+/// the action runs during parsing. It throws std::exception (one line for people, exit code 1; an
+/// InputError 2), or ExitCode if the code alone is enough.
 namespace haptic {
 
 class Command;

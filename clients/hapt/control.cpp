@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "clients/hapt/commands.h"
-#include "proto/config/command_line.h"
+#include "clients/hapt/options.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/os/message.h"
 
@@ -16,6 +16,7 @@ namespace {
 
 struct ControlOptions {
   std::string session, key, value;
+  bool json = false;
 };
 
 void say(const ControlOptions& options, const std::string& line) {
@@ -32,28 +33,47 @@ void say(const ControlOptions& options, const std::string& line) {
 void add_word(Command& app, const std::string& word, const std::string& help) {
   const auto options = std::make_shared<ControlOptions>();
   Command command = app.subcommand(word, help);
-  command.option("--session", options->session, "which one; default: the only one running");
+  add_session(command, options->session);
+  command.example("hapt " + word);
   command.action([options, word] { say(*options, word); });
+}
+
+void add_status(Command& app) {
+  const auto options = std::make_shared<ControlOptions>();
+  Command command = app.subcommand("status", "Print what a session and its processes are doing");
+  add_session(command, options->session);
+  add_json(command, options->json);
+  command.example("hapt status --session bunny");
+  command.action([options] { say(*options, options->json ? "status" : "status text"); });
+}
+
+void add_set(Command& app) {
+  const auto options = std::make_shared<ControlOptions>();
+  Command command =
+      app.subcommand("set", "Change a parameter (it ramps over 200 ms) or the renderer");
+  command
+      .option(
+          "KEY", options->key,
+          "stiffness, damping, rotational-stiffness, rotational-damping, time-scale or renderer")
+      .required();
+  command.option("VALUE", options->value, "with its unit, as \"500 N/m\"; or a name").required();
+  add_session(command, options->session);
+  command.example("hapt set stiffness \"500 N/m\"");
+  command.action([options] { say(*options, "set " + options->key + " " + options->value); });
 }
 
 }  // namespace
 
 void add_control_commands(Command& app) {
-  add_word(app, "status", "What a session and its processes are doing, as JSON");
-  add_word(app, "config", "The session file that a session was started with");
+  add_status(app);
+  add_set(app);
+  add_word(app, "pause", "Pause force output");
+  add_word(app, "resume", "Resume force output");
+  add_word(app, "arm", "Enable force output");
+  add_word(app, "disarm", "Disable force output until armed again");
+  add_word(app, "clear-fault", "Clear a latched fault, once the handle is still");
+  add_word(app, "config", "Print the session file that a session was started with");
   add_word(app, "stop", "End a session");
-  add_word(app, "arm", "Let the hand feel forces");
-  add_word(app, "disarm", "Take the force away until armed again");
-  add_word(app, "pause", "Zero force until resumed");
-  add_word(app, "resume", "Go on after a pause");
-  add_word(app, "clear-fault", "Allow force again after a fault, once the handle is still");
-  const auto options = std::make_shared<ControlOptions>();
-  Command command =
-      app.subcommand("set", "Change a parameter, it ramps over 200 ms; or the renderer");
-  command.option("key", options->key, "stiffness, damping, time-scale or renderer").required();
-  command.option("value", options->value, "with its unit, as \"500 N/m\"; or a name").required();
-  command.option("--session", options->session, "which one; default: the only one running");
-  command.action([options] { say(*options, "set " + options->key + " " + options->value); });
 }
 
 }  // namespace haptic

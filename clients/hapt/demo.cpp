@@ -12,8 +12,8 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/duration_option.h"
 #include "clients/hapt/find_config.h"
+#include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
@@ -123,8 +123,9 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
   for (const int64_t start = now_ns();; sleep_until(now_ns() + kDrainPeriod)) {
     stop_where_asked();
     if (const auto code = daemon.exit_code()) {
-      throw std::runtime_error("hapticd ended with code " + std::to_string(*code) +
-                               " before the session was up; its message is above");
+      // its message is above
+      std::cerr << "hapt: hapticd ended before the session was up\n";
+      throw ExitCode{std::max(*code, kExitFailed)};
     }
     try {
       FileDescriptor socket = connect_session(session);
@@ -227,6 +228,19 @@ std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
   return rows.rows();
 }
 
+/// A hand that touches nothing is the usual sign of an object that is too far away or too small.
+void tell_untouched(const PlayOptions& options, const SessionData& data) {
+  if (std::any_of(data.frames.begin(), data.frames.end(),
+                  [](const ServoFrame& f) { return (f.flags & kServoContact) != 0; })) {
+    return;
+  }
+  std::cerr << one_line(
+                   "hapt: the hand touched nothing: every object is out of its reach; check "
+                   "'position', 'size' and 'unit' of the objects in " +
+                   options.config)
+            << '\n';
+}
+
 void play(PlayOptions options) {
   catch_stop_signals();
   options.config = find_config(options.config);
@@ -265,34 +279,43 @@ void play(PlayOptions options) {
     std::cerr << "the session ended early; what was recorded is in " << shown(options.log) << '\n';
   }
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
-  if (played.ended_early || !all_hold(rows)) throw ExitCode{1};
+  if (!played.ended_early) tell_untouched(options, data);
+  if (played.ended_early || !all_hold(rows)) throw ExitCode{kExitFailed};
 }
 
 void add_common(Command& command, PlayOptions& options) {
-  command.option("--config", options.config, "session file").show_default();
-  command.option("--renderer", options.renderer, "another renderer than the file's, where it can");
-  command.option("--session", options.session, "name to run under; default: the file's");
-  command.option("-o,--output", options.log, "log to write (.mcap)");
-  command.option("--plot", options.plot, "draw force, depth and lateness to this .svg");
-  command.flag("--overwrite", options.overwrite, "replace the log and the plot where they are");
-  command.flag("--json", options.json, "figures as JSON on standard output");
+  add_config(command, options.config).show_default();
+  command
+      .option("--renderer", options.renderer, "instead of the session file's: " + renderer_names())
+      .show_default("the session file's");
+  command.option("--session", options.session, "name to run under")
+      .show_default("the session file's");
+  command.option("-o,--output FILE.mcap", options.log, "recording to write")
+      .show_default("the session's name and the time");
+  add_plot(command, options.plot);
+  add_overwrite(command, options.overwrite);
+  add_json(command, options.json);
 }
 
 }  // namespace
 
 void add_demo_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
-  Command command = app.subcommand("demo", "A simulated hand explores a mesh; recorded and judged");
+  Command command =
+      app.subcommand("demo", "Run a simulated hand on a mesh, record it and print a report");
   add_common(command, *options);
   const auto scene = std::make_shared<std::string>();
   command
-      .option("scene", *scene,
+      .option("SCENE", *scene,
               "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
               "rigid-peg, rigid-bunnies: bodies that never enter another")
       .one_of(scene_names())
-      .excludes("--config");
-  command.option("--trace", options->trace, "a recorded hand instead of the simulated one");
+      .excludes("--config")
+      .show_default("bunny");
+  command.option("--trace FILE", options->trace,
+                 "recorded hand (.mcap or .csv) instead of the simulated one");
   add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
+  command.example("hapt demo peg --for 10s -o peg.mcap");
   command.action([options, scene] {
     if (!scene->empty()) options->config = kScenes.at(*scene);
     play(*options);
@@ -302,8 +325,9 @@ void add_demo_command(Command& app) {
 void add_replay_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
   Command command = app.subcommand("replay", "Play a recorded hand (open loop) through a session");
-  command.option("trace", options->trace, "recording: .mcap or .csv").required();
+  command.option("TRACE", options->trace, "recorded hand: .mcap or .csv").required();
   add_common(command, *options);
+  command.example("hapt replay hand.csv --config plane.toml");
   command.action([options] { play(*options); });
 }
 

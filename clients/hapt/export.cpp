@@ -4,11 +4,13 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "proto/config/command_line.h"
+#include "clients/hapt/options.h"
+#include "clients/report/progress.h"
 #include "proto/log/csv.h"
 #include "proto/os/message.h"
 
@@ -17,7 +19,7 @@ namespace {
 
 struct ExportOptions {
   std::string recording, output, topic = std::string(kServo0Topic.name);
-  bool csv = false, overwrite = false;
+  bool overwrite = false;
 };
 
 /// The topic to export; throws with a list of those in the recording if it is not there.
@@ -46,10 +48,13 @@ void run_export(const ExportOptions& options) {
     return;
   }
   std::ofstream file(options.output, std::ios::binary | std::ios::trunc);
-  const size_t rows = file ? export_csv(trace, topic, file) : 0;
+  std::optional<Progress> progress(std::in_place, "writing", 1);
+  const size_t rows =
+      file ? export_csv(trace, topic, file, [&](double share) { progress->at(share); }) : 0;
+  progress.reset();
   file.close();
   if (!file) {
-    throw CsvError(options.output + ": cannot be written; check the folder and the space left");
+    throw MessageError(options.output + ": cannot be written; check the folder and the space left");
   }
   std::cerr << rows << " rows of " << topic.name << " written to " << shown(options.output) << '\n';
 }
@@ -59,11 +64,12 @@ void run_export(const ExportOptions& options) {
 void add_export_command(Command& app) {
   const auto options = std::make_shared<ExportOptions>();
   Command command = app.subcommand("export", "Turn a recording into CSV");
-  command.option("recording", options->recording, "file of `hapt record` (.mcap)").required();
-  command.flag("--csv", options->csv, "comma-separated values (the only form so far)");
-  command.option("-o,--output", options->output, "file to write; default: standard output");
-  command.flag("--overwrite", options->overwrite, "replace the file where it exists");
-  command.option("--topic", options->topic, "which records").show_default();
+  command.option("RECORDING", options->recording, "file of 'hapt record' (.mcap)").required();
+  command.option("-o,--output FILE.csv", options->output, "file to write")
+      .show_default("standard output");
+  add_overwrite(command, options->overwrite);
+  command.option("--topic TOPIC", options->topic, "which records").show_default();
+  command.example("hapt export out.mcap -o out.csv");
   command.action([options] { run_export(*options); });
 }
 

@@ -13,14 +13,16 @@ struct LabCommand {
   const char* help;
 };
 
-inline constexpr LabCommand kEvalCommand{"eval", "Run a session offline in lockstep and judge it"};
-inline constexpr LabCommand kBenchCommand{"bench",
-                                          "Measure this machine; exit 1 where a goal is missed"};
+inline constexpr LabCommand kEvalCommand{
+    "eval", "Run a session offline on a virtual clock, or compare renderers"};
+inline constexpr LabCommand kBenchCommand{
+    "bench", "Measure this machine, in alternation with peer libraries"};
 inline constexpr LabCommand kSelftestCommand{
-    "selftest", "Prove that the loop allocates, locks, faults and asks the kernel for nothing"};
+    "selftest", "Check that the servo loop makes no allocation, lock, page fault or system call"};
 inline constexpr LabCommand kTortureCommand{
     "torture",
-    "Do faults at random to a session of its own, and judge the force by what the device received"};
+    "Fault injection: break a private test session at random and check the forces sent to the "
+    "device"};
 inline constexpr std::array kLabCommands{&kEvalCommand, &kBenchCommand, &kSelftestCommand,
                                          &kTortureCommand};
 

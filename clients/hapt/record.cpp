@@ -8,8 +8,8 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/duration_option.h"
 #include "clients/hapt/find_config.h"
+#include "clients/hapt/options.h"
 #include "clients/library/recorder.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
@@ -109,7 +109,7 @@ void run_record(const RecordOptions& options) {
   } else {
     print_table(recorder, trace, options.output, seconds);
   }
-  if (!good) throw McapError(recorder.failure());
+  if (!good) throw MessageError(recorder.failure());
   if (!connected && !attachments.refusal().empty()) throw HandoutError(attachments.refusal());
 }
 
@@ -118,13 +118,14 @@ void run_record(const RecordOptions& options) {
 void add_record_command(Command& app) {
   const auto options = std::make_shared<RecordOptions>();
   Command command = app.subcommand("record", "Record a running session");
-  command.option("-o,--output", options->output, "file to write (.mcap)").required();
-  add_duration(command, "--for", options->duration, "how long; default: until Ctrl-C");
-  command.option("--session", options->session, "which one; default: the only one running");
-  command.option("--config", options->config,
-                 "session file to keep in the recording; default: what hapticd has read");
-  command.flag("--overwrite", options->overwrite, "replace the file where it exists");
-  command.flag("--json", options->json, "counts as JSON");
+  command.option("-o,--output FILE.mcap", options->output, "file to write").required();
+  add_duration(command, "--for", options->duration, "how long").show_default("until Ctrl-C");
+  add_session(command, options->session);
+  command.option("--config FILE", options->config, "session file to keep in the recording")
+      .show_default("what hapticd has read");
+  add_overwrite(command, options->overwrite);
+  add_json(command, options->json);
+  command.example("hapt record -o out.mcap --for 10s");
   command.action([options] { run_record(*options); });
 }
 

@@ -9,12 +9,13 @@
 #include <memory>
 
 #include "clients/hapt/commands.h"
-#include "clients/hapt/duration_option.h"
+#include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
 #include "clients/library/client.h"
 #include "clients/report/report.h"
-#include "proto/config/command_line.h"
+#include "proto/config/quantity.h"
 #include "proto/ipc/process.h"
+#include "proto/os/message.h"
 
 namespace haptic {
 namespace {
@@ -125,24 +126,33 @@ void print_screen(const std::vector<Line>& lines, const ServoFrame& frame,
               (frame.flags & kServoFault) != 0 ? "   FAULT" : "", realtime_line(servo).c_str());
 }
 
-void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame) {
-  std::vector<Row> all;
+/// {"p50": …, "p99": …, "max": …} in seconds; null where nothing was measured.
+std::string json_of(const Histogram& durations) {
+  if (durations.count() == 0) return "null";
+  const auto seconds = [](auto ns) { return number_text(1e-9 * static_cast<double>(ns)); };
+  return "{\"p50\": " + seconds(durations.percentile(50)) +
+         ", \"p99\": " + seconds(durations.percentile(99)) +
+         ", \"max\": " + seconds(durations.max()) + "}";
+}
+
+std::string json_of(const Line& l) {
+  return json_string(l.name) + ": {\"state\": " + json_string(l.state) +
+         ", \"generation\": " + std::to_string(l.generation) +
+         ", \"rate_hz\": " + number_text(l.rate) + ", \"wake_lateness_s\": " + json_of(l.wait) +
+         ", \"busy_s\": " + json_of(l.busy) + ", \"missed\": " + std::to_string(l.lost) + "}";
+}
+
+void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, double seconds) {
+  std::cout << "{\"seconds\": " << seconds << ", \"processes\": {";
+  const char* separator = "";
   for (const Line& l : lines) {
-    Rows rows(l.name);
-    rows.note("state", l.state);
-    rows.add("rate", l.rate, "Hz");
-    rows.add("generation", static_cast<double>(l.generation), "");
-    rows.add("wake lateness", l.wait);
-    rows.add("busy", l.busy);
-    rows.add("missed by this viewer", static_cast<double>(l.lost), "");
-    if (l.name == "servo0") {
-      rows.add("force", norm(frame.F_device_B.f), "N");
-      rows.add("skipped ticks", static_cast<double>(frame.skipped), "");
-    }
-    all.insert(all.end(), rows.rows().begin(), rows.rows().end());
+    std::cout << separator << json_of(l);
+    separator = ", ";
   }
-  print_json(std::cout, all);
-  std::cout.flush();
+  std::cout << "}, \"force_n\": " << norm(frame.F_device_B.f) << ", \"depth_m\": " << frame.depth
+            << ", \"contacts\": " << frame.n_contacts << ", \"fade\": " << frame.fade
+            << ", \"skipped_ticks\": " << frame.skipped << ", \"fault\": " << frame.fault << "}"
+            << std::endl;
 }
 
 void run_top(const TopOptions& options) {
@@ -180,7 +190,7 @@ void run_top(const TopOptions& options) {
     last_ns = t_ns;
     const std::vector<Line> lines{servo.take(seconds), contact.take(seconds), sim.take(seconds)};
     if (options.json) {
-      print_screen_json(lines, servo.newest);
+      print_screen_json(lines, servo.newest, seconds);
       continue;
     }
     if (!options.batch && isatty(STDOUT_FILENO) == 1) std::printf("\033[H\033[2J");
@@ -197,12 +207,14 @@ void run_top(const TopOptions& options) {
 void add_top_command(Command& app) {
   const auto options = std::make_shared<TopOptions>();
   Command command = app.subcommand("top", "Watch the processes of a running session");
-  command.option("--session", options->session, "which one; default: the only one running");
+  add_session(command, options->session);
   add_duration(command, "-d,--period", options->period, "between two screens").show_default();
-  command.option("-n", options->screens, "screens to print; default: until Ctrl-C")
-      .range(1, 1000000);
+  command.option("-n", options->screens, "screens to print")
+      .range(1, 1000000)
+      .show_default("until Ctrl-C");
   command.flag("-b,--batch", options->batch, "do not clear the screen in between");
-  command.flag("--json", options->json, "rows as JSON, one array a screen");
+  command.flag("--json", options->json, "for scripts: one JSON object per screen, in one line");
+  command.example("hapt top -n 1 --json");
   command.action([options] { run_top(*options); });
 }
 

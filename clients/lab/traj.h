@@ -18,8 +18,8 @@ struct TrajSample {
 };
 
 /// An error in a .traj file: "file:line: what; how to mend".
-struct TrajError : MessageError {
-  using MessageError::MessageError;
+struct TrajError : InputError {
+  using InputError::InputError;
 };
 
 /// Reads a trajectory as text: one sample per line, numbers separated by blanks, tabs or commas;

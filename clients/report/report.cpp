@@ -23,21 +23,6 @@ std::string format(const char* pattern, double value) {
   return text;
 }
 
-std::string json_string(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) {
-      char code[8];
-      std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(c));
-      out += code;
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
-}
-
 std::string json_number(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? format("%.9g", *value) : "null";
 }
@@ -59,15 +44,8 @@ std::string verdict(const Row& row) {
   return text;
 }
 
-/// Display width of UTF-8 text: continuation bytes have no width.
-size_t columns(const std::string& text) {
-  return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
-  }));
-}
-
 std::string padded(const std::string& text, size_t width) {
-  const size_t used = columns(text);
+  const size_t used = count_characters(text);
   return used < width ? text + std::string(width - used, ' ') : text;
 }
 
@@ -95,9 +73,9 @@ void print_table(std::ostream& out, const std::vector<Row>& rows) {
   bool has_cases = false;
   for (const Row& row : rows) {
     has_cases |= row.case_name != rows[0].case_name;
-    metric_width = std::max(metric_width, columns(row.metric));
+    metric_width = std::max(metric_width, count_characters(row.metric));
     if (!row.note.empty()) continue;
-    value_width = std::max(value_width, columns(readable(row.value, row.unit)));
+    value_width = std::max(value_width, count_characters(readable(row.value, row.unit)));
   }
   const std::string* last_case = nullptr;
   for (const Row& row : rows) {

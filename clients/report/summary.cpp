@@ -280,10 +280,10 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   }
   add_penetration(penetration, config.renderer, rows);
   const PortEnergy energy = port_energy(frames);
-  rows.add("energy the hand put in", energy.into_device, "J");
-  rows.add("energy it got back", energy.returned, "J");
+  rows.add("energy from hand", energy.into_device, "J");
+  rows.add("energy to hand", energy.returned, "J");
   rows.add("energy balance of the hand (positive: passive)", energy.net(), "J");
-  if (lost_time > 0) rows.add("pauses the simulated hand did not live through", lost_time);
+  if (lost_time > 0) rows.add("stalls longer than the simulated hand can catch up with", lost_time);
   rows.none("ticks in fault", faults);
   rows.add("samples recorded", data.recorded);
   rows.none("samples lost", data.lost);

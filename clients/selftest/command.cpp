@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt selftest: checks on this machine that the servo loop makes no blocking call.
+#include <atomic>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/find_config.h"
 #include "clients/hapt/lab_commands.h"
+#include "clients/hapt/options.h"
 #include "clients/report/print_rows.h"
+#include "clients/report/progress.h"
 #include "clients/report/report.h"
 #include "clients/selftest/guarded_loop.h"
 #include "contact/bake/session.h"
-#include "proto/config/command_line.h"
+#include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
@@ -56,11 +60,27 @@ Rows make_rows(const SessionConfig& config, const GuardedLoopResult& result) {
   return rows;
 }
 
+/// Another thread shows the progress: the guarded one may not write.
+GuardedLoopResult run_shown(const SessionConfig& config, const ContactShapes& shapes,
+                            GuardedLoopOptions loop) {
+  constexpr int64_t kLookNs = kNsPerSecond / 10;
+  std::atomic<uint64_t> done{0};
+  loop.also_do = [&](uint64_t k) { done.store(k, std::memory_order_relaxed); };
+  const std::jthread shows([&](const std::stop_token& stop) {
+    Progress progress("checking ticks", static_cast<double>(loop.ticks + loop.timed_ticks));
+    while (!stop.stop_requested()) {
+      progress.at(static_cast<double>(done.load(std::memory_order_relaxed)));
+      sleep_until(now_ns() + kLookNs);
+    }
+  });
+  return run_guarded_loop(config, shapes, loop);
+}
+
 void run_selftest(const SelftestOptions& options) {
   const SessionConfig config = load_config(find_config(options.config));
   const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
-      run_guarded_loop(config, baked.shapes(), loop_options(config, options.ticks));
+      run_shown(config, baked.shapes(), loop_options(config, options.ticks));
   const Rows rows = make_rows(config, result);
   std::cerr << result.report.explain();
   print_judged(rows.rows(), options.json);
@@ -71,12 +91,12 @@ void run_selftest(const SelftestOptions& options) {
 void add_selftest_command(Command& app) {
   const auto options = std::make_shared<SelftestOptions>();
   Command command = app.subcommand(kSelftestCommand.name, kSelftestCommand.help);
-  command.option("--config", options->config, "session file").show_default();
-  command
-      .option("--ticks", options->ticks,
-              "how many, as fast as they go [1000000]; with a real device on the clock [10000]")
-      .range(uint64_t{1}, uint64_t{1'000'000'000});
-  command.flag("--json", options->json, "rows as JSON");
+  add_config(command, options->config).show_default();
+  command.option("--ticks", options->ticks, "how many, one after the other without waiting")
+      .range(1, 1'000'000'000)
+      .show_default("1000000; with a real device 10000, at its rate");
+  add_json(command, options->json);
+  command.example("hapt selftest --config plane.toml");
   command.action([options] { run_selftest(*options); });
 }
 

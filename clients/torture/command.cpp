@@ -17,6 +17,7 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/lab_commands.h"
+#include "clients/hapt/options.h"
 #include "clients/report/report.h"
 #include "clients/torture/account.h"
 #include "clients/torture/faults.h"
@@ -348,18 +349,19 @@ void add_torture_command(Command& app) {
       "Starts an emulated device whose hand presses into a block, a session on it and a recorder, "
       "in a temporary folder. Then kills, stops, slows and misleads them one after the other, some "
       "hundred times a minute, and waits each time until the hand feels the spring again. Every "
-      "force is read from the device's own log. Exit code 0: no violation, no unexplained loss.");
+      "force is read from the device's own log.");
   command
       .quantity("--minutes", options->seconds, Dimension::kTime, {3, 6e5},
-                "how long, as \"30 s\"; a number alone: minutes", "min")
-      .show_default();
+                "how long, as 30s or 1h; a number without unit is in minutes", "min")
+      .show_default("1 min");
   command.option("--seed", options->seed, "of the order of the faults").show_default();
-  command.option("-o,--output", options->output,
+  command.option("-o,--output FILE", options->output,
                  "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
-  command.flag("--overwrite", options->overwrite, "replace the recording where it exists");
+  add_overwrite(command, options->overwrite);
   command.flag("--keep", options->keep, "keep the folder with the device's log");
-  command.flag("--no-realtime", options->no_realtime, "do not ask for real-time priorities");
-  command.flag("--json", options->json, "figures as JSON on standard output");
+  command.flag("--no-realtime", options->no_realtime, "run without real-time priorities");
+  add_json(command, options->json);
+  command.example("hapt torture --minutes 10 --seed 3");
   command.action([options] { run_torture(*options); });
 }
 

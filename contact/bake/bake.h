@@ -14,8 +14,8 @@
 namespace haptic {
 
 /// A mesh that cannot be used: one line "file[:line]: what is wrong; how to fix it".
-struct MeshError : MessageError {
-  using MessageError::MessageError;
+struct MeshError : InputError {
+  using InputError::InputError;
 };
 
 /// Findings and repairs. Never silent: people read `lines`.

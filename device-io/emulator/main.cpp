@@ -50,6 +50,12 @@ struct Options {
   bool realtime = false;
 };
 
+std::vector<std::string> hand_names() {
+  std::vector<std::string> names;
+  for (const HandImpedance& hand : kHandImpedances) names.emplace_back(hand.name);
+  return names;
+}
+
 /// Moving mass, damping and friction at the tip: estimates, not measured.
 SimulatedHandConfig woodenhaptics_arm() {
   SimulatedHandConfig arm;
@@ -62,13 +68,7 @@ SimulatedHandConfig woodenhaptics_arm() {
 EmulatedDeviceOptions device_options(const Options& options) {
   EmulatedDeviceOptions device;
   device.hand = woodenhaptics_arm();
-  const HandImpedance* hand = find_hand(options.hand);
-  if (hand == nullptr) {
-    std::string known;
-    for (const HandImpedance& h : kHandImpedances) known += " " + std::string(h.name);
-    throw std::runtime_error("--hand '" + shown(options.hand) + "' is unknown; use one of" + known);
-  }
-  put_into_hand(*hand, device.hand);
+  put_into_hand(*find_hand(options.hand), device.hand);
   device.hand.seed = options.seed;
   IntentConfig& intent = device.hand.intent;
   for (int i = 0; i < 3; ++i) {
@@ -90,7 +90,7 @@ EmulatedDeviceOptions device_options(const Options& options) {
 void check_reach(const EmulatedDeviceOptions& device) {
   const IntentConfig& intent = device.hand.intent;
   if (!(intent.stroke_time > 0)) {
-    throw std::runtime_error("--stroke-time must be longer than nothing; write \"1.2 s\"");
+    throw UsageError("--stroke-time: is zero; write for example \"1.2 s\"");
   }
   Vec3 angles;
   for (int i = 0; i < 1000; ++i) {
@@ -98,7 +98,7 @@ void check_reach(const EmulatedDeviceOptions& device) {
     if (solve_joint_angles(device.geometry, intent_at(intent, device.hand.seed, t).p_B, angles)) {
       continue;
     }
-    throw std::runtime_error(
+    throw UsageError(
         "the hand would go where the arm does not reach; move --centre to the origin, or make "
         "--hover smaller");
   }
@@ -220,21 +220,24 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) try {
   haptic::Options options;
-  haptic::CommandLine line("A simulated WoodenHaptics in a simulated hand, behind a serial node.");
-  line.option("--link", options.link, "name of the node, for [device.serial] path");
-  line.option("--log", options.log, "CSV of what the device received and where it was");
-  line.option("--hand", options.hand, "none, light-grip, typical, firm, stiff-arm");
-  line.option("--seed", options.seed, "of the strokes: the same seed, the same intention");
+  haptic::CommandLine line("haptic-emulator",
+                           "A simulated WoodenHaptics in a simulated hand, behind a serial node.");
+  line.option("--link PATH", options.link, "name of the node, for [device.serial] path");
+  line.option("--log FILE.csv", options.log, "what the device received and where it was");
+  line.option("--hand HAND", options.hand, "impedance: none, light-grip, typical, firm, stiff-arm")
+      .one_of(hand_names())
+      .show_default();
+  line.option("--seed", options.seed, "of the strokes: the same seed, the same strokes")
+      .show_default();
   using haptic::Dimension;
   constexpr haptic::Range kDelays{0, 3600};  // longer than anybody waits
   const auto length = [&](const char* name, double& value, const char* help) {
-    line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help);
+    line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help).show_default();
   };
-  line.quantities("--centre", options.centre, Dimension::kLength, haptic::kAny,
-                  "of the strokes: three lengths")
+  line.quantities("--centre X Y Z", options.centre, Dimension::kLength, haptic::kAny,
+                  "of the strokes")
       .expected(3);
-  line.numbers("--direction", options.direction, haptic::kAny,
-               "all strokes along it: three numbers")
+  line.numbers("--direction X Y Z", options.direction, haptic::kAny, "all strokes along it")
       .expected(3);
   length("--hover", options.hover, "distance from the centre between strokes");
   length("--press", options.press, "distance from the centre the hand means to reach");
@@ -246,10 +249,9 @@ int main(int argc, char** argv) try {
   line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
                 "calibration button; 0 s: is not needed");
   line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
-  if (const auto code = line.read(argc, argv, "haptic-emulator", haptic::kExitBadInput))
-    return *code;
+  line.example("haptic-emulator --link /tmp/woodenhaptics --log received.csv");
+  if (const auto code = line.read(argc, argv)) return *code;
   return haptic::run(options);
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "haptic-emulator: %s\n", haptic::one_line(error.what()).c_str());
-  return haptic::kExitBadInput;
+  return haptic::report_failure("haptic-emulator", error);
 }

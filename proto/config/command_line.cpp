@@ -2,26 +2,217 @@
 #include "proto/config/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <iostream>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
+#include "proto/config/help_text.h"
 #include "proto/os/message.h"
+#include "proto/os/version.h"
 
 namespace haptic {
 namespace {
 
-/// The mistake in one line.
-std::string explain(const CLI::App& app, const std::string& program, const std::string& what) {
+constexpr const char* kExitCodes =
+    "\n\nExit codes: 0 fine; 1 something failed or a goal was missed; 2 the command line, the "
+    "session "
+    "file or a file that one of them names is wrong.";
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// The command in which the words ended.
+const CLI::App& last_command(const CLI::App& app) {
   const std::vector<CLI::App*> named = app.get_subcommands();
-  const std::vector<std::string> strays = app.remaining();
-  const bool no_command = app.get_require_subcommand_min() > 0 && named.empty() && !strays.empty();
-  const std::string of = named.empty() ? "" : named.front()->get_name() + " ";
-  return program + ": " + (no_command ? "no command '" + shown(strays.front()) + "'" : what) +
-         "; see " + program + " " + of + "--help";
+  return named.empty() ? app : last_command(*named.front());
+}
+
+/// "hapt bench jitter".
+std::string full_name(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  return (parent == nullptr ? "" : full_name(*parent) + " ") + app.get_name();
+}
+
+/// What may follow an option: its default, and what it goes with.
+std::string conditions(const CLI::Option& option) {
+  const auto names = [](const std::set<CLI::Option*>& others) {
+    std::vector<std::string> words;
+    for (const CLI::Option* other : others) words.push_back(other->get_name());
+    return joined(words);
+  };
+  std::vector<std::string> parts;
+  if (option.get_required() && option.nonpositional()) parts.emplace_back("required");
+  if (!option.get_needs().empty()) parts.push_back("with " + names(option.get_needs()));
+  if (!option.get_excludes().empty()) parts.push_back("without " + names(option.get_excludes()));
+  if (!option.get_default_str().empty()) parts.push_back("default: " + option.get_default_str());
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? " (" : "; ") + part;
+  return text.empty() ? "" : text + ")";
+}
+
+HelpPage::Row row_of(const CLI::Option& option) {
+  const bool repeats = option.get_items_expected_max() >= CLI::detail::expected_max_vector_size;
+  std::string name = option.get_name(false, true);
+  if (const size_t comma = name.find(','); comma != std::string::npos) name.insert(comma + 1, " ");
+  if (option.nonpositional() && option.get_type_size() != 0) name += " " + option.get_type_name();
+  return {name + (repeats ? "..." : ""), option.get_description() + conditions(option)};
+}
+
+HelpPage page_of(const CLI::App& app) {
+  HelpPage page{app.get_description(),
+                full_name(app),
+                {{"Arguments", {}}, {"Commands", {}}, {"Options", {}}},
+                app.get_footer()};
+  if (app.get_parent() == nullptr) page.footer += kExitCodes;
+  const auto all = [](const CLI::App*) { return true; };
+  for (const CLI::App* command : app.get_subcommands(all)) {
+    page.groups[1].rows.push_back({command->get_name(), command->get_description()});
+  }
+  const bool has_commands = !page.groups[1].rows.empty();
+  page.usage += has_commands ? " COMMAND [OPTION...]" : " [OPTION...]";
+  for (const CLI::Option* option : app.get_options()) {
+    const bool is_argument = !option->nonpositional();
+    page.groups[is_argument ? 0 : 2].rows.push_back(row_of(*option));
+    const std::string& name = option->get_name();
+    if (is_argument) page.usage += option->get_required() ? " " + name : " [" + name + "]";
+  }
+  return page;
+}
+
+bool is_option(const std::string& word) {
+  return word.size() > 1 && word.front() == '-';
+}
+
+std::vector<std::string_view> option_names(const CLI::App& app) {
+  std::vector<std::string_view> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  }
+  return names;
+}
+
+/// The first option that a command does not know, among the words it could not use; empty: none.
+std::string unknown_option(const CLI::App& app) {
+  for (std::string word : app.remaining()) {
+    if (!is_option(word)) continue;
+    word = word.substr(0, word.find('='));
+    const std::string said = "there is no option '" + shown(word) + "'";
+    const std::string bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+    const std::string_view nearest = nearest_word(bare, option_names(app));
+    return nearest.empty() ? said : said + "; did you mean '--" + std::string(nearest) + "'?";
+  }
+  return "";
+}
+
+std::string unknown_command(const CLI::App& app, const std::string& word) {
+  std::vector<std::string_view> names;
+  const auto all = [](const CLI::App*) { return true; };
+  for (const CLI::App* command : app.get_subcommands(all)) names.push_back(command->get_name());
+  const std::string_view nearest = nearest_word(word, names);
+  const std::string said = "there is no command '" + shown(word) + "'";
+  return nearest.empty() ? said : said + "; did you mean '" + std::string(nearest) + "'?";
+}
+
+/// The mistake as a sentence. A word that is not known comes first: what CLI11 found wrong is often
+/// its consequence, as the value of an unknown option is taken for an argument.
+std::string sentence(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = last_command(app);
+  for (const CLI::App* at = &command; at != nullptr; at = at->get_parent()) {
+    if (std::string unknown = unknown_option(*at); !unknown.empty()) return unknown;
+  }
+  const std::vector<std::string> strays = command.remaining();
+  if (command.get_require_subcommand_min() > 0) {
+    return strays.empty() ? "a command is missing" : unknown_command(command, strays.front());
+  }
+  const std::string what = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !strays.empty()) {
+    return "'" + shown(strays.front()) + "' is one word too many";
+  }
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    return what.substr(0, what.find(' ')) + " is missing";
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return what.substr(0, what.find(':')) + " needs a value";
+  }
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) return what + "; leave one out";
+  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) return what + "; add it";
+  return what;
+}
+
+/// The mistake in one line.
+void print_mistake(const CLI::App& app, const std::string& what) {
+  const std::string where = "see " + full_name(last_command(app)) + " --help";
+  const std::string end = what.ends_with('?') ? "" : "; " + where;
+  std::cerr << one_line(app.get_name() + ": " + what + end) << '\n';
+}
+
+/// `help COMMAND` means `COMMAND --help`. In the order that CLI11 wants: the last word first.
+std::vector<std::string> reversed_words(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (app.get_require_subcommand_min() > 0 && !words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
+/// Problem of a whole number; empty: none.
+template <typename Integer>
+std::string problem_of_integer(const std::string& text, Integer low, Integer high) {
+  Integer value{};
+  const char* const end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, value);
+  if (parsed.ec == std::errc() && parsed.ptr == end && value >= low && value <= high) return "";
+  using Limits = std::numeric_limits<Integer>;
+  const std::string bounds = low == Limits::min() && high == Limits::max()
+                                 ? (low < 0 ? "" : ", 0 or more")
+                                 : " from " + std::to_string(low) + " to " + std::to_string(high);
+  return "is '" + shown(text) + "'; write a whole number" + bounds;
+}
+
+template <typename Integer>
+Option::Check integer_check() {
+  using Limits = std::numeric_limits<Integer>;
+  return [](const std::string& text) {
+    return problem_of_integer<Integer>(text, Limits::min(), Limits::max());
+  };
+}
+
+/// What one word of an option becomes.
+template <typename T>
+struct ItemOf {
+  using type = T;
+};
+template <typename T>
+struct ItemOf<std::optional<T>> : ItemOf<T> {};
+template <typename T>
+struct ItemOf<std::vector<T>> : ItemOf<T> {};
+
+/// "-o,--output FILE" in its two parts.
+struct NameParts {
+  std::string name, placeholder;
+};
+
+NameParts split_name(const std::string& name, const std::string& usual = "NAME") {
+  const size_t space = name.find(' ');
+  if (space == std::string::npos) return {name, usual};
+  return {name.substr(0, space), name.substr(space + 1)};
 }
 
 }  // namespace
+
+int report_failure(const std::string& program, const std::exception& error) {
+  std::cerr << one_line(program + ": " + error.what()) << '\n';
+  return dynamic_cast<const InputError*>(&error) != nullptr ? kExitUsage : kExitFailed;
+}
 
 Option& Option::required() {
   option_->required();
@@ -33,23 +224,19 @@ Option& Option::expected(int words) {
   return *this;
 }
 
-Option& Option::range(int low, int high) {
-  option_->check(CLI::Range(low, high));
-  return *this;
-}
-
-Option& Option::range(uint64_t low, uint64_t high) {
-  option_->check(CLI::Range(low, high));
-  return *this;
+Option& Option::range(int64_t low, int64_t high) {
+  return check([=](const std::string& text) { return problem_of_integer(text, low, high); });
 }
 
 Option& Option::one_of(const std::vector<std::string>& words) {
-  option_->check(CLI::IsMember(words));
-  return *this;
+  return check([words](const std::string& text) -> std::string {
+    if (std::find(words.begin(), words.end(), text) != words.end()) return "";
+    return "is '" + shown(text) + "'; " + suggestion(text, {words.begin(), words.end()});
+  });
 }
 
-Option& Option::check(const Check& check, const std::string& kind) {
-  option_->check(check, kind);
+Option& Option::check(const Check& check) {
+  option_->check(check, "");
   return *this;
 }
 
@@ -74,7 +261,9 @@ Option& Option::excludes(const std::string& option) {
 }
 
 Command Command::subcommand(const std::string& name, const std::string& help) {
-  return Command(app_->add_subcommand(name, help));
+  CLI::App* command = app_->add_subcommand(name, help);
+  command->footer("");  // it begins with that of its parent
+  return Command(command);
 }
 
 bool Command::has_subcommand(const std::string& name) const {
@@ -87,7 +276,12 @@ void Command::require_subcommand() {
 }
 
 void Command::footer(const std::string& text) {
-  app_->footer(text);
+  const std::string before = app_->get_footer();
+  app_->footer(before + (before.empty() ? "" : "\n\n") + text);
+}
+
+void Command::example(const std::string& line) {
+  footer("Example:\n  " + line);
 }
 
 void Command::action(const std::function<void()>& action) {
@@ -102,11 +296,13 @@ bool Command::was_given(const std::string& option) const {
   return app_->count(option) > 0;
 }
 
-Option Command::add_choice(const std::string& name, const std::function<void(int)>& set,
-                           const std::map<std::string, int>& words, const std::string& help) {
-  CLI::Option* option = app_->add_option_function<int>(name, set, help);
-  option->type_name("ENUM")->transform(CLI::CheckedTransformer(words));
-  return Option(option);
+Option Command::add_choice(const std::string& name,
+                           const std::function<void(const std::string&)>& set,
+                           const std::vector<std::string>& words, const std::string& help) {
+  const NameParts parts = split_name(name);
+  CLI::Option* option =
+      app_->add_option_function<std::string>(parts.name, set, help + ": " + joined(words));
+  return Option(option->type_name(parts.placeholder)).one_of(words);
 }
 
 namespace {
@@ -125,20 +321,24 @@ Option::Check problem_of(const Parse& parse) {
   };
 }
 
-CLI::Option* add_value(CLI::App* app, const std::string& name, double& value, const Parse& parse,
+CLI::Option* add_value(CLI::App* app, const NameParts& name, double& value, const Parse& parse,
                        const std::string& help) {
   const auto set = [&value, parse](const std::string& text) { value = parse(text); };
-  return app->add_option_function<std::string>(name, set, help)->check(problem_of(parse));
+  return app->add_option_function<std::string>(name.name, set, help)
+      ->check(problem_of(parse), "")
+      ->type_name(name.placeholder);
 }
 
-CLI::Option* add_values(CLI::App* app, const std::string& name, std::vector<double>& values,
+CLI::Option* add_values(CLI::App* app, const NameParts& name, std::vector<double>& values,
                         const Parse& parse, const std::string& help) {
   using Texts = std::vector<std::string>;
   const auto set = [&values, parse](const Texts& texts) {
     values.clear();
     for (const std::string& text : texts) values.push_back(parse(text));
   };
-  return app->add_option_function<Texts>(name, set, help)->check(problem_of(parse));
+  return app->add_option_function<Texts>(name.name, set, help)
+      ->check(problem_of(parse), "")
+      ->type_name(name.placeholder);
 }
 
 Parse parse_of(Dimension dimension, const Range& range, const std::string& bare_unit) {
@@ -163,69 +363,81 @@ constexpr const char* kNumber = "NUMBER";
 Option Command::quantity(const std::string& name, double& value, Dimension dimension,
                          const Range& range, const std::string& help,
                          const std::string& bare_unit) {
-  CLI::Option* option = add_value(app_, name, value, parse_of(dimension, range, bare_unit), help);
+  CLI::Option* option = add_value(app_, split_name(name, kind_of(dimension)), value,
+                                  parse_of(dimension, range, bare_unit), help);
   option->default_function([&value, dimension] { return quantity_text(value, dimension); });
-  return Option(option->type_name(kind_of(dimension)));
+  return Option(option);
 }
 
 Option Command::quantities(const std::string& name, std::vector<double>& values,
                            Dimension dimension, const Range& range, const std::string& help,
                            const std::string& bare_unit) {
-  CLI::Option* option = add_values(app_, name, values, parse_of(dimension, range, bare_unit), help);
+  CLI::Option* option = add_values(app_, split_name(name, kind_of(dimension)), values,
+                                   parse_of(dimension, range, bare_unit), help);
   option->default_function([&values, dimension] {
-    std::string text;
-    for (const double value : values) {
-      text += (text.empty() ? "" : ", ") + quantity_text(value, dimension);
-    }
-    return text;
+    std::vector<std::string> texts;
+    for (const double value : values) texts.push_back(quantity_text(value, dimension));
+    return joined(texts);
   });
-  return Option(option->type_name(kind_of(dimension)));
+  return Option(option);
 }
 
 Option Command::number(const std::string& name, double& value, const Range& range,
                        const std::string& help) {
-  CLI::Option* option = add_value(app_, name, value, parse_of(range), help);
+  CLI::Option* option = add_value(app_, split_name(name, kNumber), value, parse_of(range), help);
   option->default_function([&value] { return number_text(value); });
-  return Option(option->type_name(kNumber));
+  return Option(option);
 }
 
 Option Command::numbers(const std::string& name, std::vector<double>& values, const Range& range,
                         const std::string& help) {
-  return Option(add_values(app_, name, values, parse_of(range), help)->type_name(kNumber));
+  return Option(add_values(app_, split_name(name, kNumber), values, parse_of(range), help));
 }
 
-CommandLine::CommandLine(const std::string& description)
-    : CommandLine(std::make_unique<CLI::App>(description)) {}
+CommandLine::CommandLine(const std::string& program, const std::string& description)
+    : CommandLine(std::make_unique<CLI::App>(description, program)) {
+  owned_->set_help_flag("-h,--help", "this text");
+  owned_->set_version_flag("-V,--version", program + " " + version(), "release and commit");
+}
 
 CommandLine::CommandLine(std::unique_ptr<CLI::App> owned)
     : Command(owned.get()), owned_(std::move(owned)) {}
 
 CommandLine::~CommandLine() = default;
 
-void CommandLine::version(const std::string& text) {
-  owned_->set_version_flag("--version", text);
-}
-
-std::optional<int> CommandLine::read(int argc, char** argv, const std::string& program,
-                                     int usage_code) {
+std::optional<int> CommandLine::read(int argc, char** argv) {
   try {
-    owned_->parse(argc, argv);
+    std::vector<std::string> words = reversed_words(*owned_, argc, argv);
+    owned_->parse(words);
     return std::nullopt;
   } catch (const ExitCode& end) {
     return end.code;
+  } catch (const CLI::CallForHelp& asked) {
+    const CLI::App& command = last_command(*owned_);
+    if (command.get_require_subcommand_min() == 0 || command.remaining().empty()) {
+      std::cout << help_text(page_of(command));
+      return 0;
+    }
+    print_mistake(*owned_, sentence(*owned_, asked));
+  } catch (const CLI::CallForVersion& asked) {
+    std::cout << asked.what() << '\n';
+    return 0;
   } catch (const CLI::ParseError& error) {
-    // a request for help is no mistake
-    if (error.get_exit_code() == 0) return owned_->exit(error);
-    std::cerr << one_line(explain(*owned_, program, error.what())) << '\n';
+    print_mistake(*owned_, sentence(*owned_, error));
   } catch (const UsageError& error) {
-    std::cerr << one_line(explain(*owned_, program, error.what())) << '\n';
+    print_mistake(*owned_, error.what());
   }
-  return usage_code;
+  return kExitUsage;
 }
 
 template <typename T>
 Option Command::option(const std::string& name, T& value, const std::string& help) {
-  return Option(app_->add_option(name, value, help));
+  using Item = typename ItemOf<T>::type;
+  constexpr bool kIsWhole = std::is_integral_v<Item>;
+  const NameParts parts = split_name(name, kIsWhole ? "N" : "NAME");
+  Option option(app_->add_option(parts.name, value, help)->type_name(parts.placeholder));
+  if constexpr (kIsWhole) option.check(integer_check<Item>());
+  return option;
 }
 
 template Option Command::option(const std::string&, int&, const std::string&);

@@ -26,9 +26,16 @@ struct ExitCode {
 };
 
 /// Thrown by an action that finds a mistake in the command line.
-struct UsageError : MessageError {
-  using MessageError::MessageError;
+struct UsageError : InputError {
+  using InputError::InputError;
 };
+
+/// Exit codes of every program that people start, beside 0: something failed, or a goal was missed;
+/// the command line, the session file or a file that one of them names is wrong.
+inline constexpr int kExitFailed = 1, kExitUsage = 2;
+
+/// Prints "program: what" on standard error, one line, and returns the exit code.
+int report_failure(const std::string& program, const std::exception& error);
 
 /// Handle of one option. Other options are named as typed.
 class Option {
@@ -40,11 +47,11 @@ class Option {
   Option& required();
   /// Number of words after the option.
   Option& expected(int words);
-  Option& range(int low, int high);
-  Option& range(uint64_t low, uint64_t high);
+  /// Of a whole number.
+  Option& range(int64_t low, int64_t high);
+  /// The help text explains the words.
   Option& one_of(const std::vector<std::string>& words);
-  /// `kind` is the placeholder in the help text.
-  Option& check(const Check& check, const std::string& kind = "");
+  Option& check(const Check& check);
   /// Shows the variable's present value as default in the help text.
   Option& show_default();
   /// Shows this text as default in the help text.
@@ -63,19 +70,22 @@ class Command {
   bool has_subcommand(const std::string& name) const;
   /// Requires exactly one subcommand.
   void require_subcommand();
-  /// Text below the help text.
+  /// A paragraph below the help text.
   void footer(const std::string& text);
+  /// A command line below the help text, shown as it is.
+  void example(const std::string& line);
   /// Runs once all words are parsed. Its exceptions reach the caller of read().
   void action(const std::function<void()>& action);
 
-  /// The variable must outlive the parsing. A name without "-" or "--" is a positional argument. T:
-  /// one of the types at the end of command_line.cpp.
+  /// Names are written as in a manual: "-o,--output FILE" is an option with the placeholder of its
+  /// value, "MESH" an argument. The variable must outlive the parsing. T: one of the types at the
+  /// end of command_line.cpp.
   template <typename T>
   Option option(const std::string& name, T& value, const std::string& help);
   Option flag(const std::string& name, bool& value, const std::string& help);
 
-  /// A quantity such as "80 mm"; a number without unit is taken in `bare_unit`, which the help text
-  /// should mention. `value` is in SI units. Problems are reported as by parse_quantity().
+  /// A quantity such as "80 mm"; a number without unit is taken in `bare_unit`, if there is one.
+  /// `value` is in SI units. Problems are reported as by parse_quantity().
   Option quantity(const std::string& name, double& value, Dimension dimension, const Range& range,
                   const std::string& help, const std::string& bare_unit = "");
   /// A list of quantities.
@@ -87,14 +97,14 @@ class Command {
   Option numbers(const std::string& name, std::vector<double>& values, const Range& range,
                  const std::string& help);
 
-  /// One of several words, each mapped to a value.
+  /// One of several words, each mapped to a value. The help text lists them.
   template <typename Enum>
   Option choice(const std::string& name, Enum& value, const std::map<std::string, Enum>& words,
                 const std::string& help) {
-    std::map<std::string, int> numbers;
-    for (const auto& [word, meaning] : words) numbers[word] = static_cast<int>(meaning);
+    std::vector<std::string> names;
+    for (const auto& [word, meaning] : words) names.push_back(word);
     return add_choice(
-        name, [&value](int n) { value = static_cast<Enum>(n); }, numbers, help);
+        name, [&value, words](const std::string& word) { value = words.at(word); }, names, help);
   }
 
   /// Whether that option was typed; valid in an action.
@@ -105,27 +115,25 @@ class Command {
   CLI::App* app() const { return app_; }
 
  private:
-  Option add_choice(const std::string& name, const std::function<void(int)>& set,
-                    const std::map<std::string, int>& words, const std::string& help);
+  Option add_choice(const std::string& name, const std::function<void(const std::string&)>& set,
+                    const std::vector<std::string>& words, const std::string& help);
 
   CLI::App* app_;
 };
 
-/// The command line of a program.
+/// The command line of a program. Knows --help and --version by itself and, if it has commands,
+/// `help` and `help COMMAND`.
 class CommandLine : public Command {
  public:
-  explicit CommandLine(const std::string& description);
+  CommandLine(const std::string& program, const std::string& description);
   ~CommandLine();
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// Printed by `--version`.
-  void version(const std::string& text);
-
   /// Parses the words and runs the action of the named command. Returns an exit code if the program
-  /// is to end: 0 after a help text, that of an ExitCode, or `usage_code` after a mistake and one
-  /// line "program: what; see program --help".
-  std::optional<int> read(int argc, char** argv, const std::string& program, int usage_code);
+  /// is to end: 0 after a help text, that of an ExitCode, or kExitUsage after a mistake and one
+  /// line "program: what".
+  std::optional<int> read(int argc, char** argv);
 
  private:
   explicit CommandLine(std::unique_ptr<CLI::App> owned);

@@ -66,8 +66,8 @@ struct SessionConfig {
 static_assert(std::is_trivially_copyable_v<SessionConfig>);
 
 /// A mistake in a session file: one line "file:line:column: what; how to mend".
-struct ConfigError : MessageError {
-  using MessageError::MessageError;
+struct ConfigError : InputError {
+  using InputError::InputError;
 };
 
 /// Reads, checks and resolves a TOML session file. Quantities are strings with a unit ("800 N/m",

@@ -99,7 +99,8 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   root.require("device", "[device] with kind = \"simulated-hand\"");
   Section section = *root.section("device");
   section.require("kind", "kind = \"simulated-hand\"");
-  section.read_choice("kind", words(kDeviceWords), device.kind);
+  section.read_choice("kind", words(kDeviceWords), device.kind,
+                      " (other hardware needs a driver: docs/adding.md)");
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
   section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);

@@ -5,29 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace haptic {
 namespace {
 
 constexpr double kUnitTolerance = 1e-3;  // of the length of a typed quaternion
 constexpr size_t kLongestReason = 240;   // of a parser message, which may quote the file
-
-/// Levenshtein distance: insertions, deletions and substitutions that turn a into b.
-size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 std::string type_name(const toml::node& node) {
   if (node.is_table()) return "a table";
@@ -90,21 +73,6 @@ void Section::require(std::string_view key, const std::string& example) {
 const toml::node* Section::take(std::string_view key) {
   asked_.push_back(key);
   return table_.get(key);
-}
-
-std::string Section::suggestion(std::string_view word, const std::vector<std::string_view>& known) {
-  std::string list;
-  std::string_view nearest;
-  size_t distance = std::max<size_t>(2, word.size() / 3) + 1;
-  for (const std::string_view k : known) {
-    list += (list.empty() ? "" : ", ") + std::string(k);
-    if (const size_t d = edit_distance(word, k); d < distance) {
-      distance = d;
-      nearest = k;
-    }
-  }
-  if (!nearest.empty()) return "did you mean '" + std::string(nearest) + "'?";
-  return "known here: " + list;
 }
 
 void Section::finish() const {

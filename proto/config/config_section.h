@@ -95,10 +95,10 @@ class Section {
     assign(out, text);
     return true;
   }
-  /// One of the given words.
+  /// One of the given words; `mend` ends the message about another one.
   template <typename Enum>
   bool read_choice(std::string_view key, std::span<const std::pair<std::string_view, Enum>> words,
-                   Enum& out) {
+                   Enum& out, const std::string& mend = "") {
     std::string text;
     if (!read_text(key, text)) return false;
     std::vector<std::string_view> known;
@@ -108,7 +108,7 @@ class Section {
       out = value;
       return true;
     }
-    fail_at(key, "is '" + shown(text) + "'; " + suggestion(text, known));
+    fail_at(key, "is '" + shown(text) + "'; " + suggestion(text, known) + mend);
   }
   /// Three quantities of one kind.
   bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);
@@ -142,7 +142,6 @@ class Section {
   double number_of(const toml::node& node, std::string_view key, const Range& range) const;
   const toml::array& array_of(const toml::node& node, std::string_view key, size_t size,
                               const std::string& example) const;
-  static std::string suggestion(std::string_view word, const std::vector<std::string_view>& known);
 
   const toml::table& table_;
   std::string name_;

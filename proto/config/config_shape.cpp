@@ -72,7 +72,9 @@ void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& sha
   if (path.size() >= shape.mesh.size()) section.fail_at("mesh", "has too long a path: " + path);
   assign(shape.mesh, path);
   section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
-  section.require("size", "size = \"100 mm\", the longest side of the bounding box");
+  section.require("size",
+                  "size = \"100 mm\", the longest side of the bounding box ('hapt bake FILE --unit "
+                  "mm' prints it)");
   std::string unit;
   section.read_text("unit", unit);
   try {

@@ -63,6 +63,7 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"us", Dimension::kTime, 1e-6},
     {"µs", Dimension::kTime, 1e-6},
     {"min", Dimension::kTime, 60},
+    {"h", Dimension::kTime, 3600},
     {"Hz", Dimension::kFrequency, 1},
     {"kHz", Dimension::kFrequency, 1e3},
     {"m/s", Dimension::kSpeed, 1},

@@ -31,8 +31,8 @@ enum class Dimension {
 };
 
 /// What is wrong with a text and how to mend it; the caller adds the place.
-struct QuantityError : MessageError {
-  using MessageError::MessageError;
+struct QuantityError : InputError {
+  using InputError::InputError;
 };
 
 /// Allowed values of a number, in SI units.

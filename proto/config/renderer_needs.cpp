@@ -37,10 +37,16 @@ std::string renderer_names() {
   return names;
 }
 
+std::string unknown_renderer(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const RendererRow& row : kRenderers) known.push_back(row.name);
+  return "there is no renderer '" + shown(name) + "'; " + suggestion(name, known);
+}
+
 void use_renderer(SessionConfig& config, std::string_view name) {
   const RendererRow* row = find_renderer(name);
   if (row == nullptr) {
-    throw ConfigError("there is no renderer '" + shown(name) + "'; known: " + renderer_names());
+    throw ConfigError(unknown_renderer(name));
   }
   const Springs springs{config.coupling.translational_stiffness,
                         config.coupling.rotational_stiffness};

@@ -34,6 +34,8 @@ const RendererRow* find_renderer(std::string_view name);
 
 /// The names of all renderers, for a message.
 std::string renderer_names();
+/// That there is none of that name, and which was meant.
+std::string unknown_renderer(std::string_view name);
 
 /// Gives a session that has not begun another renderer, by its name. Throws ConfigError where there
 /// is none of that name, or the session lacks what it needs.

@@ -111,6 +111,26 @@ void ControlServer::answer(uint64_t peer, const std::string& line) {
   peers_.erase(found);
 }
 
+namespace {
+
+/// The answer to a question that everybody may ask, through the socket for watching.
+std::string ask_as_watcher(const std::string& path, const std::string& line, int64_t patience_ns) {
+  const FileDescriptor socket = unix_socket();
+  if (!connect_to(socket, path, patience_ns)) throw HandoutError(path + ": does not answer");
+  send_line(socket.get(), line);
+  // announcements come first: they begin with a number, a text does not
+  pollfd waiting{socket.get(), POLLIN, 0};
+  std::string answer(kLongestAnswer, '\0');
+  while (poll(&waiting, 1, static_cast<int>(patience_ns / 1'000'000)) > 0) {
+    const ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
+    if (size <= 0) break;
+    if (answer.front() > ' ') return answer.substr(0, static_cast<size_t>(size));
+  }
+  throw HandoutError(path + ": the session does not answer; others may watch it too often");
+}
+
+}  // namespace
+
 std::string say_to_session(const std::string& session, const std::string& line,
                            int64_t patience_ns) {
   HAPTIC_ASSERT(patience_ns >= 0);
@@ -120,6 +140,9 @@ std::string say_to_session(const std::string& session, const std::string& line,
   const FileDescriptor socket = unix_socket();
   const std::string path = std::filesystem::path(watching).replace_extension(kSuffix).string();
   if (!connect_to(socket, path, patience_ns)) {
+    if (errno == EACCES && line.starts_with("status")) {
+      return ask_as_watcher(watching, line, patience_ns);
+    }
     if (errno == EACCES) return only_owner(owner_of(path));
     throw HandoutError("session '" + shown(name) + "' takes no commands (" + path + ": " +
                        std::strerror(errno) + "); see its log");

@@ -56,8 +56,9 @@ class ControlServer {
   uint64_t next_peer_ = 1;
 };
 
-/// Sends one line to a running session (empty name: the only one) and waits for the answer. Throws
-/// HandoutError: no such session, not allowed, no answer in time.
+/// Sends one line to a running session (empty name: the only one) and waits for the answer. The
+/// status can be asked by everybody: who may not control asks through the socket for watching.
+/// Throws HandoutError: no such session, not allowed, no answer in time.
 std::string say_to_session(const std::string& session, const std::string& line,
                            int64_t patience_ns = 5 * kNsPerSecond);
 

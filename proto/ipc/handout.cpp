@@ -32,6 +32,7 @@
 namespace haptic {
 namespace {
 
+constexpr size_t kLongestQuestion = 32;   // of a client [bytes]
 constexpr size_t kMostEvents = 64;        // per epoll_wait
 constexpr int kMostAccepted = 16;         // per turn; commands are served in between
 constexpr size_t kMostOfStranger = 16;    // connections per user, except owner and root
@@ -346,12 +347,29 @@ void HandoutServer::send_to_all(const Segment& segment) {
   });
 }
 
-bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer) {
+namespace {
+
+/// Hears what a client asks and answers. Returns whether it goes on watching: it said nothing.
+bool answer_client(int socket, const HandoutServer::QuestionHandler& on_question) {
+  std::array<char, kLongestQuestion> line;
+  const ssize_t size = recv(socket, line.data(), line.size(), MSG_DONTWAIT | MSG_TRUNC);
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+  if (size <= 0 || size > static_cast<ssize_t>(line.size()) || !on_question) return false;
+  const std::string answer = on_question({line.data(), static_cast<size_t>(size)});
+  if (!answer.empty()) send(socket, answer.data(), answer.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  return false;
+}
+
+}  // namespace
+
+bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer,
+                                 const QuestionHandler& on_question) {
+  if (!peer.is_child) return answer_client(peer.socket.get(), on_question);
   const ReceivedMessage message = receive_message(peer.socket.get());
   if (message.kind == Received::kNothing) return true;
   const Announcement& offer = message.announcement;
-  const bool allowed = message.kind == Received::kMessage && peer.is_child &&
-                       offer.id == peer.may_offer && offer.generation >= peer.generation;
+  const bool allowed = message.kind == Received::kMessage && offer.id == peer.may_offer &&
+                       offer.generation >= peer.generation;
   if (!allowed) return false;
   try {
     FileDescriptor read_only = reopen_read_only(message.fd.get());
@@ -363,7 +381,7 @@ bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer) {
   return true;
 }
 
-void HandoutServer::serve(const OfferHandler& on_offer) {
+void HandoutServer::serve(const OfferHandler& on_offer, const QuestionHandler& on_question) {
   epoll_event events[kMostEvents];
   const int n = epoll_wait(epoll_.get(), events, static_cast<int>(kMostEvents), 0);
   for (int i = 0; i < n; ++i) {
@@ -376,7 +394,7 @@ void HandoutServer::serve(const OfferHandler& on_offer) {
     // an earlier event of this round may have dropped it
     const auto peer = peers_.find(fd);
     if (peer == peers_.end()) continue;
-    if (!receive_from(peer->second, on_offer)) peers_.erase(fd);
+    if (!receive_from(peer->second, on_offer, on_question)) peers_.erase(fd);
   }
 }
 
@@ -398,11 +416,16 @@ std::string only_session(const std::string& not_found) {
   // connects to every session, so done only when needed
   const std::vector<std::string> running = running_sessions();
   if (not_found.empty() && running.size() == 1) return running.front();
-  std::string what =
-      not_found.empty() ? "which session?" : "no session '" + shown(not_found) + "' is running";
-  what += running.empty() ? "; none is running here" : "; running: " + join(running);
-  throw HandoutError(what + "; start one with 'hapticd CONFIG.toml" +
-                     (not_found.empty() ? "'" : " --session " + shown(not_found) + "'"));
+  if (not_found.empty() && !running.empty()) {
+    throw HandoutError("several sessions are running (" + join(running) +
+                       "); choose one, as --session " + running.front());
+  }
+  const std::string named = not_found.empty() ? "" : " '" + shown(not_found) + "'";
+  throw HandoutError(
+      "no session" + named + " is running (looked in " + join(session_folders()) + "; " +
+      (running.empty() ? "HAPTICD_RUNTIME_DIR names another folder" : "running: " + join(running)) +
+      "); start one: hapticd CONFIG.toml" +
+      (not_found.empty() ? "" : " --session " + shown(not_found)));
 }
 
 }  // namespace

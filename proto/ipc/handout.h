@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -63,7 +64,10 @@ class HandoutServer {
   /// Accepts clients, takes offers of children and announces them to all, drops peers that hung up.
   /// `on_offer` gets each new segment once.
   using OfferHandler = std::function<void(const Announcement&, int fd)>;
-  void serve(const OfferHandler& on_offer);
+  /// A client may ask one question instead of watching. It gets the answer, if there is one, and is
+  /// dropped: questions cost no more than the connections that are limited anyway.
+  using QuestionHandler = std::function<std::string(std::string_view)>;
+  void serve(const OfferHandler& on_offer, const QuestionHandler& on_question = {});
 
   /// Announces a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
   void announce(SegmentId id, uint64_t generation, const char* name, int fd);
@@ -100,7 +104,7 @@ class HandoutServer {
   bool accept_client();  // false: the queue is empty
   std::string refusal_of(uid_t user, int fd) const;
   bool add_peer(Peer peer);  // false: it was dropped at once
-  bool receive_from(Peer& peer, const OfferHandler& on_offer);
+  bool receive_from(Peer& peer, const OfferHandler& on_offer, const QuestionHandler& on_question);
   bool store(const Announcement& announcement, FileDescriptor fd);
   void send_to_all(const Segment& segment);
 

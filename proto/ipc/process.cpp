@@ -20,6 +20,9 @@
 #include <string_view>
 #include <system_error>
 
+#include "proto/os/environment.h"
+#include "proto/os/version.h"
+
 namespace haptic {
 namespace {
 
@@ -68,11 +71,34 @@ ChildArguments parse_child_arguments(int argc, char** argv) {
   return arguments;
 }
 
+namespace {
+
+/// Answers --help and --version; false: neither was asked.
+bool introduce(int argc, char** argv, const char* program) {
+  const std::string_view word = argc == 2 ? argv[1] : "";
+  if (word == "-V" || word == "--version") {
+    std::printf("%s %s\n", program, version());
+  } else if (word == "-h" || word == "--help") {
+    std::printf(
+        "A process of a session, started by hapticd.\n\n"
+        "Usage: %s --config-fd N --control-fd M --generation G\n"
+        "         [--device-fd D | --spare-fd S]\n\n"
+        "Example:\n  hapticd configs/bunny.toml\n",
+        program);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   HAPTIC_ASSERT(run != nullptr);
   const char* slash = argc > 0 ? std::strrchr(argv[0], '/') : nullptr;
   const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
   try {
+    if (introduce(argc, argv, program)) return kExitClean;
     return run(parse_child_arguments(argc, argv));
   } catch (const std::system_error& error) {
     return fail(program, error.what(), kExitCrash);

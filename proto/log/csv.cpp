@@ -171,6 +171,11 @@ size_t CsvReader::require(std::string_view column, std::string_view mend) const 
   if (index != npos) return index;
   constexpr size_t kNamed = 12;  // columns listed; enough to recognise the file
   std::string there;
+  if (columns_.size() == 1 && columns_.front().find(';') != std::string::npos) {
+    throw CsvError(path_ +
+                   ":1: its columns are separated by semicolons; save it with commas, and " +
+                   "with points in the numbers");
+  }
   for (size_t i = 0; i < std::min(columns_.size(), kNamed); ++i) {
     there += (i > 0 ? ", " : "") + printable(columns_[i], 40);
   }
@@ -232,10 +237,13 @@ std::string column_name(const Field& field) {
   return has_it ? field.name : field.name + suffix;
 }
 
-size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out) {
+size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out,
+                  const std::function<void(double share)>& told) {
   const std::vector<Field> fields = flatten(topic.text);
   std::map<std::string_view, Array> arrays = find_arrays(fields, topic.size);
+  size_t all = 0;
   trace.for_each_bytes(topic, [&](const std::byte* record, const Stamp&) {
+    ++all;
     for (auto& [name, array] : arrays) array.used = std::max(array.used, array.used_in(record));
   });
 
@@ -261,6 +269,7 @@ size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream
     row += '\n';
     out << row;
     ++rows;
+    if (told) told(static_cast<double>(rows) / static_cast<double>(all));
   });
   return rows;
 }

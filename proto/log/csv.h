@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -15,8 +16,8 @@
 namespace haptic {
 
 /// A mistake in a CSV file: one line "file:line: what; how to mend".
-struct CsvError : MessageError {
-  using MessageError::MessageError;
+struct CsvError : InputError {
+  using InputError::InputError;
 };
 
 /// Reads a file of numbers with a header line, row by row. Comma-separated, no quotes; blank lines
@@ -66,7 +67,9 @@ std::string column_name(const Field& field);
 
 /// Writes a topic of a recording as CSV: one row per record, one column per number, with enough
 /// digits to restore the same bits. Only array elements used somewhere in the file get columns;
-/// cells beyond the count of a record stay empty. Returns the number of rows.
-size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out);
+/// cells beyond the count of a record stay empty. `told` hears how much is written. Returns the
+/// number of rows.
+size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out,
+                  const std::function<void(double share)>& told = {});
 
 }  // namespace haptic

@@ -18,9 +18,9 @@
 /// PlotJuggler, rosbag2), after the public specification, https://mcap.dev/spec.
 namespace haptic {
 
-/// A recording that cannot be written or read: one line "file: what; how to mend".
-struct McapError : MessageError {
-  using MessageError::MessageError;
+/// A recording that cannot be read: one line "file: what; how to mend".
+struct McapError : InputError {
+  using InputError::InputError;
 };
 
 using McapMetadata = std::map<std::string, std::string>;

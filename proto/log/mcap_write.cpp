@@ -102,11 +102,12 @@ FileDescriptor create(const std::string& path) {
       file.is_open() ? ::fstat(file.get(), &status) == 0 : ::stat(path.c_str(), &status) == 0;
   const std::string kind = known ? kind_problem(status.st_mode) : "";
   if (!kind.empty()) {
-    throw McapError(path + ": " + kind + ", and a recording needs a file; name one (.mcap)");
+    throw MessageError(path + ": " + kind + ", and a recording needs a file; name one (.mcap)");
   }
   if (!file.is_open() || ::ftruncate(file.get(), 0) != 0) {
-    throw McapError(path + ": cannot be written (" + std::strerror(file.is_open() ? errno : error) +
-                    "); check the folder and its rights");
+    throw MessageError(path + ": cannot be written (" +
+                       std::strerror(file.is_open() ? errno : error) +
+                       "); check the folder and its rights");
   }
   return file;
 }
@@ -117,7 +118,7 @@ McapWriter::McapWriter(const std::string& path) : path_(path), file_(create(path
   chunk_.reserve(kChunkBytes + (64 << 10));
   Buffer start(kMagic.begin(), kMagic.end());
   put_record(start, kHeader, "ros2", "hapticd");
-  if (!append(start)) throw McapError(error_);
+  if (!append(start)) throw MessageError(error_);
 }
 
 McapWriter::~McapWriter() {

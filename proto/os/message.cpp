@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace haptic {
 namespace {
@@ -65,12 +66,6 @@ std::string escape(std::string_view text) {
   return out;
 }
 
-size_t count_characters(std::string_view text) {
-  const auto n =
-      std::count_if(text.begin(), text.end(), [](char c) { return !is_continuation(c); });
-  return static_cast<size_t>(n);
-}
-
 std::string_view first_characters(std::string_view text, size_t n) {
   size_t end = 0;
   for (; end < text.size(); ++end) {
@@ -84,7 +79,29 @@ std::string_view last_characters(std::string_view text, size_t n) {
   return text.substr(first_characters(text, all - std::min(all, n)).size());
 }
 
+/// Levenshtein distance: insertions, deletions and substitutions that turn a into b.
+size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (size_t j = 0; j < b.size(); ++j) {
+      const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
 }  // namespace
+
+size_t count_characters(std::string_view text) {
+  const auto n =
+      std::count_if(text.begin(), text.end(), [](char c) { return !is_continuation(c); });
+  return static_cast<size_t>(n);
+}
 
 std::string printable(std::string_view text, size_t most) {
   // escapes only the two ends of a huge text: a character has at most four bytes
@@ -107,6 +124,43 @@ std::string shown(std::string_view foreign) {
 
 std::string one_line(std::string_view message) {
   return printable(message, kLongestMessage);
+}
+
+std::string json_string(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < 0x20) {
+      out += {'\\', 'u', '0', '0', kDigits[code >> 4], kDigits[code & 0xf]};
+      continue;
+    }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string_view nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
+  constexpr size_t kShortestBeginning = 3;
+  std::string_view nearest;
+  size_t least = std::max<size_t>(2, word.size() / 3) + 1;
+  for (const std::string_view k : known) {
+    const bool goes_on = word.size() >= kShortestBeginning && k.starts_with(word);
+    if (const size_t d = goes_on ? 1 : edit_distance(word, k); d < least) {
+      least = d;
+      nearest = k;
+    }
+  }
+  return nearest;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
+  const std::string_view nearest = nearest_word(word, known);
+  if (!nearest.empty()) return "did you mean '" + std::string(nearest) + "'?";
+  std::string list;
+  for (const std::string_view k : known) list += (list.empty() ? "" : ", ") + std::string(k);
+  return "known here: " + list;
 }
 
 }  // namespace haptic

@@ -14,7 +14,7 @@ namespace haptic {
 namespace {
 
 constexpr const char* kCommands =
-    "status, config, stop, clear-fault, arm, disarm, pause, resume, "
+    "status, status text, config, stop, clear-fault, arm, disarm, pause, resume, "
     "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer VALUE";
 
 Command refused(const std::string& problem) {
@@ -40,7 +40,7 @@ std::string lack_with(const SessionConfig& config, Renderer renderer, const Cont
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
   const RendererRow* row = find_renderer(name);
   if (row == nullptr) {
-    return refused("renderer: there is no '" + shown(name) + "'; known: " + renderer_names());
+    return refused(unknown_renderer(name));
   }
   const std::string lack = lack_with(config, row->id, wanted);
   if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
@@ -93,6 +93,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
 
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view word = take_word(line);
+  if (word == "status" && line == "text") return {CommandKind::kStatusText, false, ""};
   if (word != "set" && !line.empty()) {
     return refused("'" + shown(word) + "' takes nothing after it");
   }

@@ -10,7 +10,7 @@
 namespace haptic {
 
 /// Request of a line from the control socket.
-enum class CommandKind { kStatus, kConfig, kStop, kChange, kRefused };
+enum class CommandKind { kStatus, kStatusText, kConfig, kStop, kChange, kRefused };
 
 struct Command {
   CommandKind kind = CommandKind::kRefused;
@@ -19,10 +19,10 @@ struct Command {
 };
 
 /// Parses one line and applies it to the desired state, wholly or not at all:
-///   status | config | stop | clear-fault | arm | disarm | pause | resume
-///   set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5
-///   set rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad"
-///   set renderer NAME, if the session has the tool and the maps it needs
+///   status (one line of JSON) | status text | config | stop | clear-fault | arm | disarm | pause |
+///   resume set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5 set
+///   rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad" set renderer NAME,
+///   if the session has the tool and the maps it needs
 /// A change gives `wanted` a new revision.
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted);
 

@@ -41,8 +41,8 @@ int run(const Options& options) {
     for (const std::string& line : warnings) {
       std::printf("%s: warning: %s\n", file.c_str(), line.c_str());
     }
-    std::printf("%s: ok, session '%s', %u objects\n", file.c_str(), config.name.data(),
-                config.n_objects);
+    std::printf("%s: ok, session '%s', %u object%s\n", file.c_str(), config.name.data(),
+                config.n_objects, config.n_objects == 1 ? "" : "s");
     return haptic::kExitClean;
   }
   const std::string session =
@@ -59,17 +59,18 @@ int run(const Options& options) {
 int main(int argc, char** argv) try {
   Options options;
   haptic::CommandLine line(
+      "hapticd",
       "Haptics server: runs the session that a file describes until it is told to stop.");
   line.option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
       .required();
-  line.option("--session", options.session, "name of the session; default: that in the file");
-  line.option("--replay", options.replay, "a recorded hand instead of the configured device");
-  line.option("--renderer", options.renderer, "another renderer than the file's");
+  line.option("--session", options.session, "name of the session").show_default("the file's");
+  line.option("--replay FILE", options.replay, "recorded hand instead of the configured device");
+  line.option("--renderer", options.renderer, "instead of the file's: " + haptic::renderer_names());
   line.flag("--check-config", options.check_only, "read and check the file, start nothing");
-  line.flag("--log-json", options.json, "one JSON object a line on stderr");
-  if (const auto code = line.read(argc, argv, "hapticd", haptic::kExitBadInput)) return *code;
+  line.flag("--log-json", options.json, "log one JSON object per line");
+  line.example("hapticd configs/bunny.toml");
+  if (const auto code = line.read(argc, argv)) return *code;
   return run(options);
 } catch (const std::exception& error) {
-  std::fprintf(stderr, "hapticd: %s\n", haptic::one_line(error.what()).c_str());
-  return haptic::kExitBadInput;
+  return haptic::report_failure("hapticd", error);
 }

@@ -54,6 +54,7 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
                        const std::string& session, HapticdLog& log)
     : config_(config),
       config_text_(std::move(config_text)),
+      session_(session),
       log_(log),
       folder_(program_folder()),
       server_(session),
@@ -163,7 +164,10 @@ void Supervisor::wait_for_work(int64_t until_ns) {
   woke_ns_ = now_ns();
   for (Process& process : processes_) write_output(process.name, process.child, false);
   write_output(kSpareName, spare_.process, false);
-  if (waiting[0].revents != 0) server_.serve([this](const Announcement& a, int) { take_offer(a); });
+  if (waiting[0].revents != 0) {
+    server_.serve([this](const Announcement& a, int) { take_offer(a); },
+                  [this](std::string_view line) { return answer_watcher(line); });
+  }
   commands_.serve([this](uint64_t peer, std::string_view line) { take_command(peer, line); });
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {
@@ -187,7 +191,8 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
   if (!child.output) return;
   const auto use = [&](const std::string& line) {
     if (line.starts_with(kPreparing)) child.preparing = line.substr(kPreparing.size());
-    log_.write(LogLevel::kInfo, name, line);
+    // what a child cannot mend it says under its program's name
+    log_.write(line.starts_with("haptic-") ? LogLevel::kError : LogLevel::kInfo, name, line);
   };
   ended ? child.output->flush(use) : child.output->read(use);
 }
@@ -195,11 +200,14 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
 void Supervisor::take_command(uint64_t peer, std::string_view line) {
   const Command command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
+    case CommandKind::kStatusText:
+      commands_.answer(peer, status_text(status()));
+      break;
     case CommandKind::kRefused:
       commands_.answer(peer, one_line("error: " + command.problem));
       break;
     case CommandKind::kStatus:
-      commands_.answer(peer, status());
+      commands_.answer(peer, status_json(status()));
       break;
     case CommandKind::kConfig:
       commands_.answer(peer, config_text_);
@@ -218,6 +226,12 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
   }
 }
 
+/// Everybody who may watch may ask for the status, and for nothing else.
+std::string Supervisor::answer_watcher(std::string_view line) {
+  if (line == "status") return status_json(status());
+  return line == "status text" ? status_text(status()) : "";
+}
+
 /// A change is acknowledged only when a servo frame carries its revision.
 void Supervisor::answer_commands(int64_t t_ns) {
   servo_frames_.latest(servo_frame_);
@@ -229,37 +243,32 @@ void Supervisor::answer_commands(int64_t t_ns) {
                      done    ? "ok"
                      : taken ? "error: the fault is still there; hold the handle stiller than 0.1 "
                                "m/s (the request waits), see the log for its cause"
-                             : "error: the servo has not taken it up within a second; see hapt "
-                               "status, the request waits");
+                             : "error: the servo did not apply it within a second (the request "
+                               "waits); see hapt status");
     return true;
   });
 }
 
-/// One line of JSON.
-std::string Supervisor::status() noexcept {
+SessionStatus Supervisor::status() {
   servo_frames_.latest(servo_frame_);
-  std::string text = "{\"processes\": [";
+  SessionStatus status;
+  status.session = session_;
+  status.device = std::string(row_of(config_.device.kind).name);
+  if (guard_) status.device += " at " + guard_->path();
+  status.since = since_;
+  status.now = std::time(nullptr);
   for (const Process& process : processes_) {
     const SegmentHeader* header = header_of(process);
     const bool runs = process.child.is_running() && header != nullptr &&
                       header->generation.load() == process.generation &&
                       header->state.load() == static_cast<uint32_t>(SegmentState::kRun);
-    text += std::string(&process == processes_.data() ? "" : ", ") + "{\"name\": \"" +
-            process.name + "\", \"pid\": " + std::to_string(process.child.pid) +
-            ", \"generation\": " + std::to_string(process.generation) +
-            ", \"runs\": " + (runs ? "true" : "false") + "}";
+    status.processes.push_back({process.name, process.child.pid, process.generation, runs});
   }
-  return text + "], \"spare\": {\"pid\": " + std::to_string(spare_.process.pid) +
-         ", \"generation\": " + std::to_string(spare_.generation) +
-         ", \"ready\": " + (spare_.is_ready() ? "true" : "false") +
-         "}, \"clients\": " + std::to_string(server_.n_clients()) +
-         ", \"revision\": " + std::to_string(control_frame_.revision) +
-         ", \"armed\": " + (control_frame_.armed != 0 ? "true" : "false") +
-         ", \"paused\": " + (control_frame_.paused != 0 ? "true" : "false") +
-         ", \"stiffness\": " + std::to_string(control_frame_.translational_stiffness) +
-         ", \"tick\": " + std::to_string(servo_frame_.tick) +
-         ", \"flags\": " + std::to_string(servo_frame_.flags) +
-         ", \"fault\": " + std::to_string(servo_frame_.fault) + "}";
+  status.spare = {spare_.process.pid, spare_.generation, spare_.is_ready()};
+  status.clients = std::max<size_t>(server_.n_clients(), 1) - 1;  // but hapticd itself
+  status.wanted = control_frame_;
+  status.servo = servo_frame_;
+  return status;
 }
 
 /// Preparing a mesh may take minutes: tells the operator what the session waits for.

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include "servo/hapticd/log.h"
 #include "servo/hapticd/restart_policy.h"
 #include "servo/hapticd/spare.h"
+#include "servo/hapticd/status.h"
 
 namespace haptic {
 
@@ -89,7 +91,8 @@ class Supervisor {
   void take_offer(const Announcement& offer);
   void take_command(uint64_t peer, std::string_view line);
   void answer_commands(int64_t t_ns);
-  std::string status() noexcept;
+  SessionStatus status();
+  std::string answer_watcher(std::string_view line);
   void publish_control(int64_t t_ns);
   void watch_device(int64_t t_ns);
   void watch_place();
@@ -101,7 +104,8 @@ class Supervisor {
   void stop_child(const char* name, const char* program, ChildProcess& child, int64_t deadline_ns);
 
   const SessionConfig config_;
-  const std::string config_text_;
+  const std::string config_text_, session_;
+  const std::time_t since_ = std::time(nullptr);
   HapticdLog& log_;
   std::string folder_;  // of the programs
   HandoutServer server_;

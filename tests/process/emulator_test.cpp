@@ -354,7 +354,7 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
       {{"--hand", "iron"}, "light-grip"},
       {{"--hover", "2 m"}, "does not reach"},
       {{"--hover", "50"}, "needs a unit"},
-      {{"--stroke-time", "0 s"}, "longer than nothing"},
+      {{"--stroke-time", "0 s"}, "--stroke-time: is zero"},
   }));
   test::ProgramProcess emulator("haptic-emulator", words, folder.path());
   CHECK(emulator.exit_code() == 2);

@@ -166,7 +166,7 @@ TEST_CASE("rate: at 8 kHz a stop of 40 ms is one late tick and counted skips, ne
 TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and the rest is there") {
   const test::TemporaryFolder folder;
   const test::Ran ran = test::shell("PATH='" + test::program_folder().string() +
-                                        "' hapt bench jitter --pairs 1 --seconds 1 "
+                                        "' hapt bench jitter --pairs 1 --for 1 "
                                         "--json",
                                     folder.path());
   CAPTURE(ran.output);
@@ -179,12 +179,12 @@ TEST_CASE("rate: hapt bench jitter without cyclictest says so in one line, and t
 
 TEST_CASE("rate: hapt bench jitter runs on no core but one it may use, for whole seconds") {
   const test::TemporaryFolder folder;
-  const test::Ran none = test::hapt("bench jitter --pairs 1 --seconds 1 --core 900", folder.path());
+  const test::Ran none = test::hapt("bench jitter --pairs 1 --for 1 --core 900", folder.path());
   CAPTURE(none.output);
   CHECK(none.code == 1);
   CHECK(test::has(none.output, "bench jitter: this process may not use core 900; choose another"));
   CHECK(test::lines(none.output) == 1);
-  CHECK(test::hapt("bench jitter --seconds 0.4", folder.path()).code > 1);
+  CHECK(test::hapt("bench jitter --for 0.4", folder.path()).code > 1);
 }
 
 }  // namespace haptic

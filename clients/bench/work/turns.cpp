@@ -7,6 +7,7 @@
 #include <random>
 
 #include "clients/report/median.h"
+#include "clients/report/progress.h"
 
 namespace haptic {
 namespace {
@@ -34,8 +35,10 @@ void take_turns(std::vector<Contestant>& contestants, size_t n, size_t chunk, in
   std::mt19937 random(1);
   std::vector<size_t> order(contestants.size());
   std::iota(order.begin(), order.end(), size_t{0});
+  Progress progress("measuring", static_cast<double>(rounds) * static_cast<double>(n));
   for (int round = 0; round < rounds; ++round) {
     for (size_t begin = 0; begin < n; begin += chunk) {
+      progress.at(static_cast<double>(round) * static_cast<double>(n) + static_cast<double>(begin));
       std::shuffle(order.begin(), order.end(), random);
       for (const size_t k : order) {
         Contestant& contestant = contestants[k];

@@ -38,7 +38,7 @@ struct Typed {
 
 Typed type(std::vector<std::string> words) {
   Typed typed;
-  CommandLine line("a test");
+  CommandLine line("test", "a test");
   line.quantity("--size", typed.size, Dimension::kLength, {0.01, 1}, "a size", "m");
   line.number("--friction", typed.friction, {0, 10}, "μ");
   words.insert(words.begin(), "test");
@@ -46,7 +46,7 @@ Typed type(std::vector<std::string> words) {
   for (std::string& word : words) argv.push_back(word.data());
   std::ostringstream said;
   std::streambuf* const before = std::cerr.rdbuf(said.rdbuf());
-  typed.code = line.read(static_cast<int>(argv.size()), argv.data(), "test", 2);
+  typed.code = line.read(static_cast<int>(argv.size()), argv.data());
   std::cerr.rdbuf(before);
   typed.said = said.str();
   return typed;

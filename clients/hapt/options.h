@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "proto/config/command_line.h"
+
+/// Options that several commands have, in the same words.
+namespace haptic {
+
+/// A duration above zero, at most a month [s]; a bare number is in seconds.
+inline Option add_duration(Command& command, const std::string& name, double& seconds,
+                           const std::string& help) {
+  constexpr double kMonth = 31 * 86400.0;
+  return command.quantity(name, seconds, Dimension::kTime, {0, kMonth, true},
+                          help + ", as 20s, \"1.5 min\" or 1h", "s");
+}
+
+inline Option add_config(Command& command, std::string& config) {
+  return command.option("--config FILE", config, "session file, by path or by name");
+}
+
+inline Option add_session(Command& command, std::string& session) {
+  return command.option("--session NAME", session, "which session; needed only if several run");
+}
+
+inline Option add_json(Command& command, bool& json) {
+  return command.flag("--json", json, "for scripts: JSON on standard output");
+}
+
+inline Option add_overwrite(Command& command, bool& overwrite) {
+  return command.flag("--overwrite", overwrite, "replace output files that exist");
+}
+
+inline Option add_plot(Command& command, std::string& plot,
+                       const std::string& help = "draw force, depth and lateness into this file") {
+  return command.option("--plot FILE.svg", plot, help).check([](const std::string& name) {
+    return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
+  });
+}
+
+}  // namespace haptic

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd/state_words.h"
+
+#include <array>
+#include <utility>
+
+namespace haptic {
+namespace {
+
+constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
+                                     std::pair{kServoNoContactSet, "waiting for contacts"},
+                                     std::pair{kServoHolding, "holding"},
+                                     std::pair{kServoFading, "fading"},
+                                     std::pair{kServoStale, "contacts stale"},
+                                     std::pair{kServoReopening, "reopening"},
+                                     std::pair{kServoSaturated, "saturated"},
+                                     std::pair{kServoSoftStart, "soft start"},
+                                     std::pair{kServoFault, "FAULT"},
+                                     std::pair{kServoClutched, "clutched"},
+                                     std::pair{kServoPaused, "paused"},
+                                     std::pair{kServoSolverLimit, "solver limit"},
+                                     std::pair{kServoTorqueDropped, "no torque actuators"},
+                                     std::pair{kServoDisarmed, "not armed"},
+                                     std::pair{kServoTooFast, "too fast"},
+                                     std::pair{kServoSlewing, "slewing"},
+                                     std::pair{kServoThermal, "motors warm"},
+                                     std::pair{kServoPassivity, "damped to stay passive"},
+                                     std::pair{kServoWorkspaceEdge, "edge of the workspace"},
+                                     std::pair{kServoNoDevice, "device lost or not homed"}};
+
+}  // namespace
+
+std::vector<std::string> words_of_flags(uint32_t servo_flags) {
+  std::vector<std::string> words;
+  for (const auto& [flag, name] : kServoFlagNames) {
+    if ((servo_flags & flag) != 0) words.emplace_back(name);
+  }
+  return words;
+}
+
+std::string state_text(uint32_t servo_flags) {
+  std::string text;
+  for (const std::string& word : words_of_flags(servo_flags)) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text.empty() ? "ok" : text;
+}
+
+const char* reason_of(Fault fault) {
+  switch (fault) {
+    case Fault::kDeviceNotFinite:
+      return "the device's sample was not finite";
+    case Fault::kContactsNotFinite:
+      return "the contacts or the poses of objects were not finite";
+    case Fault::kForceNotFinite:
+      return "the force was not finite";
+    case Fault::kForceHuge:
+      return "the force was over a thousand times the limit";
+    case Fault::kPoseJump:
+      return "the pose of the device jumped";
+    case Fault::kDeviceStale:
+      return "the device's answers do not match the requests (frozen or old): unplug it and plug "
+             "it "
+             "in again";
+    case Fault::kDeviceNoisy:
+      return "an encoder of the device is noisy: check its cable and plug";
+    case Fault::kNone:
+      break;
+  }
+  return "unknown";
+}
+
+std::vector<std::string> reasons_for_no_force(const ServoFrame& frame) {
+  std::vector<std::string> reasons;
+  const auto add_if = [&](uint32_t flag, const std::string& reason) {
+    if ((frame.flags & flag) != 0) reasons.push_back(reason);
+  };
+  add_if(kServoFault, "fault: " + std::string(reason_of(static_cast<Fault>(frame.fault))) +
+                          " (mend that, then 'hapt clear-fault')");
+  add_if(kServoPaused, "paused ('hapt resume')");
+  add_if(kServoDisarmed, "not armed ('hapt arm')");
+  add_if(kServoTooFast, "the hand was too fast (hold it still)");
+  add_if(kServoNoDevice, "the device is lost or not homed (plug it in, calibrate it)");
+  add_if(kServoNoContactSet, "waiting for contacts");
+  add_if(kServoStale, "the contacts are too old (see the log)");
+  return reasons;
+}
+
+}  // namespace haptic

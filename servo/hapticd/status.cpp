@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/hapticd/status.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "proto/config/quantity.h"
+#include "proto/os/message.h"
+#include "proto/wire/renderer.h"
+#include "servo/hapticd/state_words.h"
+
+namespace haptic {
+namespace {
+
+std::string time_text(const char* format, std::time_t t) {
+  char text[40];
+  std::tm local{};
+  localtime_r(&t, &local);
+  return {text, std::strftime(text, sizeof text, format, &local)};
+}
+
+/// "95 s", "12 min", "3 h", "5 days".
+std::string age_text(std::time_t seconds) {
+  constexpr std::time_t kMinute = 60, kHour = 3600, kDay = 86400;
+  if (seconds < 2 * kMinute) return fmt::format("{} s", seconds);
+  if (seconds < 2 * kHour) return fmt::format("{} min", seconds / kMinute);
+  if (seconds < 2 * kDay) return fmt::format("{} h", seconds / kHour);
+  return fmt::format("{} days", seconds / kDay);
+}
+
+std::vector<std::string> closed_by(const SessionStatus& status) {
+  const auto& servo = status.processes.back();
+  if (!servo.runs)
+    return {"the servo does not run (contact prepares the meshes first; see the log)"};
+  return reasons_for_no_force(status.servo);
+}
+
+std::string_view renderer_of(const SessionStatus& status) {
+  return row_of(static_cast<Renderer>(status.wanted.renderer)).name;
+}
+
+std::string process_text(const SessionStatus::Process& process) {
+  std::string text = process.name;
+  if (!process.runs) text += " does not run";
+  if (process.pid > 0) text += fmt::format(", pid {}", process.pid);
+  if (process.generation > 1) text += fmt::format(", started {} times", process.generation);
+  return text;
+}
+
+std::string json_words(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + json_string(word);
+  return "[" + text + "]";
+}
+
+}  // namespace
+
+std::string status_text(const SessionStatus& status) {
+  std::string text = fmt::format("session    {}, since {} ({})\n", status.session,
+                                 time_text("%Y-%m-%d %H:%M:%S", status.since),
+                                 age_text(status.now - status.since));
+  text += fmt::format("renderer   {}, stiffness {}\n", renderer_of(status),
+                      quantity_text(status.wanted.translational_stiffness, Dimension::kStiffness));
+  text += fmt::format("device     {}\n", shown(status.device));
+  std::string force;
+  for (const std::string& reason : closed_by(status)) {
+    force += (force.empty() ? "closed: " : "\n           closed: ") + reason;
+  }
+  text += fmt::format("force      {}\n", force.empty() ? "open" : force);
+  const bool has_state = status.processes.back().runs;
+  text += fmt::format("state      {}\n", has_state ? state_text(status.servo.flags) : "unknown");
+  const char* head = "processes";
+  for (const SessionStatus::Process& process : status.processes) {
+    text += fmt::format("{:<9}  {}\n", head, process_text(process));
+    head = "";
+  }
+  if (status.spare.pid > 0) {
+    text += fmt::format("           spare contact, pid {}, {}\n", status.spare.pid,
+                        status.spare.is_ready ? "ready" : "being prepared");
+  }
+  return text + fmt::format("clients    {}", status.clients);
+}
+
+std::string status_json(const SessionStatus& status) {
+  std::string processes;
+  for (const SessionStatus::Process& process : status.processes) {
+    processes += fmt::format(R"({}{{"name": "{}", "pid": {}, "generation": {}, "runs": {}}})",
+                             processes.empty() ? "" : ", ", process.name, process.pid,
+                             process.generation, process.runs);
+  }
+  const std::vector<std::string> closed = closed_by(status);
+  const ControlFrame& wanted = status.wanted;
+  return fmt::format(
+      R"({{"session": "{}", "since": "{}", "renderer": "{}", "device": {}, "force": "{}", )"
+      R"("closed_by": {}, "state": {}, "processes": [{}], )"
+      R"("spare": {{"pid": {}, "generation": {}, "ready": {}}}, "clients": {}, "revision": {}, )"
+      R"("armed": {}, "paused": {}, "stiffness": {}, "tick": {}, "fault": {}}})",
+      status.session, time_text("%Y-%m-%dT%H:%M:%S%z", status.since), renderer_of(status),
+      json_string(status.device), closed.empty() ? "open" : "closed", json_words(closed),
+      json_words(words_of_flags(status.servo.flags)), processes, status.spare.pid,
+      status.spare.generation, status.spare.is_ready, status.clients, wanted.revision,
+      wanted.armed != 0, wanted.paused != 0, wanted.translational_stiffness, status.servo.tick,
+      status.servo.fault);
+}
+
+}  // namespace haptic

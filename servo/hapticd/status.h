@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// What `hapt status` tells about a session.
+struct SessionStatus {
+  struct Process {
+    std::string name;
+    pid_t pid = -1;
+    uint64_t generation = 0;
+    bool runs = false;
+  };
+  struct Spare {
+    pid_t pid = -1;
+    uint64_t generation = 0;
+    bool is_ready = false;
+  };
+  std::string session, device;
+  std::time_t since = 0, now = 0;
+  std::vector<Process> processes;
+  Spare spare;
+  size_t clients = 0;
+  ControlFrame wanted{};
+  ServoFrame servo{};  // the newest; tick 0 before the first
+};
+
+/// Lines for people.
+std::string status_text(const SessionStatus& status);
+
+/// One line of JSON (docs/architecture.md).
+std::string status_json(const SessionStatus& status);
+
+}  // namespace haptic
