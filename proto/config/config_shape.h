@@ -2,11 +2,16 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "proto/config/config.h"
 #include "proto/config/config_section.h"
 
 namespace haptic {
+
+/// Folders in which a mesh is looked for after that of the config file: $HAPTICD_MESHES, those of
+/// this checkout or installation, and what an installed `hapt demo` has fetched.
+std::vector<std::filesystem::path> mesh_folders();
 
 /// Reads `mesh` or `primitive` of an [[object]] or the [tool] and the keys that belong to it;
 /// relative paths are relative to the folder of the file. Throws ConfigError.
