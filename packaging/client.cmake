@@ -5,17 +5,17 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(client COMPONENT libhaptic-client-dev)
 
-install(TARGETS haptic_client EXPORT hapticd-config ${client}
+install(TARGETS haptic_client EXPORT hapticdConfig ${client}
   ARCHIVE ${client}
   FILE_SET short DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${client}
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hapticd ${client})
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/hapticd)
 set(generated ${CMAKE_CURRENT_BINARY_DIR}/packaging)
-install(EXPORT hapticd-config NAMESPACE hapticd:: DESTINATION ${package} ${client})
-write_basic_package_version_file(${generated}/hapticd-config-version.cmake
+install(EXPORT hapticdConfig NAMESPACE hapticd:: DESTINATION ${package} ${client})
+write_basic_package_version_file(${generated}/hapticdConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
-install(FILES ${generated}/hapticd-config-version.cmake DESTINATION ${package} ${client})
+install(FILES ${generated}/hapticdConfigVersion.cmake DESTINATION ${package} ${client})
 
 # found from where the file lies, so that the prefix may be moved
 file(RELATIVE_PATH to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})

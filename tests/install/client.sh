@@ -29,10 +29,10 @@ case $how in
       $(pkg-config --cflags --libs hapticd-client)
     ;;
   add_subdirectory)
-    # nothing but the library: it finds no package, and no server or test is built
+    # nothing but the library: no server and no test is built
     sed -i "s|^find_package.*|add_subdirectory($source hapticd EXCLUDE_FROM_ALL)|" \
       "$example/CMakeLists.txt"
-    build_with_cmake -D CMAKE_DISABLE_FIND_PACKAGE_CGAL=ON -D CMAKE_DISABLE_FIND_PACKAGE_tomlplusplus=ON
+    build_with_cmake
     targets=$(cmake --build "$work/build" --target help)
     ! grep -E 'haptic_(proto|command_line)|hapticd:|test_' <<<"$targets"
     ;;
