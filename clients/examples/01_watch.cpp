@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prints where the tool is and what the hand feels, ten times a second: 01_watch [session]
+#include <hapticd/client.h>
+
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
-
-#include "clients/library/client.h"
 
 int main(int argc, char** argv) try {
   haptic::Client client(argc > 1 ? argv[1] : "");  // no name: the only session that runs

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <ctime>
 #include <iostream>
-#include <map>
 #include <memory>
 
 #include "clients/hapt/check_outputs.h"
@@ -15,6 +14,7 @@
 #include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
+#include "clients/hapt/scenes.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
 #include "clients/report/session_plot.h"
@@ -35,21 +35,6 @@ constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
 constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // [ns]; until hapticd answers
 constexpr double kNoNewsLimit = 10;    // [s]; a session silent for longer has failed
 constexpr int kExitInterrupted = 130;  // 128 + SIGINT
-
-/// Scenes by name, and their session files.
-const std::map<std::string, std::string> kScenes{{"bunny", "bunny.toml"},
-                                                 {"peg", "peg-in-hole.toml"},
-                                                 {"gears", "gears.toml"},
-                                                 {"teeth", "teeth.toml"},
-                                                 {"bunnies", "bunny-on-bunny.toml"},
-                                                 {"rigid-peg", "rigid-peg.toml"},
-                                                 {"rigid-bunnies", "rigid-bunnies.toml"}};
-
-std::vector<std::string> scene_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, config] : kScenes) names.push_back(name);
-  return names;
-}
 
 struct PlayOptions {
   std::string config = "bunny.toml", renderer, session, trace, log, plot;
@@ -279,8 +264,12 @@ void play(PlayOptions options) {
     std::cerr << "the session ended early; what was recorded is in " << shown(options.log) << '\n';
   }
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
+  const bool passed = !played.ended_early && all_hold(rows);
   if (!played.ended_early) tell_untouched(options, data);
-  if (played.ended_early || !all_hold(rows)) throw ExitCode{kExitFailed};
+  if (!options.json) {
+    std::cout << (passed ? "passed: every goal is met\n" : "FAILED: see the goals above\n");
+  }
+  if (!passed) throw ExitCode{kExitFailed};
 }
 
 void add_common(Command& command, PlayOptions& options) {
@@ -316,8 +305,9 @@ void add_demo_command(Command& app) {
                  "recorded hand (.mcap or .csv) instead of the simulated one");
   add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
   command.example("hapt demo peg --for 10s -o peg.mcap");
-  command.action([options, scene] {
-    if (!scene->empty()) options->config = kScenes.at(*scene);
+  command.action([options, scene, command] {
+    if (scene->empty() && !command.was_given("--config")) *scene = default_scene();
+    if (!scene->empty()) options->config = prepare_scene(*scene);
     play(*options);
   });
 }

@@ -15,10 +15,9 @@ std::string find_config(const std::string& name) {
   if (const std::string folder = environment("HAPTICD_CONFIGS"); !folder.empty()) {
     places.push_back(std::filesystem::path(folder) / name);
   }
-  if (const std::filesystem::path tree = source_tree(); !tree.empty()) {
-    places.push_back(tree / "configs" / name);
+  if (const std::filesystem::path ours = shared_folder("configs"); !ours.empty()) {
+    places.push_back(ours / name);
   }
-  places.push_back(std::filesystem::path("/usr/share/hapticd/configs") / name);
   std::string looked;
   for (auto place = places.begin(); place != places.end(); ++place) {
     // $HAPTICD_CONFIGS may be the folder of the source tree

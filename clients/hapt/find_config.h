@@ -7,8 +7,8 @@
 
 namespace haptic {
 
-/// Finds a session file by path, or by name in $HAPTICD_CONFIGS, the source tree's configs/ or
-/// /usr/share/hapticd/configs. Throws ConfigError with the places searched.
+/// Finds a session file by path, or by name in $HAPTICD_CONFIGS or among those that belong to this
+/// checkout or installation. Throws ConfigError with the places searched.
 std::string find_config(const std::string& name);
 
 }  // namespace haptic

@@ -205,17 +205,6 @@ SessionConfig parse_config(std::string_view toml_text, const std::string& origin
   }
 }
 
-std::string session_name_problem(std::string_view name) {
-  constexpr size_t kLongest = 32;
-  constexpr std::string_view kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
-  const bool good = !name.empty() && name.size() <= kLongest &&
-                    name.find_first_not_of(kAllowed) == std::string_view::npos;
-  if (good) return {};
-  return "cannot be the name of a session; use 1 to " + std::to_string(kLongest) +
-         " letters, digits, '-' and '_'";
-}
-
 std::string read_config_text(const std::string& path) {
   std::string text;
   const std::string problem = read_regular_file(path, kMostConfigText, text);

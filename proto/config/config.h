@@ -5,10 +5,10 @@
 #include <string_view>
 #include <type_traits>
 
+#include "proto/config/config_names.h"
 #include "proto/config/device_config.h"
 #include "proto/config/renderer_config.h"
 #include "proto/config/scene_config.h"
-#include "proto/os/message.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/wire.h"
 
@@ -65,21 +65,12 @@ struct SessionConfig {
 };
 static_assert(std::is_trivially_copyable_v<SessionConfig>);
 
-/// A mistake in a session file: one line "file:line:column: what; how to mend".
-struct ConfigError : InputError {
-  using InputError::InputError;
-};
-
 /// Reads, checks and resolves a TOML session file. Quantities are strings with a unit ("800 N/m",
 /// "2 mm", "1 kHz"); relative paths are relative to the folder of the file. Throws ConfigError.
 SessionConfig load_config(const std::string& path);
 
 /// Parses text; `origin` is the path in messages and the base of relative paths.
 SessionConfig parse_config(std::string_view toml_text, const std::string& origin);
-
-/// Why a session cannot have this name, which becomes the name of a socket, and how to mend it;
-/// empty if it can.
-std::string session_name_problem(std::string_view name);
 
 /// Longest session file [bytes]: four times our longest, and more than a scene full of objects
 /// needs. The TOML parser recurses per nested table, with 270 bytes of stack for two bytes of text
@@ -89,21 +80,5 @@ inline constexpr size_t kMostConfigText = size_t{32} << 10;
 
 /// The unchanged text of a session file, for recordings. Throws ConfigError.
 std::string read_config_text(const std::string& path);
-
-/// Copies text into a fixed array; throws ConfigError if it does not fit.
-template <size_t N>
-void assign(std::array<char, N>& out, std::string_view text) {
-  if (text.size() >= N) {
-    throw ConfigError("'" + shown(text) + "' is longer than " + std::to_string(N - 1) +
-                      " characters; shorten it");
-  }
-  out = {};
-  text.copy(out.data(), N - 1);
-}
-
-template <size_t N>
-std::string_view view(const std::array<char, N>& text) {
-  return std::string_view(text.data());
-}
 
 }  // namespace haptic

@@ -32,18 +32,6 @@ constexpr int64_t kMaxSubdivisions = 8;            // 1.3 million triangles
 constexpr int64_t kMaxSteps = 1000;                // two million triangles
 constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;  // of a gear
 
-/// Folders in which a mesh is searched after that of the config file.
-std::vector<fs::path> mesh_folders() {
-  std::vector<fs::path> folders;
-  if (std::string own = environment("HAPTICD_MESHES"); !own.empty()) folders.emplace_back(own);
-  // a checkout keeps its own meshes, an installed program uses those of its package
-  if (const fs::path tree = source_tree(); !tree.empty()) {
-    folders.push_back(tree / "build" / "meshes");
-  }
-  folders.emplace_back("/usr/share/hapticd/meshes");
-  return folders;
-}
-
 /// Absolute path of a mesh; "package:" skips the folder of the config file.
 std::string find_mesh(const Section& section, std::string name, const fs::path& config_folder) {
   constexpr std::string_view kPackage = "package:";
@@ -60,9 +48,10 @@ std::string find_mesh(const Section& section, std::string name, const fs::path& 
     if (fs::is_regular_file(candidate, error)) return fs::absolute(candidate).lexically_normal();
     places += (places.empty() ? "" : ", ") + candidate.lexically_normal().string();
   }
+  const std::string fetch = source_tree().empty() ? "hapt demo bunny" : "./run meshes";
   section.fail_at("mesh", "was not found; looked for " + places +
-                              "; fetch the example meshes with `./run meshes`, or set "
-                              "HAPTICD_MESHES to the folder of yours");
+                              "; fetch the example meshes with `" + fetch +
+                              "`, or set HAPTICD_MESHES to the folder of yours");
 }
 
 void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& shape) {
@@ -228,6 +217,13 @@ double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
   }
   throw QuantityError("is '" + shown(text) + "'; known here: " + known +
                       "or a length as \"25.4 mm\"");
+}
+
+std::vector<fs::path> mesh_folders() {
+  std::vector<fs::path> folders{environment("HAPTICD_MESHES"), shared_folder("meshes")};
+  if (source_tree().empty()) folders.push_back(fetched_meshes());
+  std::erase(folders, fs::path());
+  return folders;
 }
 
 void read_shape(Section& section, const fs::path& config_folder, ShapeConfig& shape) {

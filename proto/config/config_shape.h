@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "proto/config/config.h"
 #include "proto/config/config_section.h"
@@ -10,6 +11,10 @@ namespace haptic {
 
 /// Reads the dimensions of one generated mesh: a row of proto/config/primitives.def.
 using ReadPrimitive = void(Section& section, ShapeConfig& shape);
+
+/// Folders in which a mesh is looked for after that of the config file: $HAPTICD_MESHES, those of
+/// this checkout or installation, and what an installed `hapt demo` has fetched.
+std::vector<std::filesystem::path> mesh_folders();
 
 /// Reads `mesh` or `primitive` of an [[object]] or the [tool] and the keys that belong to it;
 /// relative paths are relative to the folder of the file. Throws ConfigError.

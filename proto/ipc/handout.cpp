@@ -20,9 +20,8 @@
 #include <filesystem>
 #include <limits>
 
-#include "proto/config/config.h"
+#include "proto/config/config_names.h"
 #include "proto/ipc/handout_message.h"
-#include "proto/ipc/process.h"
 #include "proto/ipc/unix_socket.h"
 #include "proto/math/assert.h"
 #include "proto/os/environment.h"

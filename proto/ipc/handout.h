@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "proto/config/config.h"
+#include "proto/config/config_names.h"
 #include "proto/ipc/segment.h"
 #include "proto/ipc/unix_socket.h"
 #include "proto/math/assert.h"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/os/source_tree.h"
 
+#include <algorithm>
+#include <initializer_list>
+
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"
 
@@ -8,16 +11,39 @@ namespace haptic {
 
 namespace fs = std::filesystem;
 
-fs::path source_tree() {
-  if (const std::string named = environment("HAPTICD_SOURCE"); !named.empty()) return named;
+namespace {
+
+/// The nearest folder above the program that has all of these; empty: none.
+fs::path nearest_with(std::initializer_list<const char*> entries) {
   for (fs::path folder = own_folder(); folder.has_relative_path(); folder = folder.parent_path()) {
-    std::error_code error;
-    if (fs::is_directory(folder / "configs", error) &&
-        fs::is_regular_file(folder / "CMakeLists.txt", error)) {
-      return folder;
-    }
+    const auto is_there = [&](const char* entry) {
+      std::error_code error;
+      return fs::exists(folder / entry, error);
+    };
+    if (std::all_of(entries.begin(), entries.end(), is_there)) return folder;
   }
   return {};
+}
+
+}  // namespace
+
+fs::path source_tree() {
+  const std::string named = environment("HAPTICD_SOURCE");
+  return named.empty() ? nearest_with({"configs/", "CMakeLists.txt"}) : fs::path(named);
+}
+
+fs::path shared_folder(const std::string& what) {
+  if (const fs::path tree = source_tree(); !tree.empty()) {
+    return what == "meshes" ? tree / "build" / what : tree / what;
+  }
+  const fs::path prefix = nearest_with({"share/hapticd/"});
+  return prefix.empty() ? prefix : prefix / "share" / "hapticd" / what;
+}
+
+fs::path fetched_meshes() {
+  const std::string data = environment("XDG_DATA_HOME"), home = environment("HOME");
+  if (data.empty() && home.empty()) return {};
+  return (data.empty() ? fs::path(home) / ".local" / "share" : fs::path(data)) / "hapticd/meshes";
 }
 
 }  // namespace haptic

@@ -52,6 +52,7 @@ TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
   CHECK(has(ran.output, "SIMULATED hand, seed 1, closed loop"));
   CHECK(has(ran.output, "real-time"));
   CHECK(has(ran.output, "run.mcap"));
+  CHECK(has(ran.output, "\npassed: every goal is met\n"));
   CHECK(std::filesystem::file_size(folder.path() + "/run.svg") > 1000);
 
   // the log can be replayed as a recorded hand, open loop

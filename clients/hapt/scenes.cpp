@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/hapt/scenes.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <stdexcept>
+
+#include "clients/hapt/session_process.h"
+#include "proto/config/config_shape.h"
+#include "proto/os/realtime.h"
+#include "proto/os/source_tree.h"
+
+namespace haptic {
+namespace {
+
+struct Scene {
+  const char* config;
+  bool has_bunny = false;
+};
+
+const std::map<std::string, Scene> kScenes{{"bunny", {"bunny.toml", true}},
+                                           {"peg", {"peg-in-hole.toml"}},
+                                           {"gears", {"gears.toml"}},
+                                           {"teeth", {"teeth.toml"}},
+                                           {"bunnies", {"bunny-on-bunny.toml", true}},
+                                           {"rigid-peg", {"rigid-peg.toml"}},
+                                           {"rigid-bunnies", {"rigid-bunnies.toml", true}}};
+
+/// Whether this is an installed program without the bunny: its licence forbids to ship it. A
+/// checkout has `./run meshes`.
+bool lacks_bunny() {
+  const auto has_it = [](const std::filesystem::path& folder) {
+    std::error_code error;
+    return std::filesystem::exists(folder / "bunny00.off", error);
+  };
+  const std::vector<std::filesystem::path> folders = mesh_folders();
+  return source_tree().empty() && std::none_of(folders.begin(), folders.end(), has_it);
+}
+
+void fetch_meshes() {
+  constexpr int64_t kPollPeriod = 20'000'000;  // [ns]
+  SessionProcess fetch("fetch-meshes", {fetched_meshes().string()});
+  while (!fetch.exit_code()) sleep_until(now_ns() + kPollPeriod);
+  if (fetch.exit_code() != 0) {
+    throw std::runtime_error("the bunny is not there; `hapt demo peg` needs no mesh");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, scene] : kScenes) names.push_back(name);
+  return names;
+}
+
+std::string default_scene() {
+  if (!lacks_bunny()) return "bunny";
+  std::cerr << "playing 'peg', a peg in a hole; `hapt demo bunny` fetches the bunny first\n";
+  return "peg";
+}
+
+std::string prepare_scene(const std::string& name) {
+  const Scene& scene = kScenes.at(name);
+  if (scene.has_bunny && lacks_bunny()) fetch_meshes();
+  return scene.config;
+}
+
+}  // namespace haptic

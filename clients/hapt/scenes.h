@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// The scenes of `hapt demo`.
+namespace haptic {
+
+std::vector<std::string> scene_names();
+
+/// The scene that is played when none is named: the bunny; an installed program that has not
+/// fetched its mesh plays one that needs none, and says so.
+std::string default_scene();
+
+/// The session file of a scene. Fetches the meshes first that an installed program lacks; throws
+/// std::runtime_error if it cannot.
+std::string prepare_scene(const std::string& name);
+
+}  // namespace haptic

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// what programs outside of this tree include
+#include "clients/library/client.h"

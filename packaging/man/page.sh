@@ -1,0 +1,41 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Makes a manual page of a template; what the programs say of themselves is asked of them, so that it
+# cannot be out of date. Run: page.sh PROGRAMS VERSION TEMPLATE > page
+# A line "@options WORDS" stands for the options of a command, "@commands WORD" for those of its
+# commands with their options, "@keys FILE" for a reference in Markdown.
+set -euo pipefail
+programs=$1 version=$2 template=$3
+here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
+
+help_of() {
+  local program=$1
+  shift
+  "$programs/$program" "$@" --help
+}
+
+# commands_of WORD…: the names of its sub-commands
+commands_of() {
+  help_of "$@" | sed -nE '/^Subcommands:/,$ s/^  ([a-z][a-z0-9-]*) .*/\1/p'
+}
+
+options() {
+  help_of "$@" | awk -f "$here/options.awk"
+}
+
+commands() {
+  local command
+  for command in $(commands_of "$@"); do
+    printf '\n## %s %s\n\n' "$*" "$command"
+    options "$@" "$command"
+  done
+}
+
+while IFS= read -r line; do
+  case $line in
+    '@options '*) read -ra words <<<"${line#@options }" && options "${words[@]}" ;;
+    '@commands '*) read -ra words <<<"${line#@commands }" && commands "${words[@]}" ;;
+    '@keys '*) sed -E -f "$here/keys.sed" "$here/${line#@keys }" ;;
+    *) printf '%s\n' "$line" ;;
+  esac
+done <"$template" | sed "s/@VERSION@/$version/" | scdoc
