@@ -123,7 +123,8 @@ TEMPLATE_TEST_CASE_SIG("ring torture: eight readers beside a writer that never p
 }
 
 TEMPLATE_TEST_CASE_SIG("ring torture: writers killed at random points, generation after generation",
-                       "[torture]", ((size_t kBytes), kBytes), 64, 256, 1024, 8192) {
+                       "[torture]", ((size_t kBytes, bool kVaries), kBytes, kVaries), (64, false),
+                       (256, false), (1024, false), (8192, false), (1024, true)) {
   const int64_t start_ns = now_ns();
   const auto kills = static_cast<uint64_t>(25 * std::max(1.0, test::torture_scale()));
   const KillFindings found = KillTorture<RingOf<kBytes, kVaries, kKillSlots>>().run(kills);
