@@ -10,11 +10,12 @@ file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_PREFIX}
 foreach(program IN ITEMS hapt hapticd haptic-emulator)
   file(CREATE_LINK ${from_bin}/${program} ${CMAKE_CURRENT_BINARY_DIR}/${program} SYMBOLIC)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${program} DESTINATION ${CMAKE_INSTALL_BINDIR} ${hapticd})
+  install(FILES hapt.bash RENAME ${program}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions ${hapticd})
 endforeach()
 
 set(share ${CMAKE_INSTALL_DATADIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${share}/hapticd ${hapticd})
-install(FILES hapt.bash RENAME hapt DESTINATION ${share}/bash-completion/completions ${hapticd})
 configure_file(hapticd@.service.in hapticd@.service @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hapticd@.service DESTINATION lib/systemd/system ${hapticd})
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md

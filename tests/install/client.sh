@@ -5,7 +5,8 @@
 # Run: client.sh find_package|pkg-config|add_subdirectory SOURCE BUILD COMPILER
 set -euo pipefail
 how=$1 source=$2 build=$3 compiler=$4
-work=$(mktemp -d "$build/tests/install/$how.XXXXXX")
+work=$build/tests/install/$how  # always the same, so that ccache knows the objects
+rm -rf -- "$work" && mkdir -p "$work"
 trap 'rm -rf -- "$work"' EXIT
 export PATH=/usr/lib/ccache:$PATH
 prefix=$work/usr

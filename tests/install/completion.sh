@@ -12,7 +12,7 @@ expect() {
   [[ $1 != *' ' ]] || COMP_WORDS+=('')
   COMP_CWORD=$((${#COMP_WORDS[@]} - 1))
   shift
-  _hapt
+  _hapt || true
   offered=$(printf '%s\n' "${COMPREPLY[@]}" | sort)
   wanted=$(printf '%s\n' "$@" | sort)
   [[ $offered == "$wanted" ]] && return
