@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "clients/hapt/commands.h"
+#include "clients/hapt/mesh_scene.h"
 #include "clients/report/progress.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/volume.h"
@@ -25,15 +26,6 @@ struct BakeOptions {
   double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not given
   bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
 };
-
-std::string problem_of_unit(const std::string& text) {
-  try {
-    parse_mesh_unit(text, "m");
-    return "";
-  } catch (const QuantityError& error) {
-    return error.what();
-  }
-}
 
 VoxelConfig voxel_options(const BakeOptions& options) {
   VoxelConfig voxel;
@@ -118,6 +110,14 @@ void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
   }
 }
 
+/// The sides of the bounding box: "80 x 20 x 20 mm".
+std::string box_text(const TriangleMesh& mesh) {
+  const Vec3 side = 1e3 * (mesh.upper - mesh.lower);
+  std::ostringstream text;
+  text << side.x << " x " << side.y << " x " << side.z << " mm";
+  return text.str();
+}
+
 void run_bake(const BakeOptions& options) {
   ShapeConfig object{};
   assign(object.mesh, options.mesh);
@@ -132,12 +132,20 @@ void run_bake(const BakeOptions& options) {
   const BakedShape shape = bake_object(object, kMemoryLimit);
   const BakeReport& report = shape.report;
   std::cout << shown(options.mesh) << ": " << report.triangles << " triangles, " << report.vertices
-            << " vertices, " << 1e3 * report.size << " mm, " << (report.closed ? "closed" : "open")
+            << " vertices, " << box_text(shape.shape.mesh) << ", "
+            << (report.closed ? "closed" : "open")
             << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
   for (const std::string& line : report.lines) std::cout << "  " << one_line(line) << '\n';
   if (voxel) run_voxel(shape, *voxel);
-  if (!options.explain) return;
-  for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
+  if (options.explain) {
+    for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
+  }
+  // with a real unit and a size the size is checked, not wanted
+  const bool is_scaled = object.unit == 0 && object.size > 0;
+  std::cout << "for a session file:\n\n"
+            << object_text({options.mesh, options.unit, is_scaled ? object.size : 0,
+                            object.allow_open != 0},
+                           shape);
 }
 
 }  // namespace
@@ -169,7 +177,7 @@ void add_bake_command(Command& app) {
   command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
       .needs("--voxel");
   command.flag("--explain", options->explain, "how the size of the grid's cells was chosen");
-  command.example("hapt bake bunny00.off --size \"100 mm\"");
+  command.example("hapt bake part.stl --unit mm");
   command.action([options] { run_bake(*options); });
 }
 

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt demo and hapt replay: run a session, record and evaluate it.
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/find_config.h"
+#include "clients/hapt/hand_progress.h"
+#include "clients/hapt/mesh_scene.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
 #include "clients/hapt/scenes.h"
@@ -19,7 +21,9 @@
 #include "clients/library/recorder.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
+#include "clients/report/verdict.h"
 #include "proto/config/command_line.h"
+#include "proto/config/config_shape.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
@@ -31,15 +35,15 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kDrainPeriod = 10'000'000;           // [ns]
-constexpr int64_t kProgressPeriod = kNsPerSecond / 4;  // [ns]
 constexpr int64_t kStartPatience = 10 * kNsPerSecond;  // [ns]; until hapticd answers
 constexpr double kNoNewsLimit = 10;    // [s]; a session silent for longer has failed
 constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 
 struct PlayOptions {
   std::string config = "bunny.toml", renderer, session, trace, log, plot;
+  std::string title, next = "hapt demo --list";  // of the last line
   double duration = 20;
-  bool json = false, overwrite = false;
+  bool json = false, overwrite = false, report = false;
 };
 
 /// Observations of the recorder while the session ran.
@@ -72,36 +76,14 @@ BakedSession bake_all(const SessionConfig& config) {
   BakeTold told;
   told.begin = [](const std::string& mesh) {
     stop_where_asked();
-    std::cerr << "reading and checking " << shown(mesh) << '\n';
+    std::cerr << "reading and checking " << shown(std::filesystem::path(mesh).filename().string())
+              << '\n';
   };
   told.finding = [](const std::string& line) { std::cerr << "  " << one_line(line) << '\n'; };
   BakedSession baked = bake_session(config, told);
   stop_where_asked();
   return baked;
 }
-
-/// A line that overwrites itself on a terminal and is printed every five seconds elsewhere.
-class Progress {
- public:
-  explicit Progress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
-  ~Progress() {
-    if (terminal_ && shown_) std::fputs("\r\033[K", stderr);
-  }
-  void show(const ServoFrame& frame, double seconds, int64_t t_ns) {
-    if (t_ns - last_ns_ < (terminal_ ? kProgressPeriod : 20 * kProgressPeriod)) return;
-    last_ns_ = t_ns;
-    shown_ = true;
-    std::fprintf(stderr, "%s%5.1f of %.0f s   force %5.2f N   depth %5.2f mm   late ticks %llu%s",
-                 terminal_ ? "\r" : "", seconds, total_, norm(frame.F_device_B.f),
-                 1e3 * frame.depth, static_cast<unsigned long long>(frame.skipped),
-                 terminal_ ? "\033[K" : "\n");
-  }
-
- private:
-  double total_;
-  bool terminal_, shown_ = false;
-  int64_t last_ns_ = now_ns();
-};
 
 /// Connects to the session of this hapticd and rejects another one of the same name.
 FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session) {
@@ -137,7 +119,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
                     recording_metadata(options.session, read_config_text(options.config)));
 
   Played played;
-  Progress progress(seconds);
+  HandProgress progress(seconds);
   ServoFrame frame{};
   double shown = 0;
   int64_t first_ns = 0, news_ns = now_ns();
@@ -213,17 +195,22 @@ std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
   return rows.rows();
 }
 
-/// A hand that touches nothing is the usual sign of an object that is too far away or too small.
-void tell_untouched(const PlayOptions& options, const SessionData& data) {
-  if (std::any_of(data.frames.begin(), data.frames.end(),
-                  [](const ServoFrame& f) { return (f.flags & kServoContact) != 0; })) {
-    return;
+/// The last line of a run; where standard output is JSON, a failure is told on standard error.
+void end_with(const PlayOptions& options, const std::string& line, bool passed) {
+  if (!options.json) {
+    std::cout << line << '\n';
+  } else if (!passed) {
+    std::cerr << line << '\n';
   }
-  std::cerr << one_line(
-                   "hapt: the hand touched nothing: every object is out of its reach; check "
-                   "'position', 'size' and 'unit' of the objects in " +
-                   options.config)
-            << '\n';
+  std::cout.flush();
+  if (!passed) throw ExitCode{kExitFailed};
+}
+
+void print_rows(const PlayOptions& options, const SessionConfig& config,
+                const std::vector<Row>& rows) {
+  if (options.json) return print_json(std::cout, rows);
+  std::cout << "session '" << shown(options.session) << "', " << hand_line(config.device) << '\n';
+  print_table(std::cout, options.report ? rows : brief(rows));
 }
 
 void play(PlayOptions options) {
@@ -249,27 +236,55 @@ void play(PlayOptions options) {
 
   // baked here once: contact then finds it in the cache, and the evaluation needs it too
   const BakedSession baked = bake_all(config);
+  if (nothing_in_reach(config, baked)) {
+    end_with(options, verdict({}, "", 0, out_of_reach(config, baked, 0), ""), false);
+  }
   const Played played = play_and_record(options, replay, hand.seconds);
   SessionData data = load_session(options.log);
   data.lost = played.lost;
   const std::vector<Row> rows = judge(options, config, baked, hand, played, data);
-  if (options.json) {
-    print_json(std::cout, rows);
-  } else {
-    std::cout << "session '" << shown(options.session) << "'\n";
-    print_table(std::cout, rows);
-  }
-  std::cout.flush();
-  if (played.ended_early) {
-    std::cerr << "the session ended early; what was recorded is in " << shown(options.log) << '\n';
-  }
+  print_rows(options, config, rows);
   if (!options.plot.empty()) plot_session(options.plot, "session " + options.session, data);
-  const bool passed = !played.ended_early && all_hold(rows);
-  if (!played.ended_early) tell_untouched(options, data);
-  if (!options.json) {
-    std::cout << (passed ? "passed: every goal is met\n" : "FAILED: see the goals above\n");
+  const std::string trouble =
+      played.ended_early ? "the session ended early; what was recorded is in " + options.log : "";
+  if (options.title.empty()) options.title = "session '" + options.session + "'";
+  end_with(options, verdict(rows, options.title, hand.seconds, trouble, options.next),
+           trouble.empty() && all_hold(rows));
+}
+
+/// The session file of a mesh of one's own, while it is played.
+class SessionFile {
+ public:
+  SessionFile(const std::string& name, const std::string& text) {
+    std::string folder = (std::filesystem::temp_directory_path() / "hapt-XXXXXX").string();
+    if (mkdtemp(folder.data()) == nullptr) {
+      throw std::runtime_error(folder + ": cannot be made; set TMPDIR to a folder of yours");
+    }
+    folder_ = folder;
+    std::ofstream(path_ = folder + "/" + name + ".toml") << text;
   }
-  if (!passed) throw ExitCode{kExitFailed};
+  ~SessionFile() {
+    std::error_code error;
+    std::filesystem::remove_all(folder_, error);
+  }
+  SessionFile(const SessionFile&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string folder_, path_;
+};
+
+void play_mesh(PlayOptions options, const OwnMesh& own) {
+  if (own.size == 0 && (own.unit.empty() || own.unit == "any")) {
+    throw UsageError(
+        "--mesh: a mesh file has no unit; add --unit mm (or m, cm, in), or scale it: --size "
+        "\"80 mm\"");
+  }
+  const SessionFile file(name_of(own), session_text(own));
+  options.config = file.path();
+  options.title = shown(std::filesystem::path(own.file).filename().string());
+  options.next = "hapt bake " + shown(own.file) + (own.size > 0 ? "" : " --unit " + own.unit);
+  play(options);
 }
 
 void add_common(Command& command, PlayOptions& options) {
@@ -283,6 +298,7 @@ void add_common(Command& command, PlayOptions& options) {
       .show_default("the session's name and the time");
   add_plot(command, options.plot);
   add_overwrite(command, options.overwrite);
+  command.flag("--report", options.report, "print every figure");
   add_json(command, options.json);
 }
 
@@ -304,10 +320,31 @@ void add_demo_command(Command& app) {
   command.option("--trace FILE", options->trace,
                  "recorded hand (.mcap or .csv) instead of the simulated one");
   add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
-  command.example("hapt demo peg --for 10s -o peg.mcap");
-  command.action([options, scene, command] {
+  const auto own = std::make_shared<OwnMesh>();
+  command
+      .option("--mesh FILE", own->file,
+              "a mesh of your own (OBJ, STL, PLY, OFF) instead of a scene")
+      .excludes("--config")
+      .excludes("scene");
+  command.option("--unit UNIT", own->unit, "of the mesh: mm, m, cm, in, or a length as \"25.4 mm\"")
+      .check(problem_of_unit)
+      .needs("--mesh");
+  command
+      .quantity("--size LENGTH", own->size, Dimension::kLength, kMeshSizes,
+                "scale the mesh: its longest side, as \"80 mm\"; a number alone: metres", "m")
+      .needs("--mesh");
+  command.flag("--allow-open", own->allow_open, "the mesh may have borders").needs("--mesh");
+  const auto list = std::make_shared<bool>(false);
+  command.flag("--list", *list, "list the scenes");
+  command.example("hapt demo --mesh part.stl --unit mm");
+  command.action([options, scene, own, list, command] {
+    if (*list) return list_scenes(std::cout);
+    if (!own->file.empty()) return play_mesh(*options, *own);
     if (scene->empty() && !command.was_given("--config")) *scene = default_scene();
-    if (!scene->empty()) options->config = prepare_scene(*scene);
+    if (!scene->empty()) {
+      options->config = prepare_scene(*scene);
+      options->title = scene_title(*scene);
+    }
     play(*options);
   });
 }

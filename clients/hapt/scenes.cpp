@@ -16,17 +16,18 @@ namespace haptic {
 namespace {
 
 struct Scene {
-  const char* config;
+  const char *config, *title;
   bool has_bunny = false;
 };
 
-const std::map<std::string, Scene> kScenes{{"bunny", {"bunny.toml", true}},
-                                           {"peg", {"peg-in-hole.toml"}},
-                                           {"gears", {"gears.toml"}},
-                                           {"teeth", {"teeth.toml"}},
-                                           {"bunnies", {"bunny-on-bunny.toml", true}},
-                                           {"rigid-peg", {"rigid-peg.toml"}},
-                                           {"rigid-bunnies", {"rigid-bunnies.toml", true}}};
+const std::map<std::string, Scene> kScenes{
+    {"bunny", {"bunny.toml", "the Stanford bunny", true}},
+    {"peg", {"peg-in-hole.toml", "a peg in a hole"}},
+    {"gears", {"gears.toml", "two gears"}},
+    {"teeth", {"teeth.toml", "a jaw that bites"}},
+    {"bunnies", {"bunny-on-bunny.toml", "a bunny on a bunny", true}},
+    {"rigid-peg", {"rigid-peg.toml", "a rigid peg in a tight hole"}},
+    {"rigid-bunnies", {"rigid-bunnies.toml", "a rigid bunny on a bunny", true}}};
 
 /// Whether this is an installed program without the bunny: its licence forbids to ship it. A
 /// checkout has `./run meshes`.
@@ -54,6 +55,17 @@ std::vector<std::string> scene_names() {
   std::vector<std::string> names;
   for (const auto& [name, scene] : kScenes) names.push_back(name);
   return names;
+}
+
+std::string scene_title(const std::string& name) {
+  return kScenes.at(name).title;
+}
+
+void list_scenes(std::ostream& out) {
+  for (const auto& [name, scene] : kScenes) {
+    out << "hapt demo " << name << std::string(15 - name.size(), ' ') << scene.title << '\n';
+  }
+  out << "hapt demo --mesh part.stl --unit mm   a mesh of yours\n";
 }
 
 std::string default_scene() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,12 @@
 namespace haptic {
 
 std::vector<std::string> scene_names();
+
+/// What a scene shows, in a few words: "the Stanford bunny".
+std::string scene_title(const std::string& name);
+
+/// A line for each scene, and one for a mesh of one's own.
+void list_scenes(std::ostream& out);
 
 /// The scene that is played when none is named: the bunny; an installed program that has not
 /// fetched its mesh plays one that needs none, and says so.

@@ -158,6 +158,10 @@ Penetration measure_body(const SessionData& data, const SessionConfig& config,
 
 }  // namespace
 
+bool is_touching(const ServoFrame& frame) {
+  return (frame.flags & kServoContact) != 0 && norm(frame.F_device_B.f) > kTouchForce;
+}
+
 VerifiedProxy verified_proxy(const ContactSet& set) {
   return {set.answers_t_ns, set.X_WG, set.X_WO, set.busy_ns, set.flags, set.renderer};
 }
@@ -250,11 +254,12 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const double limit = std::min(config.safety.max_force, config.device.max_force);
   double peak = 0, peak_torque = 0, deepest = 0;
   size_t touching = 0, faults = 0, lost_time = 0;
+  int64_t first_touch_ns = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
     peak = std::max(peak, force);
     peak_torque = std::max(peak_torque, norm(f.F_coupling_W.t));
-    touching += (f.flags & kServoContact) != 0 && force > kTouchForce;
+    if (is_touching(f) && ++touching == 1) first_touch_ns = f.t_ns - frames.front().t_ns;
     faults += (f.flags & kServoFault) != 0;
     lost_time += (f.device.flags & kDeviceLostTime) != 0;
     deepest = std::max(deepest, f.depth);
@@ -271,6 +276,10 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
     rows.add("contact rate", static_cast<double>(data.proxies.size() - 1) / (span * 1e-9), "Hz");
   }
   rows.at_least("ticks in contact", touching, "", 1);
+  if (touching > 0) {
+    rows.add(std::string(kContactShare), 100 * static_cast<double>(touching) / ticks, "%");
+    rows.add(std::string(kFirstTouch), 1e-9 * static_cast<double>(first_touch_ns), "s");
+  }
   rows.at_most("peak force at the device", peak, "N", limit);
   if (is_of_body(config.renderer)) {
     rows.add("peak torque on the tool", peak_torque, "N·m");

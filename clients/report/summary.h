@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "clients/report/report.h"
@@ -61,6 +62,13 @@ struct Penetration {
 /// renderer is rigid, and the depth of about 1,000 of its vertices at about 200 instants.
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
                                 const BakedSession& baked);
+
+/// Whether the hand feels the contact: weaker forces count as free space.
+bool is_touching(const ServoFrame& frame);
+
+/// Metrics that others look for among the rows.
+inline constexpr std::string_view kContactShare = "share of ticks in contact";  // [%]
+inline constexpr std::string_view kFirstTouch = "time of the first touch";      // since the start
 
 /// The figures of a session as rows of case `name`: ticks, late ticks, lateness, busy times, rates,
 /// force, depth, energy and samples, with the goals of a successful session.

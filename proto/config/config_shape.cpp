@@ -61,15 +61,15 @@ void read_mesh(Section& section, const fs::path& config_folder, ShapeConfig& sha
   if (path.size() >= shape.mesh.size()) section.fail_at("mesh", "has too long a path: " + path);
   assign(shape.mesh, path);
   section.require("unit", "unit = \"mm\", or \"any\" to scale the mesh to 'size'");
-  section.require("size",
-                  "size = \"100 mm\", the longest side of the bounding box ('hapt bake FILE --unit "
-                  "mm' prints it)");
   std::string unit;
   section.read_text("unit", unit);
   try {
     shape.unit = parse_mesh_unit(unit);
   } catch (const QuantityError& error) {
     section.fail_at("unit", error.what());
+  }
+  if (shape.unit == 0) {
+    section.require("size", "size = \"100 mm\", the longest side, to which unit = \"any\" scales");
   }
   section.read_quantity("size", Dimension::kLength, kMeshSizes, shape.size);
   section.read_flag("open", shape.allow_open);

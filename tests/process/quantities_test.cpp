@@ -141,11 +141,12 @@ TEST_CASE("quantities: with its unit a value is the same at every door, bare whe
     }
   }
   const std::string by_unit = shell("hapt bake t.off --unit '1 mm'", folder.path()).output;
-  CHECK(has(by_unit, ", 0.08 mm, "));
-  CHECK(has(shell("hapt bake t.off --unit mm", folder.path()).output, ", 0.08 mm, "));
-  CHECK(has(shell("hapt bake t.off --unit 1e-3", folder.path()).output, ", 0.08 mm, "));
-  CHECK(has(shell("hapt bake t.off --size '80 mm'", folder.path()).output, ", 80 mm, "));
-  CHECK(has(shell("hapt bake t.off --size 0.08", folder.path()).output, ", 80 mm, "));
+  CHECK(has(by_unit, ", 0.08 x 0.08 x 0.08 mm, "));
+  CHECK(has(shell("hapt bake t.off --unit mm", folder.path()).output, ", 0.08 x 0.08 x 0.08 mm, "));
+  CHECK(
+      has(shell("hapt bake t.off --unit 1e-3", folder.path()).output, ", 0.08 x 0.08 x 0.08 mm, "));
+  CHECK(has(shell("hapt bake t.off --size '80 mm'", folder.path()).output, ", 80 x 80 x 80 mm, "));
+  CHECK(has(shell("hapt bake t.off --size 0.08", folder.path()).output, ", 80 x 80 x 80 mm, "));
   check_refusal(shell("hapt bake t.off --unit any", folder.path()), "--size, which is missing");
   check_refusal(shell("hapt bake t.off --unit furlong", folder.path()),
                 "known here: m, mm, cm, in, any, or a length as");

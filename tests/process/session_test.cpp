@@ -531,7 +531,7 @@ TEST_CASE("session: a config is checked without starting anything") {
   const std::string config = write_config(folder.path());
   HapticdProcess good({config, "--check-config"}, folder.path());
   CHECK(good.exit_code() == 0);
-  CHECK(good.said("ok, session 'plane', 1 object\n"));
+  CHECK(good.said("ok, session 'plane', 1 object"));
   std::ofstream(config, std::ios::app) << "\nnonsense = 1\n";
   HapticdProcess bad({config, "--check-config"}, folder.path());
   CHECK(bad.exit_code() == 2);

@@ -335,8 +335,10 @@ TEST_CASE("config: a mesh must state its unit and size") {
   const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
   CHECK_THAT(error_of(scene_with(box, mesh + "size = \"1 cm\"\n")),
              Catch::StartsWith("x.toml:7:1: [[object]] has no 'unit'"));
-  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"mm\"\n")),
+  CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"any\"\n")),
              Catch::StartsWith("x.toml:7:1: [[object]] has no 'size'"));
+  // a real unit says how large it is
+  CHECK(parse_config(scene_with(box, mesh + "unit = \"mm\"\n"), "x").objects[0].size == 0);
   CHECK_THAT(error_of(scene_with(box, mesh + "unit = \"yard\"\nsize = \"1 cm\"\n")),
              Catch::StartsWith("x.toml:10:8: 'unit' is 'yard'; known here: m, mm, cm, in, any"));
   const SessionConfig config =

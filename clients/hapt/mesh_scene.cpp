@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/hapt/mesh_scene.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <sstream>
+
+#include "proto/config/config_shape.h"
+#include "proto/config/quantity.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kArm = 0.4;         // [m]; a hand strokes nothing larger
+constexpr double kClearance = 0.01;  // between the strokes, from the mesh [m]
+constexpr double kSpeed = 0.8;       // of the hand, at most [m/s]; half of the velocity limit
+constexpr double kPeak = 1.875;      // peak over mean speed of a minimum-jerk motion
+
+/// A string of TOML.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    char code[8];
+    std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned char>(c));
+    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+    if (c == '"' || c == '\\') out += '\\';
+    out += is_control ? std::string(code) : std::string(1, c);
+  }
+  return out + '"';
+}
+
+std::string millimetres(double metres) {
+  std::ostringstream text;
+  text << '"' << 1e3 * metres << " mm\"";
+  return text.str();
+}
+
+/// As a session file wants it, where a number alone has no unit.
+std::string unit_text(const OwnMesh& own) {
+  if (own.size > 0) return "any";
+  if (own.unit.empty()) return "m";
+  const bool is_number = own.unit.find_first_not_of("0123456789.eE+- ") == std::string::npos;
+  return is_number ? own.unit + " m" : own.unit;
+}
+
+}  // namespace
+
+std::string problem_of_unit(const std::string& text) {
+  try {
+    parse_mesh_unit(text, "m");
+    return "";
+  } catch (const QuantityError& error) {
+    return error.what();
+  }
+}
+
+std::string name_of(const OwnMesh& own) {
+  std::string name = std::filesystem::path(own.file).stem().string().substr(0, 32);
+  for (char& c : name) {
+    if (!session_name_problem(std::string(1, c)).empty()) c = '-';
+  }
+  return name.empty() ? "mesh" : name;
+}
+
+std::string object_text(const OwnMesh& own, const BakedShape& baked) {
+  const TriangleMesh& mesh = baked.shape.mesh;
+  const Vec3 p = -0.5 * (mesh.lower + mesh.upper);
+  std::string text = "[[object]]\nname = " + quoted(name_of(own)) +
+                     "\nmesh = " + quoted(std::filesystem::absolute(own.file).string()) +
+                     "\nunit = " + quoted(unit_text(own)) + "\n";
+  if (own.size > 0) text += "size = " + millimetres(own.size) + "\n";
+  if (own.allow_open) text += "open = true\n";
+  return text + "position = [" + millimetres(p.x) + ", " + millimetres(p.y) + ", " +
+         millimetres(p.z) + "]\n";
+}
+
+std::string session_text(const OwnMesh& own) {
+  ShapeConfig shape{};
+  assign(shape.mesh, std::filesystem::absolute(own.file).string());
+  const std::string unit = unit_text(own);
+  shape.unit = parse_mesh_unit(unit);
+  shape.size = own.size;
+  shape.allow_open = own.allow_open ? 1 : 0;
+  const BakedShape baked = bake_object(shape, SessionConfig{}.mesh_memory_limit);
+  const TriangleMesh& mesh = baked.shape.mesh;
+  const Vec3 half = 0.5 * (mesh.upper - mesh.lower);
+  const double hover = std::min(norm(half) + kClearance, kArm);
+  const double press = 0.5 * std::min({half.x, half.y, half.z, hover});
+  // a quarter of a stroke reaches in; half of one more travels, half way round at most
+  const double stroke = std::max(
+      {2.0, 4 * kPeak * (hover - press) / kSpeed, 2 * kPeak * std::numbers::pi * hover / kSpeed});
+  std::ostringstream time;
+  time << stroke;
+  return "[session]\nname = " + quoted(name_of(own)) +
+         "\n\n[device]\nkind = \"simulated-hand\"\n\n[device.hand.intent]\nhover_radius = " +
+         millimetres(hover) + "\npress_radius = " + millimetres(press) + "\nstroke_time = \"" +
+         time.str() + " s\"\n\n" + object_text(own, baked);
+}
+
+}  // namespace haptic
