@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render_body.cpp: ticks of a 6-DoF tool on hand-made contacts.
+// Tests for servo/render/body.cpp: ticks of a 6-DoF tool on hand-made contacts.
 #include <limits>
 #include <memory>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tests for servo/render_rigid.cpp: ticks of a tool that never enters an object, on hand-made
+// Tests for servo/render/rigid.cpp: ticks of a tool that never enters an object, on hand-made
 // contacts.
 #include <limits>
 
