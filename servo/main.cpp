@@ -19,7 +19,7 @@ int run(const ChildArguments& arguments) {
   const std::unique_ptr<Device> device =
       open_device(config.device, FileDescriptor(arguments.device_fd));
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());
-  std::fprintf(stderr, "device: %s\n",
+  std::fprintf(stderr, "haptic-servo: device: %s\n",
                haptic::one_line(device->description()).c_str());
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 

@@ -11,6 +11,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "proto/os/message.h"
+
 namespace haptic {
 namespace {
 
@@ -29,7 +31,7 @@ std::string mend(int error) {
 }
 
 [[noreturn]] void fail(const std::string& path, const char* what, int error) {
-  throw std::runtime_error(path + ": " + what + ": " + std::strerror(error) + "; " + mend(error));
+  throw InputError(path + ": " + what + ": " + std::strerror(error) + "; " + mend(error));
 }
 
 /// Turns off a driver's delay for collecting bytes; most drivers have none.

@@ -191,8 +191,7 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
   if (!child.output) return;
   const auto use = [&](const std::string& line) {
     if (line.starts_with(kPreparing)) child.preparing = line.substr(kPreparing.size());
-    // what a child cannot mend it says under its program's name
-    log_.write(line.starts_with("haptic-") ? LogLevel::kError : LogLevel::kInfo, name, line);
+    log_.write(LogLevel::kInfo, name, line);
   };
   ended ? child.output->flush(use) : child.output->read(use);
 }

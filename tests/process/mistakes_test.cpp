@@ -64,17 +64,16 @@ const std::vector<Mistake> kInSessionFiles{
      "hapticd: less.toml:*: [[object]] has no 'size'; add for example size = \"100 mm\", the "
      "longest side of the bounding box ('hapt bake FILE --unit mm' prints it)"},
     {"mesh cube.off m; hapticd bad.toml", 2,
-     "* error contact0: haptic-contact: */cube.off: states size 80 mm but the file at unit 'm' is "
+     "* info contact0: */cube.off: states size 80 mm but the file at unit 'm' is "
      "80000 mm: correct unit or size, or unit = \"any\" to scale",
      true},
     {"with '/\"plane\"/a renderer = \"voxel\"'; hapticd --check-config bad.toml", 2,
      "hapticd: bad.toml:*[tool]*"},
     {"device woodenhaptics /dev/ttyACM77; hapticd bad.toml", 2,
      "*/dev/ttyACM77: cannot be opened: No such file or directory; plug the device in and switch "
-     "it on, or correct 'path'",
-     true},
+     "it on, or correct 'path' in [device.serial]"},
     {"device woodenhaptics $PWD/plane.toml; hapticd bad.toml", 2,
-     "*/plane.toml: is no serial node: *; check 'path'", true},
+     "*/plane.toml: is no serial node: *; check 'path' in [device.serial]"},
     {"printf 'a: 1\\n' >bad.toml; hapticd bad.toml", 2, "hapticd: bad.toml:1:*: not TOML: *"},
     {"hapticd .", 2, "hapticd: .: is a folder*"},
     {"hapticd none.toml", 2, "hapticd: none.toml: cannot be read (No such file or directory)*"},
@@ -101,7 +100,7 @@ const std::vector<Mistake> kInMeshes{
 
 const std::vector<Mistake> kInRecordings{
     {"hapt export plane.toml", 2,
-     "hapt: plane.toml: is not an MCAP file; recordings are made by hapt record"},
+     "hapt: plane.toml: is not an MCAP file; recordings are made by `hapt record`"},
     {"hapt replay hand.csv --config plane.toml", 2,
      "hapt: hand.csv: cannot be read (No such file or directory); name a recording (.mcap or "
      ".csv)"},
@@ -113,9 +112,9 @@ const std::vector<Mistake> kInRecordings{
     {"printf 't_s,x_m,y_m,z_m\\n0,0,0,0\\n1,0,abc,0\\n' >h.csv; "
      "hapt replay h.csv --config plane.toml",
      2, "hapt: h.csv:3: 'y_m' is 'abc', not a finite number; mend or remove the line"},
-    {"touch x.mcap; hapt demo -o x.mcap", 1,
+    {"touch x.mcap; hapt demo --config plane.toml -o x.mcap", 1,
      "hapt: x.mcap: exists; choose another name or add --overwrite"},
-    {"hapt demo -o nowhere/x.mcap", 1,
+    {"hapt demo --config plane.toml -o nowhere/x.mcap", 1,
      "hapt: nowhere/x.mcap: cannot be written (No such file or directory); check the folder and "
      "its rights"},
 };

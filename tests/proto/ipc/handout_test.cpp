@@ -476,7 +476,8 @@ TEST_CASE("handout: the socket a killed server left behind is replaced") {
 
 TEST_CASE("handout: a client that finds no session is told what runs and how to start one") {
   const TemporaryRuntimeFolder folder;
-  CHECK(contains(message_of([] { connect_session("absent"); }), "no session 'absent' is running (looked in "));
+  CHECK(contains(message_of([] { connect_session("absent"); }),
+                 "no session 'absent' is running (looked in "));
   CHECK(contains(message_of([] { connect_session(""); }), "hapticd CONFIG.toml"));
   const HandoutServer one("one");
   CHECK_NOTHROW(connect_session(""));
@@ -485,7 +486,8 @@ TEST_CASE("handout: a client that finds no session is told what runs and how to 
   CHECK(contains(what, "no session 'absent'"));
   CHECK(contains(what, "running: one, two"));
   CHECK(contains(what, "hapticd CONFIG.toml --session absent"));
-  CHECK(contains(message_of([] { connect_session(""); }), "several sessions are running (one, two); choose one, as --session one"));
+  CHECK(contains(message_of([] { connect_session(""); }),
+                 "several sessions are running (one, two); choose one, as --session one"));
 }
 
 TEST_CASE("handout: names that are no file names are refused") {
