@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <boost/interprocess/file_mapping.hpp>
+#include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -17,13 +19,13 @@
 #include "contact/bake/bake.h"
 #include "proto/os/environment.h"
 #include "proto/os/file_descriptor.h"
-#include "proto/os/mapped_memory.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
 namespace {
 
 namespace fs = std::filesystem;
+namespace ipc = boost::interprocess;
 
 }  // namespace
 
@@ -46,10 +48,15 @@ std::string cache_path(uint64_t key) {
 namespace {
 
 /// Maps the open file itself, even if its name now refers to another one.
-MappedFile map_descriptor(const FileDescriptor& descriptor, size_t bytes) {
-  const std::shared_ptr<void> memory = map_shared(descriptor.get(), bytes, PROT_READ);
-  if (memory == nullptr) throw std::runtime_error(std::strerror(errno));
-  return {{static_cast<const std::byte*>(memory.get()), bytes}, memory};
+MappedFile map_descriptor(const FileDescriptor& descriptor) {
+  try {
+    const std::string path = "/proc/self/fd/" + std::to_string(descriptor.get());
+    const ipc::file_mapping file(path.c_str(), ipc::read_only);
+    const auto region = std::make_shared<ipc::mapped_region>(file, ipc::read_only);
+    return {{static_cast<const std::byte*>(region->get_address()), region->get_size()}, region};
+  } catch (const ipc::interprocess_exception& refused) {
+    throw std::runtime_error(refused.what());
+  }
 }
 
 /// Why a file or folder is not trusted; empty: it is.
@@ -86,7 +93,7 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
 MappedFile map_file(const std::string& path) {
   const RegularFile file = open_regular_file(path);
   if (!file.problem.empty()) throw std::runtime_error(file.problem);
-  return file.size == 0 ? MappedFile{} : map_descriptor(file.descriptor, file.size);
+  return file.size == 0 ? MappedFile{} : map_descriptor(file.descriptor);
 }
 
 MappedFile map_cached(const std::string& path) {
@@ -98,7 +105,7 @@ MappedFile map_cached(const std::string& path) {
   if (!S_ISREG(status.st_mode)) throw std::runtime_error("it is no file");
   if (const std::string why = distrust(status); !why.empty()) throw std::runtime_error(why);
   if (status.st_size == 0) return {};
-  return map_descriptor(file, static_cast<size_t>(status.st_size));
+  return map_descriptor(file);
 }
 
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes) {

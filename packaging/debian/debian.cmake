@@ -25,6 +25,7 @@ viewers run in processes of their own, none of which can delay that force.
 `hapt demo` plays a scene with a simulated hand; no device is needed.")
 
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_PACKAGE_DEPENDS libboost-dev)
 set(CPACK_DEBIAN_LIBHAPTIC-CLIENT-DEV_DESCRIPTION "client library of the haptics server hapticd
 Maps the shared-memory rings of a running session read-only: poses, forces,
 contacts and events of every tick. With a CMake package, a pkg-config file and

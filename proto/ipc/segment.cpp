@@ -22,16 +22,28 @@
 namespace haptic {
 namespace {
 
+namespace bip = boost::interprocess;
+
 constexpr int64_t kReadyPollNs = 100'000;  // between checks for the magic number
+
+/// Adapter of a memfd for Boost.Interprocess.
+struct MemfdObject {
+  int fd;
+  bip::mode_t mode;
+  bip::mapping_handle_t get_mapping_handle() const { return {fd, false}; }
+  bip::mode_t get_mode() const { return mode; }
+};
 
 [[noreturn]] void throw_system(const std::string& what) {
   throw SegmentError(SegmentFault::kSystem, what + ": " + std::strerror(errno));
 }
 
-MappedMemory map_all(int fd, int protection, size_t bytes) {
-  MappedMemory memory = map_shared(fd, bytes, protection, MAP_POPULATE);
-  if (memory == nullptr) throw_system("cannot map a segment");
-  return memory;
+bip::mapped_region map_all(int fd, bip::mode_t mode, size_t bytes) {
+  try {
+    return bip::mapped_region(MemfdObject{fd, mode}, mode, 0, bytes, nullptr, MAP_POPULATE);
+  } catch (const bip::interprocess_exception& error) {
+    throw SegmentError(SegmentFault::kSystem, std::string("cannot map a segment: ") + error.what());
+  }
 }
 
 FileDescriptor make_memfd(const std::string& name, size_t bytes) {
@@ -165,7 +177,7 @@ WritableSegment::WritableSegment(const SegmentSpec& spec, uint64_t generation)
   // sealed first: no reader sees a file that can still shrink
   HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels && spec.total_bytes >= sizeof(SegmentHeader));
   add_seals(fd_.get(), F_SEAL_SHRINK | F_SEAL_GROW);
-  region_ = map_all(fd_.get(), PROT_READ | PROT_WRITE, spec.total_bytes);
+  region_ = map_all(fd_.get(), bip::read_write, spec.total_bytes);
 
   auto* h = new (memory()) SegmentHeader{};
   h->abi_major = kAbiMajor;
@@ -199,7 +211,7 @@ SegmentMapping::SegmentMapping(FileDescriptor fd, const SegmentSpec& spec,
   HAPTIC_ASSERT(spec.channels.size() <= kMaxChannels);
   const Validation check(spec);
   check.check_file(fd.get());
-  region_ = map_all(fd.get(), PROT_READ, spec.total_bytes);
+  region_ = map_all(fd.get(), bip::read_only, spec.total_bytes);
   check.check_magic(header(), options.ready_timeout_ns);
   check.check_header(header());
   check.check_table(header());

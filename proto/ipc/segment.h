@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <boost/interprocess/mapped_region.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <new>
@@ -15,7 +16,6 @@
 
 #include "proto/ipc/channels.h"
 #include "proto/os/file_descriptor.h"
-#include "proto/os/mapped_memory.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/schema.h"
@@ -224,13 +224,13 @@ class WritableSegment {
   /// Stores the magic number, then adds the last seals: from now on there can be no second writer.
   void publish();
 
-  void* memory() const { return region_.get(); }
+  void* memory() const { return region_.get_address(); }
   SegmentHeader& header() const { return *static_cast<SegmentHeader*>(memory()); }
   int fd() const { return fd_.get(); }
 
  private:
   FileDescriptor fd_;
-  MappedMemory region_;
+  boost::interprocess::mapped_region region_;
 };
 
 /// The segment a process publishes into. The constructor allocates, maps and touches all its
@@ -281,7 +281,7 @@ class SegmentMapping {
   SegmentMapping(FileDescriptor fd, const SegmentSpec& spec, const ViewOptions& options = {});
 
   const SegmentHeader& header() const { return *static_cast<const SegmentHeader*>(memory()); }
-  const void* memory() const { return region_.get(); }
+  const void* memory() const { return region_.get_address(); }
   uint64_t generation() const noexcept { return generation_; }
   int lock_errno() const noexcept { return lock_errno_; }
 
@@ -294,7 +294,7 @@ class SegmentMapping {
   }
 
  private:
-  MappedMemory region_;
+  boost::interprocess::mapped_region region_;
   uint64_t generation_ = 0;
   int lock_errno_ = 0;
 };
