@@ -6,6 +6,7 @@
 
 #include "contact/bake/session.h"
 #include "contact/query/point/closest_point.h"
+#include "proto/config/devices.h"
 #include "proto/wire/mapping.h"
 
 namespace haptic {
