@@ -225,7 +225,7 @@ int main(int argc, char** argv) try {
   line.option("--link PATH", options.link, "name of the node, for [device.serial] path");
   line.option("--log FILE.csv", options.log, "what the device received and where it was");
   line.option("--hand HAND", options.hand, "impedance: none, light-grip, typical, firm, stiff-arm")
-      .one_of(hand_names())
+      .one_of(haptic::hand_names())
       .show_default();
   line.option("--seed", options.seed, "of the strokes: the same seed, the same strokes")
       .show_default();
