@@ -325,7 +325,7 @@ void add_demo_command(Command& app) {
       .option("--mesh FILE", own->file,
               "a mesh of your own (OBJ, STL, PLY, OFF) instead of a scene")
       .excludes("--config")
-      .excludes("scene");
+      .excludes("SCENE");
   command.option("--unit UNIT", own->unit, "of the mesh: mm, m, cm, in, or a length as \"25.4 mm\"")
       .check(problem_of_unit)
       .needs("--mesh");

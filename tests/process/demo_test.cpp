@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tests/process/hapt_command.h"
+#include "tests/process/watcher.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 
