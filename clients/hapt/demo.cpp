@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <utility>
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
@@ -43,7 +44,7 @@ struct PlayOptions {
   std::string config = "bunny.toml", renderer, session, trace, log, plot;
   std::string title, next = "hapt demo --list";  // of the last line
   double duration = 20;
-  bool json = false, overwrite = false, report = false;
+  bool json = false, overwrite = false, report = false, verbose = false;
 };
 
 /// Observations of the recorder while the session ran.
@@ -85,12 +86,39 @@ BakedSession bake_all(const SessionConfig& config) {
   return baked;
 }
 
+/// A folder for the session file of a mesh and for what hapticd says, while they are needed.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    if (mkdtemp(path_.data()) == nullptr) {
+      throw std::runtime_error(path_ + ": cannot be made; set TMPDIR to a folder of yours");
+    }
+  }
+  ~ScratchFolder() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_ = (std::filesystem::temp_directory_path() / "hapt-XXXXXX").string();
+};
+
+/// What hapticd said, for people to read where it failed.
+void show_log(const std::string& path) {
+  std::ifstream log(path);
+  if (log.peek() != std::ifstream::traits_type::eof()) std::cerr << log.rdbuf();
+}
+
 /// Connects to the session of this hapticd and rejects another one of the same name.
-FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session) {
+FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& session,
+                                  const std::string& said) {
   for (const int64_t start = now_ns();; sleep_until(now_ns() + kDrainPeriod)) {
     stop_where_asked();
     if (const auto code = daemon.exit_code()) {
-      // its message is above
+      show_log(said);
+            // its message is above
       std::cerr << "hapt: hapticd ended before the session was up\n";
       throw ExitCode{std::max(*code, kExitFailed)};
     }
@@ -110,8 +138,11 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   if (!options.renderer.empty()) {
     arguments.insert(arguments.end(), {"--renderer", options.renderer});
   }
-  SessionProcess daemon(arguments);
-  Attachments attachments(connect_when_ready(daemon, options.session));
+  const ScratchFolder scratch;
+  const std::string said = options.verbose ? "" : scratch.path() + "/hapticd.log";
+  SessionProcess daemon("hapticd", arguments, said);
+  FileDescriptor socket = connect_when_ready(daemon, options.session, said);
+  Attachments attachments(std::move(socket));
   Recorder recorder(attachments, Start::kOldest);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
@@ -140,7 +171,9 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
         replay ? (frame.device.flags & kDeviceEnded) != 0 : first_ns != 0 && shown >= seconds;
     done = played_out || played.ended_early;
   }
+  const bool has_crashed = daemon.exit_code().value_or(0) != 0;
   daemon.stop();
+  if (has_crashed) show_log(said);
   const bool finished = recorder.finish(trace, now_ns());
   for (const TopicCount& count : recorder.counts()) played.lost += count.lost;
   played.realtime = realtime_line(recorder.servo_header());
@@ -252,36 +285,15 @@ void play(PlayOptions options) {
            trouble.empty() && all_hold(rows));
 }
 
-/// The session file of a mesh of one's own, while it is played.
-class SessionFile {
- public:
-  SessionFile(const std::string& name, const std::string& text) {
-    std::string folder = (std::filesystem::temp_directory_path() / "hapt-XXXXXX").string();
-    if (mkdtemp(folder.data()) == nullptr) {
-      throw std::runtime_error(folder + ": cannot be made; set TMPDIR to a folder of yours");
-    }
-    folder_ = folder;
-    std::ofstream(path_ = folder + "/" + name + ".toml") << text;
-  }
-  ~SessionFile() {
-    std::error_code error;
-    std::filesystem::remove_all(folder_, error);
-  }
-  SessionFile(const SessionFile&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string folder_, path_;
-};
-
 void play_mesh(PlayOptions options, const OwnMesh& own) {
   if (own.size == 0 && (own.unit.empty() || own.unit == "any")) {
     throw UsageError(
         "--mesh: a mesh file has no unit; add --unit mm (or m, cm, in), or scale it: --size "
         "\"80 mm\"");
   }
-  const SessionFile file(name_of(own), session_text(own));
-  options.config = file.path();
+  const ScratchFolder scratch;
+  options.config = scratch.path() + "/" + name_of(own) + ".toml";
+  std::ofstream(options.config) << session_text(own);
   options.title = shown(std::filesystem::path(own.file).filename().string());
   options.next = "hapt bake " + shown(own.file) + (own.size > 0 ? "" : " --unit " + own.unit);
   play(options);
@@ -299,6 +311,7 @@ void add_common(Command& command, PlayOptions& options) {
   add_plot(command, options.plot);
   add_overwrite(command, options.overwrite);
   command.flag("--report", options.report, "print every figure");
+  command.flag("--verbose", options.verbose, "show the log of hapticd meanwhile");
   add_json(command, options.json);
 }
 
