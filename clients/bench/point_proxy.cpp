@@ -82,7 +82,7 @@ Histogram time_steps(const ContactModel& model, std::span<const ServoFrame> fram
   Progress progress("contact steps", repetitions);
   for (int r = 0; r < repetitions; ++r) {
     progress.at(r);
-    const auto state = std::make_unique<ContactState>();
+    const auto state = std::make_unique<ContactState>(model);
     for (size_t k = 0; k < frames.size(); ++k) {
       const auto step = [&] { keep(contact_step(model, *state, frames[k], nullptr)); };
       least[k] = std::min(least[k], cpu_ns_of(step));
@@ -103,7 +103,7 @@ struct Watched {
 
 Watched watch_steps(const ContactModel& model, std::span<const ServoFrame> frames) {
   Watched watched;
-  const auto state = std::make_unique<ContactState>();
+  const auto state = std::make_unique<ContactState>(model);
   RtGuard guard({.filter_system_calls = false});
   guard.arm();
   for (const ServoFrame& frame : frames) {

@@ -118,7 +118,7 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
     stop_where_asked();
     if (const auto code = daemon.exit_code()) {
       show_log(said);
-            // its message is above
+      // its message is above
       std::cerr << "hapt: hapticd ended before the session was up\n";
       throw ExitCode{std::max(*code, kExitFailed)};
     }

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "proto/config/help_text.h"
+#include "proto/os/help_text.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 

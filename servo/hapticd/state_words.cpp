@@ -60,8 +60,7 @@ const char* reason_of(Fault fault) {
       return "the pose of the device jumped";
     case Fault::kDeviceStale:
       return "the device's answers do not match the requests (frozen or old): unplug it and plug "
-             "it "
-             "in again";
+             "it in again";
     case Fault::kDeviceNoisy:
       return "an encoder of the device is noisy: check its cable and plug";
     case Fault::kNone:

@@ -16,7 +16,7 @@ endfunction()
 
 set(tree ${WORK}/tree)
 set(here ${ROOT}/tests/outside)
-set(rooms proto contact device-io servo sim clients)
+set(rooms proto contact device-io servo sim clients packaging)
 # the copies keep their times: what was built before is not built again
 foreach(room IN LISTS rooms)
   file(REMOVE_RECURSE ${tree}/${room})

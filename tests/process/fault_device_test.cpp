@@ -92,7 +92,7 @@ TEST_CASE("fault: a device that is frozen, late or noisy is found, and zero unti
   CHECK(s.is_pressing());
   // the reason is reported once
   const char* reason = kind == FaultKind::kDeviceNoise ? "an encoder of the device is noisy"
-                                                       : "does not answer what";
+                                                       : "answers do not match the requests";
   std::ifstream said(s.folder.path() + "/said");
   const std::string text((std::istreambuf_iterator<char>(said)), {});
   CAPTURE(text);

@@ -64,15 +64,15 @@ TEST_CASE("hapt bake --explain: the costs, the valid interval, the choice of a c
   INFO(fresh.output);
   CHECK(fresh.code == 0);
   for (const char* part :
-       {"4 triangles, 4 vertices, 100 mm, closed; baked into the cache", "C_l", "C_obb", "C_tri",
-        "a grid with trees is best for", "  * cell ", "bytes a triangle"}) {
+       {"4 triangles, 4 vertices, 100 x 100 x 100 mm, closed; baked into the cache", "C_l", "C_obb",
+        "C_tri", "a grid with trees is best for", "  * cell ", "bytes a triangle"}) {
     CAPTURE(part);
     CHECK(has(fresh.output, part));
   }
   CHECK(has(cached.output, "; from the cache"));
   CHECK(fresh.output.substr(fresh.output.find('\n')) ==
         cached.output.substr(cached.output.find('\n')));
-  CHECK(lines(brief.output) == 1);
+  CHECK_FALSE(has(brief.output, "C_l"));
   CHECK(hapt("bake missing.off --explain", folder.path()).code != 0);
 }
 

@@ -158,7 +158,7 @@ TEST_CASE("bake: a file that is missing, empty, a folder or of unknown kind is n
   CHECK_THAT(error_of(bench, "thing.obj", ""), Contains("empty"));
   CHECK_THAT(error_of(bench, "thing.step", "x"), Contains(".step") && Contains("use .obj"));
   ObjectConfig cone = object_at("primitive:cone");
-  CHECK_THAT(error_of(cone), Contains("primitive:box"));
+  CHECK_THAT(error_of(cone), Contains("use one of box"));
 }
 
 TEST_CASE("bake: truncated files are refused in every format") {

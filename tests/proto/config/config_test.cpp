@@ -476,7 +476,6 @@ TEST_CASE("config: what the bunny scene calls a default is the default") {
   CHECK(bunny.device.max_force == defaults.device.max_force);
   CHECK(bunny.device.hand.mass == defaults.device.hand.mass);
   CHECK(bunny.device.hand.encoder_step == Approx(defaults.device.hand.encoder_step));
-  CHECK(bunny.device.hand.hand_stiffness == defaults.device.hand.hand_stiffness);
   CHECK(bunny.device.hand.velocity_cutoff == defaults.device.hand.velocity_cutoff);
   CHECK(bunny.coupling.translational_stiffness == defaults.coupling.translational_stiffness);
   CHECK(bunny.safety.max_force == defaults.safety.max_force);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/help_text.h"
+#include "proto/os/help_text.h"
 
 #include <sstream>
 

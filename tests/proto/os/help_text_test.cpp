@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "proto/config/help_text.h"
+#include "proto/os/help_text.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
