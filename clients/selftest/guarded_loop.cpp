@@ -85,6 +85,8 @@ class OneThreadSession {
   /// One tick on the clock, with its deadline moved to virtual time.
   void tick(DeadlineClock& clock) {
     const Tick real = clock.wait();
+    // a device must not hear of an earlier instant than before
+    next_ns_ += static_cast<int64_t>(real.skipped) * period_ns_;
     tick({next_index_, next_ns_, real.late_ns, real.skipped});
   }
 

@@ -5,10 +5,15 @@ function escaped(text) {
   return text
 }
 function entry(names, meaning) {
-  split(names, word, " ")
-  sub(/^[^ ]+ ?/, "", names)
-  printf "\n*%s* %s\n", escaped(word[1]), escaped(names)
-  if (meaning != "") printf "\t%s\n", escaped(meaning)
+  match(names, /^(-., )?[^ ]+/)
+  printf "\n*%s*%s\n", escaped(substr(names, 1, RLENGTH)), escaped(substr(names, RLENGTH + 1))
+  # lines of one meaning are joined: one that began with a dash would be a list
+  if (meaning != "") printf "\t%s", escaped(meaning)
+  is_open = 1
+}
+function end_entry() {
+  if (is_open) print ""
+  is_open = 0
 }
 NR == 1 {
   sub(/^[^:]*: /, "")
@@ -16,20 +21,25 @@ NR == 1 {
   next
 }
 /^[A-Z][a-z]+:/ {
+  end_entry()
   part = $1
   next
 }
-/^ +-h,--help/ || !part {
+/^ +-h, --help/ || !part || part ~ /^(Usage|Exit)/ {
   next
 }
 /^                    / {
   sub(/^ +/, "")
-  printf "\t%s\n", escaped($0)
+  printf "%s%s", is_bare ? "\t" : " ", escaped($0)
+  is_bare = 0
   next
 }
 /^  / {
+  end_entry()
   sub(/^ +/, "")
   place = match($0, /  +/)
+  is_bare = !place
   if (place) entry(substr($0, 1, place - 1), substr($0, place + RLENGTH))
   else entry($0, "")
 }
+END { end_entry() }

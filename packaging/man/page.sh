@@ -16,7 +16,7 @@ help_of() {
 
 # commands_of WORD…: the names of its sub-commands
 commands_of() {
-  help_of "$@" | sed -nE '/^Subcommands:/,$ s/^  ([a-z][a-z0-9-]*) .*/\1/p'
+  help_of "$@" | sed -nE '/^Commands:/,/^$/ s/^  ([a-z][a-z0-9-]*)( .*|$)/\1/p'
 }
 
 options() {

@@ -29,6 +29,6 @@ expect "hapt bench r" ring rigid
 expect "hapt bench ring --js" --json
 expect "hapticd --check" --check-config
 # every command of the help text
-mapfile -t commands < <(hapt --help | sed '1,/^Subcommands/d' | awk '$1 {print $1}')
+mapfile -t commands < <(hapt --help | sed -nE '/^Commands:/,/^$/ s/^  ([a-z][a-z0-9-]*)( .*|$)/\1/p')
 ((${#commands[@]} > 10))
 expect "hapt " "${commands[@]}"
