@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# manual pages; where scdoc is missing there are none
+# manual pages; where scdoc is missing there are none, nor of programs that a sanitizer watches
 find_program(SCDOC scdoc)
-if(SCDOC)
+if(SCDOC AND NOT HAPTIC_SANITIZE)
   set(man ${CMAKE_CURRENT_SOURCE_DIR}/man)
   foreach(page IN ITEMS hapt.1 hapticd.1 haptic-emulator.1 hapticd.toml.5)
     string(REGEX MATCH ".$" section ${page})
