@@ -21,7 +21,7 @@ constexpr double kNoticed = 0.07;   // of the force: just noticeable (Pang, Tan 
 constexpr double kRough = 100;      // above it a force is felt as roughness [Hz]
 constexpr double kRougher = 1.1;    // than the exact force, at most
 
-/// Of the springs, a motion from the hand to the proxy.
+/// Wrench of the coupling's springs for a motion from the hand to the proxy, at the tool's origin.
 Wrench spring_of(const RigidPoseJudge::Springs& springs, const Twist& motion) {
   return {springs.translational * motion.v, springs.rotational * motion.w};
 }

@@ -105,7 +105,7 @@ class ScratchFolder {
   std::string path_ = (std::filesystem::temp_directory_path() / "hapt-XXXXXX").string();
 };
 
-/// What hapticd said, for people to read where it failed.
+/// Prints the log of hapticd, which explains why a session did not start.
 void show_log(const std::string& path) {
   std::ifstream log(path);
   if (log.peek() != std::ifstream::traits_type::eof()) std::cerr << log.rdbuf();

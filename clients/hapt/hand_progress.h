@@ -10,15 +10,15 @@
 
 namespace haptic {
 
-/// What the hand is doing, in a word.
+/// Names the phase of the hand's motion in one word: it approaches, presses or slides.
 inline const char* phase_of(const ServoFrame& frame) {
   constexpr double kSliding = 0.01;  // of the proxy [m/s]
   if (!is_touching(frame)) return "approaches";
   return norm(frame.V_WP.v) > kSliding ? "slides" : "presses";
 }
 
-/// What the hand is doing, while it does it: on a terminal a line that overwrites itself, elsewhere
-/// a line every five seconds.
+/// Shows the phase, the force and the late ticks while a session runs: on a terminal a line that
+/// overwrites itself, elsewhere a line every five seconds.
 class HandProgress {
  public:
   explicit HandProgress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}

@@ -29,8 +29,8 @@ const std::map<std::string, Scene> kScenes{
     {"rigid-peg", {"rigid-peg.toml", "a rigid peg in a tight hole"}},
     {"rigid-bunnies", {"rigid-bunnies.toml", "a rigid bunny on a bunny", true}}};
 
-/// Whether this is an installed program without the bunny: its licence forbids to ship it. A
-/// checkout has `./run meshes`.
+/// True in an installation that has not fetched the bunny yet, which its licence keeps out of the
+/// package. A checkout has `./run meshes`.
 bool lacks_bunny() {
   const auto has_it = [](const std::filesystem::path& folder) {
     std::error_code error;

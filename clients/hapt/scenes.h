@@ -10,7 +10,7 @@ namespace haptic {
 
 std::vector<std::string> scene_names();
 
-/// What a scene shows, in a few words: "the Stanford bunny".
+/// Title of a scene for people, as "the Stanford bunny".
 std::string scene_title(const std::string& name);
 
 /// A line for each scene, and one for a mesh of one's own.

@@ -63,7 +63,7 @@ struct Penetration {
 Penetration measure_penetration(const SessionData& data, const SessionConfig& config,
                                 const BakedSession& baked);
 
-/// Whether the hand feels the contact: weaker forces count as free space.
+/// True if the tick has a contact whose force the hand can feel; weaker ones count as free space.
 bool is_touching(const ServoFrame& frame);
 
 /// Metrics that others look for among the rows.

@@ -8,8 +8,7 @@
 
 namespace haptic {
 
-/// What a newcomer looks at first, short enough for 80 columns: the rows with a goal, and a few
-/// more.
+/// Selects the rows of a short report, which fits 80 columns: those with a goal, and a few more.
 std::vector<Row> brief(const std::vector<Row>& rows);
 
 /// The last line of a run: passed or FAILED, what was shown, what to do next. `shown` is what the

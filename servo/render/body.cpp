@@ -122,7 +122,9 @@ Rendered render_soft_proxy(const ServoModel& model, const RenderQuestion& questi
   }
   BodySolution solution = solve_soft_proxy(proxy, state.kept.keep<SoftProxyState>(), tick);
   // without a coupling the hand feels the contacts' own stiffness, which no bound is known of
-  if (proxy.solver != SoftSolver::kDirect) {
+  if (proxy.solver == SoftSolver::kDirect) {
+    state.continuity = {};
+  } else {
     limit_step(model, question, state.continuity, solution);
   }
   return rendered_body(model, question, solution);

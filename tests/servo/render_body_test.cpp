@@ -120,6 +120,22 @@ TEST_CASE("servo: a point that takes over from a body begins anew", "[servo][tra
   CHECK((f.flags & haptic::kServoSlewing) != 0);
 }
 
+TEST_CASE("servo: what was felt before direct6 does not limit the force after it",
+          "[servo][trap]") {
+  const auto set = soft_set({}, 3000);
+  const ServoModel model = plain_model(800);
+  ServoState state;
+  for (int64_t k = 1; k <= 20; ++k) {
+    ContactSet now = *set;
+    now.seq = static_cast<uint64_t>(k);
+    now.answers_t_ns = (k - 1) * kMs;
+    // both are rendered by the same function
+    if (k == 20) now.renderer = static_cast<uint32_t>(haptic::Renderer::kDirect6);
+    step_armed(model, state, input_at(k, {0, 0, -1e-3}, &now));
+    CHECK(state.render.continuity.started == (k < 20));
+  }
+}
+
 TEST_CASE("servo: while nothing is felt a body's proxy is at the hand", "[servo]") {
   const auto set = soft_set({}, 3000);
   ServoModel model = plain_model(800);
