@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <utility>
+#include <vector>
 
+#include "contact/bake/eye_files.h"
 #include "contact/bake/session.h"
 #include "contact/step.h"
 #include "proto/os/message.h"
@@ -28,6 +31,15 @@ BakedSession bake_told(const SessionConfig& config) {
   told.begin = [](const std::string& mesh) { say(std::string(kPreparing) + mesh); };
   told.finding = say;
   return bake_session(config, told);
+}
+
+/// Offers how the scene is drawn. No hand needs it: what hapticd does not take is said, no more.
+void offer_eyes(const Child<ContactChannels>& child, std::vector<SealedEye> eyes) {
+  try {
+    for (const SealedEye& eye : eyes) child.offer_file(eye.id, eye.name.c_str(), eye.file.get());
+  } catch (const HandoutError& error) {
+    say(error.what());
+  }
 }
 
 /// Makes one step whose result is discarded, so that code and meshes are in memory for the first
@@ -83,6 +95,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   const BakedSession baked = bake_told(child.config());
   const ContactModel model = build_contact_model(child.config(), baked.shapes());
   auto state = std::make_unique<ContactState>(model);
+  std::vector<SealedEye> eyes = make_eye_files(child.config(), baked, say);
   child.attach();
   if (arguments.spare_fd >= 0) {
     warm_up(model, *state, hand);
@@ -100,6 +113,7 @@ int run_contact(const ChildArguments& arguments, ContactPublisher publish) {
   };
   if (!await_turn(arguments.spare_fd, look)) return kExitClean;
   child.offer();
+  offer_eyes(child, std::move(eyes));
   FrameClock clock(child.config());
   while (!child.stopping()) {
     child.beat(clock.wait());

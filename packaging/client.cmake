@@ -22,5 +22,6 @@ file(RELATIVE_PATH to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INST
 configure_file(packaging/hapticd-client.pc.in ${generated}/hapticd-client.pc @ONLY)
 install(FILES ${generated}/hapticd-client.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig ${client})
 
-install(FILES clients/examples/01_watch.cpp packaging/example/CMakeLists.txt
+install(FILES clients/examples/01_watch.cpp clients/examples/02_draw.cpp
+  packaging/example/CMakeLists.txt
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhaptic-client-dev/examples ${client})

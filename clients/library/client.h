@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "clients/library/eyes.h"
 #include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 
@@ -19,6 +20,8 @@ namespace haptic {
 ///     while (frames.next(frame)) use(frame);   // or frames.latest(frame)
 ///     client.sleep(0.01);
 ///   }
+///
+/// eyes() has the meshes: objects[i] in O, drawn at SceneFrame::X_WO[i], the tool in T, at X_WT.
 class Client {
  public:
   /// Connects; an empty name selects the only running session. Throws HandoutError with a remedy.
@@ -31,6 +34,11 @@ class Client {
   }
 
   void start() { attachments_.start(); }
+
+  /// How to draw the scene: the newest mesh of each object and of the tool. They come a moment
+  /// after start(), once contact has prepared its meshes, and again after its restart. Any thread.
+  Eyes eyes() const { return eyes_.eyes(); }
+
   bool is_connected() const { return attachments_.is_connected(); }
 
   /// Why the session refused this client, in one line; empty if it did not. Valid once
@@ -39,6 +47,7 @@ class Client {
   void sleep(double seconds) const;
 
  private:
+  EyeBook eyes_;  // outlives the thread that fills it
   Attachments attachments_;
 };
 

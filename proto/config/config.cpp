@@ -142,6 +142,8 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
     }
   }
   read_shape(section, config_folder, object);
+  object.colour = default_colour(config.n_objects);
+  read_colour(section, object);
   section.read_pose(object.X_WO);
   read_motion(section, object.motion);
   read_material(section, config, config_folder, object.material);

@@ -200,6 +200,28 @@ void read_nut(Section& section, ShapeConfig& shape) {
   shape.extent = {across_corners, across_corners, part.height};
 }
 
+uint32_t default_colour(uint32_t index) {
+  // eight hues of similar lightness, so that none hides the arrows and points drawn upon it
+  constexpr std::array<uint32_t, 8> kColours{0x7fa8d1, 0xd9a066, 0x8fbf8f, 0xc98fb5,
+                                             0xc9c27a, 0x86c5c5, 0xd98f86, 0xa79bd1};
+  return kColours[index % kColours.size()];
+}
+
+void read_colour(Section& section, ShapeConfig& shape) {
+  std::string text;
+  if (!section.read_text("colour", text)) return;
+  const bool has_form = text.size() == 7 && text.front() == '#';
+  const std::string_view digits = std::string_view(text).substr(has_form ? 1 : 0);
+  uint32_t colour = 0;
+  const char* end = std::from_chars(digits.begin(), digits.end(), colour, 16).ptr;
+  if (!has_form || end != digits.end()) {
+    section.fail_at("colour", "is '" + shown(text) +
+                                  "'; write six hexadecimal digits, red, green and blue: "
+                                  "\"#7fa8d1\"");
+  }
+  shape.colour = colour;
+}
+
 double parse_mesh_unit(std::string_view text, std::string_view bare_unit) {
   std::string known;
   for (const auto& [word, metres] : kMeshUnits) {

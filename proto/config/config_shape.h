@@ -20,6 +20,13 @@ std::vector<std::filesystem::path> mesh_folders();
 /// relative paths are relative to the folder of the file. Throws ConfigError.
 void read_shape(Section& section, const std::filesystem::path& config_folder, ShapeConfig& shape);
 
+/// Reads `colour` of an [[object]] or the [tool], "#rrggbb". Throws ConfigError.
+void read_colour(Section& section, ShapeConfig& shape);
+
+/// What object number `index` looks like where nothing is said, 0xrrggbb; and the tool.
+uint32_t default_colour(uint32_t index);
+inline constexpr uint32_t kToolColour = 0xd9dde3;
+
 /// Metres per unit of a mesh file: "m", "mm", "cm" or "in", a length such as "25.4 mm", or "any"
 /// (0). A number without unit is taken in `bare_unit`, if given. Throws QuantityError.
 double parse_mesh_unit(std::string_view text, std::string_view bare_unit = "");

@@ -42,10 +42,12 @@ void check_inertia(const Section& tool, const Vec3& inertia) {
 }  // namespace
 
 void read_tool(Section& root, const std::filesystem::path& config_folder, ToolConfig& tool) {
+  assign(tool.name, "tool");
+  tool.colour = kToolColour;
   auto section = root.section("tool");
   if (!section) return;
-  assign(tool.name, "tool");
   read_shape(*section, config_folder, tool);
+  read_colour(*section, tool);
   const bool any_mass = section->read_quantity("mass", kMass, kToolMasses, tool.mass);
   const bool any_inertia = section->read_quantities("inertia", kInertia, kPositive, tool.inertia);
   section->read_quantity("density", kDensity, kDensities, tool.density);

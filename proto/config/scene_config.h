@@ -99,6 +99,7 @@ struct ShapeConfig {
   uint32_t subdivisions = 0;  // of a primitive sphere (20·4ⁿ triangles)
   Vec3 extent;                // of a primitive's bounding box [m]
   PartConfig part;
+  uint32_t colour = 0;  // on a screen, 0xrrggbb
 };
 
 struct ObjectConfig : ShapeConfig {

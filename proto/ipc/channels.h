@@ -4,14 +4,45 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "proto/ipc/eye_file.h"
 #include "proto/ipc/packed_ring.h"
 #include "proto/ipc/ring.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
-/// Owner of a segment. A second hand adds 0x10 to the numbers of servo and contact.
-enum class SegmentId : uint32_t { kControl = 1, kServo0 = 2, kContact0 = 3, kSim = 4 };
+/// Owner of a segment. A second hand adds 0x10 to the numbers of servo and contact. What follows
+/// are the eye files of contact (eye_file.h): that of the tool, then of the objects, by index.
+enum class SegmentId : uint32_t {
+  kControl = 1,
+  kServo0 = 2,
+  kContact0 = 3,
+  kSim = 4,
+  kEyeTool = 0x100,
+  kEye0 = 0x101
+};
+
+/// The number under which the eye file of an object, or of the tool, is handed out.
+constexpr SegmentId eye_id(uint32_t object) {
+  return object == kEyeOfTool ? SegmentId::kEyeTool
+                              : SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + object};
+}
+
+constexpr bool is_eye(SegmentId id) {
+  return id >= SegmentId::kEyeTool && id < eye_id(kMaxObjects);
+}
+
+/// The object of such a number; only where is_eye(id).
+constexpr uint32_t eye_object(SegmentId id) {
+  return id == SegmentId::kEyeTool
+             ? kEyeOfTool
+             : static_cast<uint32_t>(id) - static_cast<uint32_t>(SegmentId::kEye0);
+}
+
+/// Whether the child that owns segment `child` may offer `id`: its own, and contact the eye files.
+constexpr bool may_offer(SegmentId child, SegmentId id) {
+  return id == child || (child == SegmentId::kContact0 && is_eye(id));
+}
 
 /// The contacts from n_contacts on.
 constexpr UnusedBytes unused_bytes(const ContactSet& set) {

@@ -3,10 +3,10 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <poll.h>
+#include <linux/sockios.h>
 #include <sys/epoll.h>
-#include <sys/eventfd.h>
 #include <sys/file.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -31,15 +31,16 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kLongestQuestion = 32;   // of a client [bytes]
-constexpr size_t kMostEvents = 64;        // per epoll_wait
-constexpr int kMostAccepted = 16;         // per turn; commands are served in between
-constexpr size_t kMostOfStranger = 16;    // connections per user, except owner and root
-constexpr size_t kMostOfStrangers = 64;   // connections of all such users
-constexpr rlim_t kKeptForStrangers = 96;  // descriptors of the process that such users cannot take
-constexpr rlim_t kKeptForChildren = 48;   // kept for children: three restarts need about thirty
+constexpr size_t kLongestQuestion = 32;    // of a client [bytes]
+constexpr size_t kMostEvents = 64;         // per epoll_wait
+constexpr int kMostAccepted = 16;          // per turn; commands are served in between
+constexpr size_t kMostOfStranger = 16;     // connections per user, except owner and root
+constexpr size_t kMostOfStrangers = 64;    // connections of all such users
+constexpr rlim_t kKeptForStrangers = 112;  // descriptors of the process that such users cannot take
+// kept for children: three restarts need about thirty, the eye files one each
+constexpr rlim_t kKeptForChildren = 48 + kMaxObjects;
+constexpr size_t kMostEyesAtOnce = 4;  // unread by a client: as many as there are segments
 constexpr int64_t kConnectPatienceNs = 2 * kNsPerSecond;  // for a place in the queue
-constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have left old generations
 constexpr const char* kSystemFolder = "/run/hapticd";
 
 [[noreturn]] void throw_errno(const std::string& what) {
@@ -245,7 +246,11 @@ bool HandoutServer::add_peer(Peer peer) {
   HAPTIC_ASSERT(peer.socket.is_open());
   const int fd = peer.socket.get();
   for (const auto& [id, segment] : segments_) {
-    if (!send_announcement(fd, segment.announcement, segment.fd.get())) return false;
+    if (is_eye(id)) {
+      if (!peer.is_child) peer.owed.insert(id);
+    } else if (!send_announcement(fd, segment.announcement, segment.fd.get())) {
+      return false;
+    }
   }
   epoll_event event{EPOLLIN, {.fd = fd}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) != 0) return false;
@@ -318,7 +323,7 @@ FileDescriptor HandoutServer::connect_child(SegmentId id, uint64_t generation) {
 void HandoutServer::forget_children(SegmentId id, uint64_t before_generation) {
   std::erase_if(peers_, [&](const auto& p) {
     const Peer& peer = p.second;
-    return peer.is_child && peer.may_offer == id && peer.generation < before_generation;
+    return peer.is_child && peer.owns == id && peer.generation < before_generation;
   });
 }
 
@@ -335,7 +340,13 @@ bool HandoutServer::store(const Announcement& announcement, FileDescriptor fd) {
   }
   Segment& segment = segments_[announcement.id];
   segment = {announcement, std::move(fd)};
-  send_to_all(segment);
+  if (is_eye(announcement.id)) {
+    for (auto& [number, peer] : peers_) {
+      if (!peer.is_child) peer.owed.insert(announcement.id);
+    }
+  } else {
+    send_to_all(segment);
+  }
   return true;
 }
 
@@ -344,6 +355,27 @@ void HandoutServer::send_to_all(const Segment& segment) {
   std::erase_if(peers_, [&](const auto& p) {
     return !send_announcement(p.second.socket.get(), segment.announcement, segment.fd.get());
   });
+}
+
+namespace {
+
+/// Whether the other end has read all that it was sent.
+bool has_read_all(int socket) {
+  int unread = 0;  // [bytes]
+  return ioctl(socket, SIOCOUTQ, &unread) == 0 && unread == 0;
+}
+
+}  // namespace
+
+/// The next eye files a client lacks, once it has read the last ones. False: it is to be dropped.
+bool HandoutServer::send_owed(Peer& peer) {
+  if (peer.owed.empty() || !has_read_all(peer.socket.get())) return true;
+  for (size_t n = 0; n < kMostEyesAtOnce && !peer.owed.empty(); ++n) {
+    const Segment& segment = segments_.at(*peer.owed.begin());
+    if (!send_announcement(peer.socket.get(), segment.announcement, segment.fd.get())) return false;
+    peer.owed.erase(peer.owed.begin());
+  }
+  return true;
 }
 
 namespace {
@@ -367,7 +399,7 @@ bool HandoutServer::receive_from(Peer& peer, const OfferHandler& on_offer,
   const ReceivedMessage message = receive_message(peer.socket.get());
   if (message.kind == Received::kNothing) return true;
   const Announcement& offer = message.announcement;
-  const bool allowed = message.kind == Received::kMessage && offer.id == peer.may_offer &&
+  const bool allowed = message.kind == Received::kMessage && may_offer(peer.owns, offer.id) &&
                        offer.generation >= peer.generation;
   if (!allowed) return false;
   try {
@@ -394,6 +426,9 @@ void HandoutServer::serve(const OfferHandler& on_offer, const QuestionHandler& o
     const auto peer = peers_.find(fd);
     if (peer == peers_.end()) continue;
     if (!receive_from(peer->second, on_offer, on_question)) peers_.erase(fd);
+  }
+  for (auto peer = peers_.begin(); peer != peers_.end();) {
+    peer = send_owed(peer->second) ? std::next(peer) : peers_.erase(peer);
   }
 }
 
@@ -472,100 +507,6 @@ void offer_segment(int socket, SegmentId id, uint64_t generation, const char* na
   if (!send_announcement(socket, make_announcement(id, generation, name), fd)) {
     throw_errno(std::string("cannot offer segment '") + name + "' to hapticd");
   }
-}
-
-Attachments::Attachments(FileDescriptor socket, AttachOptions options)
-    : socket_(std::move(socket)),
-      stop_event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      options_(std::move(options)) {
-  if (!stop_event_.is_open()) throw_errno("cannot make an event descriptor");
-}
-
-Attachments::~Attachments() {
-  if (!thread_.joinable()) return;
-  eventfd_write(stop_event_.get(), 1);
-  thread_.join();
-}
-
-detail::Feed& Attachments::feed_of(const SegmentSpec& spec) {
-  detail::Feed& feed = feeds_[spec.id];
-  feed.spec = &spec;
-  return feed;
-}
-
-detail::ReaderMark* Attachments::add_reader(detail::Feed& feed) {
-  if (thread_.joinable()) throw HandoutError("sources are to be made before the start");
-  feed.readers.push_back(std::make_unique<detail::ReaderMark>());
-  return feed.readers.back().get();
-}
-
-void Attachments::start() {
-  HAPTIC_ASSERT(!thread_.joinable());
-  thread_ = std::thread([this] { run(); });
-}
-
-void Attachments::run() {
-  if (options_.fifo_priority > 0) {
-    enter_realtime({.fifo_priority = options_.fifo_priority, .lock_memory = false});
-  }
-  bool retiring = false;
-  for (;;) {
-    pollfd waiting[] = {{socket_.get(), POLLIN, 0}, {stop_event_.get(), POLLIN, 0}};
-    // readers do not wake this thread: check again while old generations are left
-    poll(waiting, 2, retiring ? kRetirePollMs : -1);
-    if (waiting[1].revents != 0) return;
-    if (waiting[0].revents != 0 && !receive()) break;
-    retiring = free_retired();
-  }
-  connected_.store(false, std::memory_order_release);
-  if (options_.on_closed) options_.on_closed();
-}
-
-bool Attachments::receive() {
-  ReceivedMessage message = receive_message(socket_.get());
-  if (message.kind == Received::kMessage) attach(message.announcement, std::move(message.fd));
-  if (message.kind == Received::kRefusal) refusal_ = std::move(message.why);
-  return message.kind == Received::kMessage || message.kind == Received::kNothing;
-}
-
-void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
-  const auto found = feeds_.find(announcement.id);
-  if (found == feeds_.end()) return;
-  detail::Feed& feed = found->second;
-  detail::Generation* last =
-      feed.generations.empty() ? feed.before_first.get() : feed.generations.back().get();
-  // an announcement may come twice
-  if (last->mapping != nullptr && last->mapping->generation() >= announcement.generation) return;
-  try {
-    auto next = std::make_unique<detail::Generation>();
-    next->mapping = std::make_unique<SegmentMapping>(
-        std::move(fd), *feed.spec, ViewOptions{.lock_memory = options_.lock_memory});
-    if (next->mapping->generation() != announcement.generation) {
-      throw HandoutError(std::string("segment '") + feed.spec->name +
-                         "' was announced with another generation than it holds");
-    }
-    next->serial = last->serial + 1;
-    feed.generations.push_back(std::move(next));
-    last->next.store(feed.generations.back().get(), std::memory_order_release);
-  } catch (const std::exception& error) {
-    if (options_.on_error) options_.on_error(error.what());
-  }
-}
-
-bool Attachments::free_retired() {
-  bool some_left = false;
-  for (auto& [id, feed] : feeds_) {
-    uint64_t reached = std::numeric_limits<uint64_t>::max();
-    for (const auto& reader : feed.readers) {
-      reached = std::min(reached, reader->serial.load(std::memory_order_acquire));
-    }
-    // the last one stays: the next is linked to it
-    while (feed.generations.size() > 1 && feed.generations.front()->serial < reached) {
-      feed.generations.erase(feed.generations.begin());
-    }
-    some_left = some_left || feed.generations.size() > 1;
-  }
-  return some_left;
 }
 
 }  // namespace haptic

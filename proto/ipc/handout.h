@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -20,8 +21,9 @@
 #include "proto/os/message.h"
 
 /// How segments reach their readers. hapticd listens on `<runtime folder>/<session>.sock` and sends
-/// every client the descriptor of each segment, and of each later generation. Its children are
-/// connected by socket pairs; they alone may offer a segment.
+/// every client the descriptor of each segment and eye file, and of each later generation. Its
+/// children are connected by socket pairs; they alone may offer a segment, and contact the eye
+/// files, which go to clients alone.
 namespace haptic {
 
 /// One line: what is wrong and how to mend it.
@@ -50,6 +52,8 @@ inline constexpr uint32_t kHandoutProtocol = 1;
 /// never blocks: a peer whose socket is full is dropped. Watchers cannot keep others out:
 /// connections are limited per user and in total, except for the server's own user and root, and
 /// the last descriptors of the process are reserved for its children. A refused client is told why.
+/// Eye files are sent a few at a time, to a client that has read what it was sent before: the
+/// kernel limits the descriptors that wait in all sockets of a user together.
 class HandoutServer {
  public:
   /// Takes the session's lock and opens its socket. Throws HandoutError: bad name, foreign folder,
@@ -61,8 +65,8 @@ class HandoutServer {
   /// Readable when serve() has something to do.
   int poll_fd() const { return epoll_.get(); }
 
-  /// Accepts clients, takes offers of children and announces them to all, drops peers that hung up.
-  /// `on_offer` gets each new segment once.
+  /// Accepts clients, takes offers of children and announces them to all, drops peers that hung up,
+  /// and sends clients the eye files they still lack. `on_offer` gets each new segment once.
   using OfferHandler = std::function<void(const Announcement&, int fd)>;
   /// A client may ask one question instead of watching. It gets the answer, if there is one, and is
   /// dropped: questions cost no more than the connections that are limited anyway.
@@ -72,8 +76,8 @@ class HandoutServer {
   /// Announces a segment of hapticd's own. Takes a writer's descriptor, sends a read-only one.
   void announce(SegmentId id, uint64_t generation, const char* name, int fd);
 
-  /// Makes a socket pair for a child that may offer segment `id` from `generation` on. Returns the
-  /// child's end, which is closed on exec unless kept.
+  /// Makes a socket pair for a child that may offer segment `id`, and what may_offer() adds, from
+  /// `generation` on. Returns the child's end, which is closed on exec unless kept.
   FileDescriptor connect_child(SegmentId id, uint64_t generation);
 
   /// Ignores whatever older children of that id still send: they are dead.
@@ -94,9 +98,10 @@ class HandoutServer {
   struct Peer {
     FileDescriptor socket;
     bool is_child = false;
-    SegmentId may_offer{};
+    SegmentId owns{};  // of a child
     uint64_t generation = 0;
-    uid_t user = 0;  // of a client
+    uid_t user = 0;              // of a client
+    std::set<SegmentId> owed{};  // eye files it has not been sent
   };
   void lock_session();
   bool has_lock() const;
@@ -107,6 +112,7 @@ class HandoutServer {
   bool receive_from(Peer& peer, const OfferHandler& on_offer, const QuestionHandler& on_question);
   bool store(const Announcement& announcement, FileDescriptor fd);
   void send_to_all(const Segment& segment);
+  bool send_owed(Peer& peer);
 
   std::string session_, folder_, lock_path_;
   FileDescriptor lock_;
@@ -329,9 +335,10 @@ class RingSource<kMember> {
 struct AttachOptions {
   bool lock_memory = false;  // mlock each segment
   int fifo_priority = 0;     // of the attach thread, if granted; 0: normal
-  /// Both run on the attach thread.
+  /// All run on the attach thread.
   std::function<void(const std::string&)> on_error = {};  // a segment was refused: one line
-  std::function<void()> on_closed = {};                   // hapticd is gone or dropped this client
+  std::function<void(const Announcement&, FileDescriptor)> on_eye = {};  // an eye file; may throw
+  std::function<void()> on_closed = {};  // hapticd is gone or dropped this client
 };
 
 /// Receives announcements on a thread of its own; maps, checks and prefaults each segment and links
@@ -376,6 +383,7 @@ class Attachments {
   void run();
   bool receive();
   void attach(const Announcement& announcement, FileDescriptor fd);
+  void take_eye(const Announcement& announcement, FileDescriptor fd);
   bool free_retired();  // true: some are left
 
   FileDescriptor socket_;

@@ -161,6 +161,11 @@ class Child {
                   segment_.fd());
   }
 
+  /// Offers a sealed file beside the segment. Throws HandoutError.
+  void offer_file(SegmentId id, const char* name, int fd) const {
+    offer_segment(arguments_.control_fd, id, arguments_.generation, name, fd);
+  }
+
   /// Whether SIGTERM, SIGINT or the end of hapticd asks the loop to end.
   bool stopping() const noexcept { return stop_requested(); }
 

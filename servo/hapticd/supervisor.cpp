@@ -164,10 +164,8 @@ void Supervisor::wait_for_work(int64_t until_ns) {
   woke_ns_ = now_ns();
   for (Process& process : processes_) write_output(process.name, process.child, false);
   write_output(kSpareName, spare_.process, false);
-  if (waiting[0].revents != 0) {
-    server_.serve([this](const Announcement& a, int) { take_offer(a); },
-                  [this](std::string_view line) { return answer_watcher(line); });
-  }
+  server_.serve([this](const Announcement& a, int) { take_offer(a); },
+                [this](std::string_view line) { return answer_watcher(line); });
   commands_.serve([this](uint64_t peer, std::string_view line) { take_command(peer, line); });
   signalfd_siginfo info;
   if (read(signals_.get(), &info, sizeof info) == sizeof info) {

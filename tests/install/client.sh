@@ -26,8 +26,10 @@ case $how in
     export PKG_CONFIG_PATH=${file%/*}
     mkdir "$work/build"
     # shellcheck disable=SC2046  # several words
-    "$compiler" -std=c++20 -o "$work/build/01_watch" "$example/01_watch.cpp" \
-      $(pkg-config --cflags --libs hapticd-client)
+    for name in 01_watch 02_draw; do
+      "$compiler" -std=c++20 -o "$work/build/$name" "$example/$name.cpp" \
+        $(pkg-config --cflags --libs hapticd-client)
+    done
     ;;
   add_subdirectory)
     # nothing but the library: no server and no test is built
@@ -49,3 +51,8 @@ done
 pose=$("$work/build/01_watch" | head -n 1 || true)
 printf '%s\n' "$pose"
 [[ $pose =~ ^tool\ +-?[0-9.]+\ +-?[0-9.]+\ +-?[0-9.]+\ m\ +force\ +[0-9.]+\ N$ ]]
+
+# the second example draws it
+"$work/build/02_draw" "$work/now.svg"
+grep -q '<path fill="#7fa8d1" d="M' "$work/now.svg"
+grep -q '<line id="force"' "$work/now.svg"

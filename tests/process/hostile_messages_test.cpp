@@ -78,6 +78,8 @@ const std::vector<std::string> kLines{
     "haptic-emulator --log @/x/y",
     "haptic-emulator --hover @",
     "01_watch @",
+    "02_draw @/x.svg",
+    "02_draw x.svg @",
 };
 
 std::string with_word(std::string line, const std::string& hostile) {

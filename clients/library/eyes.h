@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "proto/ipc/eye_file.h"
+#include "proto/ipc/handout.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// How one object, or the tool, is drawn: in O or T, with the pose of the frames. Its arrays are
+/// mapped read-only and never change.
+struct EyeMesh : EyeFile {
+  uint64_t generation = 0;              // of the contact process that made it
+  std::shared_ptr<const void> storage;  // keeps the arrays
+};
+
+/// What a session has handed out so far; null: nothing yet.
+struct Eyes {
+  uint64_t changes = 0;  // grows with each mesh that comes, also when contact has been restarted
+  std::shared_ptr<const EyeMesh> tool;
+  std::array<std::shared_ptr<const EyeMesh>, kMaxObjects> objects;  // by index in the session file
+  std::string problem;  // why the last one that was refused was, one line; empty: none was
+};
+
+/// The newest eye file of each object and of the tool. Any thread may ask.
+class EyeBook {
+ public:
+  /// Maps and checks an eye file; one of an older generation is ignored.
+  void take(const Announcement& announcement, FileDescriptor fd);
+
+  Eyes eyes() const;
+
+ private:
+  mutable std::mutex mutex_;
+  Eyes eyes_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "contact/bake/session.h"
+#include "proto/ipc/channels.h"
+#include "proto/os/file_descriptor.h"
+
+namespace haptic {
+
+/// Radius of the sphere that stands for a tool that is a point [m]: on a screen a point is nothing.
+inline constexpr double kPointRadius = 1e-3;
+
+/// An eye file in sealed memory, as it is handed out.
+struct SealedEye {
+  SegmentId id;
+  std::string name;
+  FileDescriptor file;
+};
+
+/// The bytes of the eye file of one object, or of the tool (kEyeOfTool): the mesh for display; of
+/// the tool also the points of its voxel shell, at most 65,536 of them, evenly taken. A tool
+/// without a mesh is a sphere: of the session's radius where the renderer moves a sphere, else of
+/// kPointRadius. Throws EyeError.
+std::vector<std::byte> make_eye(const SessionConfig& config, const BakedSession& baked,
+                                uint32_t object);
+
+/// Those of the tool and of all objects. One that cannot be made is told and left out.
+std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSession& baked,
+                                      const std::function<void(const std::string&)>& tell);
+
+}  // namespace haptic
