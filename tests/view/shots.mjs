@@ -50,7 +50,7 @@ for (const [name, options, width, height, colorScheme, token, act] of kShots) {
   page.on("console", (message) => console.log(name, message.type(), message.text()));
   page.on("pageerror", (error) => console.log(name, error.stack));
   await page.goto(`${url}?quality=low${token ? `#token=${kToken}` : ""}`);
-  await page.waitForFunction(() => window.hapticd?.ready && window.hapticd.stats.frames_drawn > 3);
+  await page.waitForFunction(() => window.hapticd?.ready && window.hapticd.stats.frames_drawn > 0);
   await page.waitForTimeout(1500);
   await act?.(page, mock);
   await page.screenshot({ path: join(out, `${name}.png`), fullPage: width < 500 });

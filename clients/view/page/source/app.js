@@ -19,6 +19,7 @@ import { Touch } from "./touch.js";
 const low = new URLSearchParams(location.search).get("quality") === "low";
 const kPlotPeriod = low ? 200 : 60;   // [ms] between two drawings of the plots
 const kTextPeriod = 100;              // [ms] of numbers, which nobody reads faster
+const kLongestDraw = 50;              // [ms] after which the next frame is asked for all the same
 const now_s = () => performance.now() / 1000;
 
 const stats = { frames_received: 0, frames_drawn: 0, sequence_gaps: 0, samples: 0, unseen: 0, lost: 0,
@@ -37,7 +38,7 @@ const plots = new Plots(by_id("plots"), {
   on_zoom: () => { if (state.source === "log") player.fetch_later(); },
   on_pick: (time) => player.seek(player.tick_of(time)),
   on_pause: (paused) => {
-    write(by_id("plot-pause"), paused ? "Go on" : "Hold");
+    write(by_id("plot-pause"), paused ? "Go on" : "Freeze");
     by_id("plot-pause").setAttribute("aria-pressed", String(paused));
   },
   say: announce,
@@ -83,6 +84,7 @@ function take_hello(hello) {
   if (hello.missed > 0) note_event(`hapticd was away; ${hello.missed.toFixed(1)} s are missing.`);
   if (hello.control) state.control = { allowed: true };
   document.body.dataset.source = hello.source;
+  document.body.dataset.several = String(hello.columns.length > 1);
   document.title = `${hello.session} – hapticd`;
   write(by_id("session"), hello.session);
   write(by_id("source"), hello.source === "log" ? "recording" : "live");
@@ -92,6 +94,7 @@ function take_hello(hello) {
   plots.set_columns(hello.columns, hello.source === "session");
   histories = hello.columns.map(() => new History(kQuantities.length, kWindow));
   frames.length = 0;
+  asked_sequence = 0;
   show_labels(stage, hello.columns);
   permit();
 }
@@ -145,10 +148,27 @@ function take_frame(frame) {
   waiting = [...waiting.filter(({ column }) => column !== frame.column), frame];
   stats.unseen += frame.unseen;
   stats.lost += frame.lost;
+  asking ??= setTimeout(ask_on, kLongestDraw);
   const history = histories[frame.column];
   if (state.source !== "session" || !history) return;
   each_sample(frame.samples, connection.layout.sample, (time, values) => history.push(time, values));
   stats.samples += frame.samples.count;
+}
+
+let asking = null;
+let asked_sequence = 0;
+
+/** Tells the bridge that it may send; at the latest a moment after a frame, so that no sample is lost
+ *  where drawing is slow. A hidden page asks for nothing. */
+function ask_on() {
+  clearTimeout(asking);
+  asking = null;
+  if (document.hidden) return;
+  const newest = Math.max(0, ...frames.filter(Boolean).map(({ sequence }) => sequence));
+  if (newest === asked_sequence) return;
+  asked_sequence = newest;
+  state.asked = now_s();
+  connection.send({ type: "shown", sequence: newest });
 }
 
 let text_due = 0;
@@ -163,7 +183,7 @@ function draw(time) {
   stage.draw();
   if (drawn.length > 0) {
     stats.frames_drawn += drawn.length;
-    connection.send({ type: "shown", sequence: Math.max(...drawn.map(({ sequence }) => sequence)) });
+    ask_on();
     window.hapticd.latest = frames[0];
   }
   if (state.source === "session" && time >= plots_due && drawn.length > 0) {
@@ -179,10 +199,16 @@ function draw(time) {
 function show_texts() {
   for (const frame of frames) if (frame) readings.show(frame);
   if (!frames[0]) return;
-  controls.show(frames[0], state.status);
+  controls.show(frames[0], state.status, state.source === "log");
   if (state.source === "log") player.show(frames[0]);
   const now = now_s();
-  processes.show(state.source === "session" ? frames[0] : null, now - state.last_frame, now);
+  processes.show(state.source === "session" ? frames[0] : null, now - Math.max(state.last_frame, state.asked), now);
+}
+
+function link_text(bad) {
+  if (bad) return "not current";
+  if (!state.connected) return "connecting";
+  return state.source === "log" ? "connected" : "current";
 }
 
 /** By a timer and not with the pictures: it must speak up where no picture is drawn any more. */
@@ -193,16 +219,17 @@ function watch_health() {
   banner.show(step.alerts, step.recovered);
   const bad = step.alerts.some(({ level }) => level === "bad");
   document.body.dataset.health = bad ? "bad" : state.connected ? "good" : "none";
-  write(by_id("link"), bad ? "not current" : state.connected ? "current" : "connecting");
+  write(by_id("link"), link_text(bad));
 }
 
 document.addEventListener("visibilitychange", () => {
   state.visible = !document.hidden;
-  state.last_frame = now_s();  // while hidden nothing was drawn and so nothing asked for
+  state.asked = now_s();
+  if (!document.hidden) ask_on();
 });
 
 window.hapticd = { stats, latest: null, ready: false, frames, state, stage, plots, touch };
-stage.on_legend = show_legend;
+stage.on_draw = show_legend;
 set_up_stage_tools({ stage, plots, player, touch, state });
 set_up_theme(() => {
   stage.theme();

@@ -88,7 +88,7 @@ export class Controls {
     by_id("control-set").setAttribute("aria-describedby", "control-reason");
   }
 
-  show(frame, status) {
+  show(frame, status, of_log) {
     this.frame = frame;
     this.show_choices();
     write(by_id("pause"), frame.paused ? "Resume" : "Pause");
@@ -99,7 +99,9 @@ export class Controls {
     if (document.activeElement !== stiffness && !stiffness.dataset.touched) {
       stiffness.value = Math.round(frame.stiffness);
     }
-    this.show_troubles(shown_troubles(status?.faults, frame));
+    const troubles = shown_troubles(status?.faults, frame);
+    // in a recording nothing can be mended any more
+    this.show_troubles(of_log ? troubles.map((trouble) => ({ ...trouble, remedy: "" })) : troubles);
   }
 
   show_choices() {

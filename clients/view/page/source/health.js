@@ -11,7 +11,7 @@ export const kStatusPeriod = 2.5; // [s] two reports of status have failed
 /** What was true when something last came in. Times in seconds of performance.now(). */
 export const kNothingYet = {
   connected: false, opened_once: false, source: null, gone: null, visible: true,
-  last_message: -Infinity, last_frame: -Infinity, age_servo: NaN, age_contact: NaN,
+  last_message: -Infinity, last_frame: -Infinity, asked: -Infinity, age_servo: NaN, age_contact: NaN,
 };
 
 const kConnecting = "connecting";
@@ -28,19 +28,19 @@ export function judge(state, now) {
   if (state.gone !== null) return [{ key: "gone", text: state.gone, level: "bad" }];
   if (state.source !== "session" || !state.visible) return [];
   const message_age = now - state.last_message;
-  const frame_age = now - state.last_frame;
-  if (message_age > kStatusPeriod || (frame_age > kSilence && message_age > kSilence)) {
+  const frame_age = now - Math.max(state.last_frame, state.asked);
+  if (message_age > kStatusPeriod || Math.min(frame_age, message_age) > kSilence) {
     return [bad("silent", `The bridge has been silent for ${duration(message_age)}: what is shown is old.`)];
   }
   if (frame_age > kSilence) {
     return [bad("frames", `No new frame for ${duration(frame_age)}: what is shown is old.`)];
   }
-  const servo = state.age_servo + frame_age;
+  // as the bridge says them: how long this page takes to draw is no age of the servo
+  const { age_servo: servo, age_contact: contact } = state;
   if (servo > kServoAge) {
     return [bad("servo",
       `The servo's data are ${duration(servo)} old: pose, proxy and force are not those of now.`)];
   }
-  const contact = state.age_contact + frame_age;
   if (contact > kContactAge) {
     return [bad("contact",
       `The contacts are ${duration(contact)} old: the servo renders none of them.`)];

@@ -2,10 +2,12 @@
 // Numbers of now, the table of processes, and what has happened.
 
 import { by_id, make, write } from "./dom.js";
+import { kSilence } from "./health.js";
 import { clock, count, duration, fixed, hertz, millimetre, newton, newton_metre, norm, some } from "./format.js";
 import { state_words } from "./words.js";
 
-const vector = (v, factor, digits) => Array.from(v, (value) => fixed(value * factor, digits)).join("  ");
+// a number in each line where columns stand side by side: CSS keeps or folds the line ends
+const vector = (v, factor, digits) => Array.from(v, (value) => fixed(value * factor, digits)).join("\u2002\n");
 
 /** Rows of the readings: [id, what it is, how a frame says it]. */
 const kReadings = [
@@ -15,10 +17,12 @@ const kReadings = [
   ["depth", "Depth", (f) => millimetre(f.depth)],
   ["tool", "Tool x, y, z [mm]", (f) => vector(f.tool.subarray(0, 3), 1e3, 1)],
   ["speed", "Speed", (f) => `${fixed(norm(f.velocity) * 1e3, 0)} mm/s`],
-  ["contacts", "Contacts", (f) => `${count(f.n_pushing)} pushing, ${count(f.n_listed)} listed`],
+  ["contacts", "Contacts that push", (f) => count(f.n_pushing)],
+  ["listed", "Contacts listed", (f) => count(f.n_listed)],
   ["fade", "Weight of contacts", (f) => `${fixed(f.fade * 100, 0)} %`],
   ["late", "Woken late by", (f) => duration(f.wake_late)],
-  ["busy", "Busy servo, contact", (f) => `${duration(f.busy)}, ${duration(f.contact_busy)}`],
+  ["busy", "Servo busy", (f) => duration(f.busy)],
+  ["contact-busy", "Contact busy", (f) => duration(f.contact_busy)],
   ["skipped", "Ticks skipped", (f) => count(f.skipped)],
   ["tick", "Tick", (f) => count(f.tick)],
   ["time", "Session time", (f) => clock(f.time)],
@@ -82,7 +86,7 @@ export class Processes {
     const rows = this.status.processes.map((process) => {
       const kind = kind_of(process.name);
       const fresh = frame?.[`age_${kind}`];
-      const age = Number.isFinite(fresh) ? fresh + frame_age : process.age + (now - this.received);
+      const age = Number.isFinite(fresh) ? fresh + (frame_age > kSilence ? frame_age : 0) : process.age + (now - this.received);
       const rate = frame?.[`rate_${kind}`] ?? process.rate;
       const old = !process.runs || age > (kOldAge[kind] ?? Infinity);
       return { name: process.name, old, runs: process.runs, texts: [
@@ -134,7 +138,7 @@ export class Banner {
       const { key, text, level } = alerts[0];
       const first = this.key !== key;
       this.put(level, text, key);
-      if (first) note_event(text);
+      if (first && level === "bad") note_event(text);
     } else if (this.key !== null) {
       this.hide();
     }

@@ -45,14 +45,15 @@ export class Plot {
   }
 
   options() {
-    const font = "11px system-ui, sans-serif";
+    const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const font = `${Math.round(0.77 * rem)}px system-ui, sans-serif`;
     const axis = { stroke: () => css("quiet"), font, ticks: { show: false },
       grid: { stroke: () => css("grid-line"), width: 1 } };
     return {
       width: 200, height: 100, legend: { show: false }, padding: [6, 8, 0, 0], pxAlign: 1,
       scales: { x: { time: false, auto: false }, y: { range: value_range } },
-      axes: [{ ...axis, size: 20, gap: 2, space: 56, values: seconds },
-        { ...axis, size: 46, gap: 4, space: 26, values: labels }],
+      axes: [{ ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
+        { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels }],
       series: [{}, ...this.lines.map(({ colour }) => ({
         stroke: () => css(colour), width: colour === "ink" ? 1.5 : 1.1, points: { show: false } }))],
       cursor: {

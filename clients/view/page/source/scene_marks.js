@@ -14,16 +14,24 @@ export class Arrow {
     this.group = new THREE.Group();
     this.material = low ? new THREE.MeshLambertMaterial()
       : new THREE.MeshStandardMaterial({ roughness: 0.5 });
+    // once more, faint, through what hides it: it begins at a hand that may be inside an object
+    this.faint = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.35, depthTest: false,
+      depthWrite: false });
     const sides = low ? 8 : 16;
-    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, sides), this.material);
+    this.shaft = this.part(new THREE.CylinderGeometry(1, 1, 1, sides));
     this.heads = Array.from({ length: name === "torque" ? 2 : 1 }, () =>
-      new THREE.Mesh(new THREE.ConeGeometry(1, 1, sides), this.material));
+      this.part(new THREE.ConeGeometry(1, 1, sides)));
     this.group.add(this.shaft, ...this.heads);
     this.thickness = 1e-3;
   }
 
+  part(geometry) {
+    return new THREE.Group().add(new THREE.Mesh(geometry, this.material), new THREE.Mesh(geometry, this.faint));
+  }
+
   theme() {
     this.material.color.set(css(this.name));
+    this.faint.color.set(css(this.name));
   }
 
   /** From a pose's position along `vector`, scaled by `scale` metres per unit. */

@@ -43,7 +43,7 @@ export class Model {
     this.trail = new Trail();
     this.link = line_of("hand");
     this.intent = new THREE.Mesh(new THREE.OctahedronGeometry(1),
-      new THREE.MeshBasicMaterial({ wireframe: true }));
+      new THREE.MeshBasicMaterial({ wireframe: true, depthTest: false, transparent: true }));
     this.intent_line = line_of("intent");
     this.scene.add(this.hand, this.proxy, this.force.group, this.torque.group,
       this.contacts.group, this.trail.line, this.link, this.intent, this.intent_line);
@@ -71,7 +71,7 @@ export class Model {
     for (const group of this.objects) this.scene.remove(group);
     this.objects = eyes.objects.map((eye) => this.add_object(eye));
     this.set_tool(eyes.tool, Math.max(radius ?? 0, size * 0.012));
-    this.intent.scale.setScalar(size * 0.02);
+    this.intent.scale.setScalar(size * 0.035);
     this.contacts.set_size(size);
     this.trail.clear();
     this.theme();
@@ -106,7 +106,8 @@ export class Model {
       : new THREE.SphereGeometry(radius, 24, 16);
     this.hand.clear();
     this.proxy.clear();
-    const ghost = material(this.low, { transparent: true, opacity: 0.38, depthWrite: false });
+    const ghost = material(this.low, { transparent: true, opacity: 0.42, depthWrite: false,
+      depthTest: false });  // seen through objects: a hand inside one is what matters
     ghost.name = "hand";
     const solid = material(this.low, {});
     solid.name = "proxy";
@@ -163,7 +164,7 @@ export class Model {
 function line_of(name) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3));
-  const line = new THREE.Line(geometry, new THREE.LineBasicMaterial());
+  const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ depthTest: false, transparent: true }));
   line.name = name;
   line.frustumCulled = false;
   return line;

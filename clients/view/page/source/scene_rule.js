@@ -32,13 +32,6 @@ export function arrow_scales(size, limits) {
   return { force: of(limits?.max_force, 10), torque: of(limits?.max_torque, 0.5) };
 }
 
-/** Numbers for the legend: a round force and torque, and the metres that they are long. */
-export function legend_of(scales, size) {
-  const force = round_down(0.25 * size / scales.force);
-  const torque = round_down(0.25 * size / scales.torque);
-  return { force, torque, force_length: force * scales.force, torque_length: torque * scales.torque };
-}
-
 function letter(text, colour) {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
@@ -77,6 +70,7 @@ export class Rule {
   axes(origin) {
     const axes = new THREE.Group();
     axes.position.copy(origin);
+    axes.position.y += 0.02 * this.cell;  // or the grid would show through
     ["x", "y", "z"].forEach((name, index) => {
       const end = new THREE.Vector3().setComponent(index, 2 * this.cell);
       const geometry = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), end]);

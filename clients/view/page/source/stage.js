@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Model } from "./scene_model.js";
-import { arrow_scales, bounds_of, legend_of, Rule } from "./scene_rule.js";
+import { arrow_scales, bounds_of, Rule } from "./scene_rule.js";
 
 const kNoPose = [0, 0, 0, 1, 0, 0, 0];
 const kJump = 0.5;  // [s] of session time: a longer step than that begins a new trail
@@ -25,7 +25,8 @@ export class Stage {
     this.box = bounds_of([], []);
     this.size = 0.1;
     this.scales = arrow_scales(this.size, null);
-    this.on_legend = () => {};
+    this.on_draw = () => {};
+    this.newest = [];  // the newest frame of each column
     this.dirty = true;
     this.placed = false;
     this.set_columns(1);
@@ -35,6 +36,7 @@ export class Stage {
 
   set_columns(count) {
     if (count === this.models.length) return;
+    this.newest = [];
     this.models = Array.from({ length: count }, () => new Model(this.low));
     this.rules = this.models.map((model) => {
       const rule = new Rule();
@@ -50,9 +52,11 @@ export class Stage {
     this.eyes = eyes;
     this.radius = radius;
     this.limits = limits;
-    this.placed = false;
-    this.measure([]);
+    const frames = this.newest.filter(Boolean);
+    this.placed = frames.length > 0;
+    this.measure(frames[0]?.objects.map(({ pose }) => pose) ?? []);
     this.view("start");
+    for (const frame of frames) this.show(frame, null);
   }
 
   measure(poses) {
@@ -68,7 +72,6 @@ export class Stage {
       model.force.thickness = model.torque.thickness = this.size * 0.006;
       this.rules[index].build(this.box, this.size);
     }
-    this.on_legend({ ...legend_of(this.scales, this.size), grid: this.rules[0].text });
     this.dirty = true;
   }
 
@@ -93,7 +96,7 @@ export class Stage {
   /** Looks from a named side at the whole scene and the tool. */
   view(name) {
     const centre = this.box.getCenter(new THREE.Vector3());
-    const distance = this.size * 2.35 * Math.max(1, 1 / this.aspect());
+    const distance = this.size * 1.95 * Math.max(1, 1 / this.aspect());
     const from = new THREE.Vector3(...kViews[name]).normalize();
     this.camera.position.copy(centre).addScaledVector(from, distance);
     this.camera.near = this.size / 200;
@@ -139,6 +142,7 @@ export class Stage {
   show(frame, intent) {
     const index = Math.min(frame.column, this.models.length - 1);
     const model = this.models[index];
+    this.newest[index] = frame;
     if (!this.placed && frame.objects.length > 0) {
       this.placed = true;
       this.measure(frame.objects.map(({ pose }) => pose));
@@ -190,6 +194,7 @@ export class Stage {
       model.light_from(this.camera, this.orbit.target);
       this.renderer.render(model.scene, this.camera);
     });
+    this.on_draw(this);
     return true;
   }
 }

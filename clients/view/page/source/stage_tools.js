@@ -2,11 +2,12 @@
 // Buttons, labels and legend around the picture, the help, and the shortcuts of the whole page.
 
 import { by_id, make, write } from "./dom.js";
+import { round_down } from "./format.js";
 import { listen_to_camera_keys } from "./stage_keys.js";
 
 /** Shortcuts that hold wherever no text is being typed: key, the button that it presses. */
 const kShortcuts = {
-  "?": "help", t: "touch", h: "plot-pause", g: "shell", k: "play", ",": "step-back", ".": "step-on",
+  "?": "help", t: "touch", f: "plot-pause", g: "shell", k: "play", ",": "step-back", ".": "step-on",
   "[": "from-here", "]": "to-here", n: "next", p: "previous",
 };
 
@@ -62,10 +63,22 @@ export function show_labels(stage, columns) {
   }));
 }
 
-/** What the arrows and the grid measure. */
-export function show_legend({ force, torque, grid }) {
-  write(by_id("legend-grid"), grid);
-  write(by_id("legend-force"), `${force} N`);
-  const milli = torque < 1;
-  write(by_id("legend-torque"), milli ? `${Number((torque * 1e3).toPrecision(3))} mN·m` : `${torque} N·m`);
+const kLongestBar = 72;  // [px]
+
+/** What the arrows and the grid measure: bars as long as in the picture at its centre. */
+export function show_legend(stage) {
+  const pixels = 1 / stage.metres_per_pixel(stage.orbit.target.toArray());  // per metre
+  const bar = (name, metres) => {
+    by_id(`bar-${name}`).style.width = `${Math.min(Math.max(metres * pixels, 2), 2 * kLongestBar).toFixed(0)}px`;
+  };
+  const round = (scale) => round_down(kLongestBar / pixels / scale);
+  const force = round(stage.scales.force);
+  const torque = round(stage.scales.torque);
+  bar("force", force * stage.scales.force);
+  bar("torque", torque * stage.scales.torque);
+  bar("grid", stage.rules[0].cell);
+  write(by_id("legend-grid"), stage.rules[0].text);
+  write(by_id("legend-force"), `${Number(force.toPrecision(3))} N`);
+  write(by_id("legend-torque"), torque < 1 ? `${Number((torque * 1e3).toPrecision(3))} mN·m`
+    : `${torque} N·m`);
 }
