@@ -8,7 +8,19 @@ export const has_chromium = existsSync(kChromium);
 
 export function launch() {
   // playwright makes a fresh user data folder for each launch
-  return chromium.launch({ executablePath: kChromium, headless: true, args: ["--headless", "--no-sandbox",
-    "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader"] });
+  return chromium.launch({
+    executablePath: kChromium,
+    headless: true,
+    args: [
+      "--headless",
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-quic",
+      "--no-first-run",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+      "--enable-unsafe-swiftshader",
+    ],
+  });
 }

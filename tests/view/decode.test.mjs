@@ -7,11 +7,34 @@ import { tables_of } from "../../clients/view/page/source/overview.js";
 import { encode, encode_eye, make_layout } from "./mock_layout.mjs";
 
 const layout = make_layout();
-const sample = (time, force) => ({ time, force, torque: [0, 0.003, 0.004], depth: 0.001, wake_late: 2e-5,
-  contact_rate: 900, flags: 1 });
-const frame = { sequence: 7, tick: 2 ** 52 + 1, tool: [1, 2, 3, 1, 0, 0, 0], n_pushing: 1,
-  objects: [{ pose: [4, 5, 6, 0, 1, 0, 0] }], samples: [sample(1, [3, 4, 0]), sample(1.001, [0, 0, -2])],
-  contacts: [{ point: [7, 8, 9], normal: [0, 1, 0], extent: 0.01, stiffness: 5, object: 0, active: 1, kind: 2 }] };
+const sample = (time, force) => ({
+  time,
+  force,
+  torque: [0, 0.003, 0.004],
+  depth: 0.001,
+  wake_late: 2e-5,
+  contact_rate: 900,
+  flags: 1,
+});
+const frame = {
+  sequence: 7,
+  tick: 2 ** 52 + 1,
+  tool: [1, 2, 3, 1, 0, 0, 0],
+  n_pushing: 1,
+  objects: [{ pose: [4, 5, 6, 0, 1, 0, 0] }],
+  samples: [sample(1, [3, 4, 0]), sample(1.001, [0, 0, -2])],
+  contacts: [
+    {
+      point: [7, 8, 9],
+      normal: [0, 1, 0],
+      extent: 0.01,
+      stiffness: 5,
+      object: 0,
+      active: 1,
+      kind: 2,
+    },
+  ],
+};
 
 test("a frame is read by the places of the layout, ticks beyond 2^52 exactly", () => {
   const read = decode_frame(encode(layout, frame).buffer, layout);
@@ -65,9 +88,17 @@ test("a frame that is cut off, or whose counts lie, is refused", () => {
   assert.throws(() => decode_frame(lying.buffer, layout), RangeError);
 });
 
-const bytes_of = (buffer) => buffer.buffer.slice(buffer.byteOffset, buffer.byteOffset + buffer.byteLength);
-const triangle = { name: "Schädel", object: 3, colour: [1, 0.5, 0.25, 1], vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0],
-  normals: [0, 0, 1, 0, 0, 1, 0, 0, 1], triangles: [0, 1, 2], points: [5, 6, 7] };
+const bytes_of = (buffer) =>
+  buffer.buffer.slice(buffer.byteOffset, buffer.byteOffset + buffer.byteLength);
+const triangle = {
+  name: "Schädel",
+  object: 3,
+  colour: [1, 0.5, 0.25, 1],
+  vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0],
+  normals: [0, 0, 1, 0, 0, 1, 0, 0, 1],
+  triangles: [0, 1, 2],
+  points: [5, 6, 7],
+};
 
 test("an eye file is read", () => {
   const eye = read_eye(bytes_of(encode_eye(triangle)));
@@ -85,11 +116,17 @@ test("an eye file with a wrong beginning, length or index is refused", () => {
   assert.throws(() => read_eye(bytes_of(bad)), /HAPTEYE1/);
   assert.throws(() => read_eye(bytes_of(good.subarray(0, good.length - 4))), /bytes/);
   assert.throws(() => read_eye(new ArrayBuffer(10)), /header/);
-  assert.throws(() => read_eye(bytes_of(encode_eye({ ...triangle, triangles: [0, 1, 3] }))), /vertex/);
+  assert.throws(
+    () => read_eye(bytes_of(encode_eye({ ...triangle, triangles: [0, 1, 3] }))),
+    /vertex/,
+  );
 });
 
 test("an overview has two points for each step: the least and the greatest", () => {
-  const [table] = tables_of({ time: [10, 12], columns: [{ name: "a", depth: { min: [1, null], max: [2, null] } }] });
+  const [table] = tables_of({
+    time: [10, 12],
+    columns: [{ name: "a", depth: { min: [1, null], max: [2, null] } }],
+  });
   assert.deepEqual(table[0], [10, 11, 12, 13]);
   assert.deepEqual(table[1 + kQuantities.indexOf("depth")], [1, 2, null, null]);
   assert.deepEqual(table[1], [null, null, null, null]);

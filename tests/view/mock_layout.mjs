@@ -28,8 +28,13 @@ const with_size = (text) => {
 
 export function make_layout() {
   const [fixed, fixed_size] = places(kFixed);
-  return { fixed, fixed_size, object: with_size(kObject), contact: with_size(kContact),
-    sample: with_size(kSample) };
+  return {
+    fixed,
+    fixed_size,
+    object: with_size(kObject),
+    contact: with_size(kContact),
+    sample: with_size(kSample),
+  };
 }
 
 /** Bytes of a frame {fixed fields, objects: [], contacts: [], samples: []}; what is missing is 0. */
@@ -42,8 +47,12 @@ export function encode(layout, frame) {
       numbers.push(...(place[1] === 1 ? [value] : value));
     }
   };
-  put(layout.fixed, { ...frame, n_objects: frame.objects.length, n_listed: frame.contacts.length,
-    n_samples: frame.samples.length });
+  put(layout.fixed, {
+    ...frame,
+    n_objects: frame.objects.length,
+    n_listed: frame.contacts.length,
+    n_samples: frame.samples.length,
+  });
   for (const object of frame.objects) put(layout.object, object);
   for (const contact of frame.contacts) put(layout.contact, contact);
   for (const sample of frame.samples) put(layout.sample, sample);
@@ -52,7 +61,9 @@ export function encode(layout, frame) {
 
 /** Bytes of an eye file. */
 export function encode_eye({ name, object, colour, vertices, normals, triangles, points = [] }) {
-  const bytes = Buffer.alloc(80 + 4 * (vertices.length + normals.length + triangles.length + points.length));
+  const bytes = Buffer.alloc(
+    80 + 4 * (vertices.length + normals.length + triangles.length + points.length),
+  );
   bytes.write("HAPTEYE1", 0, "latin1");
   bytes.writeUInt32LE(vertices.length / 3, 8);
   bytes.writeUInt32LE(triangles.length / 3, 12);
@@ -72,7 +83,7 @@ export function ball(name, object, colour, radius, rings, shell = 0) {
   const [vertices, normals, triangles, points] = [[], [], [], []];
   for (let i = 0; i <= rings; i += 1) {
     for (let j = 0; j <= 2 * rings; j += 1) {
-      const [theta, phi] = [Math.PI * i / rings, Math.PI * j / rings];
+      const [theta, phi] = [(Math.PI * i) / rings, (Math.PI * j) / rings];
       const n = [Math.sin(theta) * Math.cos(phi), Math.cos(theta), Math.sin(theta) * Math.sin(phi)];
       normals.push(...n);
       vertices.push(...n.map((value) => value * radius));
@@ -82,7 +93,7 @@ export function ball(name, object, colour, radius, rings, shell = 0) {
     }
   }
   for (let i = 0; i < shell; i += 1) {
-    const y = 1 - 2 * (i + 0.5) / shell;
+    const y = 1 - (2 * (i + 0.5)) / shell;
     const [r, turn] = [Math.sqrt(1 - y * y), i * 2.399963];
     points.push(...[r * Math.cos(turn), y, r * Math.sin(turn)].map((value) => value * radius));
   }

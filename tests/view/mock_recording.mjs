@@ -32,27 +32,37 @@ export class Recording {
   }
 
   scene() {
-    return { first_tick: this.first_tick, last_tick: this.last_tick, first_time: this.first_tick * kPeriod,
-      last_time: this.last_tick * kPeriod, growing: this.growing, marks: this.marks() };
+    return {
+      first_tick: this.first_tick,
+      last_tick: this.last_tick,
+      first_time: this.first_tick * kPeriod,
+      last_time: this.last_tick * kPeriod,
+      growing: this.growing,
+      marks: this.marks(),
+    };
   }
 
   overview(query) {
     const [from, to, steps] = ["from", "to", "columns"].map((key) => Number(query.get(key)));
-    const time = Array.from({ length: steps }, (_, i) => from + (to - from) * i / steps);
-    const columns = Array.from({ length: this.columns }, (_, c) => this.overview_of(c, time, (to - from) / steps));
+    const time = Array.from({ length: steps }, (_, i) => from + ((to - from) * i) / steps);
+    const columns = Array.from({ length: this.columns }, (_, c) =>
+      this.overview_of(c, time, (to - from) / steps),
+    );
     return { from, to, time, columns };
   }
 
   overview_of(column, times, step) {
     const table = {};
     const put = (name, value, i) => {
-      const row = table[name] ??= { min: times.map(() => null), max: times.map(() => null) };
+      const row = (table[name] ??= { min: times.map(() => null), max: times.map(() => null) });
       row.min[i] = Math.min(row.min[i] ?? Infinity, value);
       row.max[i] = Math.max(row.max[i] ?? -Infinity, value);
     };
     times.forEach((time, i) => {
       for (const share of [0, 0.25, 0.5, 0.75]) {
-        const sample = tick_at(Math.round((time + share * step) / kPeriod), column, { faults: true });
+        const sample = tick_at(Math.round((time + share * step) / kPeriod), column, {
+          faults: true,
+        });
         for (const name of Object.keys(kVectors)) {
           sample[name].forEach((value, axis) => put(`${name}_${"xyz"[axis]}`, value, i));
           put(name, Math.hypot(...sample[name]), i);
@@ -75,7 +85,7 @@ class Player {
 
   advance() {
     const now = performance.now();
-    if (this.speed > 0) this.tick += (now - this.then) / 1000 / kPeriod * this.speed;
+    if (this.speed > 0) this.tick += ((now - this.then) / 1000 / kPeriod) * this.speed;
     this.then = now;
     if (this.loop && this.tick > this.loop[1]) this.tick = this.loop[0];
     this.tick = Math.min(Math.max(this.tick, this.recording.first_tick), this.recording.last_tick);
@@ -88,11 +98,17 @@ class Player {
     if (message.type === "play") this.speed = message.speed;
     if (message.type === "stop") this.speed = 0;
     if (message.type === "step") this.tick = Math.floor(this.tick) + message.ticks;
-    if (message.type === "loop") this.loop = message.from === null ? null : [message.from, message.to];
+    if (message.type === "loop")
+      this.loop = message.from === null ? null : [message.from, message.to];
     if (message.type !== "next") return;
-    const ticks = this.recording.marks().filter(({ kind }) => kind === message.kind).map(({ tick }) => tick);
-    const there = message.direction > 0 ? ticks.find((tick) => tick > Math.floor(this.tick))
-      : ticks.findLast((tick) => tick < Math.floor(this.tick));
+    const ticks = this.recording
+      .marks()
+      .filter(({ kind }) => kind === message.kind)
+      .map(({ tick }) => tick);
+    const there =
+      message.direction > 0
+        ? ticks.find((tick) => tick > Math.floor(this.tick))
+        : ticks.findLast((tick) => tick < Math.floor(this.tick));
     this.tick = there ?? this.tick;
   }
 }

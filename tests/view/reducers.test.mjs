@@ -5,8 +5,16 @@ import * as format from "../../clients/view/page/source/format.js";
 import { follow, judge, kNothingYet, kWell } from "../../clients/view/page/source/health.js";
 import { History, join } from "../../clients/view/page/source/history.js";
 
-const well = { ...kNothingYet, connected: true, opened_once: true, source: "session", last_message: 10,
-  last_frame: 10, age_servo: 0.001, age_contact: 0.002 };
+const well = {
+  ...kNothingYet,
+  connected: true,
+  opened_once: true,
+  source: "session",
+  last_message: 10,
+  last_frame: 10,
+  age_servo: 0.001,
+  age_contact: 0.002,
+};
 const keys = (state, now) => judge(state, now).map(({ key }) => key);
 
 test("what is current gives no alert", () => {
@@ -67,8 +75,28 @@ test("a gap is a hole in the line; time that runs backwards begins anew; the sam
   assert.deepEqual(history.view([0])[1], [9, null]);
 });
 
+test("where samples are known to be missing no line is drawn, however short the time", () => {
+  const history = new History(1, 10);
+  history.leave_gap();
+  history.push(1, [1]);
+  history.push(1.001, [2]);
+  history.leave_gap();
+  history.push(1.02, [3]);
+  history.push(1.021, [4]);
+  assert.deepEqual(history.view([0])[1], [1, 2, null, 3, 4]);
+});
+
 test("columns with different times share one axis", () => {
-  const [times, a, b] = join([[[1, 3], [10, 30]], [[2, 3], [200, 300]]]);
+  const [times, a, b] = join([
+    [
+      [1, 3],
+      [10, 30],
+    ],
+    [
+      [2, 3],
+      [200, 300],
+    ],
+  ]);
   assert.deepEqual(times, [1, 2, 3]);
   assert.deepEqual(a, [10, undefined, 30]);
   assert.deepEqual(b, [undefined, 200, 300]);

@@ -13,31 +13,71 @@ const kShots = [
   ["light", {}, 1280, 720, "light", false],
   ["phone", {}, 360, 640, "dark", true],
   ["uhd", {}, 3840, 2160, "dark", true],
-  ["stale", {}, 1280, 720, "dark", true, async (page, mock) => {
-    mock.set_trouble("servo");
-    await page.waitForSelector("#banner:not([hidden])");
-  }],
-  ["fault", {}, 1280, 720, "light", true, async (page, mock) => {
-    mock.fault = 5;
-    await page.waitForTimeout(1500);
-  }],
-  ["touch", {}, 1280, 720, "dark", true, async (page) => {
-    await page.click("#touch");
-    await page.mouse.move(400, 300);
-    await page.mouse.down();
-    await page.mouse.move(480, 230, { steps: 10 });
-    await page.waitForTimeout(500);
-  }],
+  [
+    "stale",
+    {},
+    1280,
+    720,
+    "dark",
+    true,
+    async (page, mock) => {
+      mock.set_trouble("servo");
+      await page.waitForSelector("#banner:not([hidden])");
+    },
+  ],
+  [
+    "fault",
+    {},
+    1280,
+    720,
+    "light",
+    true,
+    async (page, mock) => {
+      mock.fault = 5;
+      await page.waitForTimeout(1500);
+    },
+  ],
+  [
+    "touch",
+    {},
+    1280,
+    720,
+    "dark",
+    true,
+    async (page) => {
+      await page.click("#touch");
+      await page.mouse.move(400, 300);
+      await page.mouse.down();
+      await page.mouse.move(480, 230, { steps: 10 });
+      await page.waitForTimeout(500);
+    },
+  ],
   ["help", {}, 1280, 720, "light", false, (page) => page.click("#help")],
-  ["log", { log: true }, 1280, 720, "dark", false, async (page) => {
-    await page.click("#next");
-    await page.waitForTimeout(1500);
-  }],
+  [
+    "log",
+    { log: true },
+    1280,
+    720,
+    "dark",
+    false,
+    async (page) => {
+      await page.click("#next");
+      await page.waitForTimeout(1500);
+    },
+  ],
   ["log-phone", { log: true }, 360, 640, "light", false, (page) => page.waitForTimeout(1000)],
-  ["columns", { log: true, columns: 4 }, 1600, 900, "light", false, async (page) => {
-    await page.click("#next");
-    await page.waitForTimeout(2000);
-  }],
+  [
+    "columns",
+    { log: true, columns: 4 },
+    1600,
+    900,
+    "light",
+    false,
+    async (page) => {
+      await page.click("#next");
+      await page.waitForTimeout(2000);
+    },
+  ],
 ];
 
 await mkdir(out, { recursive: true });

@@ -14,8 +14,14 @@ function bits_of(name) {
 }
 
 test("every flag of the servo and of contact has its row, at its bit", () => {
-  assert.deepEqual(words.kServoFlags.map(([bit]) => bit), bits_of("ServoFlag").map(([bit]) => bit));
-  assert.deepEqual(words.kContactFlags.map(([bit]) => bit), bits_of("ContactFlag").map(([bit]) => bit));
+  assert.deepEqual(
+    words.kServoFlags.map(([bit]) => bit),
+    bits_of("ServoFlag").map(([bit]) => bit),
+  );
+  assert.deepEqual(
+    words.kContactFlags.map(([bit]) => bit),
+    bits_of("ContactFlag").map(([bit]) => bit),
+  );
 });
 
 test("every fault has a sentence and a remedy", () => {
@@ -33,7 +39,10 @@ const bit_of = (name) => 2 ** bits_of("ServoFlag").find(([, id]) => id === name)
 
 test("a state is told in short words", () => {
   const state = words.state_words(bit_of("kServoContact") + bit_of("kServoSaturated"));
-  assert.deepEqual(state.map(({ word }) => word), ["contact", "saturated"]);
+  assert.deepEqual(
+    state.map(({ word }) => word),
+    ["contact", "saturated"],
+  );
   assert.deepEqual(words.state_words(bit_of("kServoPaused"))[0].word, "paused");
   assert.deepEqual(words.state_words(0), []);
 });
@@ -41,7 +50,10 @@ test("a state is told in short words", () => {
 test("troubles: the worst first, the fault in words, notes left out", () => {
   const flags = bit_of("kServoFault") + bit_of("kServoThermal") + bit_of("kServoSoftStart");
   const list = words.troubles({ flags, fault: 5, contact_flags: 0 });
-  assert.deepEqual(list.map(({ level }) => level), ["bad", "warn"]);
+  assert.deepEqual(
+    list.map(({ level }) => level),
+    ["bad", "warn"],
+  );
   assert.match(list[0].text, /pose of the device jumped/);
   assert.match(words.troubles({ flags: 0, fault: 99, contact_flags: 0 })[0].text, /99/);
   assert.deepEqual(words.troubles({ flags: 1, fault: 0, contact_flags: 0 }), []);
@@ -50,7 +62,10 @@ test("troubles: the worst first, the fault in words, notes left out", () => {
 test("the bridge's own texts come before the page's", () => {
   const frame = { flags: 256, fault: 5, contact_flags: 0 };
   const shown = words.shown_troubles([{ text: "so it is", remedy: "do that" }], frame);
-  assert.deepEqual(shown.map(({ text }) => text), ["so it is"]);
+  assert.deepEqual(
+    shown.map(({ text }) => text),
+    ["so it is"],
+  );
   assert.equal(words.shown_troubles([], frame).length, 1);
   assert.deepEqual(words.shown_troubles(undefined, null), []);
 });

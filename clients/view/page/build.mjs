@@ -17,30 +17,44 @@ function package_folder(name) {
   while (folder !== dirname(folder)) {
     try {
       if (find(join(folder, "package.json")).name === name) return folder;
-    } catch { /* not this one */ }
+    } catch {
+      /* not this one */
+    }
     folder = dirname(folder);
   }
   throw new Error(`the folder of ${name} is not found`);
 }
 
 async function licences(names) {
-  const parts = await Promise.all(names.map(async (name) => {
-    const folder = package_folder(name);
-    const { version } = find(join(folder, "package.json"));
-    return `${name} ${version}\n\n${(await readFile(join(folder, "LICENSE"), "utf8")).trim()}\n`;
-  }));
+  const parts = await Promise.all(
+    names.map(async (name) => {
+      const folder = package_folder(name);
+      const { version } = find(join(folder, "package.json"));
+      return `${name} ${version}\n\n${(await readFile(join(folder, "LICENSE"), "utf8")).trim()}\n`;
+    }),
+  );
   return `The page of hapt view contains these libraries.\n\n${parts.join(`\n${"-".repeat(80)}\n\n`)}`;
 }
 
 await mkdir(out, { recursive: true });
 await build({
-  entryPoints: { app: join(source, "app.js") }, nodePaths: [join(here, "node_modules")],
-  bundle: true, minify: true, format: "esm", target: "es2022", outdir: out,
-  sourcemap: false, legalComments: "none", logLevel: "warning",
+  entryPoints: { app: join(source, "app.js") },
+  nodePaths: [join(here, "node_modules")],
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  outdir: out,
+  sourcemap: false,
+  legalComments: "none",
+  logLevel: "warning",
 });
 // by hand, so that no style depends on the order of a bundle: uPlot's first, ours may change it
 const uplot_css = await readFile(join(package_folder("uplot"), "dist", "uPlot.min.css"), "utf8");
-await writeFile(join(out, "app.css"), `${uplot_css}\n${await readFile(join(source, "app.css"), "utf8")}`);
+await writeFile(
+  join(out, "app.css"),
+  `${uplot_css}\n${await readFile(join(source, "app.css"), "utf8")}`,
+);
 await copyFile(join(source, "index.html"), join(out, "index.html"));
 await copyFile(join(source, "favicon.svg"), join(out, "favicon.svg"));
 await writeFile(join(out, "licences.txt"), await licences(["three", "uplot"]));

@@ -4,7 +4,7 @@
 import { decode_frame } from "./layout.js";
 
 const kProtocol = "hapticd.view.v1";
-const kFirstPause = 100;  // [ms] before the first new attempt; doubled each time
+const kFirstPause = 100; // [ms] before the first new attempt; doubled each time
 const kLongestPause = 1000;
 const kTokenKey = "hapticd.token";
 
@@ -15,7 +15,9 @@ export function take_token() {
     history.replaceState(null, "", location.pathname + location.search);
     try {
       sessionStorage.setItem(kTokenKey, fragment);
-    } catch { /* storage may be off: then it is kept in memory */ }
+    } catch {
+      /* storage may be off: then it is kept in memory */
+    }
     return fragment;
   }
   try {

@@ -4,8 +4,9 @@
 import { announce, by_id, make, write } from "./dom.js";
 import { shown_troubles } from "./words.js";
 
-const kNoToken = "Watching only. To control, open the address with the token that hapt view printed.";
-const kAnswerShown = 12000;  // [ms]
+const kNoToken =
+  "Watching only. To control, open the address with the token that hapt view printed.";
+const kAnswerShown = 12000; // [ms]
 
 /** Why the controls do nothing; null: they may be used. */
 export function reason_for_none({ connected, source, control }) {
@@ -19,7 +20,8 @@ export function reason_for_none({ connected, source, control }) {
 export function reason_for_no_touch(state) {
   const none = reason_for_none(state);
   if (none !== null) return none;
-  if (!state.device?.simulated) {
+  if (!state.device) return "The bridge does not say whether the hand is simulated.";
+  if (!state.device.simulated) {
     return "The hand is a real device (or a recorded one): only a simulated hand can be led.";
   }
   return null;
@@ -29,8 +31,11 @@ function fill(select, options, chosen) {
   const signature = JSON.stringify(options);
   if (select.dataset.signature !== signature) {
     select.dataset.signature = signature;
-    select.replaceChildren(...options.map(({ value, text, disabled }) =>
-      make("option", { value, disabled: Boolean(disabled), title: text }, text)));
+    select.replaceChildren(
+      ...options.map(({ value, text, disabled }) =>
+        make("option", { value, disabled: Boolean(disabled), title: text }, text),
+      ),
+    );
   }
   if (document.activeElement !== select && chosen !== undefined) select.value = chosen;
 }
@@ -75,8 +80,6 @@ export class Controls {
 
   set_scene(scene) {
     this.scene = scene;
-    const most = scene.limits?.stiffness;
-    if (most > 0) by_id("stiffness").max = most;
     this.show_choices();
   }
 
@@ -108,12 +111,21 @@ export class Controls {
     if (!this.scene) return;
     const renderers = this.scene.renderers ?? [];
     const chosen = renderers[this.frame?.renderer]?.name ?? this.scene.renderer;
-    fill(by_id("renderer"), renderers.map(({ name, available, lack }) => ({
-      value: name, disabled: !available, text: available ? name : `${name}: ${lack || "not available"}` })),
-    chosen);
+    fill(
+      by_id("renderer"),
+      renderers.map(({ name, available, lack }) => ({
+        value: name,
+        disabled: !available,
+        text: available ? name : `${name}: ${lack || "not available"}`,
+      })),
+      chosen,
+    );
     const solvers = this.scene.solvers ?? [];
-    fill(by_id("solver"), solvers.map((name) => ({ value: name, text: name })),
-      solvers[this.frame?.solver]);
+    fill(
+      by_id("solver"),
+      solvers.map((name) => ({ value: name, text: name })),
+      solvers[this.frame?.solver],
+    );
     by_id("solver").disabled = solvers.length < 2;
   }
 
@@ -121,8 +133,11 @@ export class Controls {
     const signature = JSON.stringify(list);
     if (this.told === signature) return;
     this.told = signature;
-    by_id("troubles").replaceChildren(...list.map(({ text, remedy, level }) =>
-      make("li", { className: level }, make("strong", {}, text), remedy ? ` ${remedy}` : "")));
+    by_id("troubles").replaceChildren(
+      ...list.map(({ text, remedy, level }) =>
+        make("li", { className: level }, make("strong", {}, text), remedy ? ` ${remedy}` : ""),
+      ),
+    );
     by_id("trouble-section").hidden = list.length === 0;
     if (list.length > 0) announce(`${list[0].text} ${list[0].remedy}`);
   }

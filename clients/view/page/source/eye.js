@@ -2,7 +2,7 @@
 // Reads an eye file: the mesh of the tool or of an object, as it is drawn.
 
 const kMagic = "HAPTEYE1";
-const kHeader = 80;  // bytes
+const kHeader = 80; // bytes
 export const kTool = 0xffffffff;
 
 /** {object, colour, name, vertices, normals, triangles, points}; throws an Error with the reason. */
@@ -13,7 +13,8 @@ export function read_eye(buffer) {
   if (text(0, 8) !== kMagic) throw new Error("the file does not begin with HAPTEYE1");
   const view = new DataView(buffer);
   const [n_vertices, n_triangles, n_points, object] = [8, 12, 16, 20].map((at) =>
-    view.getUint32(at, true));
+    view.getUint32(at, true),
+  );
   const colour = [24, 28, 32, 36].map((at) => view.getFloat32(at, true));
   const wanted = kHeader + 4 * 3 * (2 * n_vertices + n_triangles + n_points);
   if (wanted !== buffer.byteLength) {
@@ -21,7 +22,7 @@ export function read_eye(buffer) {
   }
   let at = kHeader;
   const take = (Kind, count) => {
-    const part = new Kind(buffer, at, count);  // every machine a browser runs on is little endian
+    const part = new Kind(buffer, at, count); // every machine a browser runs on is little endian
     at += 4 * count;
     return part;
   };

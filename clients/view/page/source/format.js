@@ -43,7 +43,9 @@ export function clock(seconds) {
 /** An integer with thin spaces between thousands. */
 export function count(value) {
   if (!Number.isFinite(value)) return kDash;
-  return Math.round(value).toString().replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f");
+  return Math.round(value)
+    .toString()
+    .replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f");
 }
 
 /** "1 tick", "2 ticks". */

@@ -4,11 +4,11 @@
 /** Columns of equal length; older than `window` seconds is let go. A gap becomes a row of nulls. */
 export class History {
   constructor(n_columns, window, longest_gap = 0.05) {
-    this.window = window;            // [s]
-    this.longest_gap = longest_gap;  // [s] between two samples that are still joined by a line
+    this.window = window; // [s]
+    this.longest_gap = longest_gap; // [s] between two samples that are still joined by a line
     this.columns = Array.from({ length: n_columns + 1 }, () => []);
-    this.first = 0;  // rows before it are too old; they are cut off now and then
-    this.total = 0;
+    this.first = 0; // rows before it are too old; they are cut off now and then
+    this.gap = false;
   }
 
   get length() {
@@ -24,15 +24,20 @@ export class History {
     this.first = 0;
   }
 
+  /** Samples are missing before the next one: no line is drawn to it. */
+  leave_gap() {
+    this.gap = this.length > 0;
+  }
+
   /** Time goes backwards only where a session began anew: then the old samples are dropped. */
   push(time, values) {
     if (!Number.isFinite(time)) return;
     const newest = this.newest;
     if (time === newest) return;
     if (time < newest) this.clear();
-    else if (time - newest > this.longest_gap) this.append((newest + time) / 2, null);
+    else if (this.gap || time - newest > this.longest_gap) this.append((newest + time) / 2, null);
     this.append(time, values);
-    this.total += 1;
+    this.gap = false;
     this.trim();
   }
 
@@ -48,7 +53,8 @@ export class History {
     const times = this.columns[0];
     const oldest = times.at(-1) - this.window;
     while (times[this.first] < oldest) this.first += 1;
-    if (this.first > 8192) {  // rows; cutting is a copy, so it is done seldom
+    if (this.first > 8192) {
+      // rows; cutting is a copy, so it is done seldom
       for (const column of this.columns) column.splice(0, this.first);
       this.first = 0;
     }
@@ -67,9 +73,14 @@ export class History {
 export function join(tables) {
   const times = [...new Set(tables.flatMap(([t]) => t))].sort((a, b) => a - b);
   const place = new Map(times.map((time, index) => [time, index]));
-  return [times, ...tables.map(([t, values]) => {
-    const column = new Array(times.length).fill(undefined);
-    t.forEach((time, i) => { column[place.get(time)] = values[i]; });
-    return column;
-  })];
+  return [
+    times,
+    ...tables.map(([t, values]) => {
+      const column = new Array(times.length).fill(undefined);
+      t.forEach((time, i) => {
+        column[place.get(time)] = values[i];
+      });
+      return column;
+    }),
+  ];
 }

@@ -5,7 +5,7 @@
 export function read_record(numbers, base, fields) {
   const record = {};
   for (const [name, place] of Object.entries(fields)) {
-    if (!Array.isArray(place)) continue;  // `size`
+    if (!Array.isArray(place)) continue; // `size`
     const [offset, count] = place;
     record[name] =
       count === 1 ? numbers[base + offset] : numbers.subarray(base + offset, base + offset + count);
@@ -44,9 +44,17 @@ export function decode_frame(buffer, layout) {
 
 /** The quantities that are plotted, in the order of the columns of a History. */
 export const kQuantities = [
-  "force_x", "force_y", "force_z", "force",
-  "torque_x", "torque_y", "torque_z", "torque",
-  "depth", "wake_late", "contact_rate",
+  "force_x",
+  "force_y",
+  "force_z",
+  "force",
+  "torque_x",
+  "torque_y",
+  "torque_z",
+  "torque",
+  "depth",
+  "wake_late",
+  "contact_rate",
 ];
 
 /** Calls row(time, values) for each packed sample; `values` (kQuantities) is reused. */
@@ -55,7 +63,10 @@ export function each_sample(samples, kind, row) {
   const values = new Array(kQuantities.length);
   for (let i = 0; i < count; i += 1) {
     const at = base + i * kind.size;
-    for (const [first, place] of [[0, kind.force[0]], [4, kind.torque[0]]]) {
+    for (const [first, place] of [
+      [0, kind.force[0]],
+      [4, kind.torque[0]],
+    ]) {
       const [x, y, z] = [numbers[at + place], numbers[at + place + 1], numbers[at + place + 2]];
       values[first] = x;
       values[first + 1] = y;

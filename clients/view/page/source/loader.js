@@ -12,12 +12,17 @@ async function fetch_eye(path) {
 /** {objects: [eye or null, by index], tool: eye or null, troubles: [text]}. */
 export async function load_eyes(scene) {
   const troubles = [];
-  const load = (path) => (path ? fetch_eye(path).catch((error) => {
-    troubles.push(`A mesh cannot be shown: ${error.message}`);
-    return null;
-  }) : Promise.resolve(null));
+  const load = (path) =>
+    path
+      ? fetch_eye(path).catch((error) => {
+          troubles.push(`A mesh cannot be shown: ${error.message}`);
+          return null;
+        })
+      : Promise.resolve(null);
   const objects = [];
-  const wanted = (scene.objects ?? []).map(async ({ index, mesh }) => { objects[index] = await load(mesh); });
+  const wanted = (scene.objects ?? []).map(async ({ index, mesh }) => {
+    objects[index] = await load(mesh);
+  });
   const [tool] = await Promise.all([load(scene.tool?.mesh), ...wanted]);
   return { objects: Array.from(objects, (eye) => eye ?? null), tool, troubles };
 }

@@ -11,8 +11,11 @@ import { kQuantities } from "./layout.js";
 export function tables_of({ time, columns }) {
   const half = time.length > 1 ? (time[1] - time[0]) / 2 : 0;
   const times = time.flatMap((t) => [t, t + half]);
-  return columns.map((column) => [times, ...kQuantities.map((name) => {
-    const { min = [], max = [] } = column[name] ?? {};
-    return time.flatMap((_, i) => [min[i] ?? null, max[i] ?? null]);
-  })]);
+  return columns.map((column) => [
+    times,
+    ...kQuantities.map((name) => {
+      const { min = [], max = [] } = column[name] ?? {};
+      return time.flatMap((_, i) => [min[i] ?? null, max[i] ?? null]);
+    }),
+  ]);
 }

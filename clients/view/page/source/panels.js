@@ -3,11 +3,23 @@
 
 import { by_id, make, write } from "./dom.js";
 import { kSilence } from "./health.js";
-import { clock, count, duration, fixed, hertz, millimetre, newton, newton_metre, norm, some } from "./format.js";
+import {
+  clock,
+  count,
+  duration,
+  fixed,
+  hertz,
+  millimetre,
+  newton,
+  newton_metre,
+  norm,
+  some,
+} from "./format.js";
 import { state_words } from "./words.js";
 
 // a number in each line where columns stand side by side: CSS keeps or folds the line ends
-const vector = (v, factor, digits) => Array.from(v, (value) => fixed(value * factor, digits)).join("\u2002\n");
+const vector = (v, factor, digits) =>
+  Array.from(v, (value) => fixed(value * factor, digits)).join("\u2002\n");
 
 /** Rows of the readings: [id, what it is, how a frame says it]. */
 const kReadings = [
@@ -40,11 +52,26 @@ export class Readings {
     this.columns = columns;
     this.cells = kReadings.map(() => columns.map(() => make("td", {}, "–")));
     const rows = kReadings.map(([id, name], row) =>
-      make("tr", { "data-reading": id }, make("th", { scope: "row" }, name), ...this.cells[row]));
-    const head = columns.length > 1 ? [make("thead", {}, make("tr", {}, make("td", {}),
-      ...columns.map((name, i) => make("th", { scope: "col", className: `key-column-${i % 8}` }, name))))] : [];
-    by_id("readings").replaceChildren(make("caption", { className: "hidden" }, "Numbers of now"),
-      ...head, make("tbody", {}, ...rows));
+      make("tr", { "data-reading": id }, make("th", { scope: "row" }, name), ...this.cells[row]),
+    );
+    const head =
+      columns.length > 1
+        ? [
+            make(
+              "thead",
+              {},
+              make(
+                "tr",
+                {},
+                make("td", {}),
+                ...columns.map((name, i) =>
+                  make("th", { scope: "col", className: `key-column-${i % 8}` }, name),
+                ),
+              ),
+            ),
+          ]
+        : [];
+    by_id("readings").replaceChildren(...head, make("tbody", {}, ...rows));
   }
 
   show(frame) {
@@ -58,11 +85,13 @@ export class Readings {
     this.flags = flags;
     const words = state_words(flags);
     const shown = words.length > 0 ? words : [{ word: "free", level: "ok" }];
-    by_id("state").replaceChildren(...shown.map(({ word, level }) => make("li", { className: level }, word)));
+    by_id("state").replaceChildren(
+      ...shown.map(({ word, level }) => make("li", { className: level }, word)),
+    );
   }
 }
 
-const kOldAge = { servo: 0.1, contact: 0.2, sim: 0.2 };  // [s] from where a row is marked
+const kOldAge = { servo: 0.1, contact: 0.2, sim: 0.2 }; // [s] from where a row is marked
 
 const kind_of = (name) => name.replace(/[0-9]+$/, "");
 
@@ -77,8 +106,11 @@ export class Processes {
     this.status = status;
     this.received = now;
     const { clients, viewers, missed } = status;
-    write(by_id("watchers"), `${some(clients ?? 0, "client")}, ${some(viewers ?? 0, "viewer")}, ` +
-      `${some(missed ?? 0, "record")} missed by the bridge`);
+    write(
+      by_id("watchers"),
+      `${some(clients ?? 0, "client")}, ${some(viewers ?? 0, "viewer")}, ` +
+        `${some(missed ?? 0, "record")} missed by the bridge`,
+    );
   }
 
   show(frame, frame_age, now) {
@@ -86,12 +118,23 @@ export class Processes {
     const rows = this.status.processes.map((process) => {
       const kind = kind_of(process.name);
       const fresh = frame?.[`age_${kind}`];
-      const age = Number.isFinite(fresh) ? fresh + (frame_age > kSilence ? frame_age : 0) : process.age + (now - this.received);
+      const age = Number.isFinite(fresh)
+        ? fresh + (frame_age > kSilence ? frame_age : 0)
+        : process.age + (now - this.received);
       const rate = frame?.[`rate_${kind}`] ?? process.rate;
       const old = !process.runs || age > (kOldAge[kind] ?? Infinity);
-      return { name: process.name, old, runs: process.runs, texts: [
-        process.runs ? "runs" : "stopped", Number.isFinite(age) ? duration(age) : "–",
-        Number.isFinite(rate) && rate > 0 ? hertz(rate) : "–", count(process.generation), String(process.pid ?? "–")] };
+      return {
+        name: process.name,
+        old,
+        runs: process.runs,
+        texts: [
+          process.runs ? "runs" : "stopped",
+          Number.isFinite(age) ? duration(age) : "–",
+          Number.isFinite(rate) && rate > 0 ? hertz(rate) : "–",
+          count(process.generation),
+          String(process.pid ?? "–"),
+        ],
+      };
     });
     this.write_rows(rows);
   }
@@ -100,8 +143,11 @@ export class Processes {
     const body = by_id("processes");
     while (body.rows.length > rows.length) body.lastElementChild.remove();
     rows.forEach(({ name, old, texts }, index) => {
-      const row = body.rows[index] ?? body.appendChild(make("tr", {},
-        make("th", { scope: "row" }), ...texts.map(() => make("td"))));
+      const row =
+        body.rows[index] ??
+        body.appendChild(
+          make("tr", {}, make("th", { scope: "row" }), ...texts.map(() => make("td"))),
+        );
       row.className = old ? "bad" : "";
       write(row.cells[0], name);
       texts.forEach((text, i) => write(row.cells[i + 1], text));
@@ -120,7 +166,7 @@ export function note_event(text) {
   by_id("no-events").hidden = true;
 }
 
-const kRecoveredShown = 8000;  // [ms]
+const kRecoveredShown = 8000; // [ms]
 
 /** The banner over everything: alerts, and for a while that all is well again. */
 export class Banner {

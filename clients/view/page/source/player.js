@@ -5,8 +5,8 @@ import { by_id, css, throttled, write } from "./dom.js";
 import { clock, count, some } from "./format.js";
 import { tables_of } from "./overview.js";
 
-const kOverviewSteps = 900;     // of one request: about a pixel each
-const kGrowthPeriod = 2000;     // [ms] between two overviews of a recording that grows
+const kOverviewSteps = 900; // of one request: about a pixel each
+const kGrowthPeriod = 2000; // [ms] between two overviews of a recording that grows
 const kKinds = { contact: "contact", fault: "fault", late: "late tick" };
 
 export class Player {
@@ -16,7 +16,7 @@ export class Player {
     this.scene = null;
     this.tick = 0;
     this.playing = false;
-    this.selection = [null, null];  // ticks
+    this.selection = [null, null]; // ticks
     this.slider = by_id("slider");
     this.fetch_later = throttled(() => this.fetch_overview(), 150);
     this.fetch_growth = throttled(() => this.fetch_overview(), kGrowthPeriod);
@@ -30,9 +30,13 @@ export class Player {
       this.seek_later();
       this.tell(Number(this.slider.value));
     });
-    this.slider.addEventListener("change", () => { this.held = false; });
+    this.slider.addEventListener("change", () => {
+      this.held = false;
+    });
     by_id("play").addEventListener("click", () => this.toggle());
-    by_id("speed").addEventListener("change", () => { if (this.playing) this.play(); });
+    by_id("speed").addEventListener("change", () => {
+      if (this.playing) this.play();
+    });
     const on = (id, action) => by_id(id).addEventListener("click", action);
     on("step-back", () => this.step(-1));
     on("step-on", () => this.step(1));
@@ -48,14 +52,16 @@ export class Player {
 
   /** Takes the scene of a log; the same one again where the recording has grown. */
   set_scene(scene) {
-    const grown = this.scene?.session === scene.session && this.scene.first_tick === scene.first_tick;
+    const grown =
+      this.scene?.session === scene.session && this.scene.first_tick === scene.first_tick;
     this.scene = scene;
     this.slider.min = scene.first_tick;
     this.slider.max = scene.last_tick;
     if (!grown) this.set_selection([null, null]);
     const marks = scene.marks ?? [];
     const told = Object.entries(kKinds).map(([kind, word]) =>
-      some(marks.filter((mark) => mark.kind === kind).length, word));
+      some(marks.filter((mark) => mark.kind === kind).length, word),
+    );
     write(by_id("mark-counts"), `${told.join(", ")}${scene.growing ? "; still recording" : ""}`);
     write(by_id("log-length"), clock(scene.last_time - scene.first_time));
     this.draw_marks();
@@ -77,8 +83,10 @@ export class Player {
     const time = this.time_of(tick);
     write(by_id("log-time"), clock(time - this.scene.first_time));
     write(by_id("log-tick"), `tick ${count(tick)}`);
-    this.slider.setAttribute("aria-valuetext",
-      `${clock(time - this.scene.first_time)} of ${clock(this.scene.last_time - this.scene.first_time)}`);
+    this.slider.setAttribute(
+      "aria-valuetext",
+      `${clock(time - this.scene.first_time)} of ${clock(this.scene.last_time - this.scene.first_time)}`,
+    );
   }
 
   // ticks lie on a grid of time, so a straight line between first and last is exact
@@ -128,8 +136,9 @@ export class Player {
 
   next(direction) {
     const kind = by_id("kind").value;
-    const beyond = (this.scene.marks ?? []).some((mark) =>
-      mark.kind === kind && (mark.tick - this.tick) * direction > 0);
+    const beyond = (this.scene.marks ?? []).some(
+      (mark) => mark.kind === kind && (mark.tick - this.tick) * direction > 0,
+    );
     if (!beyond) {
       this.say(`No ${kKinds[kind]} ${direction > 0 ? "after" : "before"} this tick.`);
       return;
@@ -155,7 +164,10 @@ export class Player {
     this.selection = selection;
     const [from, to] = this.bounds();
     const some_selected = selection.some((tick) => tick !== null);
-    write(by_id("selection"), some_selected ? `ticks ${count(from)} to ${count(to)}` : "whole recording");
+    write(
+      by_id("selection"),
+      some_selected ? `ticks ${count(from)} to ${count(to)}` : "whole recording",
+    );
     by_id("export").href = `/export.csv?from=${from}&to=${to}`;
     this.send_loop();
     this.draw_marks();
@@ -181,7 +193,11 @@ export class Player {
     try {
       const reply = await fetch(`/overview.json?${query}`, { cache: "no-store" });
       if (!reply.ok) throw new Error(`the bridge says ${reply.status}`);
-      this.plots.show_overview(tables_of(await reply.json()), this.scene.first_time, this.scene.last_time);
+      this.plots.show_overview(
+        tables_of(await reply.json()),
+        this.scene.first_time,
+        this.scene.last_time,
+      );
     } catch (error) {
       this.say(`The overview could not be read: ${error.message}`);
     }
@@ -189,13 +205,16 @@ export class Player {
 
   draw_marks() {
     const canvas = by_id("marks");
-    const [width, height] = [canvas.clientWidth * devicePixelRatio, canvas.clientHeight * devicePixelRatio];
+    const [width, height] = [
+      canvas.clientWidth * devicePixelRatio,
+      canvas.clientHeight * devicePixelRatio,
+    ];
     if (!this.scene || width === 0) return;
     canvas.width = width;
     canvas.height = height;
     const pen = canvas.getContext("2d");
     const { first_tick, last_tick, marks = [] } = this.scene;
-    const x = (tick) => (tick - first_tick) / Math.max(last_tick - first_tick, 1) * width;
+    const x = (tick) => ((tick - first_tick) / Math.max(last_tick - first_tick, 1)) * width;
     if (this.selection.some((tick) => tick !== null)) {
       const [from, to] = this.bounds().map(x);
       pen.fillStyle = css("selection");
@@ -204,7 +223,8 @@ export class Player {
     for (const [row, kind] of Object.keys(kKinds).entries()) {
       pen.fillStyle = css(`mark-${kind}`);
       for (const mark of marks) {
-        if (mark.kind === kind) pen.fillRect(x(mark.tick) - 1, row * height / 3 + 1, 2, height / 3 - 2);
+        if (mark.kind === kind)
+          pen.fillRect(x(mark.tick) - 1, (row * height) / 3 + 1, 2, height / 3 - 2);
       }
     }
   }

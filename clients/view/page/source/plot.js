@@ -7,7 +7,7 @@ import { clock, fixed } from "./format.js";
 import { Legend, reading } from "./plot_legend.js";
 
 const kSync = uPlot.sync("hapticd");
-const kStep = 8;  // [px] a key press moves the cursor
+const kStep = 8; // [px] a key press moves the cursor
 
 /** Digits so that neighbouring labels differ. */
 function labels(plot, splits) {
@@ -26,18 +26,33 @@ function value_range(plot, low, high) {
 
 function seconds(plot, splits) {
   const step = (splits[1] ?? 1) - splits[0];
-  return splits.map((value) => (step >= 1 ? clock(value).replace(/\.000$/, "") : fixed(value, step < 0.01 ? 3 : 2)));
+  return splits.map((value) =>
+    step >= 1 ? clock(value).replace(/\.000$/, "") : fixed(value, step < 0.01 ? 3 : 2),
+  );
 }
 
 export class Plot {
   constructor(definition, lines, owner) {
     Object.assign(this, { definition, lines, owner });
     this.legend = new Legend(definition, lines);
-    this.body = make("div", { className: "plot-body", tabIndex: 0, role: "img",
-      "aria-label": `${definition.title} in ${definition.unit} over time` });
-    this.element = make("figure", { className: "plot" },
-      make("figcaption", {}, make("span", { className: "plot-title" }, definition.title),
-        make("span", { className: "unit" }, definition.unit), this.legend.element), this.body);
+    this.body = make("div", {
+      className: "plot-body",
+      tabIndex: 0,
+      role: "img",
+      "aria-label": `${definition.title} in ${definition.unit} over time`,
+    });
+    this.element = make(
+      "figure",
+      { className: "plot" },
+      make(
+        "figcaption",
+        {},
+        make("span", { className: "plot-title" }, definition.title),
+        make("span", { className: "unit" }, definition.unit),
+        this.legend.element,
+      ),
+      this.body,
+    );
     this.uplot = new uPlot(this.options(), [[], ...lines.map(() => [])], this.body);
     this.body.addEventListener("keydown", (event) => this.key(event));
     this.watch = new ResizeObserver(() => this.resize());
@@ -47,21 +62,45 @@ export class Plot {
   options() {
     const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
     const font = `${Math.round(0.77 * rem)}px system-ui, sans-serif`;
-    const axis = { stroke: () => css("quiet"), font, ticks: { show: false },
-      grid: { stroke: () => css("grid-line"), width: 1 } };
+    const axis = {
+      stroke: () => css("quiet"),
+      font,
+      ticks: { show: false },
+      grid: { stroke: () => css("grid-line"), width: 1 },
+    };
     return {
-      width: 200, height: 100, legend: { show: false }, padding: [6, 8, 0, 0], pxAlign: 1,
+      width: 200,
+      height: 100,
+      legend: { show: false },
+      padding: [6, 8, 0, 0],
+      pxAlign: 1,
       scales: { x: { time: false, auto: false }, y: { range: value_range } },
-      axes: [{ ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
-        { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels }],
-      series: [{}, ...this.lines.map(({ colour }) => ({
-        stroke: () => css(colour), width: colour === "ink" ? 1.5 : 1.1, points: { show: false } }))],
+      axes: [
+        { ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
+        { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels },
+      ],
+      series: [
+        {},
+        ...this.lines.map(({ colour }) => ({
+          stroke: () => css(colour),
+          width: colour === "ink" ? 1.5 : 1.1,
+          points: { show: false },
+        })),
+      ],
       cursor: {
-        sync: { key: kSync.key }, y: false, points: { size: 5 },
+        sync: { key: kSync.key },
+        y: false,
+        points: { size: 5 },
         drag: { x: true, y: false, setScale: false },
         bind: {
-          dblclick: () => () => { this.owner.reset(); return null; },
-          click: () => (event) => { this.clicked(event); return null; },
+          dblclick: () => () => {
+            this.owner.reset();
+            return null;
+          },
+          click: () => (event) => {
+            this.clicked(event);
+            return null;
+          },
         },
       },
       hooks: {
@@ -137,7 +176,8 @@ export class Plot {
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { key } = event;
-    if (key === "ArrowLeft" || key === "ArrowRight") this.move_cursor(key === "ArrowLeft" ? -kStep : kStep);
+    if (key === "ArrowLeft" || key === "ArrowRight")
+      this.move_cursor(key === "ArrowLeft" ? -kStep : kStep);
     else if (key === "+" || key === "=") this.owner.zoom_about(this.cursor_time(), 0.5);
     else if (key === "-") this.owner.zoom_about(this.cursor_time(), 2);
     else if (key === "Home" || key === "0" || key === "Escape") this.owner.reset();
@@ -158,7 +198,14 @@ export class Plot {
     this.uplot.setCursor({ left: Math.min(Math.max(from + pixels, 0), width), top: 1 });
     const index = this.uplot.cursor.idx;
     if (index === null || index === undefined) return;
-    this.owner.say(reading(this.definition, this.lines, data[0][index], data.slice(1).map((c) => c[index])));
+    this.owner.say(
+      reading(
+        this.definition,
+        this.lines,
+        data[0][index],
+        data.slice(1).map((c) => c[index]),
+      ),
+    );
   }
 
   destroy() {

@@ -5,28 +5,37 @@ import * as THREE from "three";
 import { css } from "./dom.js";
 
 const kUp = new THREE.Vector3(0, 1, 0);
-const kShortest = 1e-3;  // [N, N·m] below it there is no arrow
+const kShortest = 1e-3; // [N, N·m] below it there is no arrow
 
 /** An arrow of a shaft and a head; the torque has two heads. */
 export class Arrow {
   constructor(name, low) {
     this.name = name;
     this.group = new THREE.Group();
-    this.material = low ? new THREE.MeshLambertMaterial()
+    this.material = low
+      ? new THREE.MeshLambertMaterial()
       : new THREE.MeshStandardMaterial({ roughness: 0.5 });
     // once more, faint, through what hides it: it begins at a hand that may be inside an object
-    this.faint = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.35, depthTest: false,
-      depthWrite: false });
+    this.faint = new THREE.MeshBasicMaterial({
+      transparent: true,
+      opacity: 0.35,
+      depthTest: false,
+      depthWrite: false,
+    });
     const sides = low ? 8 : 16;
     this.shaft = this.part(new THREE.CylinderGeometry(1, 1, 1, sides));
     this.heads = Array.from({ length: name === "torque" ? 2 : 1 }, () =>
-      this.part(new THREE.ConeGeometry(1, 1, sides)));
+      this.part(new THREE.ConeGeometry(1, 1, sides)),
+    );
     this.group.add(this.shaft, ...this.heads);
     this.thickness = 1e-3;
   }
 
   part(geometry) {
-    return new THREE.Group().add(new THREE.Mesh(geometry, this.material), new THREE.Mesh(geometry, this.faint));
+    return new THREE.Group().add(
+      new THREE.Mesh(geometry, this.material),
+      new THREE.Mesh(geometry, this.faint),
+    );
   }
 
   theme() {
@@ -43,7 +52,7 @@ export class Arrow {
     this.group.position.set(pose[0], pose[1], pose[2]);
     this.group.quaternion.setFromUnitVectors(kUp, new THREE.Vector3(...vector).divideScalar(size));
     const thick = this.thickness;
-    const head = Math.min(6 * thick, 0.5 * length / this.heads.length);
+    const head = Math.min(6 * thick, (0.5 * length) / this.heads.length);
     const shaft = Math.max(length - head * this.heads.length, 1e-6);
     this.shaft.scale.set(thick, shaft, thick);
     this.shaft.position.y = shaft / 2;
@@ -54,19 +63,28 @@ export class Arrow {
   }
 }
 
-const kMostContacts = 64;  // kMaxContacts of a set
+const kMostContacts = 64; // kMaxContacts of a set
 
 /** Contact points with normals, and discs of their extent; inactive ones are faint. */
 export class Contacts {
   constructor() {
     this.group = new THREE.Group();
     this.items = [];
-    this.materials = Object.fromEntries(["active", "near"].map((name) => [name, {
-      dot: new THREE.MeshBasicMaterial(),
-      line: new THREE.LineBasicMaterial(),
-      disc: new THREE.MeshBasicMaterial({
-        transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false }),
-    }]));
+    this.materials = Object.fromEntries(
+      ["active", "near"].map((name) => [
+        name,
+        {
+          dot: new THREE.MeshBasicMaterial(),
+          line: new THREE.LineBasicMaterial(),
+          disc: new THREE.MeshBasicMaterial({
+            transparent: true,
+            opacity: 0.22,
+            side: THREE.DoubleSide,
+            depthWrite: false,
+          }),
+        },
+      ]),
+    );
     this.shapes = {
       dot: new THREE.SphereGeometry(1, 10, 8),
       disc: new THREE.CircleGeometry(1, 32),
@@ -90,7 +108,7 @@ export class Contacts {
       const dot = new THREE.Mesh(this.shapes.dot);
       const line = new THREE.Line(this.shapes.line);
       const disc = new THREE.Mesh(this.shapes.disc);
-      disc.rotation.x = -Math.PI / 2;  // its face is turned along the normal
+      disc.rotation.x = -Math.PI / 2; // its face is turned along the normal
       group.add(dot, line, disc);
       this.group.add(group);
       this.items.push({ group, dot, line, disc });
@@ -121,7 +139,7 @@ export class Contacts {
   }
 }
 
-const kTrailPoints = 600;  // ten seconds at 60 frames a second
+const kTrailPoints = 600; // ten seconds at 60 frames a second
 
 export class Trail {
   constructor() {

@@ -25,7 +25,8 @@ function geometry_of(eye) {
 
 /** Dull in low quality: a software renderer pays three times as much for the other. */
 function material(low, options) {
-  return low ? new THREE.MeshLambertMaterial(options)
+  return low
+    ? new THREE.MeshLambertMaterial(options)
     : new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0.05, ...options });
 }
 
@@ -42,11 +43,22 @@ export class Model {
     this.contacts = new Contacts();
     this.trail = new Trail();
     this.link = line_of("hand");
-    this.intent = new THREE.Mesh(new THREE.OctahedronGeometry(1),
-      new THREE.MeshBasicMaterial({ wireframe: true, depthTest: false, transparent: true }));
+    this.intent = new THREE.Mesh(
+      new THREE.OctahedronGeometry(1),
+      new THREE.MeshBasicMaterial({ wireframe: true, depthTest: false, transparent: true }),
+    );
     this.intent_line = line_of("intent");
-    this.scene.add(this.hand, this.proxy, this.force.group, this.torque.group,
-      this.contacts.group, this.trail.line, this.link, this.intent, this.intent_line);
+    this.scene.add(
+      this.hand,
+      this.proxy,
+      this.force.group,
+      this.torque.group,
+      this.contacts.group,
+      this.trail.line,
+      this.link,
+      this.intent,
+      this.intent_line,
+    );
     this.intent.visible = false;
     this.intent_line.visible = false;
     this.shell_visible = false;
@@ -61,8 +73,10 @@ export class Model {
   /** The sun stands over the viewer's left shoulder, wherever he goes. */
   light_from(camera, target) {
     this.sun.position.copy(camera.position);
-    this.sun.position.addScaledVector(new THREE.Vector3(-1, 1, 0).applyQuaternion(camera.quaternion),
-      camera.position.distanceTo(target) * 0.5);
+    this.sun.position.addScaledVector(
+      new THREE.Vector3(-1, 1, 0).applyQuaternion(camera.quaternion),
+      camera.position.distanceTo(target) * 0.5,
+    );
     this.sun.target.position.copy(target);
   }
 
@@ -84,8 +98,12 @@ export class Model {
     const [r, g, b, a] = eye.colour;
     const colour = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
     const see_through = a < 1 ? { transparent: true, opacity: a } : {};
-    group.add(new THREE.Mesh(geometry_of(eye),
-      material(this.low, { color: colour, side: THREE.DoubleSide, ...see_through })));
+    group.add(
+      new THREE.Mesh(
+        geometry_of(eye),
+        material(this.low, { color: colour, side: THREE.DoubleSide, ...see_through }),
+      ),
+    );
     this.add_shell(group, eye);
     return group;
   }
@@ -94,20 +112,26 @@ export class Model {
     if (eye.points.length === 0) return;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(eye.points, 3));
-    const points = new THREE.Points(geometry,
-      new THREE.PointsMaterial({ size: 3, sizeAttenuation: false }));
+    const points = new THREE.Points(
+      geometry,
+      new THREE.PointsMaterial({ size: 3, sizeAttenuation: false }),
+    );
     points.visible = this.shell_visible;
     points.name = "shell";
     group.add(points);
   }
 
   set_tool(eye, radius) {
-    const shape = eye && eye.triangles.length > 0 ? geometry_of(eye)
-      : new THREE.SphereGeometry(radius, 24, 16);
+    const shape =
+      eye && eye.triangles.length > 0 ? geometry_of(eye) : new THREE.SphereGeometry(radius, 24, 16);
     this.hand.clear();
     this.proxy.clear();
-    const ghost = material(this.low, { transparent: true, opacity: 0.42, depthWrite: false,
-      depthTest: false });  // seen through objects: a hand inside one is what matters
+    const ghost = material(this.low, {
+      transparent: true,
+      opacity: 0.42,
+      depthWrite: false,
+      depthTest: false,
+    }); // seen through objects: a hand inside one is what matters
     ghost.name = "hand";
     const solid = material(this.low, {});
     solid.name = "proxy";
@@ -118,7 +142,9 @@ export class Model {
 
   show_shell(on) {
     this.shell_visible = on;
-    this.scene.traverse((node) => { if (node.name === "shell") node.visible = on; });
+    this.scene.traverse((node) => {
+      if (node.name === "shell") node.visible = on;
+    });
   }
 
   theme() {
@@ -164,7 +190,10 @@ export class Model {
 function line_of(name) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3));
-  const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ depthTest: false, transparent: true }));
+  const line = new THREE.Line(
+    geometry,
+    new THREE.LineBasicMaterial({ depthTest: false, transparent: true }),
+  );
   line.name = name;
   line.frustumCulled = false;
   return line;

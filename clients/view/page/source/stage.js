@@ -7,17 +7,23 @@ import { Model } from "./scene_model.js";
 import { arrow_scales, bounds_of, Rule } from "./scene_rule.js";
 
 const kNoPose = [0, 0, 0, 1, 0, 0, 0];
-const kJump = 0.5;  // [s] of session time: a longer step than that begins a new trail
+const kJump = 0.5; // [s] of session time: a longer step than that begins a new trail
 const kViews = { front: [0, 0, 1], side: [1, 0, 0], top: [0, 1, 0.001], start: [0.62, 0.5, 1] };
 
 export class Stage {
   constructor(canvas, { low }) {
     this.canvas = canvas;
     this.low = low;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !low, powerPreference: "low-power" });
+    this.renderer = new THREE.WebGLRenderer({
+      canvas,
+      antialias: !low,
+      powerPreference: "low-power",
+    });
     this.camera = new THREE.PerspectiveCamera(38, 1, 0.001, 100);
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.addEventListener("change", () => { this.dirty = true; });
+    this.orbit.addEventListener("change", () => {
+      this.dirty = true;
+    });
     this.models = [];
     this.rules = [];
     this.last_time = [];
@@ -26,7 +32,7 @@ export class Stage {
     this.size = 0.1;
     this.scales = arrow_scales(this.size, null);
     this.on_draw = () => {};
-    this.newest = [];  // the newest frame of each column
+    this.newest = []; // the newest frame of each column
     this.dirty = true;
     this.placed = false;
     this.set_columns(1);
@@ -60,7 +66,10 @@ export class Stage {
   }
 
   measure(poses) {
-    this.box = bounds_of(this.eyes.objects, this.eyes.objects.map((_, i) => poses[i] ?? kNoPose));
+    this.box = bounds_of(
+      this.eyes.objects,
+      this.eyes.objects.map((_, i) => poses[i] ?? kNoPose),
+    );
     this.size = Math.max(this.box.getSize(new THREE.Vector3()).length() * 0.7, 1e-4);
     this.scales = arrow_scales(this.size, this.limits);
     this.apply_eyes();
@@ -89,8 +98,10 @@ export class Stage {
   }
 
   get has_shell() {
-    return this.eyes.objects.some((eye) => eye && eye.points.length > 0) ||
-      (this.eyes.tool?.points.length ?? 0) > 0;
+    return (
+      this.eyes.objects.some((eye) => eye && eye.points.length > 0) ||
+      (this.eyes.tool?.points.length ?? 0) > 0
+    );
   }
 
   /** Looks from a named side at the whole scene and the tool. */
@@ -116,9 +127,11 @@ export class Stage {
     ball.theta -= turn[0];
     ball.phi = THREE.MathUtils.clamp(ball.phi - turn[1], 0.01, Math.PI - 0.01);
     ball.radius /= nearer;
-    const width = ball.radius * 2 * Math.tan(this.camera.fov * Math.PI / 360);
+    const width = ball.radius * 2 * Math.tan((this.camera.fov * Math.PI) / 360);
     const { right, up } = this.plane();
-    this.orbit.target.addScaledVector(right, shift[0] * width).addScaledVector(up, shift[1] * width);
+    this.orbit.target
+      .addScaledVector(right, shift[0] * width)
+      .addScaledVector(up, shift[1] * width);
     this.camera.position.setFromSpherical(ball).add(this.orbit.target);
     this.orbit.update();
     this.dirty = true;
@@ -135,8 +148,10 @@ export class Stage {
   metres_per_pixel(point) {
     const { forward } = this.plane();
     const away = new THREE.Vector3(...point).sub(this.camera.position).dot(forward);
-    return 2 * Math.max(away, this.camera.near) * Math.tan(this.camera.fov * Math.PI / 360) /
-      this.canvas.clientHeight;
+    return (
+      (2 * Math.max(away, this.camera.near) * Math.tan((this.camera.fov * Math.PI) / 360)) /
+      this.canvas.clientHeight
+    );
   }
 
   show(frame, intent) {
@@ -165,7 +180,8 @@ export class Stage {
   cell(index) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const count = this.models.length;
-    const across = width >= height ? (count <= 3 ? count : Math.ceil(count / 2)) : (count > 3 ? 2 : 1);
+    const across =
+      width >= height ? (count <= 3 ? count : Math.ceil(count / 2)) : count > 3 ? 2 : 1;
     const down = Math.ceil(count / across);
     const [w, h] = [Math.max(width / across, 1), Math.max(height / down, 1)];
     return { x: (index % across) * w, y: Math.floor(index / across) * h, width: w, height: h };

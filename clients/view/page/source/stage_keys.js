@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The camera by keyboard, while the picture has the focus and the hand is not being led.
 
-const kTurn = 0.12;   // [rad] a key press
-const kShift = 0.05;  // of the picture's height
+const kTurn = 0.12; // [rad] a key press
+const kShift = 0.05; // of the picture's height
 const kNearer = 1.12;
 
 const kMoves = {

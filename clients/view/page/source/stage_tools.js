@@ -7,15 +7,26 @@ import { listen_to_camera_keys } from "./stage_keys.js";
 
 /** Shortcuts that hold wherever no text is being typed: key, the button that it presses. */
 const kShortcuts = {
-  "?": "help", t: "touch", f: "plot-pause", g: "shell", k: "play", ",": "step-back", ".": "step-on",
-  "[": "from-here", "]": "to-here", n: "next", p: "previous",
+  "?": "help",
+  t: "touch",
+  f: "plot-pause",
+  g: "shell",
+  k: "play",
+  ",": "step-back",
+  ".": "step-on",
+  "[": "from-here",
+  "]": "to-here",
+  n: "next",
+  p: "previous",
 };
 
-const is_typing = ({ target }) => target instanceof Element && target.closest("input:not([type=checkbox]), select, textarea");
+const is_typing = ({ target }) =>
+  target instanceof Element && target.closest("input:not([type=checkbox]), select, textarea");
 
 export function set_up_stage_tools({ stage, plots, player, touch, state }) {
   const on = (id, event, action) => by_id(id).addEventListener(event, action);
-  for (const name of ["start", "front", "side", "top"]) on(`view-${name}`, "click", () => stage.view(name));
+  for (const name of ["start", "front", "side", "top"])
+    on(`view-${name}`, "click", () => stage.view(name));
   on("shell", "change", () => stage.show_shell(by_id("shell").checked));
   on("touch", "click", () => {
     touch.set_on(!touch.on);
@@ -52,24 +63,31 @@ function shortcut(event, touch) {
 /** Names of the columns over their pictures. */
 export function show_labels(stage, columns) {
   const several = columns.length > 1;
-  by_id("column-labels").replaceChildren(...(several ? columns : []).map((name, index) => {
-    const { x, y, width } = stage.cell(index);
-    const label = make("span", { className: `column-label key-column-${index % 8}` },
-      make("span", { className: "swatch" }), name);
-    label.style.left = `${x + 8}px`;
-    label.style.top = `${y + 8}px`;
-    label.style.maxWidth = `${width - 16}px`;
-    return label;
-  }));
+  by_id("column-labels").replaceChildren(
+    ...(several ? columns : []).map((name, index) => {
+      const { x, y, width } = stage.cell(index);
+      const label = make(
+        "span",
+        { className: `column-label key-column-${index % 8}` },
+        make("span", { className: "swatch" }),
+        name,
+      );
+      label.style.left = `${x + 8}px`;
+      label.style.top = `${y + 8}px`;
+      label.style.maxWidth = `${width - 16}px`;
+      return label;
+    }),
+  );
 }
 
-const kLongestBar = 72;  // [px]
+const kLongestBar = 72; // [px]
 
 /** What the arrows and the grid measure: bars as long as in the picture at its centre. */
 export function show_legend(stage) {
-  const pixels = 1 / stage.metres_per_pixel(stage.orbit.target.toArray());  // per metre
+  const pixels = 1 / stage.metres_per_pixel(stage.orbit.target.toArray()); // per metre
   const bar = (name, metres) => {
-    by_id(`bar-${name}`).style.width = `${Math.min(Math.max(metres * pixels, 2), 2 * kLongestBar).toFixed(0)}px`;
+    by_id(`bar-${name}`).style.width =
+      `${Math.min(Math.max(metres * pixels, 2), 2 * kLongestBar).toFixed(0)}px`;
   };
   const round = (scale) => round_down(kLongestBar / pixels / scale);
   const force = round(stage.scales.force);
@@ -79,6 +97,8 @@ export function show_legend(stage) {
   bar("grid", stage.rules[0].cell);
   write(by_id("legend-grid"), stage.rules[0].text);
   write(by_id("legend-force"), `${Number(force.toPrecision(3))} N`);
-  write(by_id("legend-torque"), torque < 1 ? `${Number((torque * 1e3).toPrecision(3))} mN·m`
-    : `${torque} N·m`);
+  write(
+    by_id("legend-torque"),
+    torque < 1 ? `${Number((torque * 1e3).toPrecision(3))} mN·m` : `${torque} N·m`,
+  );
 }

@@ -20,7 +20,10 @@ export function set_up_theme(changed) {
     const theme = chosen ?? (dark.matches ? "dark" : "light");
     document.documentElement.dataset.theme = theme;
     write(by_id("theme"), theme === "dark" ? "Light" : "Dark");
-    by_id("theme").setAttribute("aria-label", `Change to ${theme === "dark" ? "light" : "dark"} colours`);
+    by_id("theme").setAttribute(
+      "aria-label",
+      `Change to ${theme === "dark" ? "light" : "dark"} colours`,
+    );
     changed();
   };
   dark.addEventListener("change", apply);
@@ -28,7 +31,9 @@ export function set_up_theme(changed) {
     chosen = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
     try {
       localStorage.setItem(kKey, chosen);
-    } catch { /* then it holds until the page is closed */ }
+    } catch {
+      /* then it holds until the page is closed */
+    }
     apply();
   });
   apply();

@@ -1,16 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Touch without a device: mouse, fingers or keys lead where the simulated hand means to go.
 
-const kPeriod = 1000 / 60;   // [ms] between two `lead`
-const kKeySpeed = 0.35;      // of the scene's size in a second
-const kWheel = 0.0006;       // of the scene's size for a pixel of the wheel
-const kPinch = 0.004;        // the same for a pixel between two fingers
+const kPeriod = 1000 / 60; // [ms] between two `lead`
+const kKeySpeed = 0.35; // of the scene's size in a second
+const kWheel = 0.0006; // of the scene's size for a pixel of the wheel
+const kPinch = 0.004; // the same for a pixel between two fingers
 
 /** Direction in the picture: [right, up, forward]. */
 const kKeys = {
-  ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0],
-  a: [-1, 0, 0], d: [1, 0, 0], w: [0, 1, 0], s: [0, -1, 0],
-  PageUp: [0, 0, 1], PageDown: [0, 0, -1], e: [0, 0, 1], q: [0, 0, -1],
+  ArrowLeft: [-1, 0, 0],
+  ArrowRight: [1, 0, 0],
+  ArrowUp: [0, 1, 0],
+  ArrowDown: [0, -1, 0],
+  a: [-1, 0, 0],
+  d: [1, 0, 0],
+  w: [0, 1, 0],
+  s: [0, -1, 0],
+  PageUp: [0, 0, 1],
+  PageDown: [0, 0, -1],
+  e: [0, 0, 1],
+  q: [0, 0, -1],
 };
 
 const key_of = (event) => (event.key.length === 1 ? event.key.toLowerCase() : event.key);
@@ -62,7 +71,9 @@ export class Touch {
     canvas.addEventListener("blur", () => this.end());
     window.addEventListener("blur", () => this.end());
     window.addEventListener("pagehide", () => this.end());
-    document.addEventListener("visibilitychange", () => { if (document.hidden) this.end(); });
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.end();
+    });
   }
 
   /** The intent begins at the hand; without a finite pose of it nothing is led. */
@@ -106,9 +117,16 @@ export class Touch {
   shift(right, up, forward) {
     if (this.intent === null) return;
     const plane = this.stage.plane();
-    const parts = [[plane.right, right], [plane.up, up], [plane.forward, forward]];
-    this.intent = this.intent.map((value, axis) =>
-      value + parts.reduce((sum, [direction, size]) => sum + size * direction.getComponent(axis), 0));
+    const parts = [
+      [plane.right, right],
+      [plane.up, up],
+      [plane.forward, forward],
+    ];
+    this.intent = this.intent.map(
+      (value, axis) =>
+        value +
+        parts.reduce((sum, [direction, size]) => sum + size * direction.getComponent(axis), 0),
+    );
   }
 
   down(event) {

@@ -4,10 +4,10 @@
 /** ServoFlag by bit: [bit, short word, level, remedy]. Level: ok, note, warn or bad. */
 export const kServoFlags = [
   [0, "contact", "ok", ""],
-  [1, "waiting for contacts", "warn", "The contact process has sent nothing yet. Large meshes need a moment."],
+  [1, "waiting for contacts", "warn", "Contact has sent nothing yet. Large meshes take a moment."],
   [2, "holding", "note", "The contacts are older than expected; they are still rendered in full."],
   [3, "fading", "warn", "The contacts are stale and the force fades to zero. See the row of contact."],
-  [4, "contacts stale", "bad", "The contacts are too old and nothing is rendered. The log of hapticd says why."],
+  [4, "contacts stale", "bad", "The contacts are too old: nothing is rendered. See the log of hapticd."],
   [5, "reopening", "note", "Contacts are back; the force grows again."],
   [6, "saturated", "warn", "Force or torque is clipped to the limit. Press less, or lower the stiffness."],
   [7, "soft start", "note", "The force grows from zero."],
@@ -69,7 +69,8 @@ const sentence = (word) => `${word[0].toUpperCase()}${word.slice(1)}.`;
 export function troubles(frame) {
   const list = [];
   if (has(frame.flags, 8) || frame.fault > 0) {
-    const known = kFaults[frame.fault] ?? [`Fault ${frame.fault}, unknown to this page.`, "See the log of hapticd."];
+    const known = kFaults[frame.fault] ??
+      [`Fault ${frame.fault}, unknown to this page.`, "See the log of hapticd."];
     list.push({ text: known[0] || kFaultWithoutReason, remedy: known[1] || kFaultRemedy, level: "bad" });
   }
   list.push(...servo_troubles(frame));
