@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Puts the page together: what comes from the bridge goes to the parts, what people do goes back.
+
+import { Connection, take_token } from "./connection.js";
+import { Controls, reason_for_no_touch, reason_for_none } from "./controls.js";
+import { announce, by_id, write } from "./dom.js";
+import { follow, judge, kNothingYet, kWell } from "./health.js";
+import { History } from "./history.js";
+import { each_sample, kQuantities } from "./layout.js";
+import { load_eyes, picture_key } from "./loader.js";
+import { Banner, note_event, Processes, Readings } from "./panels.js";
+import { Player } from "./player.js";
+import { kWindow, Plots } from "./plots.js";
+import { Stage } from "./stage.js";
+import { set_up_stage_tools, show_labels, show_legend } from "./stage_tools.js";
+import { set_up_theme } from "./theme.js";
+import { Touch } from "./touch.js";
+
+const low = new URLSearchParams(location.search).get("quality") === "low";
+const kPlotPeriod = low ? 200 : 60; // [ms] between two drawings of the plots
+const kTextPeriod = 100; // [ms] of numbers, which nobody reads faster
+const kLongestDraw = 50; // [ms] after which the next frame is asked for all the same
+const now_s = () => performance.now() / 1000;
+
+const stats = {
+  frames_received: 0,
+  frames_drawn: 0,
+  sequence_gaps: 0,
+  samples: 0,
+  missing: 0,
+  lost: 0,
+  reconnects: 0,
+  errors: 0,
+  leads: 0,
+};
+const state = {
+  ...kNothingYet,
+  control: null,
+  device: null,
+  columns: [],
+  scene: null,
+  status: null,
+};
+const frames = []; // the newest of each column
+let waiting = []; // not drawn yet
+let histories = [];
+let story = kWell;
+
+const stage = new Stage(by_id("stage"), { low });
+const readings = new Readings();
+const processes = new Processes();
+const banner = new Banner(announce);
+const plots = new Plots(by_id("plots"), {
+  on_zoom: () => {
+    if (state.source === "log") player.fetch_later();
+  },
+  on_pick: (time) => player.seek(player.tick_of(time)),
+  on_pause: (paused) => {
+    write(by_id("plot-pause"), paused ? "Go on" : "Freeze");
+    by_id("plot-pause").setAttribute("aria-pressed", String(paused));
+  },
+  say: announce,
+});
+
+const connection = new Connection(
+  take_token(),
+  {
+    heard: () => {
+      state.last_message = now_s();
+    },
+    opened: () => {
+      Object.assign(state, { connected: true, opened_once: true, gone: null, last_frame: now_s() });
+    },
+    closed: () => {
+      state.connected = false;
+      state.control = null;
+      touch.end();
+      permit();
+    },
+    trouble: (text) => note_event(text),
+    hello: take_hello,
+    scene: take_scene,
+    status: (status) => {
+      state.status = status;
+      processes.take(status, now_s());
+    },
+    gone: ({ text }) => {
+      state.gone = text;
+      touch.end();
+    },
+    control: (control) => {
+      state.control = control;
+      permit();
+    },
+    frame: take_frame,
+  },
+  stats,
+);
+
+const controls = new Controls((line) => connection.command(line));
+const player = new Player({ send: (message) => connection.send(message), plots, say: announce });
+const touch = new Touch(by_id("stage"), stage, {
+  hand: () => frames[0]?.tool,
+  send: (message) => connection.send(message),
+  changed: show_touch,
+});
+
+function take_hello(hello) {
+  Object.assign(state, {
+    source: hello.source,
+    gone: null,
+    columns: hello.columns,
+    last_frame: now_s(),
+  });
+  if (hello.missed > 0) note_event(`hapticd was away; ${hello.missed.toFixed(1)} s are missing.`);
+  if (hello.control) state.control = { allowed: true };
+  document.body.dataset.source = hello.source;
+  document.body.dataset.several = String(hello.columns.length > 1);
+  document.title = `${hello.session} – hapticd`;
+  write(by_id("session"), hello.session);
+  write(by_id("source"), hello.source === "log" ? "recording" : "live");
+  state.picture = null; // a session that began anew may have other meshes
+  stage.set_columns(hello.columns.length);
+  readings.set_columns(hello.columns);
+  plots.set_columns(hello.columns, hello.source === "session");
+  histories = hello.columns.map(() => new History(kQuantities.length, kWindow));
+  frames.length = 0;
+  show_labels(stage, hello.columns);
+  permit();
+}
+
+async function take_scene(scene) {
+  state.scene = scene;
+  state.device = scene.device;
+  write(by_id("device"), scene.device?.description ?? "");
+  controls.set_scene(scene);
+  permit();
+  if (state.source === "log") player.set_scene(scene);
+  const key = picture_key(scene);
+  if (key === state.picture) return;
+  state.picture = key;
+  const { troubles, ...eyes } = await load_eyes(scene);
+  if (state.picture !== key) return; // another scene has come meanwhile
+  troubles.forEach(note_event);
+  stage.set_scene(eyes, scene.tool?.radius, scene.limits);
+  by_id("shell").disabled = !stage.has_shell;
+  window.hapticd.ready = true;
+}
+
+function permit() {
+  const reason = reason_for_none(state);
+  controls.permit(reason);
+  const no_touch = reason_for_no_touch(state);
+  by_id("touch").disabled = no_touch !== null;
+  by_id("touch").title = no_touch ?? "";
+  write(by_id("touch-reason"), state.source === "log" ? "" : (no_touch ?? ""));
+  if (no_touch !== null && touch.on) touch.set_on(false);
+}
+
+function show_touch() {
+  const button = by_id("touch");
+  button.setAttribute("aria-pressed", String(touch.on));
+  by_id("hold").hidden = !touch.on;
+  by_id("hold").setAttribute("aria-pressed", String(touch.hold));
+  by_id("stage").dataset.touch = touch.leading ? "leading" : touch.on ? "on" : "";
+  by_id("touch-hint").hidden = !touch.on;
+  stats.leads = touch.sent;
+  if (frames[0])
+    stage.models[0].show_intent(
+      touch.intent ?? (frames[0].leading ? frames[0].intent : null),
+      frames[0].tool,
+    );
+  stage.dirty = true;
+}
+
+function take_frame(frame) {
+  state.last_frame = now_s();
+  if (frame.column === 0)
+    Object.assign(state, { age_servo: frame.age_servo, age_contact: frame.age_contact });
+  frames[frame.column] = frame;
+  waiting = [...waiting.filter(({ column }) => column !== frame.column), frame];
+  // of the ticks since the last frame those without a sample; the frame shows the newest of them
+  const missing = frame.unseen > 0 ? Math.max(frame.unseen + 1 - frame.samples.count, 0) : 0;
+  stats.missing += missing;
+  stats.lost += frame.lost;
+  owed = frame.sequence;
+  asking ??= setTimeout(ask_on, kLongestDraw);
+  const history = histories[frame.column];
+  if (state.source !== "session" || !history) return;
+  if (missing > 0) history.leave_gap();
+  each_sample(frame.samples, connection.layout.sample, (time, values) =>
+    history.push(time, values),
+  );
+  stats.samples += frame.samples.count;
+}
+
+let asking = null;
+let owed = null; // sequence of the newest frame, until the bridge is told that it is here
+
+/** Tells the bridge that it may send; at the latest a moment after a frame, so that no sample is lost
+ *  where drawing is slow. A hidden page asks for nothing. */
+function ask_on() {
+  clearTimeout(asking);
+  asking = null;
+  if (document.hidden || owed === null) return;
+  state.asked = now_s();
+  connection.send({ type: "shown", sequence: owed });
+  owed = null;
+}
+
+let text_due = 0;
+let plots_due = 0;
+
+/** Once for each picture of the display: draws what is new and tells the bridge. */
+function draw(time) {
+  requestAnimationFrame(draw);
+  const drawn = waiting;
+  waiting = [];
+  for (const frame of drawn) stage.show(frame, frame.column === 0 ? touch.intent : null);
+  stage.draw();
+  if (drawn.length > 0) {
+    stats.frames_drawn += drawn.length;
+    ask_on();
+    window.hapticd.latest = frames[0];
+  }
+  if (state.source === "session" && time >= plots_due && drawn.length > 0) {
+    plots_due = time + kPlotPeriod;
+    plots.take(histories);
+  }
+  if (time >= text_due) {
+    text_due = time + kTextPeriod;
+    show_texts();
+  }
+}
+
+function show_texts() {
+  for (const frame of frames) if (frame) readings.show(frame);
+  if (!frames[0]) return;
+  controls.show(frames[0], state.status, state.source === "log");
+  if (state.source === "log") player.show(frames[0]);
+  const now = now_s();
+  processes.show(
+    state.source === "session" ? frames[0] : null,
+    now - Math.max(state.last_frame, state.asked),
+    now,
+  );
+}
+
+function link_text(bad) {
+  if (bad) return "not current";
+  if (!state.connected) return "connecting";
+  return state.source === "log" ? "connected" : "current";
+}
+
+/** By a timer and not with the pictures: it must speak up where no picture is drawn any more. */
+function watch_health() {
+  const now = now_s();
+  const step = follow(story, judge(state, now), now, stats.missing);
+  story = step.story;
+  banner.show(step.alerts, step.recovered);
+  const bad = step.alerts.some(({ level }) => level === "bad");
+  document.body.dataset.health = bad ? "bad" : state.connected ? "good" : "none";
+  write(by_id("link"), link_text(bad));
+}
+
+document.addEventListener("visibilitychange", () => {
+  state.visible = !document.hidden;
+  state.asked = now_s();
+  if (!document.hidden) ask_on();
+});
+
+window.hapticd = { stats, latest: null, ready: false, frames, state, stage, plots, touch };
+stage.on_draw = show_legend;
+set_up_stage_tools({ stage, plots, player, touch, state });
+set_up_theme(() => {
+  stage.theme();
+  plots.redraw();
+  player.draw_marks();
+});
+permit();
+setInterval(watch_health, 100);
+requestAnimationFrame(draw);

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One plot: uPlot in a frame with title and legend, by mouse and by keyboard.
+
+import uPlot from "uplot";
+import { css, make } from "./dom.js";
+import { clock, fixed } from "./format.js";
+import { Legend, reading } from "./plot_legend.js";
+
+const kSync = uPlot.sync("hapticd");
+const kStep = 8; // [px] a key press moves the cursor
+
+/** Digits so that neighbouring labels differ. */
+function labels(plot, splits) {
+  const step = Math.abs((splits[1] ?? 1) - splits[0]) || 1;
+  const digits = Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)));
+  return splits.map((value) => fixed(value, digits));
+}
+
+/** A range that never collapses: of a line that stays at zero too. */
+function value_range(plot, low, high) {
+  if (low === null || !Number.isFinite(low)) return [0, 1];
+  const span = Math.max(high - low, Math.abs(high) * 1e-3, 1e-6);
+  const [a, b] = [low - 0.06 * span, high + 0.06 * span];
+  return low >= 0 && low < span ? [0, b] : [a, b];
+}
+
+function seconds(plot, splits) {
+  const step = (splits[1] ?? 1) - splits[0];
+  return splits.map((value) =>
+    step >= 1 ? clock(value).replace(/\.000$/, "") : fixed(value, step < 0.01 ? 3 : 2),
+  );
+}
+
+export class Plot {
+  constructor(definition, lines, owner) {
+    Object.assign(this, { definition, lines, owner });
+    this.legend = new Legend(definition, lines);
+    this.body = make("div", {
+      className: "plot-body",
+      tabIndex: 0,
+      role: "img",
+      "aria-label": `${definition.title} in ${definition.unit} over time`,
+    });
+    this.element = make(
+      "figure",
+      { className: "plot" },
+      make(
+        "figcaption",
+        {},
+        make("span", { className: "plot-title" }, definition.title),
+        make("span", { className: "unit" }, definition.unit),
+        this.legend.element,
+      ),
+      this.body,
+    );
+    this.uplot = new uPlot(this.options(), [[], ...lines.map(() => [])], this.body);
+    this.body.addEventListener("keydown", (event) => this.key(event));
+    this.watch = new ResizeObserver(() => this.resize());
+    this.watch.observe(this.body);
+  }
+
+  options() {
+    const rem = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const font = `${Math.round(0.77 * rem)}px system-ui, sans-serif`;
+    const axis = {
+      stroke: () => css("quiet"),
+      font,
+      ticks: { show: false },
+      grid: { stroke: () => css("grid-line"), width: 1 },
+    };
+    return {
+      width: 200,
+      height: 100,
+      legend: { show: false },
+      padding: [6, 8, 0, 0],
+      pxAlign: 1,
+      scales: { x: { time: false, auto: false }, y: { range: value_range } },
+      axes: [
+        { ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
+        { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels },
+      ],
+      series: [
+        {},
+        ...this.lines.map(({ colour }) => ({
+          stroke: () => css(colour),
+          width: colour === "ink" ? 1.5 : 1.1,
+          points: { show: false },
+        })),
+      ],
+      cursor: {
+        sync: { key: kSync.key },
+        y: false,
+        points: { size: 5 },
+        drag: { x: true, y: false, setScale: false },
+        bind: {
+          dblclick: () => () => {
+            this.owner.reset();
+            return null;
+          },
+          click: () => (event) => {
+            this.clicked(event);
+            return null;
+          },
+        },
+      },
+      hooks: {
+        setSelect: [(plot) => this.selected(plot)],
+        setCursor: [() => this.read()],
+        draw: [(plot) => this.draw_now(plot)],
+      },
+    };
+  }
+
+  show(data, [from, to]) {
+    this.uplot.batch(() => {
+      this.uplot.setData(data, false);
+      this.uplot.setScale("x", { min: from, max: to });
+    });
+    this.read();
+  }
+
+  redraw() {
+    this.uplot.redraw(false, true);
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.body;
+    if (width > 0 && height > 0) this.uplot.setSize({ width, height });
+  }
+
+  /** The legend has the values at the cursor, without one the newest. */
+  read() {
+    if (!this.uplot) return;
+    const { data, cursor } = this.uplot;
+    const at = cursor.idx ?? this.newest(data[0]);
+    this.legend.show(data.slice(1).map((column) => column[at]));
+  }
+
+  newest(times) {
+    const now = this.owner.now;
+    if (this.owner.live || now === undefined) return times.length - 1;
+    return times.length > 0 ? this.uplot.valToIdx(now) : -1;
+  }
+
+  selected(plot) {
+    const { left, width } = plot.select;
+    if (width < 3) return;
+    this.owner.zoom(plot.posToVal(left, "x"), plot.posToVal(left + width, "x"));
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+  }
+
+  clicked() {
+    const { left } = this.uplot.cursor;
+    if (!this.owner.live && left >= 0 && !this.uplot.select.width) {
+      this.owner.on_pick(this.uplot.posToVal(left, "x"));
+    }
+  }
+
+  draw_now(plot) {
+    const time = this.owner.now;
+    if (this.owner.live || time === undefined) return;
+    const [from, to] = [plot.scales.x.min, plot.scales.x.max];
+    if (!(time >= from && time <= to)) return;
+    const x = Math.round(plot.valToPos(time, "x", true));
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.strokeStyle = css("now");
+    ctx.lineWidth = Math.max(1, devicePixelRatio);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { key } = event;
+    if (key === "ArrowLeft" || key === "ArrowRight")
+      this.move_cursor(key === "ArrowLeft" ? -kStep : kStep);
+    else if (key === "+" || key === "=") this.owner.zoom_about(this.cursor_time(), 0.5);
+    else if (key === "-") this.owner.zoom_about(this.cursor_time(), 2);
+    else if (key === "Home" || key === "0" || key === "Escape") this.owner.reset();
+    else if (key === "Enter" && !this.owner.live) this.clicked();
+    else return;
+    event.preventDefault();
+  }
+
+  cursor_time() {
+    const { left } = this.uplot.cursor;
+    return left >= 0 ? this.uplot.posToVal(left, "x") : null;
+  }
+
+  move_cursor(pixels) {
+    const { cursor, over, data } = this.uplot;
+    const width = over.clientWidth;
+    const from = cursor.left >= 0 ? cursor.left : width;
+    this.uplot.setCursor({ left: Math.min(Math.max(from + pixels, 0), width), top: 1 });
+    const index = this.uplot.cursor.idx;
+    if (index === null || index === undefined) return;
+    this.owner.say(
+      reading(
+        this.definition,
+        this.lines,
+        data[0][index],
+        data.slice(1).map((c) => c[index]),
+      ),
+    );
+  }
+
+  destroy() {
+    this.watch.disconnect();
+    this.uplot.destroy();
+  }
+}

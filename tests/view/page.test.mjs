@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The built page in Chromium against the mock bridge. VIEW names the folder of the page.
+import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { after, afterEach, before, describe, test } from "node:test";
+import { has_chromium, launch } from "./browser.mjs";
+import { kToken, Mock } from "./mock.mjs";
+
+const view = process.env.VIEW ?? "../../build/dev/view";
+const lack = !has_chromium
+  ? "no chromium (CHROMIUM names another)"
+  : !existsSync(join(view, "app.js"))
+    ? `no page in ${view}: build the target view_page, or set VIEW`
+    : false;
+
+let browser;
+let mock;
+let page;
+let complaints;
+
+/** Opens the page on a fresh mock and waits for its first pictures. */
+async function open({
+  size = [1280, 720],
+  token = true,
+  colours = "dark",
+  motion = "no-preference",
+  ...options
+} = {}) {
+  mock = new Mock({ view, ...options });
+  const url = await mock.listen();
+  page = await browser.newPage({
+    viewport: { width: size[0], height: size[1] },
+    colorScheme: colours,
+    reducedMotion: motion,
+  });
+  complaints = [];
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("console", (message) => {
+    if (message.type() === "error") complaints.push(message.text());
+  });
+  page.on("request", (request) => {
+    if (!request.url().startsWith(url)) complaints.push(`asks ${request.url()}`);
+  });
+  await page.goto(`${url}?quality=low${token ? `#token=${kToken}` : ""}`);
+  await page.waitForFunction(() => window.hapticd?.ready && window.hapticd.stats.frames_drawn > 0);
+  return url;
+}
+
+const until = (condition, argument) =>
+  page.waitForFunction(condition, argument, { timeout: 15000 });
+const text = (selector) => page.textContent(selector);
+const sent = (type) => mock.received.filter((message) => message.type === type);
+const sent_lines = () => sent("command").map(({ line }) => line);
+
+/** Waits in node until `condition` holds. */
+async function eventually(condition) {
+  const end = Date.now() + 15000;
+  while (!condition()) {
+    assert.ok(Date.now() < end, `waited in vain for ${condition}`);
+    await new Promise((done) => {
+      setTimeout(done, 20);
+    });
+  }
+}
+
+/** Elements that are wider than the page or run out of it. */
+const overflow = () =>
+  page.evaluate(() => ({
+    wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    cut: [
+      ...document.querySelectorAll("button, select, input:not([type=range]), h1, h2, p, td, th"),
+    ]
+      .filter(
+        (element) => element.offsetParent && !element.closest(".scroll, .hidden, dialog, .skip"),
+      )
+      .filter((element) => {
+        const box = element.getBoundingClientRect();
+        return box.right > innerWidth + 1 || box.left < -1;
+      })
+      .map((element) => element.id || element.outerHTML.slice(0, 60)),
+  }));
+
+describe("the page", { skip: lack }, () => {
+  before(async () => {
+    browser = await launch();
+  });
+  after(() => browser?.close());
+  afterEach(async () => {
+    await page?.close();
+    await mock?.close();
+    assert.deepEqual(complaints, []);
+  });
+
+  test("loads under its policy, moves, and plots every sample", async () => {
+    const url = await open();
+    assert.equal(page.url(), `${url}?quality=low`, "the token has left the address");
+    const count = () =>
+      page.evaluate(() => {
+        const {
+          stats,
+          frames: [{ tick }],
+        } = window.hapticd;
+        return { tick, counted: stats.samples + stats.missing, samples: stats.samples };
+      });
+    const first = await count();
+    await until((tick) => window.hapticd.latest.tick > tick + 1000, first.tick);
+    const last = await count();
+    assert.equal(
+      last.counted - first.counted,
+      last.tick - first.tick,
+      "each tick is there or told to be missing",
+    );
+    const { gaps, same, plots } = await page.evaluate(() => ({
+      gaps: window.hapticd.stats.sequence_gaps,
+      same: window.hapticd.latest.tool[0] === window.hapticd.stage.models[0].hand.position.x,
+      plots: window.hapticd.plots.plots.map(({ uplot }) => uplot.data[0].length),
+    }));
+    assert.equal(gaps, 0);
+    assert.ok(same, "the picture has the pose of the newest frame");
+    assert.equal(plots.length, 5);
+    assert.ok(plots.every((length) => length > 500));
+    assert.ok(last.samples > first.samples);
+    assert.match(await text('[data-reading="force"] td'), /N$/);
+    assert.equal(await page.locator("#processes tr").count(), 4);
+    assert.ok(sent("shown").length > 0);
+  });
+
+  for (const [trouble, words] of [
+    ["servo", /servo's data/],
+    ["contact", /contacts are/],
+    ["silent", /silent/],
+    ["gone", /hapticd has ended/],
+  ]) {
+    test(`says when what it shows is old (${trouble}), and when all is well again`, async () => {
+      await open();
+      assert.ok(await page.isHidden("#banner"));
+      mock.set_trouble(trouble);
+      await page.waitForSelector("#banner.bad", { timeout: 15000 });
+      assert.match(await text("#banner-text"), words);
+      assert.match(await text("#announcements"), words);
+      mock.set_trouble(null);
+      await page.waitForSelector("#banner.good", { timeout: 15000 });
+      assert.match(await text("#banner-text"), /All is well again after/);
+      assert.match(await text("#events"), /All is well again/);
+    });
+  }
+
+  test("comes back by itself when the bridge has been away, with its token", async () => {
+    await open();
+    mock.drop_sockets();
+    await until(() => window.hapticd.stats.reconnects === 1 && window.hapticd.state.connected);
+    await until(() => window.hapticd.state.control?.allowed);
+    assert.equal(sent("token").length, 2);
+  });
+
+  test("without the token nothing can be operated, and it says why", async () => {
+    await open({ token: false });
+    for (const id of ["renderer", "pause", "stiffness", "touch"])
+      assert.ok(await page.isDisabled(`#${id}`), id);
+    assert.match(await text("#control-reason"), /token/);
+    assert.match(await text("#touch-reason"), /token/);
+    assert.deepEqual(sent("command"), []);
+  });
+
+  test("controls send what the control socket takes and show its answers", async () => {
+    await open();
+    await until(() => !document.querySelector("#control-set").disabled);
+    await page.click("#pause");
+    await until(() => document.querySelector("#pause").textContent === "Resume");
+    assert.match(await text("#answer"), /pause: done/);
+    await page.fill("#stiffness", "750");
+    await page.press("#stiffness", "Enter");
+    await page.selectOption("#renderer", "virtual-proxy3");
+    await eventually(() => sent_lines().includes("set renderer virtual-proxy3"));
+    assert.ok(sent_lines().includes("set stiffness 750 N/m"));
+    await page.selectOption("#solver", "quasi-static");
+    await until(() => document.querySelector("#answer").dataset.ok === "false");
+    assert.match(await text("#answer"), /cannot set 'solver'/);
+    assert.ok(await page.isDisabled('#renderer option[value="voxel"]'));
+    assert.match(await text('#renderer option[value="voxel"]'), /needs a \[tool\]/);
+  });
+
+  test("a fault is told in words with what to do, and can be cleared", async () => {
+    await open();
+    mock.fault = 5;
+    await page.waitForSelector("#trouble-section:not([hidden])");
+    assert.match(await text("#troubles"), /pose of the device jumped.*clear the fault/);
+    mock.faults = [{ text: "The hand jumped.", remedy: "Look at the cable." }];
+    await until(() => /Look at the cable/.test(document.querySelector("#troubles").textContent));
+    mock.faults = [];
+    await page.click("#clear-fault");
+    await page.waitForSelector("#trouble-section", { state: "hidden" });
+    assert.deepEqual(sent_lines(), ["clear-fault"]);
+  });
+
+  test("the hand is led by mouse while the button is down, and let go", async () => {
+    await open();
+    await page.click("#touch");
+    const box = await page.locator("#stage").boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 60, y - 40, { steps: 5 });
+    await eventually(() => sent("lead").length > 3);
+    assert.ok(await page.evaluate(() => window.hapticd.stage.models[0].intent.visible));
+    await page.mouse.up();
+    await eventually(() => sent("release").length === 1);
+    const count = sent("lead").length;
+    const positions = sent("lead").map(({ position }) => position);
+    assert.ok(
+      positions.every((position) => position.length === 3 && position.every(Number.isFinite)),
+    );
+    await page.waitForTimeout(200);
+    assert.equal(sent("lead").length, count, "nothing is led after the release");
+  });
+
+  test("by keyboard alone: camera, touch, help, plots; no trap", async () => {
+    await open();
+    const seen = [];
+    for (let i = 0; i < 45; i += 1) {
+      await page.keyboard.press("Tab");
+      seen.push(
+        await page.evaluate(() => document.activeElement.id || document.activeElement.className),
+      );
+    }
+    for (const id of [
+      "theme",
+      "help",
+      "view-start",
+      "shell",
+      "touch",
+      "stage",
+      "renderer",
+      "stiffness",
+      "pause",
+      "plot-pause",
+      "plot-body",
+    ])
+      assert.ok(seen.includes(id), `Tab reaches ${id}: ${seen}`);
+    assert.ok(seen.lastIndexOf("theme") > seen.indexOf("theme"), "Tab goes around");
+    const visible = await page.evaluate(() => {
+      const style = getComputedStyle(document.activeElement);
+      return style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2;
+    });
+    assert.ok(visible, "the focus is seen");
+    await page.focus("#stage");
+    const before_turn = await page.evaluate(() => window.hapticd.stage.camera.position.x);
+    await page.keyboard.press("ArrowRight");
+    assert.notEqual(await page.evaluate(() => window.hapticd.stage.camera.position.x), before_turn);
+    await page.keyboard.press("t");
+    await page.keyboard.down("ArrowRight");
+    await eventually(() => sent("lead").length > 3);
+    await page.keyboard.up("ArrowRight");
+    await eventually(() => sent("release").length === 1);
+    await page.keyboard.press("Space");
+    await eventually(() => sent("lead").length > 8);
+    await page.keyboard.press("Escape");
+    await eventually(() => sent("release").length === 2);
+    await page.keyboard.press("?");
+    assert.ok(await page.isVisible("#help-panel"));
+    await page.keyboard.press("Escape");
+    assert.ok(await page.isHidden("#help-panel"));
+    await page.focus(".plot-body");
+    await page.keyboard.press("ArrowLeft");
+    await until(() => /Force at/.test(document.querySelector("#announcements").textContent));
+    await page.keyboard.press("+");
+    assert.equal(await page.getAttribute("#plot-pause", "aria-pressed"), "true");
+    await page.keyboard.press("Home");
+    assert.equal(await page.getAttribute("#plot-pause", "aria-pressed"), "false");
+  });
+
+  test("everything that can be operated has a name for screen readers", async () => {
+    await open();
+    const session = await nameless();
+    assert.deepEqual(session, []);
+    await page.close();
+    await mock.close();
+    await open({ log: true });
+    assert.deepEqual(await nameless(), []);
+    assert.equal(await page.getAttribute("#announcements", "aria-live"), "polite");
+  });
+
+  async function nameless() {
+    const client = await page.context().newCDPSession(page);
+    const { nodes } = await client.send("Accessibility.getFullAXTree");
+    const wanted = [
+      "button",
+      "link",
+      "checkbox",
+      "combobox",
+      "slider",
+      "spinbutton",
+      "textbox",
+      "application",
+      "image",
+      "toolbar",
+      "region",
+      "table",
+      "dialog",
+    ];
+    return nodes
+      .filter(({ ignored, role, name }) => !ignored && wanted.includes(role?.value) && !name?.value)
+      .map(({ role, properties }) => `${role.value} ${JSON.stringify(properties)}`);
+  }
+
+  test("dark and light follow the system until somebody chooses", async () => {
+    await open({ colours: "light" });
+    const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    const light = await ground();
+    await page.emulateMedia({ colorScheme: "dark" });
+    await until((was) => getComputedStyle(document.body).backgroundColor !== was, light);
+    await page.click("#theme");
+    assert.equal(await ground(), light);
+    await page.emulateMedia({ colorScheme: "dark" });
+    assert.equal(await ground(), light, "the choice holds");
+  });
+
+  for (const [name, size] of [
+    ["phone", [360, 640]],
+    ["phone on its side", [640, 360]],
+    ["tablet", [820, 1180]],
+    ["4K", [3840, 2160]],
+  ]) {
+    test(`fits a ${name}, live and recorded, with one column and four`, async () => {
+      for (const options of [{}, { log: true }, { log: true, columns: 4 }]) {
+        await open({ size, ...options });
+        assert.deepEqual(await overflow(), { wide: 0, cut: [] });
+        await page.close();
+        await mock.close();
+      }
+    });
+  }
+
+  test("a recording: slider, steps, marks, playing, loop, export", async () => {
+    await open({ log: true });
+    const tick = () => page.evaluate(() => window.hapticd.latest.tick);
+    const at = (wanted) => until((t) => window.hapticd.latest.tick === t, wanted);
+    await at(1000);
+    await page.focus("#slider");
+    await page.keyboard.press("ArrowRight");
+    await at(1001);
+    await page.click("#step-on");
+    await at(1002);
+    await page.selectOption("#kind", "late");
+    await page.click("#next");
+    await at(4001);
+    await page.click("#from-here");
+    await page.click("#next");
+    await at(8002);
+    await page.click("#to-here");
+    assert.match(await page.getAttribute("#export", "href"), /from=4001&to=8002/);
+    await page.check("#loop");
+    await eventually(() => sent("loop").some(({ from, to }) => from === 4001 && to === 8002));
+    await page.selectOption("#speed", "4");
+    await page.keyboard.press("Escape");
+    await page.click("#play");
+    await eventually(() => sent("play").some(({ speed }) => speed === 4));
+    await until(() => window.hapticd.latest.tick > 4001 && window.hapticd.latest.tick < 8002);
+    await page.click("#play");
+    assert.equal(sent("stop").length, 1);
+    const range = await page.evaluate(() => window.hapticd.plots.shown_range);
+    assert.deepEqual(range, [1, 31]);
+    mock.grow(5000);
+    await until(() => Number(document.querySelector("#slider").max) === 36000);
+    await until(() => window.hapticd.plots.shown_range[1] === 36);
+    assert.ok((await tick()) >= 4001);
+    assert.ok(await page.isHidden("#control-set"));
+  });
+
+  test("a comparison: a picture and a line in each plot for each column", async () => {
+    await open({ log: true, columns: 4, size: [1600, 900] });
+    await until(() => window.hapticd.frames.length === 4);
+    const { models, lines, labels, hands } = await page.evaluate(() => ({
+      models: window.hapticd.stage.models.length,
+      lines: window.hapticd.plots.plots.map(({ uplot }) => uplot.series.length - 1),
+      labels: [...document.querySelectorAll(".column-label")].map((label) => label.textContent),
+      hands: new Set(window.hapticd.stage.models.map(({ hand }) => hand.position.x)).size,
+    }));
+    assert.equal(models, 4);
+    assert.deepEqual(lines, [4, 4, 4, 4, 4]);
+    assert.deepEqual(labels, ["god-object3", "virtual-proxy3", "penalty3", "voxel"]);
+    assert.equal(hands, 4, "each picture shows its own column");
+    assert.equal(await page.locator("#readings thead th").count(), 4);
+  });
+});
