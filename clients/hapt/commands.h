@@ -19,5 +19,6 @@ void add_replay_command(Command& app);
 void add_selftest_command(Command& app);
 void add_top_command(Command& app);
 void add_torture_command(Command& app);
+void add_view_command(Command& app);
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "clients/hapt/check_outputs.h"
@@ -44,7 +45,7 @@ struct PlayOptions {
   std::string config = "bunny.toml", renderer, session, trace, log, plot;
   std::string title, next = "hapt demo --list";  // of the last line
   double duration = 20;
-  bool json = false, overwrite = false, report = false, verbose = false;
+  bool json = false, overwrite = false, report = false, verbose = false, view = false;
 };
 
 /// Observations of the recorder while the session ran.
@@ -142,6 +143,10 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   const std::string said = options.verbose ? "" : scratch.path() + "/hapticd.log";
   SessionProcess daemon("hapticd", arguments, said);
   FileDescriptor socket = connect_when_ready(daemon, options.session, said);
+  // it says where, and opens a browser
+  std::optional<SessionProcess> bridge;
+  if (options.view)
+    bridge.emplace("haptic-view", std::vector<std::string>{"view", options.session});
   Attachments attachments(std::move(socket));
   Recorder recorder(attachments, Start::kOldest);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
@@ -347,6 +352,7 @@ void add_demo_command(Command& app) {
                 "scale the mesh: its longest side, as \"80 mm\"; a number alone: metres", "m")
       .needs("--mesh");
   command.flag("--allow-open", own->allow_open, "the mesh may have borders").needs("--mesh");
+  command.flag("--view", options->view, "show it in a browser meanwhile").excludes("--json");
   const auto list = std::make_shared<bool>(false);
   command.flag("--list", *list, "list the scenes");
   command.example("hapt demo --mesh part.stl --unit mm");

@@ -5,12 +5,13 @@
 
 namespace haptic {
 
-/// A command of `hapt` that measures or checks something. These live in a separate program,
-/// hapt-lab, so that running a session does not need the libraries they compare with; `hapt`
-/// executes hapt-lab for them.
+/// A command of `hapt` that lives in a separate program, which `hapt` executes for it: so running a
+/// session does not need the libraries that measurements compare with (hapt-lab), nor those of a
+/// web server (haptic-view).
 struct LabCommand {
   const char* name;
   const char* help;
+  const char* program = "hapt-lab";
 };
 
 inline constexpr LabCommand kEvalCommand{
@@ -23,7 +24,9 @@ inline constexpr LabCommand kTortureCommand{
     "torture",
     "Fault injection: break a private test session at random and check the forces sent to the "
     "device"};
+inline constexpr LabCommand kViewCommand{"view", "Show a running session in a browser",
+                                         "haptic-view"};
 inline constexpr std::array kLabCommands{&kEvalCommand, &kBenchCommand, &kSelftestCommand,
-                                         &kTortureCommand};
+                                         &kTortureCommand, &kViewCommand};
 
 }  // namespace haptic

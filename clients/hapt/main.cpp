@@ -18,27 +18,29 @@
 namespace haptic {
 namespace {
 
-bool is_of_lab(const std::string& word) {
-  return std::any_of(kLabCommands.begin(), kLabCommands.end(),
-                     [&](const LabCommand* command) { return word == command->name; });
+/// The program of a command; empty: it is one of this program.
+std::string program_of(const std::string& word) {
+  const auto command = std::find_if(kLabCommands.begin(), kLabCommands.end(),
+                                    [&](const LabCommand* one) { return word == one->name; });
+  return command == kLabCommands.end() ? "" : (*command)->program;
 }
 
 /// Decides by the first word that names a command.
-bool is_for_lab(const Command& app, int argc, char** argv) {
+std::string program_for(const Command& app, int argc, char** argv) {
   const auto is_command = [&](const char* word) { return app.has_subcommand(word); };
   char** const end = argv + argc;
   char** const command = std::find_if(std::min(argv + 1, end), end, is_command);
-  return command != end && is_of_lab(*command);
+  return command == end ? "" : program_of(*command);
 }
 
-/// Replaces this process by hapt-lab with the same arguments.
-[[noreturn]] void become_lab(char** argv) {
+/// Replaces this process by another program with the same arguments.
+[[noreturn]] void become(const std::string& program, char** argv) {
   const std::filesystem::path folder = own_folder();
-  const std::string path = folder / "hapt-lab";
+  const std::string path = folder / program;
   execv(path.c_str(), argv);
   throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
-                           "); `cmake --build " + folder.parent_path().string() +
-                           " --target hapt-lab` builds it");
+                           "); `cmake --build " + folder.parent_path().string() + " --target " +
+                           program + "` builds it");
 }
 
 /// In the order of `hapt --help`.
@@ -46,6 +48,7 @@ void add_commands(Command& app) {
   const auto add_of_lab = [&](const LabCommand& lab) { app.subcommand(lab.name, lab.help); };
   add_demo_command(app);
   add_replay_command(app);
+  add_of_lab(kViewCommand);
   add_top_command(app);
   add_record_command(app);
   add_export_command(app);
@@ -63,6 +66,7 @@ void add_commands(Command& app) {
 int main(int argc, char** argv) {
   return haptic::run_hapt(argc, argv, [&](haptic::Command& app) {
     haptic::add_commands(app);
-    if (haptic::is_for_lab(app, argc, argv)) haptic::become_lab(argv);
+    const std::string program = haptic::program_for(app, argc, argv);
+    if (!program.empty()) haptic::become(program, argv);
   });
 }

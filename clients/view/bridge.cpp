@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/bridge.h"
+
+#include <algorithm>
+
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
+#include "proto/os/regular_file.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kIdlePeriod = 50'000'000;         // [ns], while nobody watches
+constexpr int64_t kStatusPeriod = kNsPerSecond;     // [ns]
+constexpr int64_t kRecordPeriod = 2 * kTickPeriod;  // [ns]: 60 Hz for Foxglove
+constexpr size_t kMostCommands = 32;                // that wait for hapticd
+constexpr size_t kLargestFile = size_t{64} << 20;   // of the page [bytes]
+constexpr int kMostWrongTokens = 5;                 // of one connection
+constexpr const char* kPageProtocol = "hapticd.view.v1";
+constexpr const char* kJson = "application/json";
+
+WebAnswer plain(unsigned status, const std::string& text) {
+  return {status, "text/plain; charset=utf-8", shared_text(text + "\n")};
+}
+
+bool offers(const WebRequest& request, const std::string& protocol) {
+  return std::find(request.protocols.begin(), request.protocols.end(), protocol) !=
+         request.protocols.end();
+}
+
+/// Whether a path below the page's folder is one that a page can have.
+bool is_page_path(const std::string& path) {
+  const auto is_known = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '/' ||
+           c == '.' || c == '-' || c == '_';
+  };
+  return std::all_of(path.begin(), path.end(), is_known) && path.find("/.") == path.npos;
+}
+
+}  // namespace
+
+Bridge::Bridge(FrameSource source, BridgeOptions options)
+    : source_(std::move(source)),
+      options_(std::move(options)),
+      server_(options_.web, handlers()),
+      commands_(kMostCommands),
+      leads_(1),
+      status_(1) {
+  options_.rules.port = server_.port();
+}
+
+void Bridge::run(const std::function<bool()>& stop) {
+  stop_ = stop;
+  server_.every([this] { return tick(); });
+  server_.run();
+}
+
+WebHandlers Bridge::handlers() {
+  return {[this](const WebRequest& request) { return answer(request); },
+          [this](const WebRequest& request) { return upgrade(request); },
+          [this](SocketId id, const std::string& protocol) { open(id, protocol); },
+          [this](SocketId id, std::string_view message, bool is_text) {
+            if (is_text) return hear(id, message);
+            server_.close(id, CloseCode::kUnsupported, "only text is understood here");
+          },
+          [this](SocketId id) {
+            const auto viewer = viewers_.find(id);
+            if (viewer == viewers_.end()) return;
+            viewer->second.is_writing = false;
+            say_next(id, viewer->second);
+          },
+          [this](SocketId id) { viewers_.erase(id); }};
+}
+
+WebAnswer Bridge::answer(const WebRequest& request) {
+  if (!is_host_allowed(options_.rules, request.host)) {
+    return plain(403, "this bridge is not '" + shown(request.host) +
+                          "'; open the address that it printed, or start it with --allow-host");
+  }
+  const Target target = parse_target(request.target);
+  if (!target.problem.empty()) return plain(400, target.problem);
+  if (request.method != "GET" && request.method != "HEAD") {
+    return plain(405, "only GET and HEAD are understood here");
+  }
+  if (target.path == "/layout.json") return {200, kJson, shared_text(layout_json())};
+  if (target.path == "/scene.json") return {200, kJson, shared_text(scene(false))};
+  if (target.path == "/metrics") {
+    counts_.viewers = viewers_.size();
+    counts_.connections = server_.peers();
+    return {200, "text/plain; version=0.0.4; charset=utf-8",
+            shared_text(metrics_text(source_.view(), counts_, is_connected_))};
+  }
+  const std::string mesh_folder = "/mesh/", end = ".bin";
+  if (target.path.starts_with(mesh_folder) && target.path.ends_with(end) &&
+      target.path.size() > mesh_folder.size() + end.size()) {
+    return mesh(target.path.substr(mesh_folder.size(),
+                                   target.path.size() - mesh_folder.size() - end.size()));
+  }
+  return file(target.path);
+}
+
+WebAnswer Bridge::mesh(const std::string& name) const {
+  const EyeFiles& eyes = source_.scene().eyes;
+  SharedText eye = name == "tool" ? eyes.tool : nullptr;
+  for (size_t i = 0; i < eyes.objects.size(); ++i) {
+    if (name == std::to_string(i)) eye = eyes.objects[i];
+  }
+  if (eye == nullptr) return plain(404, "there is no such mesh");
+  return {200, "application/octet-stream", eye};
+}
+
+WebAnswer Bridge::file(const std::string& path) const {
+  const std::string name = path == "/" ? "/index.html" : path;
+  std::string text;
+  if (!is_page_path(name)) return plain(404, "there is nothing of that name");
+  const bool is_there = !options_.page_folder.empty() &&
+                        read_regular_file(options_.page_folder + name, kLargestFile, text).empty();
+  if (is_there) return {200, media_type(name), shared_text(std::move(text))};
+  if (path != "/") return plain(404, "there is nothing of that name");
+  return plain(404,
+               "the page is not built: `cmake --build build/dev --target view_page` does it (it "
+               "needs nodejs and npm); frames, metrics and Foxglove work without it");
+}
+
+UpgradeAnswer Bridge::upgrade(const WebRequest& request) const {
+  const auto refused = [](unsigned status, const std::string& why) {
+    return UpgradeAnswer{"", plain(status, why)};
+  };
+  if (!is_host_allowed(options_.rules, request.host)) {
+    return refused(403, "this bridge is not '" + shown(request.host) + "'");
+  }
+  const Target target = parse_target(request.target);
+  if (!target.problem.empty()) return refused(400, target.problem);
+  const bool is_own = is_own_origin(request.origin, request.host);
+  if (offers(request, kPageProtocol)) {
+    if (target.path != "/view") return refused(404, "the WebSocket of pages is at /view");
+    if (!is_own) return refused(403, "a page of another origin may not watch");
+    return {kPageProtocol, {}};
+  }
+  for (const char* protocol : kFoxgloveProtocols) {
+    if (!offers(request, protocol)) continue;
+    if (!request.origin.empty() && !is_own && !is_origin_allowed(options_.rules, request.origin)) {
+      return refused(403, "the origin '" + shown(request.origin) +
+                              "' may not watch; allow it with --allow-origin");
+    }
+    return {protocol, {}};
+  }
+  return refused(400,
+                 "the sub-protocols here are hapticd.view.v1, foxglove.sdk.v1 and "
+                 "foxglove.websocket.v1");
+}
+
+std::string Bridge::scene(bool with_config) const {
+  return scene_json(source_.scene(), source_.view(), with_config);
+}
+
+void Bridge::open(SocketId id, const std::string& protocol) {
+  Viewer& viewer = viewers_[id];
+  viewer.is_foxglove = protocol != kPageProtocol;
+  viewer.seen = source_.view().samples.end();
+  viewer.seen_ticks = source_.view().ticks;
+  const std::string& session = source_.scene().session;
+  if (viewer.is_foxglove) {
+    tell(id, viewer, shared_text(foxglove_server_info(session)));
+    return tell(id, viewer, shared_text(foxglove_advertise()));
+  }
+  tell(id, viewer, shared_text(hello_message(source_.kind, session, -1)));
+  tell(id, viewer,
+       shared_text(is_connected_ ? scene(false) : gone_message("hapticd cannot be reached")));
+}
+
+void Bridge::tell(SocketId id, Viewer& viewer, SharedText bytes, bool is_text) {
+  if (viewer.waiting.size() >= kMostWaiting) {
+    return server_.close(id, CloseCode::kPolicy, "too much waits for this viewer to be read");
+  }
+  viewer.waiting.push_back({std::move(bytes), is_text});
+  say_next(id, viewer);
+}
+
+void Bridge::tell_pages(const SharedText& text) {
+  for (auto& [id, viewer] : viewers_) {
+    if (!viewer.is_foxglove) tell(id, viewer, text);
+  }
+}
+
+void Bridge::say_next(SocketId id, Viewer& viewer) {
+  if (viewer.is_writing || viewer.waiting.empty()) return;
+  const Outgoing next = std::move(viewer.waiting.front());
+  viewer.waiting.pop_front();
+  viewer.is_writing = true;
+  server_.send(id, next.bytes, next.is_text);
+}
+
+void Bridge::hear(SocketId id, std::string_view text) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return;
+  if (!found->second.is_foxglove) return hear_page(id, found->second, text);
+  const std::string problem = hear_foxglove(found->second.foxglove, text);
+  if (!problem.empty()) tell(id, found->second, shared_text(foxglove_warning(problem)));
+}
+
+void Bridge::hear_page(SocketId id, Viewer& viewer, std::string_view text) {
+  const PageMessage message = parse_page_message(text);
+  if (const auto* bad = std::get_if<BadMessage>(&message)) {
+    return server_.close(id, CloseCode::kPolicy, bad->problem);
+  }
+  if (const auto* shown_one = std::get_if<ShownMessage>(&message)) {
+    if (shown_one->sequence + 1 == viewer.sequence) viewer.has_shown = true;
+  } else if (const auto* rate = std::get_if<RateMessage>(&message)) {
+    viewer.hz = rate->hz;
+  } else if (const auto* token = std::get_if<TokenMessage>(&message)) {
+    check_token(id, viewer, token->token);
+  } else if (const auto* said = std::get_if<CommandMessage>(&message)) {
+    command(id, viewer, *said);
+  } else if (!viewer.may_control) {
+    return;  // who only watches leads nobody
+  } else if (const auto* led = std::get_if<LeadMessage>(&message)) {
+    lead(lead_line(*led));
+  } else if (std::holds_alternative<ReleaseMessage>(message)) {
+    lead(release_line());
+  }
+}
+
+void Bridge::check_token(SocketId id, Viewer& viewer, const std::string& token) {
+  viewer.may_control = is_same_secret(token, options_.token);
+  if (viewer.may_control) {
+    tell(id, viewer, shared_text(control_message(true, "")));
+    if (is_connected_) tell(id, viewer, shared_text(scene(true)));
+    return;
+  }
+  if (++viewer.wrong_tokens >= kMostWrongTokens) {
+    return server_.close(id, CloseCode::kPolicy, "too many wrong tokens");
+  }
+  tell(id, viewer,
+       shared_text(control_message(false,
+                                   "the token is not that of this bridge; open the address "
+                                   "that it printed")));
+}
+
+void Bridge::command(SocketId id, const Viewer& viewer, const CommandMessage& said) {
+  const auto reply = [this, id, number = said.id](bool ok, const std::string& text) {
+    const auto found = viewers_.find(id);
+    if (found == viewers_.end()) return;
+    tell(id, found->second, shared_text(answer_message(number, ok, text)));
+  };
+  if (!viewer.may_control) {
+    return reply(false, "this page may only watch; open the address that the bridge printed");
+  }
+  const std::string problem = command_problem(said.line);
+  if (!problem.empty()) return reply(false, problem);
+  const bool is_taken = commands_.add([this, reply, line = said.line] {
+    constexpr std::string_view kError = "error: ";
+    std::string text;
+    bool ok = false;
+    try {
+      text = options_.say(line);
+      ok = !text.starts_with(kError);
+      if (!ok) text.erase(0, kError.size());
+    } catch (const std::exception& error) {
+      text = error.what();
+    }
+    server_.post([reply, ok, text] { reply(ok, text); });
+  });
+  if (!is_taken) reply(false, "too many commands wait already; try again");
+}
+
+// one line under way, the newest next
+void Bridge::lead(const std::string& line) {
+  next_lead_ = line;
+  if (!is_leading_) next_lead();
+}
+
+void Bridge::next_lead() {
+  is_leading_ = next_lead_.has_value();
+  if (!is_leading_) return;
+  leads_.add([this, line = *next_lead_] {
+    try {
+      options_.say(line);
+    } catch (const std::exception&) {
+      // the page sees in its frames that nobody is led
+    }
+    server_.post([this] { next_lead(); });
+  });
+  next_lead_.reset();
+}
+
+int64_t Bridge::tick() {
+  if (stop_()) {
+    server_.stop();
+    return 0;
+  }
+  const int64_t now = now_ns();
+  hear_source(source_.advance(now));
+  if (viewers_.empty()) return kIdlePeriod;
+  if (now - asked_ns_ >= kStatusPeriod) ask_status(now);
+  if (is_connected_) {
+    send_frames(now);
+    if (now - records_ns_ >= kRecordPeriod - kTickPeriod / 2) send_records(now);
+  }
+  return kTickPeriod;
+}
+
+void Bridge::hear_source(SourceNews news) {
+  if (news == SourceNews::kNothing) return;
+  if (news == SourceNews::kChanged) return tell_scene();
+  is_connected_ = news == SourceNews::kArrived;
+  if (!is_connected_) {
+    return tell_pages(
+        shared_text(gone_message("hapticd has ended; the bridge connects again when it is back")));
+  }
+  if (source_.missed() >= 0) ++counts_.reconnects;
+  tell_pages(shared_text(hello_message(source_.kind, source_.scene().session, source_.missed())));
+  tell_scene();
+}
+
+void Bridge::tell_scene() {
+  const SharedText watching = shared_text(scene(false)), controlling = shared_text(scene(true));
+  for (auto& [id, viewer] : viewers_) {
+    if (!viewer.is_foxglove) tell(id, viewer, viewer.may_control ? controlling : watching);
+  }
+}
+
+void Bridge::ask_status(int64_t now) {
+  asked_ns_ = now;
+  if (is_asking_ || !is_connected_) return tell_status();
+  is_asking_ = true;
+  status_.add([this] {
+    SessionWords words;
+    try {
+      words = parse_status(options_.say("status"));
+    } catch (const std::exception&) {
+      // hapticd does not answer; the processes are seen in their segments
+    }
+    server_.post([this, words] {
+      words_ = words;
+      is_asking_ = false;
+      tell_status();
+    });
+  });
+}
+
+void Bridge::tell_status() {
+  const SharedText status =
+      shared_text(status_message(source_.view(), words_, viewers_.size(), source_.view().lost));
+  for (auto& [id, viewer] : viewers_) {
+    // the next one is as good
+    if (!viewer.is_foxglove && viewer.waiting.empty()) tell(id, viewer, status);
+  }
+}
+
+void Bridge::send_frames(int64_t now) {
+  const View& view = source_.view();
+  if (!view.has_servo) return;
+  std::vector<double> common;  // made once, if anybody needs it
+  for (auto& [id, viewer] : viewers_) {
+    if (viewer.is_foxglove || !is_due(viewer, now)) continue;
+    if (!is_ready(viewer)) {
+      ++counts_.frames_skipped;
+      continue;
+    }
+    if (common.empty()) common = common_frame(view);
+    ++counts_.frames_sent;
+    tell(id, viewer, shared_text(next_frame(viewer, common, view)), false);
+  }
+}
+
+void Bridge::send_records(int64_t now) {
+  records_ns_ = now;
+  for (auto& [id, viewer] : viewers_) {
+    if (!viewer.is_foxglove || !is_ready(viewer)) continue;
+    for (std::string& message : foxglove_messages(viewer.foxglove, source_.view())) {
+      viewer.waiting.push_back({shared_text(std::move(message)), false});
+    }
+    say_next(id, viewer);
+  }
+}
+
+}  // namespace haptic

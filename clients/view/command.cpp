@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt view: shows a running session to browsers and Foxglove.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "clients/hapt/commands.h"
+#include "clients/hapt/lab_commands.h"
+#include "clients/view/bridge.h"
+#include "clients/view/session_source.h"
+#include "clients/view/token.h"
+#include "proto/config/command_line.h"
+#include "proto/ipc/control_socket.h"
+#include "proto/ipc/process.h"
+#include "proto/os/environment.h"
+#include "proto/os/programs.h"
+#include "proto/os/source_tree.h"
+
+namespace haptic {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewCommand {
+  std::string session, address = "127.0.0.1", token_file, page;
+  std::vector<std::string> hosts, origins;
+  uint32_t port = 8765;
+  bool no_open = false;
+};
+
+/// The folder of the page: beside the programs of a build, or in share/hapticd of an installation.
+std::string find_page() {
+  std::error_code error;
+  for (const fs::path& folder :
+       {fs::path(own_folder()).parent_path() / "view", shared_folder("view")}) {
+    if (fs::exists(folder / "index.html", error)) return folder.string();
+  }
+  return "";
+}
+
+/// Opens the address in the browser of a desktop, where there is one.
+void open_browser(const std::string& url) {
+  if (environment("DISPLAY").empty() && environment("WAYLAND_DISPLAY").empty()) return;
+  // a grandchild, so that nobody has to wait for it
+  const pid_t child = fork();
+  if (child == 0) {
+    if (fork() == 0) {
+      execlp("xdg-open", "xdg-open", url.c_str(), nullptr);
+    }
+    _exit(0);
+  }
+  if (child > 0) waitpid(child, nullptr, 0);
+}
+
+std::string shown_address(const std::string& address) {
+  return address.find(':') == address.npos ? address : "[" + address + "]";
+}
+
+/// The token in a file, for programs of this user; without it where the folder is not theirs.
+std::unique_ptr<TokenFile> write_token(const ViewCommand& options, uint16_t port,
+                                       const std::string& token) {
+  if (!options.token_file.empty()) return std::make_unique<TokenFile>(options.token_file, token);
+  const std::string path = runtime_folder() + "/view-" + std::to_string(port) + ".token";
+  try {
+    return std::make_unique<TokenFile>(path, token);
+  } catch (const MessageError& error) {
+    std::cerr << "hapt: " << error.what() << '\n';
+    return nullptr;
+  }
+}
+
+void show(const ViewCommand& options) {
+  catch_stop_signals();
+  const std::string session = name_of_session(options.session);
+  BridgeOptions bridge_options;
+  bridge_options.web.address = options.address;
+  bridge_options.web.port = static_cast<uint16_t>(options.port);
+  bridge_options.rules.hosts = options.hosts;
+  bridge_options.rules.origins = options.origins;
+  bridge_options.token = make_token();
+  bridge_options.page_folder = options.page.empty() ? find_page() : options.page;
+  bridge_options.say = [session](const std::string& line) { return say_to_session(session, line); };
+  Bridge bridge(session_source(session), bridge_options);
+
+  const auto file = write_token(options, bridge.port(), bridge_options.token);
+  const std::string url = "http://" + shown_address(options.address) + ":" +
+                          std::to_string(bridge.port()) + "/#token=" + bridge_options.token;
+  std::cout << url << std::endl;
+  if (options.address != "127.0.0.1" && options.address != "::1") {
+    std::cerr << "hapt: everybody who reaches " << shown(options.address)
+              << " may watch this session\n";
+  }
+  if (!options.no_open) open_browser(url);
+  bridge.run(stop_requested);
+}
+
+}  // namespace
+
+void add_view_command(Command& app) {
+  const auto options = std::make_shared<ViewCommand>();
+  Command command = app.subcommand(kViewCommand.name, kViewCommand.help);
+  command.option("SESSION", options->session, "which session; needed only if several run");
+  command.option("--port", options->port, "of the address; 0: any that is free")
+      .range(0, 65535)
+      .show_default();
+  command.option("--address ADDRESS", options->address, "to listen at").show_default();
+  command.option("--allow-host HOST", options->hosts,
+                 "another name, or name:port, under which a browser may ask for the page");
+  command.option("--allow-origin ORIGIN", options->origins,
+                 "a web page that may watch by the Foxglove protocol, as https://app.foxglove.dev");
+  command.option("--token-file FILE", options->token_file, "where the token is written")
+      .show_default("view-PORT.token in the folder of the sessions");
+  command.option("--page FOLDER", options->page, "of the page")
+      .show_default("that of this build or installation");
+  command.flag("--no-open", options->no_open, "do not open a browser");
+  command.example("hapt view bunny --no-open");
+  command.action([options] { show(*options); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/foxglove.h"
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <stdexcept>
+
+#include "proto/log/trace.h"
+#include "proto/os/message.h"
+#include "proto/os/version.h"
+
+namespace haptic {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<char, 4> kCdrHeader{0, 1, 0, 0};  // little endian, as in recordings
+constexpr char kMessageData = 1;                       // opcode of a binary message
+constexpr size_t kMostSubscriptions = 64;
+constexpr int kWarning = 1;  // level of a status
+
+/// The newest record of a topic. `revision` changes with each record; zero: there is none yet.
+struct Record {
+  uint64_t revision = 0;
+  int64_t realtime_ns = 0;
+  std::span<const std::byte> bytes;
+};
+
+template <typename T>
+Record record_of(const View& view, bool has, uint64_t revision, int64_t t_ns, const T& record) {
+  static_assert(kIsWire<T>);
+  if (!has) return {};
+  const int64_t offset_ns = view.servo.realtime_ns - view.servo.t_ns;
+  return {revision + 1, t_ns + offset_ns, std::as_bytes(std::span(&record, 1))};
+}
+
+struct Channel {
+  std::string_view topic;
+  Record (*newest)(const View&);
+};
+constexpr std::array<Channel, 4> kChannels{{
+    {kServo0Topic.name,
+     [](const View& v) { return record_of(v, v.has_servo, v.servo.tick, v.servo.t_ns, v.servo); }},
+    {kContact0Topic.name,
+     [](const View& v) {
+       return record_of(v, v.has_contacts, v.contacts.seq, v.contacts.answers_t_ns, v.contacts);
+     }},
+    {kSimTopic.name,
+     [](const View& v) { return record_of(v, v.has_scene, v.scene.seq, v.scene.t_ns, v.scene); }},
+    {kControlTopic.name,
+     [](const View& v) {
+       return record_of(v, v.has_control, v.control.revision, v.control.t_ns, v.control);
+     }},
+}};
+
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+template <typename T>
+void append(std::string& out, T number) {
+  char bytes[sizeof number];
+  std::memcpy(bytes, &number, sizeof number);
+  out.append(bytes, sizeof number);
+}
+
+std::string message_data(uint32_t subscription, const Record& record) {
+  std::string out;
+  out.reserve(1 + 4 + 8 + kCdrHeader.size() + record.bytes.size());
+  out += kMessageData;
+  append(out, subscription);
+  append(out, static_cast<uint64_t>(record.realtime_ns));
+  out.append(kCdrHeader.data(), kCdrHeader.size());
+  out.append(reinterpret_cast<const char*>(record.bytes.data()), record.bytes.size());
+  return out;
+}
+
+uint32_t number_in(const Json& json) {
+  if (!json.is_number_unsigned() || json.get<uint64_t>() > UINT32_MAX) {
+    throw std::runtime_error("the number of a subscription or channel is wrong");
+  }
+  return json.get<uint32_t>();
+}
+
+void subscribe(FoxgloveClient& client, const Json& message) {
+  for (const Json& one : message.at("subscriptions")) {
+    const uint32_t id = number_in(one.at("id")), channel = number_in(one.at("channelId"));
+    if (channel == 0 || channel > kChannels.size()) {
+      throw std::runtime_error("there is no channel " + std::to_string(channel));
+    }
+    if (client.channels.size() >= kMostSubscriptions) {
+      throw std::runtime_error("too many subscriptions");
+    }
+    client.channels[id] = channel;
+    client.sent.erase(id);
+  }
+}
+
+void unsubscribe(FoxgloveClient& client, const Json& message) {
+  for (const Json& one : message.at("subscriptionIds")) {
+    client.channels.erase(number_in(one));
+    client.sent.erase(number_in(one));
+  }
+}
+
+}  // namespace
+
+std::string foxglove_server_info(const std::string& session) {
+  return text_of({{"op", "serverInfo"},
+                  {"name", "hapticd " + session},
+                  {"capabilities", Json::array()},
+                  {"supportedEncodings", Json::array()},
+                  {"metadata", {{"version", version()}}},
+                  {"sessionId", session}});
+}
+
+std::string foxglove_advertise() {
+  Json channels = Json::array();
+  for (size_t i = 0; i < kChannels.size(); ++i) {
+    const TopicInfo& topic = *find_topic(kChannels[i].topic);
+    channels.push_back({{"id", i + 1},
+                        {"topic", topic.name},
+                        {"encoding", "cdr"},
+                        {"schemaName", topic.schema},
+                        {"schema", full_definition(topic.text)},
+                        {"schemaEncoding", "ros2msg"}});
+  }
+  return text_of({{"op", "advertise"}, {"channels", channels}});
+}
+
+std::string hear_foxglove(FoxgloveClient& client, std::string_view text) {
+  const Json message = Json::parse(text, nullptr, false);
+  if (!message.is_object()) return "the message is no JSON object";
+  try {
+    const Json& op = message.at("op");
+    if (op == "subscribe") subscribe(client, message);
+    if (op == "unsubscribe") unsubscribe(client, message);
+    return "";
+  } catch (const std::exception& error) {
+    return one_line(error.what());
+  }
+}
+
+std::string foxglove_warning(const std::string& text) {
+  return text_of({{"op", "status"}, {"level", kWarning}, {"message", text}});
+}
+
+std::vector<std::string> foxglove_messages(FoxgloveClient& client, const View& view) {
+  std::vector<std::string> messages;
+  for (const auto& [id, channel] : client.channels) {
+    const Record record = kChannels[channel - 1].newest(view);
+    if (record.revision == 0 || client.sent[id] == record.revision) continue;
+    client.sent[id] = record.revision;
+    messages.push_back(message_data(id, record));
+  }
+  return messages;
+}
+
+}  // namespace haptic

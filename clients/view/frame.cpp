@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/frame.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+static_assert(std::endian::native == std::endian::little && sizeof(double) == 8);
+
+/// Numbers written one after the other.
+struct Out {
+  double* at;
+  template <typename T>
+  requires std::is_arithmetic_v<T>
+  void put(T number) { *at++ = static_cast<double>(number); }
+  void put(const Vec3& v) {
+    for (const double x : {v.x, v.y, v.z}) put(x);
+  }
+  void put(const Pose& X) {
+    put(X.p);
+    for (const double x : {X.q.w, X.q.x, X.q.y, X.q.z}) put(x);
+  }
+};
+
+/// A field of a part: its name, how many numbers it has, and what writes them. T: what the part is
+/// made of.
+template <typename T>
+struct FrameField {
+  const char* name;
+  uint32_t count;
+  void (*write)(const T&, Out);
+};
+
+double seconds(int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+Pose object_pose(const View& view, uint32_t object) {
+  return object_pose_at(view.scene, object, view.servo.t_ns);
+}
+
+uint32_t n_objects(const View& view) {
+  return view.has_scene ? std::min(view.scene.n_objects, kMaxObjects) : 0;
+}
+
+uint32_t n_listed(const View& view) {
+  return view.has_contacts ? std::min(view.contacts.n_contacts, kMaxContacts) : 0;
+}
+
+/// Age of the set that the servo used in its newest tick [s]; NaN: none.
+double age_of_set_in_use(const View& view) {
+  const bool has = (view.servo.flags & kServoNoContactSet) == 0 && view.tick_period > 0;
+  if (!has) return std::numeric_limits<double>::quiet_NaN();
+  return view.tick_period * static_cast<double>(view.servo.tick - view.servo.contact_tick);
+}
+
+#define FIELD(name, count, ...)                                               \
+  {                                                                           \
+    name, count, []([[maybe_unused]] const View& v, Out out) { __VA_ARGS__; } \
+  }
+constexpr FrameField<View> kFixed[] = {
+    FIELD("sequence", 1, out.put(0)),
+    FIELD("column", 1, out.put(0)),
+    FIELD("tick", 1, out.put(v.servo.tick)),
+    FIELD("time", 1, out.put(seconds(v.servo.t_ns))),
+    FIELD("realtime", 1, out.put(seconds(v.servo.realtime_ns))),
+    FIELD("tool", 7, out.put(v.servo.X_WT)),
+    FIELD("proxy", 7, out.put(v.servo.X_WP)),
+    FIELD("verified", 7, out.put(v.servo.X_WG)),
+    FIELD("handle", 7, out.put(v.servo.device.X_BH)),
+    FIELD("velocity", 6, out.put(v.servo.V_WT.v); out.put(v.servo.V_WT.w)),
+    FIELD("force", 3, out.put(rotate(v.X_WB.q, v.servo.F_device_B.f))),
+    FIELD("torque", 3, out.put(rotate(v.X_WB.q, v.servo.F_device_B.t))),
+    FIELD("coupling_force", 3, out.put(v.servo.F_coupling_W.f)),
+    FIELD("coupling_torque", 3, out.put(v.servo.F_coupling_W.t)),
+    FIELD("depth", 1, out.put(v.servo.depth)),
+    FIELD("fade", 1, out.put(v.servo.fade)),
+    FIELD("flags", 1, out.put(v.servo.flags)),
+    FIELD("fault", 1, out.put(v.servo.fault)),
+    FIELD("renderer", 1, out.put(v.servo.renderer)),
+    FIELD("solver", 1, out.put(solver_of(v))),
+    FIELD("skipped", 1, out.put(v.servo.skipped)),
+    FIELD("wake_late", 1, out.put(seconds(v.servo.wake_late_ns))),
+    FIELD("busy", 1, out.put(seconds(v.servo.busy_ns))),
+    FIELD("n_pushing", 1, out.put(v.servo.n_contacts)),
+    FIELD("contact_age", 1, out.put(age_of_set_in_use(v))),
+    FIELD("contact_flags", 1, out.put(v.contacts.flags)),
+    FIELD("contact_renderer", 1, out.put(v.contacts.renderer)),
+    FIELD("reseeds", 1, out.put(v.contacts.reseeds)),
+    FIELD("contact_busy", 1, out.put(seconds(v.contacts.busy_ns))),
+    FIELD("age_servo", 1, out.put(age_of(v, v.has_servo, v.servo.t_ns))),
+    FIELD("age_contact", 1, out.put(age_of(v, v.has_contacts, v.contacts.answers_t_ns))),
+    FIELD("age_sim", 1, out.put(age_of(v, v.has_scene, v.scene.t_ns))),
+    FIELD("rate_servo", 1, out.put(v.rate_servo)),
+    FIELD("rate_contact", 1, out.put(v.rate_contact)),
+    FIELD("rate_sim", 1, out.put(v.rate_sim)),
+    FIELD("unseen", 1, out.put(0)),
+    FIELD("lost", 1, out.put(v.lost)),
+    FIELD("revision", 1, out.put(v.control.revision)),
+    FIELD("stiffness", 1, out.put(v.control.translational_stiffness)),
+    FIELD("damping", 1, out.put(v.control.translational_damping)),
+    FIELD("rotational_stiffness", 1, out.put(v.control.rotational_stiffness)),
+    FIELD("rotational_damping", 1, out.put(v.control.rotational_damping)),
+    FIELD("paused", 1, out.put(v.control.paused)),
+    FIELD("armed", 1, out.put(v.control.armed)),
+    FIELD("leading", 1, out.put(is_led(v))),
+    FIELD("intent", 3, out.put(intent_of(v))),
+    FIELD("buttons", 1, out.put(v.servo.device.buttons)),
+    FIELD("n_objects", 1, out.put(n_objects(v))),
+    FIELD("n_listed", 1, out.put(n_listed(v))),
+    FIELD("n_samples", 1, out.put(0)),
+};
+#undef FIELD
+
+constexpr FrameField<Pose> kObject[] = {
+    {"pose", 7, [](const Pose& X_WO, Out out) { out.put(X_WO); }}};
+
+struct ListedContact {
+  const Contact& contact;
+  Pose X_WO;
+  bool is_active;
+};
+constexpr int kKindShift = 62;  // of Contact::feature
+
+constexpr FrameField<ListedContact> kContact[] = {
+    {"point", 3,
+     [](const ListedContact& c, Out out) { out.put(c.X_WO * c.contact.object_point_O); }},
+    {"normal", 3,
+     [](const ListedContact& c, Out out) { out.put(rotate(c.X_WO.q, c.contact.normal_O)); }},
+    {"extent", 1, [](const ListedContact& c, Out out) { out.put(c.contact.extent); }},
+    {"stiffness", 1, [](const ListedContact& c, Out out) { out.put(c.contact.stiffness); }},
+    {"object", 1, [](const ListedContact& c, Out out) { out.put(c.contact.object); }},
+    {"active", 1, [](const ListedContact& c, Out out) { out.put(c.is_active); }},
+    {"kind", 1, [](const ListedContact& c, Out out) { out.put(c.contact.feature >> kKindShift); }},
+};
+
+constexpr FrameField<Sample> kSample[] = {
+    {"time", 1, [](const Sample& s, Out out) { out.put(s.time); }},
+    {"force", 3, [](const Sample& s, Out out) { out.put(s.force_W); }},
+    {"torque", 3, [](const Sample& s, Out out) { out.put(s.torque_W); }},
+    {"depth", 1, [](const Sample& s, Out out) { out.put(s.depth); }},
+    {"wake_late", 1, [](const Sample& s, Out out) { out.put(s.wake_late); }},
+    {"contact_rate", 1, [](const Sample& s, Out out) { out.put(s.contact_rate); }},
+    {"flags", 1, [](const Sample& s, Out out) { out.put(s.flags); }},
+};
+
+template <typename T, size_t N>
+constexpr uint32_t size_of(const FrameField<T> (&fields)[N]) {
+  uint32_t size = 0;
+  for (const FrameField<T>& field : fields) size += field.count;
+  return size;
+}
+
+template <typename T, size_t N>
+void append(std::vector<double>& out, const FrameField<T> (&fields)[N], const T& from) {
+  const size_t begin = out.size();
+  out.resize(begin + size_of(fields));
+  double* at = out.data() + begin;
+  for (const FrameField<T>& field : fields) {
+    field.write(from, {at});
+    at += field.count;
+  }
+}
+
+/// Place of a number of the fixed part; does not compile if there is none.
+consteval uint32_t place_of(std::string_view name) {
+  uint32_t offset = 0;
+  for (const FrameField<View>& field : kFixed) {
+    if (field.name == name) return offset;
+    offset += field.count;
+  }
+  throw "no such field";
+}
+
+template <typename T, size_t N>
+std::string places_json(const FrameField<T> (&fields)[N]) {
+  std::string text;
+  uint32_t offset = 0;
+  for (const FrameField<T>& field : fields) {
+    if (offset > 0) text += ", ";
+    text += '"' + std::string(field.name) + "\": [" + std::to_string(offset) + ", " +
+            std::to_string(field.count) + "]";
+    offset += field.count;
+  }
+  return text;
+}
+
+template <typename T, size_t N>
+std::string part_json(const char* name, const FrameField<T> (&fields)[N]) {
+  return ", \"" + std::string(name) + "\": {\"size\": " + std::to_string(size_of(fields)) + ", " +
+         places_json(fields) + "}";
+}
+
+}  // namespace
+
+std::string layout_json() {
+  return "{\"fixed\": {" + places_json(kFixed) +
+         "}, \"fixed_size\": " + std::to_string(size_of(kFixed)) + part_json("object", kObject) +
+         part_json("contact", kContact) + part_json("sample", kSample) + "}\n";
+}
+
+std::vector<double> common_frame(const View& view) {
+  std::vector<double> out;
+  const uint32_t objects = n_objects(view), listed = n_listed(view);
+  out.reserve(size_of(kFixed) + objects * size_of(kObject) + listed * size_of(kContact));
+  append(out, kFixed, view);
+  for (uint32_t i = 0; i < objects; ++i) append(out, kObject, object_pose(view, i));
+  for (uint32_t i = 0; i < listed; ++i) {
+    const Contact& contact = view.contacts.contacts[i];
+    const uint32_t object = std::min(contact.object, kMaxObjects - 1);
+    append(out, kContact,
+           ListedContact{contact, object_pose(view, object), i < view.contacts.n_active});
+  }
+  return out;
+}
+
+std::string frame_bytes(const std::vector<double>& common, const View& view, const FrameOf& of) {
+  std::vector<double> numbers;
+  const uint64_t n_samples = of.end_sample - of.first_sample;
+  numbers.reserve(common.size() + n_samples * size_of(kSample));
+  numbers = common;
+  numbers[place_of("sequence")] = static_cast<double>(of.sequence);
+  numbers[place_of("unseen")] = static_cast<double>(of.unseen);
+  numbers[place_of("n_samples")] = static_cast<double>(n_samples);
+  for (uint64_t i = of.first_sample; i < of.end_sample; ++i) {
+    append(numbers, kSample, view.samples.at(i));
+  }
+  std::string bytes(numbers.size() * sizeof(double), '\0');
+  std::memcpy(bytes.data(), numbers.data(), bytes.size());
+  return bytes;
+}
+
+FrameOf samples_since(const Samples& samples, uint64_t seen) {
+  FrameOf of;
+  of.end_sample = samples.end();
+  const uint64_t n = std::min({samples.end() - std::min(seen, samples.end()), kMostSamples});
+  of.first_sample = of.end_sample - n;
+  return of;
+}
+
+}  // namespace haptic

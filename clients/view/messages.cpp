@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/messages.h"
+
+#include <nlohmann/json.hpp>
+
+#include "proto/os/message.h"
+#include "proto/os/version.h"
+
+namespace haptic {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// "what (remedy)" taken apart.
+Json fault_json(const std::string& words) {
+  const size_t open = words.rfind(" (");
+  if (open == words.npos || !words.ends_with(')')) return {{"text", words}, {"remedy", ""}};
+  return {{"text", words.substr(0, open)},
+          {"remedy", words.substr(open + 2, words.size() - open - 3)}};
+}
+
+}  // namespace
+
+std::string hello_message(const std::string& source, const std::string& session, double missed) {
+  Json hello{{"type", "hello"},    {"version", version()}, {"source", source},
+             {"session", session}, {"columns", {session}}, {"control", false}};
+  if (missed >= 0) hello["missed"] = missed;
+  return text_of(hello);
+}
+
+std::string gone_message(const std::string& text) {
+  return text_of({{"type", "gone"}, {"text", one_line(text)}});
+}
+
+std::string control_message(bool allowed, const std::string& reason) {
+  return text_of({{"type", "control"}, {"allowed", allowed}, {"reason", reason}});
+}
+
+std::string answer_message(const std::string& id, bool ok, const std::string& text) {
+  Json answer{{"type", "answer"}};
+  answer["id"] = Json::parse(id, nullptr, false);
+  answer["ok"] = ok;
+  answer["text"] = one_line(text);
+  return text_of(answer);
+}
+
+SessionWords parse_status(std::string_view json) {
+  SessionWords words;
+  const Json status = Json::parse(json, nullptr, false);
+  if (!status.is_object()) return words;
+  const auto clients = status.find("clients");
+  if (clients != status.end() && clients->is_number_integer()) words.clients = clients->get<int>();
+  const auto reasons = status.find("closed_by");
+  if (reasons == status.end() || !reasons->is_array()) return words;
+  for (const Json& reason : *reasons) {
+    if (reason.is_string()) words.closed_by.push_back(one_line(reason.get<std::string>()));
+  }
+  return words;
+}
+
+std::string status_message(const View& view, const SessionWords& words, size_t viewers,
+                           uint64_t missed) {
+  Json status{{"type", "status"}, {"processes", Json::array()}};
+  for (const ProcessView& process : view.processes) {
+    if (process.generation == 0) continue;
+    status["processes"].push_back({{"name", process.name},
+                                   {"pid", process.pid},
+                                   {"generation", process.generation},
+                                   {"runs", process.runs},
+                                   {"age", process.age},
+                                   {"rate", process.rate}});
+  }
+  status["clients"] = words.clients;
+  status["viewers"] = viewers;
+  status["missed"] = missed;
+  status["faults"] = Json::array();
+  for (const std::string& reason : words.closed_by) {
+    status["faults"].push_back(fault_json(reason));
+  }
+  return text_of(status);
+}
+
+}  // namespace haptic

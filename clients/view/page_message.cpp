@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/page_message.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace haptic {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kSlowest = 1, kFastest = 120;      // frames a second that can be asked for
+constexpr double kMostSequence = 9007199254740992;  // 2⁵³
+constexpr double kFarthest = 1e3;                   // [m]; of a place to lead to
+constexpr size_t kLongestId = 64;                   // of a command, as JSON [bytes]
+
+/// The member of that name; throws where it is missing.
+const Json& member(const Json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end()) throw std::runtime_error(std::string("lacks ") + name);
+  return *found;
+}
+
+std::string text_in(const Json& object, const char* name) {
+  const Json& value = member(object, name);
+  if (!value.is_string()) throw std::runtime_error(std::string(name) + " is no text");
+  return value.get<std::string>();
+}
+
+double number_of(const Json& value, const char* name, double low, double high) {
+  if (!value.is_number()) throw std::runtime_error(std::string(name) + " is no number");
+  const double number = value.get<double>();
+  // also false for NaN
+  if (!(number >= low && number <= high)) {
+    throw std::runtime_error(std::string(name) + " is out of range");
+  }
+  return number;
+}
+
+template <size_t N>
+std::array<double, N> numbers_of(const Json& value, const char* name, double most) {
+  if (!value.is_array() || value.size() != N) {
+    throw std::runtime_error(std::string(name) + " has not " + std::to_string(N) + " numbers");
+  }
+  std::array<double, N> numbers{};
+  for (size_t i = 0; i < N; ++i) numbers[i] = number_of(value[i], name, -most, most);
+  return numbers;
+}
+
+LeadMessage lead_of(const Json& message) {
+  LeadMessage lead;
+  const auto p = numbers_of<3>(member(message, "position"), "position", kFarthest);
+  lead.position_W = {p[0], p[1], p[2]};
+  const auto turned = message.find("orientation");
+  if (turned == message.end() || turned->is_null()) return lead;
+  const auto q = numbers_of<4>(*turned, "orientation", 1.01);
+  const Quat orientation{q[1], q[2], q[3], q[0]};
+  if (std::fabs(std::sqrt(dot(orientation, orientation)) - 1) > 1e-3) {
+    throw std::runtime_error("orientation is no unit quaternion");
+  }
+  lead.orientation = normalized(orientation);
+  return lead;
+}
+
+CommandMessage command_of(const Json& message) {
+  const Json& id = member(message, "id");
+  if (!id.is_string() && !id.is_number()) throw std::runtime_error("id is no number or text");
+  CommandMessage command{id.dump(), text_in(message, "line")};
+  if (command.id.size() > kLongestId) throw std::runtime_error("id is too long");
+  return command;
+}
+
+PageMessage message_of(const Json& message) {
+  if (!message.is_object()) throw std::runtime_error("is no object");
+  const std::string type = text_in(message, "type");
+  if (type == "token") return TokenMessage{text_in(message, "token")};
+  if (type == "shown") {
+    const double n = number_of(member(message, "sequence"), "sequence", 0, kMostSequence);
+    return ShownMessage{static_cast<uint64_t>(n)};
+  }
+  if (type == "rate") {
+    return RateMessage{number_of(member(message, "hz"), "hz", kSlowest, kFastest)};
+  }
+  if (type == "command") return command_of(message);
+  if (type == "lead") return lead_of(message);
+  if (type == "release") return ReleaseMessage{};
+  for (const char* of_log : {"seek", "play", "stop", "step", "next", "loop"}) {
+    if (type == of_log) return LogMessage{};
+  }
+  throw std::runtime_error("has an unknown type");
+}
+
+}  // namespace
+
+PageMessage parse_page_message(std::string_view text) {
+  const Json message = Json::parse(text, nullptr, false);
+  if (message.is_discarded()) return BadMessage{"the message is no JSON"};
+  try {
+    return message_of(message);
+  } catch (const std::exception& error) {
+    return BadMessage{"the message " + std::string(error.what())};
+  }
+}
+
+std::string lead_line(const LeadMessage& lead) {
+  const Vec3& p = lead.position_W;
+  char text[256];
+  std::snprintf(text, sizeof text, "lead %.9g %.9g %.9g", p.x, p.y, p.z);
+  std::string line = text;
+  if (lead.orientation) {
+    const Quat& q = *lead.orientation;
+    std::snprintf(text, sizeof text, " %.9g %.9g %.9g %.9g", q.w, q.x, q.y, q.z);
+    line += text;
+  }
+  return line;
+}
+
+std::string release_line() {
+  return "release";
+}
+
+}  // namespace haptic

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/view/scene.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "proto/config/devices.h"
+#include "proto/config/renderer_needs.h"
+
+namespace haptic {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json mesh_of(const SharedText& eye, const std::string& name) {
+  return eye == nullptr ? Json(nullptr) : Json("/mesh/" + name + ".bin");
+}
+
+Json material_json(const MaterialConfig& material) {
+  return {{"friction_static", material.friction_static},
+          {"friction_dynamic", material.friction_dynamic},
+          {"friction_viscous", material.friction_viscous},
+          {"stiffness_share", material.stiffness_share},
+          {"crease_angle", material.crease_angle},
+          {"texture", material.texture.kind != TextureKind::kNone}};
+}
+
+Json objects_json(const SceneInfo& info, const View& view) {
+  const size_t n =
+      std::max<size_t>({info.config ? info.config->n_objects : 0,
+                        view.has_scene ? view.scene.n_objects : 0, info.eyes.objects.size()});
+  Json objects = Json::array();
+  for (size_t i = 0; i < std::min<size_t>(n, kMaxObjects); ++i) {
+    const SharedText eye = i < info.eyes.objects.size() ? info.eyes.objects[i] : nullptr;
+    Json object{{"index", i}, {"name", "object " + std::to_string(i)}};
+    object["mesh"] = mesh_of(eye, std::to_string(i));
+    if (info.config && i < info.config->n_objects) {
+      const ObjectConfig& configured = info.config->objects[i];
+      if (!haptic::view(configured.name).empty()) object["name"] = haptic::view(configured.name);
+      object["material"] = material_json(configured.material);
+    }
+    objects.push_back(object);
+  }
+  return objects;
+}
+
+Json renderers_json(const SceneInfo& info) {
+  Json renderers = Json::array();
+  for (const RendererRow& row : kRenderers) {
+    std::string lack;
+    if (info.config) {
+      const CouplingConfig& coupling = info.config->coupling;
+      const bool has_maps =
+          row_of(info.config->renderer).has_maps || info.config->voxel.is_wanted != 0;
+      lack = lack_of(*info.config, row.id,
+                     {coupling.translational_stiffness, coupling.rotational_stiffness}, has_maps);
+    }
+    renderers.push_back({{"name", row.name}, {"available", lack.empty()}, {"lack", lack}});
+  }
+  return renderers;
+}
+
+Json tool_json(const SceneInfo& info) {
+  Json tool{{"mesh", mesh_of(info.eyes.tool, "tool")}};
+  if (info.config) tool["radius"] = info.config->proxy_radius;
+  return tool;
+}
+
+Json renderer_json(const View& view) {
+  const bool is_known = view.has_servo && is_renderer(view.servo.renderer);
+  return is_known ? Json(row_of(static_cast<Renderer>(view.servo.renderer)).name) : Json(nullptr);
+}
+
+void add_device(Json& scene, const SessionConfig& config) {
+  const DeviceConfig& device = config.device;
+  const DeviceRow& row = row_of(device.kind);
+  scene["device"] = {{"description", row.name},
+                     {"simulated", !row.has_node},
+                     {"max_force", device.max_force},
+                     {"max_torque", device.max_torque}};
+  scene["limits"] = {{"max_force", config.safety.max_force},
+                     {"max_torque", config.safety.max_torque},
+                     {"stiffness", config.coupling.translational_stiffness}};
+}
+
+}  // namespace
+
+std::string use_config(SceneInfo& info, const std::string& text) {
+  info.config_text = text;
+  info.config.reset();
+  try {
+    info.config = parse_config(text, info.session + ".toml");
+    return "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+std::string scene_json(const SceneInfo& info, const View& view, bool with_config) {
+  Json scene{{"type", "scene"}, {"session", info.session}};
+  scene["objects"] = objects_json(info, view);
+  scene["tool"] = tool_json(info);
+  scene["renderers"] = renderers_json(info);
+  scene["renderer"] = renderer_json(view);
+  scene["solvers"] = {"direct", "penalty-dynamics", "quasi-static"};  // by SoftSolver
+  if (info.config) add_device(scene, *info.config);
+  scene["config"] = with_config ? info.config_text : "";
+  return scene.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace haptic

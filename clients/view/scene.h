@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/view/view.h"
+#include "clients/view/web.h"
+#include "proto/config/config.h"
+
+namespace haptic {
+
+/// The eye files of a scene (docs/view-protocol.md), as hapticd hands them out; null where there is
+/// none.
+struct EyeFiles {
+  SharedText tool;
+  std::vector<SharedText> objects;
+};
+
+/// What is in a session or a log, as far as the bridge is told.
+struct SceneInfo {
+  std::string session;
+  std::string config_text;              // empty: not given to this user
+  std::optional<SessionConfig> config;  // of that text
+  EyeFiles eyes;
+};
+
+/// Reads the text of a session file into the info; one that cannot be read here leaves the config
+/// empty and returns why.
+std::string use_config(SceneInfo& info, const std::string& text);
+
+/// The content of /scene.json. The text of the session file may hold comments and paths: only who
+/// may control is given it.
+std::string scene_json(const SceneInfo& info, const View& view, bool with_config);
+
+}  // namespace haptic

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <deque>
+
+#include "clients/view/foxglove.h"
+#include "clients/view/frame.h"
+#include "clients/view/web.h"
+
+namespace haptic {
+
+/// A message that waits to be sent.
+struct Outgoing {
+  SharedText bytes;
+  bool is_text = true;
+};
+
+inline constexpr int64_t kTickPeriod = 8'333'333;  // [ns]: 120 Hz, the fastest that a page may ask
+inline constexpr size_t kMostWaiting = 32;         // messages for one viewer
+
+/// A page or a Foxglove client. There is no queue of frames: the newest is made when the viewer is
+/// ready for one.
+struct Viewer {
+  bool is_foxglove = false;
+  FoxgloveClient foxglove;
+  std::deque<Outgoing> waiting;  // texts, and the messages of one instant for Foxglove
+  bool is_writing = false;
+  bool may_control = false;
+  int wrong_tokens = 0;
+  bool has_shown = true;  // the frame before
+  double hz = 60;
+  int64_t last_ns = 0;      // of the last frame
+  uint64_t sequence = 0;    // of the next
+  uint64_t seen = 0;        // samples, and
+  uint64_t seen_ticks = 0;  // ticks before this have been sent
+};
+
+/// Whether its next frame is due: its period is over, give or take half a tick of the bridge.
+inline bool is_due(const Viewer& viewer, int64_t now_ns) {
+  const int64_t period = static_cast<int64_t>(1e9 / viewer.hz);
+  return now_ns - viewer.last_ns >= period - kTickPeriod / 2;
+}
+
+/// Whether it can be sent one.
+inline bool is_ready(const Viewer& viewer) {
+  return !viewer.is_writing && viewer.waiting.empty() && viewer.has_shown;
+}
+
+/// The frame of now for this viewer, and that it has been sent.
+std::string next_frame(Viewer& viewer, const std::vector<double>& common, const View& view);
+
+}  // namespace haptic
