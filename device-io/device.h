@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "proto/config/config.h"
@@ -46,6 +47,10 @@ class Device {
   /// Commands a zero wrench. Idempotent; called whenever the loop ends. May wait at most 40 ms for
   /// the device's confirmation.
   virtual void stop() = 0;
+
+  /// Where the hand is to mean to go from now on: position of the handle in B; none: where it means
+  /// to go by itself. Only a simulated hand can be led; others go where a person moves them.
+  virtual void lead(const std::optional<Vec3>& /*p_BH*/) {}
 
   /// The bytes that do so when written to the node by another process; empty: there is no node.
   virtual DeviceRelease release() const { return {}; }

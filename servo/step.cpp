@@ -45,6 +45,22 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt) {
   return weigh_contacts(state.age, arrival, input.t_ns, dt);
 }
 
+bool is_soft_body(const ContactSet* contacts) {
+  return contacts != nullptr && is_renderer(contacts->renderer) &&
+         row_of(static_cast<Renderer>(contacts->renderer)).moves == Moves::kSoftBody;
+}
+
+/// Another solver of a soft body begins where nothing is felt any more, with nothing of the former:
+/// its proxy is anew at the hand.
+void follow_soft_solver(ServoState& state, const ServoInput& input) {
+  const std::optional<SoftSolver> wanted = soft_solver_of(input.control->solver);
+  const bool is_in_use = is_soft_body(input.contacts);
+  state.letting_go = wanted != state.soft_solver && is_in_use && state.safety.gain > 0;
+  if (wanted == state.soft_solver || state.letting_go) return;
+  if (is_in_use) state.render.forget();
+  state.soft_solver = wanted;
+}
+
 void follow_control(const ServoModel& model, ServoState& state, const ServoInput& input) {
   if (!state.started) {
     state.coupling = model.coupling;
@@ -58,6 +74,7 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
                         input.control->translational_damping, input.control->rotational_stiffness,
                         input.control->rotational_damping};
   state.coupling = ramp_coupling(state.ramp, wanted, model.dt);
+  follow_soft_solver(state, input);
 }
 
 /// The velocity of a surface in W, seen at the handle in B.
@@ -125,8 +142,9 @@ Rendered render(const ServoModel& model, ServoState& state, const ServoInput& in
   Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
   if (state.solver != &solver) state.render.forget();
   state.solver = &solver;
-  RenderQuestion question{*input.contacts, scene,      state.object_impulse_W, state.coupling,
-                          frame.X_WT,      frame.V_WT, std::nullopt,           input.t_ns};
+  RenderQuestion question{*input.contacts, scene,      state.object_impulse_W,
+                          state.coupling,  frame.X_WT, frame.V_WT,
+                          std::nullopt,    input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
   return solver(model, question, state.render);
 }
@@ -275,6 +293,7 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   safety.stiffness = handle_stiffness(model.map, state.coupling);
   safety.device_finite = usable;
   safety.contacts_finite = rendered.finite;
+  safety.letting_go = state.letting_go;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
   safety.surface_velocity_B = surface_in_device(model.map, rendered.surface_W);
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);

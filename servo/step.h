@@ -21,9 +21,11 @@ struct ReseedMark {
 struct ServoState {
   Coupling coupling;  // in force
   CouplingRamp ramp;
-  Renderer renderer{};       // wanted
-  Render* solver = nullptr;  // in use
-  RenderState render;        // its own
+  Renderer renderer{};                    // wanted
+  Render* solver = nullptr;               // in use
+  std::optional<SoftSolver> soft_solver;  // in use, of a soft body; none: the session's
+  bool letting_go = false;                // another one is wanted, and the force is not yet zero
+  RenderState render;                     // its own
   ContactAge age;
   SafetyState safety;
   Clutch clutch;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set: one request line to
-// hapticd, one answer.
+// hapt status, config, stop, arm, disarm, pause, resume, clear-fault, set, lead: one request line
+// to hapticd, one answer; of lead one after the other.
+#include <algorithm>
+#include <array>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -10,6 +12,7 @@
 #include "clients/hapt/options.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/os/message.h"
+#include "proto/os/realtime.h"
 
 namespace haptic {
 namespace {
@@ -19,10 +22,15 @@ struct ControlOptions {
   bool json = false;
 };
 
-void say(const ControlOptions& options, const std::string& line) {
+std::string ask(const std::string& session, const std::string& line) {
   constexpr std::string_view kError = "error: ";
-  const std::string answer = say_to_session(options.session, line);
+  const std::string answer = say_to_session(session, line);
   if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
+  return answer;
+}
+
+void say(const ControlOptions& options, const std::string& line) {
+  const std::string answer = ask(options.session, line);
   // the answer to `config` is a session file of many lines
   std::istringstream lines(answer);
   for (std::string one; std::getline(lines, one);) {
@@ -49,17 +57,55 @@ void add_status(Command& app) {
 
 void add_set(Command& app) {
   const auto options = std::make_shared<ControlOptions>();
-  Command command =
-      app.subcommand("set", "Change a parameter (it ramps over 200 ms) or the renderer");
+  Command command = app.subcommand(
+      "set", "Change a parameter (it ramps over 200 ms), the renderer or its solver");
   command
       .option(
           "KEY", options->key,
-          "stiffness, damping, rotational-stiffness, rotational-damping, time-scale or renderer")
+          "stiffness, damping, rotational-stiffness, rotational-damping, time-scale, renderer or "
+          "solver")
       .required();
   command.option("VALUE", options->value, "with its unit, as \"500 N/m\"; or a name").required();
   add_session(command, options->session);
   command.example("hapt set stiffness \"500 N/m\"");
+  command.example("hapt set solver penalty-dynamics");
   command.action([options] { say(*options, "set " + options->key + " " + options->value); });
+}
+
+struct LeadOptions {
+  std::string session;
+  std::array<double, 3> place{};  // [m]
+  double duration = 2;            // [s]
+};
+
+/// Repeats the command as a viewer does; without it the servo ends the lead.
+void lead(const LeadOptions& options) {
+  constexpr int64_t kPeriodNs = kNsPerSecond / 60;
+  std::string line = "lead";
+  for (const double x : options.place) line += " " + number_text(x);
+  const int64_t begin_ns = now_ns();
+  const auto end_ns = begin_ns + static_cast<int64_t>(options.duration * 1e9);
+  for (int64_t t_ns = begin_ns; t_ns < end_ns; t_ns += kPeriodNs) {
+    ask(options.session, line);
+    sleep_until(std::min(t_ns + kPeriodNs, end_ns));
+  }
+  std::cout << ask(options.session, "release") << '\n';
+}
+
+void add_lead(Command& app) {
+  const auto options = std::make_shared<LeadOptions>();
+  Command command = app.subcommand("lead", "Lead the simulated hand to a place in the scene");
+  constexpr std::array kNames{"X", "Y", "Z"};
+  for (size_t i = 0; i < kNames.size(); ++i) {
+    command
+        .quantity(kNames[i], options->place[i], Dimension::kLength, {-kMostLength, kMostLength},
+                  "where the tool is led to, in metres or with a unit", "m")
+        .required();
+  }
+  add_duration(command, "--for TIME", options->duration, "how long (default: 2 s)");
+  add_session(command, options->session);
+  command.example("hapt lead 0.02 0 0.05 --for 5s");
+  command.action([options] { lead(*options); });
 }
 
 }  // namespace
@@ -67,6 +113,7 @@ void add_set(Command& app) {
 void add_control_commands(Command& app) {
   add_status(app);
   add_set(app);
+  add_lead(app);
   add_word(app, "pause", "Pause force output");
   add_word(app, "resume", "Resume force output");
   add_word(app, "arm", "Enable force output");

@@ -33,6 +33,8 @@ class Lockstep {
   /// The set used by the last tick, or null.
   const ContactSet* contacts() const { return visible_ ? visible_.get() : nullptr; }
   const SceneFrame& scene() const { return scene_; }
+  /// The desired state, as hapticd would publish it before the next tick.
+  ControlFrame& control() { return control_; }
 
   /// FNV-1a over what every tick so far has come to (poses, velocities, wrenches, flags): equal for
   /// equal runs, of two builds too.

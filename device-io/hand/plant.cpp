@@ -19,6 +19,14 @@ Vec3 intent_position(const SimulatedHandConfig& config, double t) {
   return is_held(config) ? intent_at(config.intent, config.seed, t).p_B : Vec3{};
 }
 
+/// x_h after another dt_ns.
+Vec3 next_intent(const SimulatedHandConfig& config, HandPlant& plant, int64_t dt_ns) {
+  const double h = 1e-9 * static_cast<double>(dt_ns);
+  if (plant.led.target_B) return follow(plant.led, *plant.led.target_B, h);
+  const Vec3 own_B = intent_position(config, 1e-9 * static_cast<double>(plant.t_ns + dt_ns));
+  return plant.led.is_away ? follow(plant.led, own_B, h) : own_B;
+}
+
 /// Input of one axis for one step.
 struct Axis {
   double force;        // of the device [N]
@@ -66,7 +74,7 @@ void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const
   const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
   const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
   const Vec3 from_B = plant.intent_B;
-  const Vec3 to_B = intent_position(config, 1e-9 * static_cast<double>(plant.t_ns + dt_ns));
+  const Vec3 to_B = next_intent(config, plant, dt_ns);
   for (int64_t i = 1; i <= steps; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(steps);
     const Vec3 intent_B = i == steps ? to_B : from_B + share * (to_B - from_B);
@@ -90,6 +98,13 @@ HandPlant start_plant(const SimulatedHandConfig& config) {
   plant.intent_B = intent_position(config, 0);
   plant.p_B = plant.intent_B;
   return plant;
+}
+
+void lead_plant(const SimulatedHandConfig& config, HandPlant& plant,
+                const std::optional<Vec3>& target_B) {
+  if (target_B == plant.led.target_B) return;
+  const double t = 1e-9 * static_cast<double>(plant.t_ns);
+  retarget(plant.led, target_B, intent_at(config.intent, config.seed, t));
 }
 
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "device-io/hand/led_intent.h"
 #include "proto/config/config.h"
 #include "proto/math/vec3.h"
 
@@ -32,10 +33,15 @@ struct HandPlant {
   Vec3 v_B;          // [m/s]
   Vec3 intent_B;     // x_h at t_ns; zero if no hand holds the device
   HandEnergy energy;
+  LedIntent led;  // away from x_h(t) while somebody leads
 };
 
 /// At rest at the start of the intention.
 HandPlant start_plant(const SimulatedHandConfig& config);
+
+/// From now on the intent goes to that place in B (led_intent.h); none: back to its own motion.
+void lead_plant(const SimulatedHandConfig& config, HandPlant& plant,
+                const std::optional<Vec3>& target_B);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in steps of at most
 /// kPlantStepNs, equal within each kIntentStepNs. Implicit midpoint rule, solved in closed form; an

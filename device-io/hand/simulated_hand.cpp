@@ -12,6 +12,13 @@ namespace {
 
 constexpr uint32_t kFlags = kDeviceFresh | kDeviceHomed | kDeviceSimulated;
 
+/// Where the intent can be led: the device's workspace, or as far as an arm reaches.
+Ball reach_of(const DeviceConfig& config) {
+  constexpr double kArm = 0.7;  // [m]
+  if (config.workspace_radius > 0) return {config.workspace_centre_B, config.workspace_radius};
+  return {config.hand.intent.centre_B, kArm};
+}
+
 double quantised(double x, double step) {
   return step > 0 ? std::floor(x / step) * step : x;
 }
@@ -19,7 +26,10 @@ double quantised(double x, double step) {
 }  // namespace
 
 SimulatedHand::SimulatedHand(const DeviceConfig& config)
-    : config_(config.hand), max_force_(config.max_force), plant_(start_plant(config.hand)) {}
+    : config_(config.hand),
+      max_force_(config.max_force),
+      reach_(reach_of(config)),
+      plant_(start_plant(config.hand)) {}
 
 DeviceCaps SimulatedHand::caps() const {
   return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = true};
@@ -52,7 +62,8 @@ bool SimulatedHand::read(const TickTime& tick, DeviceState& state) {
   last_.X_BH.p = p_B;
   last_.V_BH.v = v_B;
   last_.flags = kFlags | (saturated_ ? uint32_t{kDeviceSaturated} : 0) |
-                (lost_time_ ? uint32_t{kDeviceLostTime} : 0);
+                (lost_time_ ? uint32_t{kDeviceLostTime} : 0) |
+                (plant_.led.target_B ? uint32_t{kDeviceLed} : 0);
   state = last_;
   return true;
 }
@@ -63,6 +74,13 @@ void SimulatedHand::write(const Wrench& F_B) {
   held_force_B_ = F_B.f;
   if (!saturated_) return;
   held_force_B_ = std::isfinite(size) ? max_force_ / size * F_B.f : Vec3{};
+}
+
+void SimulatedHand::lead(const std::optional<Vec3>& p_BH) {
+  if (config_.hand_stiffness <= 0) return;
+  std::optional<Vec3> target_B;
+  if (p_BH && is_finite(*p_BH)) target_B = nearest_in(reach_, *p_BH);
+  lead_plant(config_, plant_, target_B);
 }
 
 void SimulatedHand::stop() {

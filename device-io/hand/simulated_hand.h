@@ -27,6 +27,9 @@ class SimulatedHand final : public Device {
   /// The plant starts at the first read. False if time has not advanced.
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
+  /// Leads the intent, within the workspace (led_intent.h): the plant is still pushed back by the
+  /// force and falls behind. Nobody is led where no hand's spring holds the device.
+  void lead(const std::optional<Vec3>& p_BH) override;
   void stop() override;
 
   /// The true state behind the encoder, with its energies.
@@ -40,6 +43,7 @@ class SimulatedHand final : public Device {
 
   SimulatedHandConfig config_;
   double max_force_;
+  Ball reach_;
   HandPlant plant_;
   Vec3 held_force_B_;
   DeviceState last_{};

@@ -10,9 +10,9 @@ using enum Dimension;
 
 namespace {
 
-constexpr Words<SoftSolver, 3> kSolvers{{{"direct", SoftSolver::kDirect},
-                                         {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
-                                         {"quasi-static", SoftSolver::kQuasiStatic}}};
+constexpr Words<SoftSolver, 3> kSolvers{{{kSoftSolverNames[0], SoftSolver::kDirect},
+                                         {kSoftSolverNames[1], SoftSolver::kPenaltyDynamics},
+                                         {kSoftSolverNames[2], SoftSolver::kQuasiStatic}}};
 constexpr Words<RigidSolver, 2> kRigidSolvers{
     {{"coulomb", RigidSolver::kCoulomb}, {"lcp", RigidSolver::kLcp}}};
 constexpr Words<Integrator, 3> kIntegrators{{{"explicit", Integrator::kExplicit},

@@ -17,6 +17,7 @@ struct DeviceRow {
   DeviceKind id;
   bool has_node = false;  // hapticd opens it, keeps it, and lets go of it for a servo that is dead;
                           // such a device begins disarmed and lives in real time
+  bool can_be_led = false;   // `hapt lead` says where its hand means to go
   bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
 };
 

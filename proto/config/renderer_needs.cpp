@@ -7,8 +7,8 @@
 
 namespace haptic {
 
-std::string lack_of(const SessionConfig& config, Renderer renderer, const Springs& springs,
-                    bool has_maps) {
+std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
+                    const Springs& springs, bool has_maps) {
   if (!is_of_body(renderer)) return "";
   if (view(config.tool.mesh).empty()) {
     return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
@@ -17,7 +17,7 @@ std::string lack_of(const SessionConfig& config, Renderer renderer, const Spring
   if (row_of(renderer).has_maps && !has_maps) {
     return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
   }
-  if (!has_springs(config.proxy, renderer)) return "";
+  if (!has_springs(solver, renderer)) return "";
   if (springs.translational > 0 && springs.rotational > 0) return "";
   return "has a proxy that moves and turns, and needs stiffness and rotational-stiffness above "
          "zero";
@@ -51,7 +51,8 @@ void use_renderer(SessionConfig& config, std::string_view name) {
   const Springs springs{config.coupling.translational_stiffness,
                         config.coupling.rotational_stiffness};
   // maps are baked for the renderer that a session begins with
-  const std::string lack = lack_of(config, row->id, springs, true);
+  const std::string lack =
+      lack_of(config, row->id, solver_of(config.proxy, row->id), springs, true);
   if (!lack.empty()) {
     throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
                       lack);

@@ -20,14 +20,18 @@ inline SoftSolver solver_of(const ProxyConfig& proxy, Renderer renderer) {
 }
 
 /// Whether a coupling pulls a proxy of the tool; false: the hand meets the contacts directly.
+inline bool has_springs(SoftSolver solver, Renderer renderer) {
+  return is_rigid(renderer) || solver != SoftSolver::kDirect;
+}
 inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
-  return is_rigid(renderer) || solver_of(proxy, renderer) != SoftSolver::kDirect;
+  return has_springs(solver_of(proxy, renderer), renderer);
 }
 
-/// What a session lacks to be rendered by another renderer, and what to add to its file; empty:
-/// nothing. `has_maps`: contact has voxels of its objects.
-std::string lack_of(const SessionConfig& config, Renderer renderer, const Springs& springs,
-                    bool has_maps);
+/// What a session lacks to be rendered by another renderer, where that moves a soft body with this
+/// solver, and what to add to its file; empty: nothing. `has_maps`: contact has voxels of its
+/// objects.
+std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
+                    const Springs& springs, bool has_maps);
 
 /// The row of that name; null: there is none.
 const RendererRow* find_renderer(std::string_view name);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "proto/config/config.h"
+#include "proto/config/renderer_needs.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
@@ -17,6 +17,7 @@ inline ControlFrame initial_control(const SessionConfig& config) {
   control.scene_time_scale = 1;
   control.armed = config.safety.armed_at_start;
   control.renderer = static_cast<uint32_t>(config.renderer);
+  control.solver = number_of(solver_of(config.proxy, config.renderer));
   return control;
 }
 

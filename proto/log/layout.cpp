@@ -20,7 +20,12 @@ struct Default {
 };
 
 // a new field of proto/wire/wire.h gets a row: without one older recordings are refused
-constexpr std::array<Default, 11> kDefaults{{
+constexpr std::array<Default, 15> kDefaults{{
+    // since layout 8
+    {"ControlFrame", "X_WT_intent", 0, "nobody led the hand"},
+    {"ControlFrame", "intent_t_ns", 0, "nobody led the hand"},
+    {"ControlFrame", "leading", 0, "nobody led the hand"},
+    {"ControlFrame", "solver", 0, "as the session's file said"},
     // since layout 6; until 7 it was one for all objects
     {"ContactSet", "clearance", 0, "not known"},
     // since layout 5

@@ -12,6 +12,13 @@ Pose tool_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_BH) {
   return Pose{X_WH.p + clutch.offset_W, X_WH.q} * map.X_HT;
 }
 
+Vec3 handle_position(const DeviceMap& map, const Clutch& clutch, const Vec3& tool_W,
+                     const Quat& q_BH) {
+  HAPTIC_ASSERT(map.motion_scale > 0);
+  const Vec3 arm_W = rotate(map.X_WB.q * q_BH, map.X_HT.p);
+  return (inverse(map.X_WB) * (tool_W - arm_W - clutch.offset_W)) / map.motion_scale;
+}
+
 Twist tool_twist(const DeviceMap& map, const Pose& X_BH, const Twist& V_BH) {
   const Twist V_WH{map.motion_scale * rotate(map.X_WB.q, V_BH.v), rotate(map.X_WB.q, V_BH.w)};
   const Vec3 arm_W = rotate(map.X_WB.q * X_BH.q, map.X_HT.p);

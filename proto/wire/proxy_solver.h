@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 
 namespace haptic {
 
@@ -11,6 +14,20 @@ enum class SoftSolver : uint32_t {
   kPenaltyDynamics = 1,  // a rigid body between coupling and contacts
   kQuasiStatic = 2       // a massless body, always in equilibrium
 };
+
+/// Their names, in a config and on the control socket, by number.
+inline constexpr std::array<std::string_view, 3> kSoftSolverNames{"direct", "penalty-dynamics",
+                                                                  "quasi-static"};
+
+/// On the wire 0 stands for what the session's file says.
+constexpr uint32_t number_of(SoftSolver solver) {
+  return 1 + static_cast<uint32_t>(solver);
+}
+/// None for 0, and for a number of no solver.
+constexpr std::optional<SoftSolver> soft_solver_of(uint32_t number) {
+  if (number == 0 || number > kSoftSolverNames.size()) return std::nullopt;
+  return static_cast<SoftSolver>(number - 1);
+}
 
 /// Solver of the contacts of constrained6.
 enum class RigidSolver : uint32_t {

@@ -172,6 +172,7 @@ static_assert(offset_as_text<SceneFrame>("busy_ns") == offsetof(SceneFrame, busy
 static_assert(offset_as_text<ControlFrame>("rotational_damping") ==
               offsetof(ControlFrame, rotational_damping));
 static_assert(offset_as_text<ControlFrame>("paused") == offsetof(ControlFrame, paused));
+static_assert(offset_as_text<ControlFrame>("solver") == offsetof(ControlFrame, solver));
 static_assert(offset_as_text<Event>("source") == offsetof(Event, source));
 
 /// The `index`-th of comma-separated units; a single unit applies to every member.

@@ -153,6 +153,10 @@ uint32 renderer                  # Renderer
 uint32 paused                    # zero wrench while 1
 uint32 armed                     # zero wrench while 0
 uint32 fault                     # Fault the last servo ended with; the next begins with it
+geometry_msgs/Pose X_WT_intent   # where a simulated hand is led to, as a pose of the tool
+int64 intent_t_ns                # [ns] CLOCK_MONOTONIC of the last command to lead
+uint32 leading                   # 1: somebody leads
+uint32 solver                    # 1 + SoftSolver; 0: as the session's file says
 )";
 };
 

@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
-inline constexpr uint32_t kAbiMajor = 7;      // raise it when any struct below changes
+inline constexpr uint32_t kAbiMajor = 8;      // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
@@ -30,6 +30,7 @@ enum DeviceFlag : uint32_t {
   kDeviceLost = 1u << 8,       // not answering or unplugged: nothing may be rendered
   kDeviceStale = 1u << 9,      // its answers do not match the requests
   kDeviceNoisy = 1u << 10,     // its encoders reverse direction faster than a hand can
+  kDeviceLed = 1u << 11,       // a simulated hand means to go where a ControlFrame leads it
 };
 
 /// What the device measured, in its own base frame.
@@ -197,7 +198,15 @@ struct ControlFrame {
   uint32_t paused;                 // zero wrench while 1
   uint32_t armed;                  // zero wrench while 0
   uint32_t fault;                  // Fault the last servo ended with; the next one starts with it
+  Pose X_WT_intent;                // where a simulated hand is led to, as a pose of the tool
+  int64_t intent_t_ns;             // CLOCK_MONOTONIC of the last command to lead
+  uint32_t leading;                // 1: somebody leads, until kLeadNs after intent_t_ns
+  uint32_t solver;                 // 1 + SoftSolver; 0: as the session's file says
 };
+
+/// Silence after which nobody leads a simulated hand any more [ns]: twelve commands at 60 Hz, so
+/// that a busy machine may lose some, and still a fifth of a second.
+inline constexpr int64_t kLeadNs = 200'000'000;
 
 /// Ticks after which a silent servo counts as dead or hung, and its device is released.
 inline constexpr int kReleaseAfterTicks = 10;
@@ -245,7 +254,7 @@ static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
-static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 80);
+static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 152);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);
 
 }  // namespace haptic

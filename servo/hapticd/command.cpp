@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
+#include <vector>
 
+#include "proto/config/devices.h"
 #include "proto/config/quantity.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
@@ -15,7 +18,10 @@ namespace {
 
 constexpr const char* kCommands =
     "status, status text, config, stop, clear-fault, arm, disarm, pause, resume, "
-    "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer VALUE";
+    "lead X Y Z, release, "
+    "set stiffness|damping|rotational-stiffness|rotational-damping|time-scale|renderer|solver "
+    "VALUE";
+constexpr double kUnitQuaternion = 1e-3;  // how far a written one may be from length 1
 
 Command refused(const std::string& problem) {
   return {CommandKind::kRefused, false, one_line(problem)};
@@ -34,7 +40,9 @@ std::string_view take_word(std::string_view& line) {
 std::string lack_with(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
   const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
-  return lack_of(config, renderer, springs, has_maps);
+  const SoftSolver solver =
+      soft_solver_of(wanted.solver).value_or(solver_of(config.proxy, renderer));
+  return lack_of(config, renderer, solver, springs, has_maps);
 }
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
@@ -42,10 +50,70 @@ Command set_renderer(std::string_view name, const SessionConfig& config, Control
   if (row == nullptr) {
     return refused(unknown_renderer(name));
   }
+  wanted.renderer = static_cast<uint32_t>(row->id);
+  if (row->moves == Moves::kSoftBody) wanted.solver = number_of(solver_of(config.proxy, row->id));
   const std::string lack = lack_with(config, row->id, wanted);
   if (!lack.empty()) return refused("renderer: '" + std::string(name) + "' " + lack);
-  wanted.renderer = static_cast<uint32_t>(row->id);
   return {CommandKind::kChange, false, ""};
+}
+
+Command set_solver(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
+  const auto known = std::find(kSoftSolverNames.begin(), kSoftSolverNames.end(), name);
+  if (known == kSoftSolverNames.end()) {
+    const std::vector<std::string_view> names(kSoftSolverNames.begin(), kSoftSolverNames.end());
+    return refused("there is no solver '" + shown(name) + "'; " + suggestion(name, names));
+  }
+  const RendererRow& renderer = row_of(static_cast<Renderer>(wanted.renderer));
+  if (renderer.moves != Moves::kSoftBody) {
+    return refused("solver: the present renderer '" + std::string(renderer.name) +
+                   "' has one of its own; first set renderer voxel or direct6");
+  }
+  wanted.solver = number_of(static_cast<SoftSolver>(known - kSoftSolverNames.begin()));
+  const std::string lack = lack_with(config, renderer.id, wanted);
+  if (!lack.empty())
+    return refused("solver: with '" + std::string(name) + "' the renderer " + lack);
+  return {CommandKind::kChange, false, ""};
+}
+
+/// Why the hand of this session cannot be led; empty: it can.
+std::string why_not_led(const DeviceConfig& device) {
+  const DeviceRow& row = row_of(device.kind);
+  if (row.is_recorded) return "the device is a replay: nothing to lead";
+  if (!row.can_be_led) return "the device is a real one: nothing to lead, move it by hand";
+  if (device.hand.hand_stiffness > 0) return "";
+  return "no hand holds the simulated device (hand_stiffness is 0): nothing to lead";
+}
+
+Command lead(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
+  const std::string problem = why_not_led(config.device);
+  if (!problem.empty()) return refused("lead: " + problem);
+  std::array<double, 7> numbers{0, 0, 0, 1};
+  size_t n = 0;
+  try {
+    for (; !line.empty() && n < numbers.size(); ++n) {
+      numbers[n] = parse_number(take_word(line), {-kMostLength, kMostLength});
+    }
+  } catch (const QuantityError& error) {
+    return refused(std::string("lead: ") + error.what());
+  }
+  const Quat q{numbers[4], numbers[5], numbers[6], numbers[3]};
+  if (!line.empty() || (n != 3 && n != 7)) {
+    return refused(
+        "lead: takes X Y Z of the tool in the scene [m], or X Y Z QW QX QY QZ, as 'lead 0 0 0.05'");
+  }
+  if (std::fabs(dot(q, q) - 1) > kUnitQuaternion) {
+    return refused("lead: QW QX QY QZ is no rotation; its length has to be 1");
+  }
+  wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]}, normalized(q)};
+  wanted.leading = 1;
+  return {CommandKind::kLead, false, ""};
+}
+
+Command release(const SessionConfig& config, ControlFrame& wanted) {
+  const std::string problem = why_not_led(config.device);
+  if (!problem.empty()) return refused("release: " + problem);
+  wanted.leading = 0;
+  return {CommandKind::kLead, false, ""};
 }
 
 /// A settable number; `most` is its largest value in SI units.
@@ -72,12 +140,13 @@ double parse_value(std::string_view text, const Parameter& parameter) {
 Command set(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view key = take_word(line);
   if (key == "renderer") return set_renderer(line, config, wanted);
+  if (key == "solver") return set_solver(line, config, wanted);
   const auto parameter = std::find_if(kParameters.begin(), kParameters.end(),
                                       [&](const Parameter& p) { return p.name == key; });
   if (parameter == kParameters.end()) {
     return refused("cannot set '" + shown(key) +
                    "'; what can be set: stiffness, damping, rotational-stiffness, "
-                   "rotational-damping, time-scale, renderer");
+                   "rotational-damping, time-scale, renderer, solver");
   }
   try {
     wanted.*parameter->target = parse_value(line, *parameter);
@@ -94,7 +163,7 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted) {
   const std::string_view word = take_word(line);
   if (word == "status" && line == "text") return {CommandKind::kStatusText, false, ""};
-  if (word != "set" && !line.empty()) {
+  if (word != "set" && word != "lead" && !line.empty()) {
     return refused("'" + shown(word) + "' takes nothing after it");
   }
   ControlFrame changed = wanted;
@@ -112,10 +181,14 @@ Command apply_command(std::string_view line, const SessionConfig& config, Contro
     changed.paused = word == "pause" ? 1 : 0;
   } else if (word == "set") {
     command = set(line, config, changed);
+  } else if (word == "lead") {
+    command = lead(line, config, changed);
+  } else if (word == "release") {
+    command = release(config, changed);
   } else {
     return refused("unknown command '" + shown(word) + "'; known: " + kCommands);
   }
-  if (command.kind != CommandKind::kChange) return command;
+  if (command.kind != CommandKind::kChange && command.kind != CommandKind::kLead) return command;
   ++changed.revision;
   wanted = changed;
   return command;

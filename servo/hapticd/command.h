@@ -10,7 +10,7 @@
 namespace haptic {
 
 /// Request of a line from the control socket.
-enum class CommandKind { kStatus, kStatusText, kConfig, kStop, kChange, kRefused };
+enum class CommandKind { kStatus, kStatusText, kConfig, kStop, kChange, kLead, kRefused };
 
 struct Command {
   CommandKind kind = CommandKind::kRefused;
@@ -22,8 +22,11 @@ struct Command {
 ///   status (one line of JSON) | status text | config | stop | clear-fault | arm | disarm | pause |
 ///   resume set stiffness "500 N/m" | set damping "2 N·s/m" | set time-scale 0.5 set
 ///   rotational-stiffness "2 N·m/rad" | set rotational-damping "1e-3 N·m·s/rad" set renderer NAME,
-///   if the session has the tool and the maps it needs
-/// A change gives `wanted` a new revision.
+///   if the session has the tool and the maps it needs set solver NAME, of a renderer of a soft
+///   body
+///   lead X Y Z [QW QX QY QZ], where a simulated hand is led to: the tool's pose in W [m] | release
+/// A change gives `wanted` a new revision. To lead (kLead) is one that is answered at once; its
+/// instant, intent_t_ns, is the caller's to set.
 Command apply_command(std::string_view line, const SessionConfig& config, ControlFrame& wanted);
 
 }  // namespace haptic

@@ -38,6 +38,18 @@ std::string_view renderer_of(const SessionStatus& status) {
   return row_of(static_cast<Renderer>(status.wanted.renderer)).name;
 }
 
+/// Of a renderer of a soft body; empty: it has none to choose.
+std::string_view solver_name(const SessionStatus& status) {
+  const auto solver = soft_solver_of(status.wanted.solver);
+  const Moves moves = row_of(static_cast<Renderer>(status.wanted.renderer)).moves;
+  if (!solver || moves != Moves::kSoftBody) return "";
+  return kSoftSolverNames[static_cast<size_t>(*solver)];
+}
+
+bool is_led(const SessionStatus& status) {
+  return status.processes.back().runs && (status.servo.device.flags & kDeviceLed) != 0;
+}
+
 std::string process_text(const SessionStatus::Process& process) {
   std::string text = process.name;
   if (!process.runs) text += " does not run";
@@ -58,9 +70,15 @@ std::string status_text(const SessionStatus& status) {
   std::string text = fmt::format("session    {}, since {} ({})\n", status.session,
                                  time_text("%Y-%m-%d %H:%M:%S", status.since),
                                  age_text(status.now - status.since));
-  text += fmt::format("renderer   {}, stiffness {}\n", renderer_of(status),
+  const std::string_view solver = solver_name(status);
+  text += fmt::format("renderer   {}{}{}, stiffness {}\n", renderer_of(status),
+                      solver.empty() ? "" : ", solver ", solver,
                       quantity_text(status.wanted.translational_stiffness, Dimension::kStiffness));
   text += fmt::format("device     {}\n", shown(status.device));
+  if (is_led(status)) {
+    const Vec3& p = status.wanted.X_WT_intent.p;
+    text += fmt::format("hand       led to ({:.4f}, {:.4f}, {:.4f}) m\n", p.x, p.y, p.z);
+  }
   std::string force;
   for (const std::string& reason : closed_by(status)) {
     force += (force.empty() ? "closed: " : "\n           closed: ") + reason;
@@ -89,16 +107,19 @@ std::string status_json(const SessionStatus& status) {
   }
   const std::vector<std::string> closed = closed_by(status);
   const ControlFrame& wanted = status.wanted;
+  const std::string_view solver = solver_name(status);
   return fmt::format(
       R"({{"session": "{}", "since": "{}", "renderer": "{}", "device": {}, "force": "{}", )"
       R"("closed_by": {}, "state": {}, "processes": [{}], )"
       R"("spare": {{"pid": {}, "generation": {}, "ready": {}}}, "clients": {}, "revision": {}, )"
-      R"("armed": {}, "paused": {}, "stiffness": {}, "tick": {}, "fault": {}}})",
+      R"("armed": {}, "paused": {}, "stiffness": {}, "solver": {}, "led": {}, "tick": {}, )"
+      R"("fault": {}}})",
       status.session, time_text("%Y-%m-%dT%H:%M:%S%z", status.since), renderer_of(status),
       json_string(status.device), closed.empty() ? "open" : "closed", json_words(closed),
       json_words(words_of_flags(status.servo.flags)), processes, status.spare.pid,
       status.spare.generation, status.spare.is_ready, status.clients, wanted.revision,
-      wanted.armed != 0, wanted.paused != 0, wanted.translational_stiffness, status.servo.tick,
+      wanted.armed != 0, wanted.paused != 0, wanted.translational_stiffness,
+      solver.empty() ? "null" : json_string(std::string(solver)), is_led(status), status.servo.tick,
       status.servo.fault);
 }
 

@@ -123,6 +123,7 @@ int Supervisor::run() {
       write_events();
       for (Process& process : processes_) watch_pulse(process, t_ns, t_ns - next_look_ns);
       watch_spare(t_ns);
+      watch_lead(t_ns);
       watch_device(t_ns);
       watch_place();
       tell_waiting(t_ns);
@@ -195,6 +196,7 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
 }
 
 void Supervisor::take_command(uint64_t peer, std::string_view line) {
+  const bool was_leading = control_frame_.leading != 0;
   const Command command = apply_command(line, config_, control_frame_);
   switch (command.kind) {
     case CommandKind::kStatusText:
@@ -214,6 +216,9 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
       commands_.answer(peer, "ok");
       stopping_ = true;
       break;
+    case CommandKind::kLead:
+      lead(peer, line, was_leading);
+      break;
     case CommandKind::kChange:
       log_.write(LogLevel::kInfo, "hapticd",
                  std::string(line) + " (revision " + std::to_string(control_frame_.revision) + ")");
@@ -221,6 +226,27 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
       unanswered_.push_back(
           {peer, control_frame_.revision, command.clears_fault, now_ns() + kEchoPatienceNs});
   }
+}
+
+/// Answered at once: it comes sixty times a second, and the next one corrects it.
+void Supervisor::lead(uint64_t peer, std::string_view line, bool was_leading) {
+  const bool leads = control_frame_.leading != 0;
+  if (leads) control_frame_.intent_t_ns = now_ns();
+  publish_control(now_ns());
+  commands_.answer(peer, "ok");
+  if (leads != was_leading) {
+    log_.write(LogLevel::kInfo, "hapticd",
+               leads ? "somebody leads the hand: " + std::string(line) : "nobody leads the hand");
+  }
+}
+
+/// The servo does not wait for this; it keeps the desired state true for those who watch.
+void Supervisor::watch_lead(int64_t t_ns) {
+  if (control_frame_.leading == 0 || t_ns <= control_frame_.intent_t_ns + kLeadNs) return;
+  control_frame_.leading = 0;
+  ++control_frame_.revision;
+  publish_control(t_ns);
+  log_.write(LogLevel::kInfo, "hapticd", "nobody leads the hand any more: no command for 200 ms");
 }
 
 /// Everybody who may watch may ask for the status, and for nothing else.

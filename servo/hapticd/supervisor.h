@@ -93,6 +93,8 @@ class Supervisor {
   void answer_commands(int64_t t_ns);
   SessionStatus status();
   std::string answer_watcher(std::string_view line);
+  void lead(uint64_t peer, std::string_view line, bool was_leading);
+  void watch_lead(int64_t t_ns);
   void publish_control(int64_t t_ns);
   void watch_device(int64_t t_ns);
   void watch_place();

@@ -17,7 +17,7 @@ constexpr double kMostTicks = 20;  // that an answer's look-ahead is shared amon
 SoftProxyModel proxy_model(const ServoModel& model, const RenderQuestion& question) {
   SoftProxyModel proxy = model.body;
   const auto renderer = static_cast<Renderer>(question.contacts.renderer);
-  proxy.solver = solver_of(model.proxy, renderer);
+  proxy.solver = question.soft_solver.value_or(solver_of(model.proxy, renderer));
   proxy.coupling = coupling_in_force(model, question);
   proxy.tool = tool_in_force(model, question.contacts);
   // triangles that meet have no band to leave

@@ -28,7 +28,7 @@ struct ServoModel {
   Renderer renderer{};  // as configured; the ControlFrame may change it
   VirtualProxyModel virtual_proxy;
   SoftProxyModel body;  // of the renderers with six degrees of freedom
-  ProxyConfig proxy;    // its solver is each renderer's own, or this one
+  ProxyConfig proxy;    // its solver is each renderer's own, or this one, or the ControlFrame's
   RigidSolver rigid_solver = RigidSolver::kCoulomb;
 };
 
@@ -42,6 +42,7 @@ struct RenderQuestion {
   Twist V_WT;
   std::optional<Pose> X_WT_before;  // in the last tick
   int64_t t_ns = 0;
+  std::optional<SoftSolver> soft_solver;  // in force; none: the session's, or the renderer's own
 };
 
 /// What a renderer makes of a tick, before safety.

@@ -17,6 +17,7 @@ constexpr double kThermalTime = 10;     // time constant of the thermal low-pass
 constexpr double kThermalBand = 0.2;    // last part of the budget, over which the limit falls
 constexpr double kEdgeShare = 0.3;      // largest force of the workspace edge over max_force
 constexpr double kEdgeWidth = 5e-3;     // way over which the edge's spring reaches that [m]
+constexpr double kLetGoTime = 0.05;     // in which a force is let go, as that of old contacts [s]
 constexpr double kBelow = 1 - 0x1p-50;  // slightly less than 1: rounding must not exceed a limit
 
 /// Shortens a vector to the limit, direction kept. A limit of zero leaves nothing.
@@ -125,6 +126,14 @@ double thermal_limit(const SafetyLimits& limits, const SafetyState& state) {
   return limits.continuous_force + left * (limits.max_force - limits.continuous_force);
 }
 
+/// Lowers the gain for a force of that size, which may be larger than what is saturated: it falls
+/// no faster than it may grow.
+void let_go(const SafetyLimits& limits, SafetyState& state, double force, double dt) {
+  double rate = 1 / kLetGoTime;
+  if (force > 0) rate = std::min(rate, limits.slew / force);
+  state.gain = std::max(state.gain - dt * rate, 0.0);
+}
+
 /// The hand feels nothing now: growth and passivity start from zero.
 void forget_held(SafetyState& state) {
   state.held_B = {};
@@ -173,14 +182,15 @@ SafetyOutput make_safe(const SafetyLimits& limits, SafetyState& state, const Saf
   SafetyOutput out{input.F_B, 0};
   if (input.released) forget_held(state);
   if (input.restart) state.gain = 0;
-  if (limits.soft_start <= 0) state.gain = 1;
+  if (limits.soft_start <= 0 && !input.letting_go) state.gain = 1;
   const Vec3 edge_B = edge_force(limits, input.device.X_BH.p);
   if (edge_B != Vec3{}) out.flags |= kServoWorkspaceEdge;
   out.F_B.f += edge_B;
+  if (input.letting_go) let_go(limits, state, norm(out.F_B.f), dt);
   if (state.gain < 1) {
     out.flags |= kServoSoftStart;
     out.F_B = state.gain * out.F_B;
-    state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
+    if (!input.letting_go) state.gain = std::min(1.0, state.gain + dt / limits.soft_start);
   }
 
   // flagged only in ticks in which a torque would have been felt

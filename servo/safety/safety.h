@@ -56,6 +56,7 @@ struct SafetyInput {
   bool armed = true;            // by the dead-man button or `hapt arm`
   bool force_closed = false;    // clutch held, paused or no free proxy pose: zero, then soft start
   bool restart = false;         // the proxy was placed anew: soft start from the present pose
+  bool letting_go = false;      // the solver changes: the gain of the soft start falls to zero
   bool released = false;        // the device may have been set to zero since the last tick
   bool fading = false;          // contacts are too old: the force fades or is gone
   Vec3 surface_velocity_B;      // of the touched surface, in device units [m/s]
@@ -76,6 +77,8 @@ struct SafetyOutput {
 ///    for it and the handle is slower than 0.1 m/s; then soft start.
 /// 2. closed (not armed, clutch, pause, no free pose, or faster than the velocity limit and not yet
 ///    slower than 0.1 m/s again): zero wrench, then soft start.
+///    While the solver is about to change, that gain falls to zero, within 50 ms and no faster than
+///    `slew`, instead of rising.
 /// 3. soft edge of the workspace: a spring inwards, at most 30 % of max_force; soft start applies.
 /// 4. saturation, direction kept.
 /// 5. thermal budget: |F|² low-passed over 10 s; over the last fifth below continuous_force² the

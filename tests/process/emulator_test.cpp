@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "proto/ipc/control_socket.h"
 #include "tests/process/emulator_process.h"
 #include "tests/process/network.h"
 #include "tests/process/watcher.h"
@@ -361,6 +362,13 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
   CHECK(emulator.said(says));
   const std::string log = emulator.log();
   CHECK(std::count(log.begin(), log.end(), '\n') == 1);
+}
+
+TEST_CASE("emulator: a device that a person moves has nothing to lead") {
+  if (!test::programs_are_built()) return;
+  Session s;
+  CHECK(say_to_session("woody", "lead 0 0 0.01") ==
+        "error: lead: the device is a real one: nothing to lead, move it by hand");
 }
 
 }  // namespace haptic

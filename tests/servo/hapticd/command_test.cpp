@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tests for servo/hapticd/command.cpp.
 #include "servo/hapticd/command.h"
+#include "proto/config/devices.h"
 #include "proto/wire/renderer.h"
 
 #include <catch2/catch.hpp>
@@ -60,7 +61,10 @@ TEST_CASE("command: what is refused says why and changes nothing", "[servo]") {
       "set stiffness 500 N", "set stiffness -1 N/m", "set stiffness 1e9 N/m",
       "set stiffness nan N/m", "set colour red", "set renderer", "set renderer penalty4",
       "set renderer direct6", "set renderer voxel", "set rotational-stiffness 5 N/m",
-      "set time-scale fast", "set time-scale -1", "set time-scale 1e400");
+      "set time-scale fast", "set time-scale -1", "set time-scale 1e400", "set solver",
+      "set solver quick", "set solver direct", "lead", "lead 0 0", "lead 0 0 nan", "lead 0 0 inf",
+      "lead 0 0 1e9", "lead 0 0 0 1", "lead 0 0 0 1 0 0 0 0", "lead 0 0 0 2 0 0 0",
+      "lead 0 0 0 0 0 0 0", "lead 0 0 0,1", "lead a b c", "lead 0 0 0 nan 0 0 0", "release me");
   ControlFrame wanted{}, before{};
   const Command command = apply_command(line, kSession, wanted);
   CAPTURE(line, command.problem);
@@ -89,4 +93,71 @@ TEST_CASE("command: a renderer is had where the session has a tool and maps for 
   CHECK(apply_command("set rotational-stiffness 0 N·m/rad", config, wanted).kind ==
         CommandKind::kRefused);
   CHECK(wanted.rotational_stiffness == 1);
+}
+
+TEST_CASE("command: the solver of a soft body is had where its renderer is in use", "[servo]") {
+  using haptic::SoftSolver;
+  haptic::SessionConfig config;
+  haptic::assign(config.tool.mesh, "primitive:sphere");
+  config.voxel.is_wanted = 1;
+  ControlFrame wanted{};
+  const auto solver = [&] { return haptic::soft_solver_of(wanted.solver); };
+  const Command point = apply_command("set solver direct", config, wanted);
+  CHECK(point.problem.find("'god-object3' has one of its own") != std::string::npos);
+  CHECK(apply_command("set renderer direct6", config, wanted).kind == CommandKind::kChange);
+  CHECK(solver() == SoftSolver::kDirect);
+  // a proxy that turns needs its springs
+  const Command still = apply_command("set solver penalty-dynamics", config, wanted);
+  CHECK(still.problem.find("rotational-stiffness above zero") != std::string::npos);
+  CHECK(solver() == SoftSolver::kDirect);
+  apply_command("set stiffness 800 N/m", config, wanted);
+  apply_command("set rotational-stiffness 1 N·m/rad", config, wanted);
+  CHECK(apply_command("set solver penalty-dynamics", config, wanted).kind == CommandKind::kChange);
+  CHECK(solver() == SoftSolver::kPenaltyDynamics);
+  CHECK(apply_command("set stiffness 0 N/m", config, wanted).kind == CommandKind::kRefused);
+  // another renderer begins with the solver of its own, or of the session's file
+  CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kChange);
+  CHECK(solver() == SoftSolver::kQuasiStatic);
+  CHECK(apply_command("set solver direct", config, wanted).kind == CommandKind::kChange);
+  // direct needs none of them
+  CHECK(apply_command("set stiffness 0 N/m", config, wanted).kind == CommandKind::kChange);
+  CHECK(apply_command("set solver quasi-static", config, wanted).kind == CommandKind::kRefused);
+  config.proxy.solver = SoftSolver::kDirect;
+  CHECK(apply_command("set renderer voxel", config, wanted).kind == CommandKind::kChange);
+  CHECK(solver() == SoftSolver::kDirect);
+}
+
+TEST_CASE("command: a simulated hand is led and released", "[servo]") {
+  ControlFrame wanted{};
+  wanted.revision = 3;
+  CHECK(apply_command("lead 0.01 -0.02 3e-2", kSession, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.leading == 1);
+  CHECK(wanted.revision == 4);
+  CHECK(wanted.X_WT_intent.p == haptic::Vec3{0.01, -0.02, 0.03});
+  CHECK(wanted.X_WT_intent.q == haptic::Quat{});
+  // the order of the words is w x y z
+  CHECK(apply_command("lead 0 0 0 0 0 0 1", kSession, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.X_WT_intent.q.z == 1);
+  CHECK(wanted.X_WT_intent.q.w == 0);
+  CHECK(apply_command("release", kSession, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.leading == 0);
+}
+
+TEST_CASE("command: nobody leads a real hand, a recorded one, or none", "[servo]") {
+  const std::string line = GENERATE(as<std::string>(), "lead 0 0 0", "release");
+  haptic::SessionConfig config;
+  const auto problem = [&] {
+    ControlFrame wanted{};
+    const Command command = apply_command(line, config, wanted);
+    CHECK(command.kind == CommandKind::kRefused);
+    CHECK(wanted.revision == 0);
+    return command.problem;
+  };
+  config.device.kind = haptic::DeviceKind::kWoodenHaptics;
+  CHECK(problem().find("a real one: nothing to lead") != std::string::npos);
+  config.device.kind = haptic::DeviceKind::kReplay;
+  CHECK(problem().find("a replay: nothing to lead") != std::string::npos);
+  config.device.kind = haptic::DeviceKind::kSimulatedHand;
+  config.device.hand.hand_stiffness = 0;
+  CHECK(problem().find("hand_stiffness is 0") != std::string::npos);
 }

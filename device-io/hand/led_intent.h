@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "device-io/hand/intent.h"
+#include "proto/math/vec3.h"
+
+namespace haptic {
+
+/// Rate of the filter that makes a motion of the commands [1/s]. Steps at 60 Hz are damped to
+/// 1/(1 + (2π·60/ω)²) = 0.6 %, and the intent lags 2/ω = 67 ms behind, a third of the delay with
+/// which a person corrects a movement by sight.
+inline constexpr double kLedRate = 30;
+
+/// Largest speed of the led intent, relative to where it is led [m/s]: that of a quick reach, and a
+/// quarter of the velocity limit beyond which safety closes the force.
+inline constexpr double kMostLedSpeed = 0.5;
+
+/// A place in B within which a hand can be led.
+struct Ball {
+  Vec3 centre_B;
+  double radius = 0;  // [m]
+};
+Vec3 nearest_in(const Ball& ball, const Vec3& p_B);
+
+/// The intent of a hand that is led, or on its way back to its own motion: x = r + d with the
+/// reference r, the place it is led to or its own motion, and an offset that dies out like a
+/// critically damped spring, d̈ = −2ω ḋ − ω² d, ω = kLedRate. A new reference changes d and ḋ such
+/// that x and ẋ stay: the intent is C¹ whatever the commands, at their begin and end too. The
+/// response to a step is never negative, so from rest the intent stays in the convex hull of the
+/// places it is led to.
+struct LedIntent {
+  bool is_away = false;          // from its own motion
+  std::optional<Vec3> target_B;  // none: its own motion
+  Vec3 offset_B;                 // d [m]
+  Vec3 rate_B;                   // ḋ [m/s]
+};
+
+/// Another reference from now on; `own` is the hand's own motion now.
+void retarget(LedIntent& led, const std::optional<Vec3>& target_B, const Intent& own);
+
+/// The intent after h seconds more, where the reference will then be at r_B. Implicit Euler: it
+/// never overshoots at any step, and needs exactly rounded operations only. The hand is back in its
+/// own motion when it is a nanometre away.
+Vec3 follow(LedIntent& led, const Vec3& r_B, double h);
+
+}  // namespace haptic

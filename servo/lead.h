@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "proto/wire/mapping.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// Where a person who leads the simulated hand wants its handle, in B. None: nobody leads, the last
+/// command is more than kLeadNs away from now_ns, or it is not finite. The servo decides by its own
+/// clock, so a page or a bridge that has stopped cannot hold the hand. The handle keeps its
+/// orientation.
+std::optional<Vec3> led_handle(const DeviceMap& map, const Clutch& clutch,
+                               const DeviceState& device, const ControlFrame* control,
+                               int64_t now_ns);
+
+}  // namespace haptic

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A person leads the simulated hand of a real session.
+#include <catch2/catch.hpp>
+
+#include "proto/wire/proxy_solver.h"
+#include "tests/process/hapt_command.h"
+#include "tests/process/hapticd_process.h"
+#include "tests/process/programs.h"
+#include "tests/process/watcher.h"
+#include "tests/support/data.h"
+#include "tests/support/near.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using test::eventually;
+using test::hapt;
+using test::HapticdProcess;
+using test::programs_are_built;
+using test::Ran;
+using test::TemporaryRuntimeFolder;
+using test::Watcher;
+
+std::string config(const std::string& name) {
+  return test::from_source("configs/" + name);
+}
+
+bool is_led(Watcher& watcher) {
+  watcher.servo.latest(watcher.servo_frame);
+  return (watcher.servo_frame.device.flags & kDeviceLed) != 0;
+}
+
+}  // namespace
+
+TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({config("plane.toml"), "--session", "led"}, folder.path());
+  Watcher watcher("led");
+  REQUIRE(watcher.wait_for_all());
+  test::ProgramProcess leader("hapt", {"lead", "-0.02", "0.1", "80 mm", "--for", "1 min"},
+                              folder.path());
+  const Vec3 place_W{-0.02, 0.1, 0.08};
+  REQUIRE(eventually([&] { return is_led(watcher); }));
+  CHECK(eventually([&] {
+    watcher.servo.latest(watcher.servo_frame);
+    const Twist& V_WT = watcher.servo_frame.V_WT;
+    return norm(watcher.servo_frame.X_WT.p - place_W) < 1e-3 && norm(V_WT.v) < 1e-2;
+  }));
+  watcher.control.latest(watcher.control_frame);
+  CHECK(watcher.control_frame.leading == 1);
+  CHECK(watcher.control_frame.X_WT_intent.p == place_W);
+  const Ran status = hapt("status", folder.path());
+  INFO(status.output);
+  CHECK(test::has(status.output, "hand       led to (-0.0200, 0.1000, 0.0800) m\n"));
+  // the log has a line for the beginning, not sixty a second
+  CHECK(hapticd.log().find("somebody leads") == hapticd.log().rfind("somebody leads"));
+
+  // whoever leads stops: the servo notices by itself
+  const int signal = GENERATE(SIGSTOP, SIGKILL);
+  leader.send(signal);
+  REQUIRE(eventually([&] { return !is_led(watcher); }));
+  // the newest command that hapticd has published
+  while (watcher.control.next(watcher.control_frame)) {
+  }
+  const int64_t last_ns = watcher.control_frame.intent_t_ns;
+  const int64_t ended_ns = watcher.servo_frame.device.t_ns;
+  CHECK(ended_ns >= last_ns + kLeadNs);
+  CHECK(eventually([&] {
+    watcher.servo.latest(watcher.servo_frame);
+    return norm(watcher.servo_frame.X_WT.p - place_W) > 0.01;
+  }));
+  CHECK(eventually([&] {
+    watcher.control.latest(watcher.control_frame);
+    return watcher.control_frame.leading == 0;
+  }));
+  leader.send(SIGCONT);
+}
+
+TEST_CASE("hapt lead: a session of a recorded device refuses in one line") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({config("lever.toml"), "--session", "recorded"}, folder.path());
+  Watcher watcher("recorded");
+  REQUIRE(watcher.wait_for_all());
+  const Ran refused = hapt("lead 0 0 0", folder.path());
+  CHECK(refused.code == 1);
+  CHECK(refused.output == "hapt: lead: the device is a replay: nothing to lead\n");
+}
+
+TEST_CASE("hapt set solver: of a body, while it runs") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  HapticdProcess hapticd({config("peg-in-hole.toml"), "--session", "peg"}, folder.path());
+  Watcher watcher("peg");
+  REQUIRE(watcher.wait_for_all());
+  const auto solver = [&] { return hapt("status --json", folder.path()).output; };
+  CHECK(test::has(solver(), "\"solver\": \"quasi-static\", \"led\": false"));
+  for (const std::string_view name : kSoftSolverNames) {
+    const Ran ran = hapt("set solver " + std::string(name), folder.path());
+    INFO(ran.output);
+    CHECK(ran.code == 0);
+    CHECK(test::has(solver(), "\"solver\": \"" + std::string(name) + "\""));
+  }
+  const Ran wrong = hapt("set solver quick", folder.path());
+  CHECK(wrong.code == 1);
+  CHECK(test::lines(wrong.output) == 1);
+}
+
+}  // namespace haptic
