@@ -48,6 +48,9 @@ void add_commands(Command& app) {
   add_replay_command(app);
   add_top_command(app);
   add_record_command(app);
+  add_info_command(app);
+  add_diff_command(app);
+  add_recover_command(app);
   add_export_command(app);
   add_of_lab(kEvalCommand);
   add_bake_command(app);
