@@ -23,20 +23,20 @@ struct ExportOptions {
 };
 
 /// The topic to export; throws with a list of those in the recording if it is not there.
-const TopicInfo& choose_topic(const TraceReader& trace, const ExportOptions& options) {
+TopicInfo choose_topic(const TraceReader& trace, const ExportOptions& options) {
   std::string there;
-  for (const TopicInfo* topic : trace.topics()) {
-    if (topic->name == options.topic) return *topic;
-    there += (there.empty() ? "" : ", ") + std::string(topic->name);
+  for (const TopicInfo& topic : trace.topics()) {
+    if (topic.name == options.topic) return topic;
+    there += (there.empty() ? "" : ", ") + std::string(topic.name);
   }
   throw McapError(options.recording + ": has no topic '" + shown(options.topic) + "'; it has " +
-                  (there.empty() ? "none of this program" : there));
+                  (there.empty() ? "none of this program" : shown(there)));
 }
 
 void run_export(const ExportOptions& options) {
   check_outputs({options.output}, {options.recording}, options.overwrite);
   const TraceReader trace(options.recording);
-  const TopicInfo& topic = choose_topic(trace, options);
+  const TopicInfo topic = choose_topic(trace, options);
   if (!trace.mcap().finished()) {
     std::cerr << shown(options.recording) << ": its writer was killed; exporting what is whole\n";
   }

@@ -51,6 +51,9 @@ void add_commands(Command& app) {
   add_of_lab(kViewCommand);
   add_top_command(app);
   add_record_command(app);
+  add_info_command(app);
+  add_diff_command(app);
+  add_recover_command(app);
   add_export_command(app);
   add_of_lab(kEvalCommand);
   add_bake_command(app);

@@ -149,9 +149,21 @@ class McapReader {
   const McapChannel* find_channel(std::string_view topic) const;
   const McapSchema& schema_of(const McapChannel& channel) const;
 
+  using Use = std::function<void(const McapMessage&)>;
   /// Passes every message of the channel in file order. Throws McapError on a chunk with a wrong
   /// CRC or contents.
-  void for_each(uint16_t channel, const std::function<void(const McapMessage&)>& use) const;
+  void for_each(uint16_t channel, const Use& use) const;
+  /// Passes every message of one chunk, of all channels. Throws as above.
+  void for_each_in(const McapChunkIndex& chunk, const Use& use) const;
+
+  /// Of a file without an end: looks for chunks that have been written since, and whether the end
+  /// has. True if there is anything new.
+  bool refresh();
+
+  /// Bytes behind the last whole record of a file without an end.
+  uint64_t cut_bytes() const { return size_ - whole_; }
+  /// Passes the messages that can still be read in the chunk that the file ends within.
+  void for_each_cut(const Use& use) const;
 
  private:
   struct Record {
@@ -165,7 +177,9 @@ class McapReader {
   bool read_record(uint64_t offset, Record& record) const;
   bool read_summary();
   bool read_summary(uint64_t begin, uint64_t end);
-  void scan();
+  void scan(uint64_t from);
+  void scan_record(Record& record);
+  void forget();
   McapChunkIndex find_chunk(Record& record) const;
   void keep(const Record& record);
   std::vector<char> read_chunk(const McapChunkIndex& index) const;
@@ -174,6 +188,7 @@ class McapReader {
   std::string path_;
   FileDescriptor file_;
   uint64_t size_ = 0;
+  uint64_t whole_ = 0;  // end of the last whole record of a file without an end
   bool finished_ = false;
   std::vector<McapSchema> schemas_;
   std::vector<McapChannel> channels_;

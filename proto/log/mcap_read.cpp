@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/log/mcap.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "proto/log/mcap_format.h"
@@ -24,7 +27,7 @@ namespace {
 constexpr uint64_t kMostUnpacked = uint64_t{16} << 20;
 // Longest record read as a whole [bytes]: a compressed chunk may be longer than its contents.
 constexpr uint64_t kMostRecord = kMostUnpacked + (uint64_t{1} << 20);
-constexpr size_t kMostNamed = 1024;  // schemas or channels of a file; a recording has five
+constexpr size_t kMostNamed = 1024;  // schemas or channels of a file; a recording has a dozen
 
 using Buffer = std::vector<char>;
 
@@ -111,7 +114,24 @@ McapReader::McapReader(const std::string& path) : path_(path) {
   if (!read_magic(file_.get(), 0)) {
     fail("is not an MCAP file; recordings are made by `hapt record`");
   }
-  if (!read_summary()) scan();
+  if (!read_summary()) {
+    forget();
+    scan(kMagic.size());
+  }
+}
+
+bool McapReader::refresh() {
+  if (finished_) return false;
+  struct stat status {};
+  if (::fstat(file_.get(), &status) != 0) fail("cannot be read any more");
+  const auto size = static_cast<uint64_t>(status.st_size);
+  if (size < whole_) fail("has become shorter while it was read; open it again");
+  if (size == size_) return false;
+  size_ = size;
+  const uint64_t before = whole_;
+  // what is known of the whole chunks stays; the summary would only repeat it
+  scan(whole_);
+  return whole_ > before || finished_;
 }
 
 void McapReader::fail(const std::string& what) const {
@@ -244,26 +264,40 @@ bool McapReader::read_summary(uint64_t begin, uint64_t end) {
   return true;
 }
 
-/// Walks the records from the start to the first incomplete or invalid one: a crash may leave zeros
-/// behind the last record.
-void McapReader::scan() {
+void McapReader::forget() {
   schemas_.clear();
   channels_.clear();
   chunks_.clear();
   metadata_.clear();
+}
+
+/// Walks the records to the first incomplete or invalid one: a crash may leave zeros behind the
+/// last record.
+void McapReader::scan(uint64_t from) {
   Record record;
+  whole_ = from;
   try {
-    for (uint64_t at = kMagic.size(); find_record(at, record); at += record.length) {
-      if (record.op == kNone || record.op == kDataEnd) break;
-      if (record.op == kChunk) {
-        chunks_.push_back(find_chunk(record));
-      } else if (is_kept(record.op)) {
-        read_content(record, record.length);
-        keep(record);
+    for (uint64_t at = from; find_record(at, record); at += record.length) {
+      if (record.op == kNone) break;
+      if (record.op == kDataEnd) {
+        finished_ = read_magic(file_.get(), size_ - kMagic.size());
+        if (finished_) whole_ = size_;
+        break;
       }
+      scan_record(record);
+      whole_ = at + record.length;
     }
   } catch (const std::out_of_range&) {
     fail("damaged record at byte " + std::to_string(record.offset));
+  }
+}
+
+void McapReader::scan_record(Record& record) {
+  if (record.op == kChunk) {
+    chunks_.push_back(find_chunk(record));
+  } else if (is_kept(record.op)) {
+    read_content(record, record.length);
+    keep(record);
   }
 }
 
@@ -314,30 +348,88 @@ std::vector<char> McapReader::read_chunk(const McapChunkIndex& index) const {
   return out;
 }
 
-void McapReader::for_each(uint16_t channel,
-                          const std::function<void(const McapMessage&)>& use) const {
+namespace {
+
+/// Passes the messages among these records, up to one that is cut.
+void pass_messages(const Buffer& records, const McapReader::Use& use) {
   constexpr size_t kMessageHeader = 2 + 4 + 8 + 8;
+  Parser in(records);
+  while (in.left() > 0) {
+    const uint8_t op = in.number<uint8_t>();
+    const uint64_t length = in.number<uint64_t>();
+    if (op != kMessage || length < kMessageHeader) {
+      in.bytes(length);
+      continue;
+    }
+    McapMessage message;
+    in.take(message.channel, message.sequence, message.log_time_ns, message.publish_time_ns);
+    const uint64_t size = length - kMessageHeader;
+    message.data = std::as_bytes(std::span(in.bytes(size), size));
+    use(message);
+  }
+}
+
+/// As much as can be unpacked of a zstd frame that is cut; at most `most` bytes.
+Buffer unpack_cut(const char* packed, size_t size, size_t most) {
+  Buffer out(most);
+  ZSTD_inBuffer from{packed, size, 0};
+  ZSTD_outBuffer to{out.data(), out.size(), 0};
+  const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
+                                                                          &ZSTD_freeDStream);
+  if (stream == nullptr) throw std::bad_alloc();
+  while (from.pos < from.size && to.pos < to.size) {
+    const size_t before = from.pos + to.pos;
+    const size_t left = ZSTD_decompressStream(stream.get(), &to, &from);
+    if (ZSTD_isError(left) || left == 0 || from.pos + to.pos == before) break;
+  }
+  out.resize(to.pos);
+  return out;
+}
+
+}  // namespace
+
+void McapReader::for_each_in(const McapChunkIndex& chunk, const Use& use) const {
+  try {
+    pass_messages(read_chunk(chunk), use);
+  } catch (const std::out_of_range&) {
+    fail("chunk at byte " + std::to_string(chunk.offset) + " is cut; the file is damaged");
+  }
+}
+
+void McapReader::for_each(uint16_t channel, const Use& use) const {
   for (const McapChunkIndex& index : chunks_) {
     if (!index.index_offsets.empty() && !index.index_offsets.contains(channel)) continue;
-    try {
-      const Buffer records = read_chunk(index);
-      Parser in(records);
-      while (in.left() > 0) {
-        const uint8_t op = in.number<uint8_t>();
-        const uint64_t length = in.number<uint64_t>();
-        if (op != kMessage || length < kMessageHeader) {
-          in.bytes(length);
-          continue;
-        }
-        McapMessage message;
-        in.take(message.channel, message.sequence, message.log_time_ns, message.publish_time_ns);
-        const uint64_t size = length - kMessageHeader;
-        message.data = std::as_bytes(std::span(in.bytes(size), size));
-        if (message.channel == channel) use(message);
-      }
-    } catch (const std::out_of_range&) {
-      fail("chunk at byte " + std::to_string(index.offset) + " is cut; the file is damaged");
+    for_each_in(index, [&](const McapMessage& message) {
+      if (message.channel == channel) use(message);
+    });
+  }
+}
+
+void McapReader::for_each_cut(const Use& use) const {
+  Record record{kNone, whole_, cut_bytes(), {}};
+  if (finished_ || record.length <= kRecordHeader) return;
+  read_content(record, kMostRecord);
+  char op = 0;
+  if (::pread(file_.get(), &op, 1, static_cast<off_t>(whole_)) != 1 || op != kChunk) return;
+  try {
+    Parser in(record.content);
+    in.bytes(2 * sizeof(uint64_t));
+    const uint64_t size = in.number<uint64_t>();
+    in.number<uint32_t>();  // the CRC is of the whole
+    const std::string compression = in.text();
+    in.number<uint64_t>();
+    const size_t left = in.left();
+    const char* packed = in.bytes(left);
+    if (size > kMostUnpacked) return;
+    Buffer records;
+    if (compression == kZstd) {
+      records = unpack_cut(packed, left, size);
+    } else if (compression.empty()) {
+      records.assign(packed, packed + left);
     }
+    pass_messages(records, use);
+  } catch (const std::out_of_range&) {
+    // so far it could be read
   }
 }
 

@@ -3,6 +3,9 @@
 
 #include <sys/utsname.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "proto/os/message.h"
 #include "proto/os/version.h"
 
@@ -13,19 +16,14 @@ namespace {
 constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::byte{0},
                                               std::byte{0}};
 
-template <typename T>
-constexpr TopicInfo info(const Topic<T>& topic, std::string_view what) {
-  return {topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), what};
-}
-
 }  // namespace
 
 const std::array<TopicInfo, 5> kTopics{
-    info(kServo0Topic, "one record a servo tick"),
-    info(kContact0Topic, "answers of collision detection"),
-    info(kSimTopic, "poses of the objects"),
-    info(kControlTopic, "desired state of the session"),
-    info(kEventTopic, "starts, stops, changes of flags, losses"),
+    info_of(kServo0Topic, "one record a servo tick"),
+    info_of(kContact0Topic, "answers of collision detection"),
+    info_of(kSimTopic, "poses of the objects"),
+    info_of(kControlTopic, "desired state of the session"),
+    info_of(kEventTopic, "starts, stops, changes of flags, losses"),
 };
 
 const TopicInfo* find_topic(std::string_view name) {
@@ -48,45 +46,70 @@ McapMetadata recording_metadata(const std::string& session, const std::string& c
   };
 }
 
-TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata) : mcap_(path) {
-  for (size_t i = 0; i < kTopics.size(); ++i) {
-    const TopicInfo& topic = kTopics[i];
-    const uint16_t schema = mcap_.add_schema(topic.schema, "ros2msg", full_definition(topic.text));
-    channels_[i] = mcap_.add_channel(schema, topic.name, "cdr",
-                                     {{"what", std::string(topic.what)},
-                                      {"log_time", "CLOCK_REALTIME"},
-                                      {"publish_time", "CLOCK_MONOTONIC"}});
+TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata,
+                         std::span<const TopicInfo> topics)
+    : mcap_(path) {
+  for (const TopicInfo& topic : topics) {
+    const std::string text = full_definition(topic.text);
+    channels_.push_back({topic.name, add_channel(topic.name, topic.schema, text, topic.what)});
   }
   mcap_.add_metadata("recording", metadata);
   if (!mcap_.error().empty()) throw McapError(mcap_.error());
 }
 
+uint16_t TraceWriter::add_channel(std::string_view topic, std::string_view schema,
+                                  std::string_view definition, std::string_view what) {
+  return mcap_.add_channel(mcap_.add_schema(schema, "ros2msg", definition), topic, "cdr",
+                           {{"what", std::string(what)},
+                            {"log_time", "CLOCK_REALTIME"},
+                            {"publish_time", "CLOCK_MONOTONIC"}});
+}
+
+bool TraceWriter::write_message(uint16_t channel, std::span<const std::byte> message,
+                                const Stamp& stamp) {
+  return mcap_.write({channel, static_cast<uint32_t>(stamp.sequence),
+                      static_cast<uint64_t>(stamp.realtime_ns), static_cast<uint64_t>(stamp.t_ns),
+                      message});
+}
+
+const TraceWriter::Channel* TraceWriter::find_channel(std::string_view topic) const {
+  for (const Channel& channel : channels_) {
+    if (channel.topic == topic) return &channel;
+  }
+  return nullptr;
+}
+
 bool TraceWriter::write_bytes(std::string_view topic, const void* value, size_t size,
                               const Stamp& stamp) {
+  const Channel* channel = find_channel(topic);
+  if (channel == nullptr) {
+    throw McapError("'" + std::string(topic) + "' is not a topic of this recording");
+  }
   // the struct is its own CDR encoding, checked in schema.cpp
   const std::byte* bytes = static_cast<const std::byte*>(value);
   message_.assign(kCdrHeader.begin(), kCdrHeader.end());
   message_.insert(message_.end(), bytes, bytes + size);
-  const TopicInfo* info = find_topic(topic);
-  if (info == nullptr) throw McapError("'" + std::string(topic) + "' is not a topic of recordings");
-  const size_t index = static_cast<size_t>(info - kTopics.data());
-  return mcap_.write({channels_[index], static_cast<uint32_t>(stamp.sequence),
-                      static_cast<uint64_t>(stamp.realtime_ns), static_cast<uint64_t>(stamp.t_ns),
-                      message_});
+  return write_message(channel->id, message_, stamp);
 }
 
 uint64_t TraceWriter::written(std::string_view topic) const {
-  const TopicInfo* info = find_topic(topic);
-  return info == nullptr ? 0 : mcap_.written(channels_[static_cast<size_t>(info - kTopics.data())]);
+  const Channel* channel = find_channel(topic);
+  return channel == nullptr ? 0 : mcap_.written(channel->id);
 }
 
 TraceReader::TraceReader(const std::string& path) : path_(path), mcap_(path) {}
 
-std::vector<const TopicInfo*> TraceReader::topics() const {
-  std::vector<const TopicInfo*> out;
+std::vector<TopicInfo> TraceReader::topics() const {
+  std::vector<TopicInfo> out;
   for (const McapChannel& channel : mcap_.channels()) {
-    const TopicInfo* topic = find_topic(channel.topic);
-    if (topic != nullptr) out.push_back(topic);
+    const auto has_schema = [&](const McapSchema& schema) { return schema.id == channel.schema; };
+    const auto schema = std::ranges::find_if(mcap_.schemas(), has_schema);
+    if (schema == mcap_.schemas().end()) continue;
+    for (TopicInfo topic : kTopics) {
+      if (topic.schema != schema->name) continue;
+      topic.name = channel.topic;
+      out.push_back(topic);
+    }
   }
   return out;
 }
@@ -133,27 +156,40 @@ std::optional<Translation> TraceReader::find_translation(const TopicInfo& topic,
   return std::nullopt;
 }
 
+std::optional<TopicDecoder> TraceReader::decoder(const TopicInfo& topic) const {
+  const McapChannel* channel = mcap_.find_channel(topic.name);
+  if (channel == nullptr) return std::nullopt;
+  std::optional<Translation> translation = find_translation(topic, *channel);
+  const size_t size = translation ? translation->stored_size : topic.size;
+  return TopicDecoder(channel->id, path_ + ": topic '" + shown(channel->topic) + "'", size,
+                      std::move(translation));
+}
+
 void TraceReader::for_each_bytes(
     const TopicInfo& topic, const std::function<void(const std::byte*, const Stamp&)>& use) const {
-  const McapChannel* channel = mcap_.find_channel(topic.name);
-  if (channel == nullptr) return;
-  const std::optional<Translation> translation = find_translation(topic, *channel);
-  const size_t size = translation ? translation->stored_size : topic.size;
-  std::vector<std::byte> translated;
-  mcap_.for_each(channel->id, [&](const McapMessage& message) {
-    if (message.data.size() != kCdrHeader.size() + size || message.data[1] != kCdrHeader[1]) {
-      throw McapError(path_ + ": topic '" + shown(channel->topic) + "' has a message of " +
-                      std::to_string(message.data.size()) +
-                      " bytes that is not its struct; the file is damaged");
-    }
-    const std::byte* record = message.data.data() + kCdrHeader.size();
-    if (translation) {
-      apply(*translation, record, translated);
-      record = translated.data();
-    }
-    use(record, {static_cast<int64_t>(message.publish_time_ns),
-                 static_cast<int64_t>(message.log_time_ns), message.sequence});
+  std::optional<TopicDecoder> decoder = this->decoder(topic);
+  if (!decoder) return;
+  mcap_.for_each(decoder->channel(), [&](const McapMessage& message) {
+    use(decoder->decode(message), stamp_of(message));
   });
+}
+
+TopicDecoder::TopicDecoder(uint16_t channel, std::string where, size_t size,
+                           std::optional<Translation> translation)
+    : channel_(channel),
+      where_(std::move(where)),
+      size_(size),
+      translation_(std::move(translation)) {}
+
+const std::byte* TopicDecoder::decode(const McapMessage& message) {
+  if (message.data.size() != kCdrHeader.size() + size_ || message.data[1] != kCdrHeader[1]) {
+    throw McapError(where_ + " has a message of " + std::to_string(message.data.size()) +
+                    " bytes that is not its struct; the file is damaged");
+  }
+  const std::byte* record = message.data.data() + kCdrHeader.size();
+  if (!translation_) return record;
+  apply(*translation_, record, translated_);
+  return translated_.data();
 }
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,11 +49,21 @@ extern const std::array<TopicInfo, 5> kTopics;
 /// nullptr if there is no such topic.
 const TopicInfo* find_topic(std::string_view name);
 
+/// The struct of a topic, without its type.
+template <typename T>
+constexpr TopicInfo info_of(const Topic<T>& topic, std::string_view what = "") {
+  return {topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), what};
+}
+
 struct Stamp {
   int64_t t_ns = 0;         // CLOCK_MONOTONIC
   int64_t realtime_ns = 0;  // the same instant on CLOCK_REALTIME
   uint64_t sequence = 0;    // of the item in its ring, modulo 2³²
 };
+inline Stamp stamp_of(const McapMessage& message) {
+  return {static_cast<int64_t>(message.publish_time_ns), static_cast<int64_t>(message.log_time_ns),
+          message.sequence};
+}
 
 /// Origin of a recording: program version, machine, kernel, session name and its configuration as
 /// TOML ("" if unknown).
@@ -60,15 +71,23 @@ McapMetadata recording_metadata(const std::string& session, const std::string& c
 
 class TraceWriter {
  public:
-  /// Creates the file with all topics. Throws McapError.
-  TraceWriter(const std::string& path, const McapMetadata& metadata);
+  /// Creates the file with these topics, whose names must outlive it. Throws McapError.
+  TraceWriter(const std::string& path, const McapMetadata& metadata,
+              std::span<const TopicInfo> topics = kTopics);
 
-  /// Appends a record to one of kTopics; false if an error has ended the file, see error().
+  /// Appends a record to one of the topics; false if an error has ended the file, see error().
   template <typename T>
   bool write(const Topic<T>& topic, const T& value, const Stamp& stamp) {
     static_assert(kIsWire<T>);
     return write_bytes(topic.name, &value, sizeof value, stamp);
   }
+
+  /// Adds a topic of messages of another kind, such as those of ROS that every viewer knows;
+  /// returns its channel. `definition` is that of the message with all its nested types.
+  uint16_t add_channel(std::string_view topic, std::string_view schema, std::string_view definition,
+                       std::string_view what);
+  /// Appends a message in CDR to such a channel; false as above.
+  bool write_message(uint16_t channel, std::span<const std::byte> message, const Stamp& stamp);
 
   /// Adds facts known only now, such as the number of lost records.
   void add_metadata(std::string_view name, const McapMetadata& metadata) {
@@ -85,9 +104,35 @@ class TraceWriter {
  private:
   bool write_bytes(std::string_view topic, const void* value, size_t size, const Stamp& stamp);
 
+  struct Channel {
+    std::string_view topic;
+    uint16_t id;
+  };
+  const Channel* find_channel(std::string_view topic) const;
+
   McapWriter mcap_;
-  std::array<uint16_t, 5> channels_{};
+  std::vector<Channel> channels_;
   std::vector<std::byte> message_;
+};
+
+/// Turns the messages of one topic of a file into records of this program's layout.
+class TopicDecoder {
+ public:
+  /// The record in a message of the channel: topic.size bytes, unaligned, valid until the next
+  /// call or as long as the message. Throws McapError if the message is not its struct.
+  const std::byte* decode(const McapMessage& message);
+  uint16_t channel() const { return channel_; }
+
+ private:
+  friend class TraceReader;
+  TopicDecoder(uint16_t channel, std::string where, size_t size,
+               std::optional<Translation> translation);
+
+  uint16_t channel_;
+  std::string where_;  // "file: topic 't'", for messages
+  size_t size_;        // of a record in the file [bytes]
+  std::optional<Translation> translation_;
+  std::vector<std::byte> translated_;
 };
 
 class TraceReader {
@@ -100,8 +145,7 @@ class TraceReader {
   template <typename T>
   void for_each(const Topic<T>& topic,
                 const std::function<void(const T&, const Stamp&)>& use) const {
-    const TopicInfo info{topic.name, Schema<T>::name, Schema<T>::text, sizeof(T), ""};
-    for_each_bytes(info, [&](const std::byte* bytes, const Stamp& stamp) {
+    for_each_bytes(info_of(topic), [&](const std::byte* bytes, const Stamp& stamp) {
       std::array<std::byte, sizeof(T)> record;
       std::memcpy(record.data(), bytes, sizeof(T));
       use(std::bit_cast<T>(record), stamp);
@@ -125,9 +169,15 @@ class TraceReader {
   /// that it lacks, with the defaults used instead; else "".
   std::string notice(const TopicInfo& topic) const;
 
-  /// Topics of this file known to this program.
-  std::vector<const TopicInfo*> topics() const;
+  /// For a topic of this file with the records of `topic`; none if the file has no such topic.
+  /// Throws McapError if its layout cannot be translated.
+  std::optional<TopicDecoder> decoder(const TopicInfo& topic) const;
+
+  /// Topics of this file with records of this program, of whatever name; `name` and `what` are
+  /// valid as long as this reader. Other topics are ignored.
+  std::vector<TopicInfo> topics() const;
   const McapReader& mcap() const { return mcap_; }
+  McapReader& mcap() { return mcap_; }
 
  private:
   std::optional<Translation> find_translation(const TopicInfo& topic,

@@ -234,7 +234,7 @@ std::string input(const std::string& seed, const test::Damage& damage, FuzzRando
 void use(const std::string& path) {
   const TraceReader trace(path);
   std::ostream nowhere(nullptr);
-  for (const TopicInfo* topic : trace.topics()) export_csv(trace, *topic, nowhere);
+  for (const TopicInfo& topic : trace.topics()) export_csv(trace, topic, nowhere);
   ReplayConfig config;
   assign(config.path, path);
   for (const DeviceState& s : load_hand_trace(config).samples) {

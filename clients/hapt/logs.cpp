@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt info, diff, recover: what is in a recording, how two differ, and one that lacks its end.
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "clients/hapt/check_outputs.h"
+#include "clients/hapt/commands.h"
+#include "clients/hapt/options.h"
+#include "clients/report/log_diff.h"
+#include "clients/report/log_info.h"
+#include "clients/report/progress.h"
+#include "proto/log/recover.h"
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+struct LogOptions {
+  std::string log, other, output, column;
+  bool json = false, overwrite = false, exact = false;
+};
+
+void run_info(const LogOptions& options) {
+  Progress progress("reading", 1);
+  const LogInfo info = read_log_info(options.log, [&](double share) { progress.at(share); });
+  options.json ? print_info_json(std::cout, info) : print_info(std::cout, info);
+}
+
+void print_diff(const LogDiff& diff) {
+  std::printf(
+      "%llu ticks in both, %llu differ; %llu only in A, %llu only in B\n",
+      static_cast<unsigned long long>(diff.common), static_cast<unsigned long long>(diff.different),
+      static_cast<unsigned long long>(diff.only_a), static_cast<unsigned long long>(diff.only_b));
+  if (diff.is_equal()) return;
+  std::printf("first at tick %llu: %s, %.17g and %.17g\n",
+              static_cast<unsigned long long>(diff.first_tick), diff.first_field.c_str(),
+              diff.first_a, diff.first_b);
+  std::printf("root mean square of the difference: force at the device %.3g N, proxy %.3g m\n",
+              diff.rms_force, diff.rms_proxy);
+}
+
+void print_diff_json(const LogDiff& diff) {
+  std::cout.precision(17);
+  std::cout << "{\"equal\": " << (diff.is_equal() ? "true" : "false")
+            << ", \"common\": " << diff.common << ", \"different\": " << diff.different
+            << ", \"only_a\": " << diff.only_a << ", \"only_b\": " << diff.only_b;
+  if (!diff.is_equal()) {
+    std::cout << ", \"first_tick\": " << diff.first_tick
+              << ", \"first_field\": " << json_string(diff.first_field);
+  }
+  std::cout << ", \"rms_force_n\": " << diff.rms_force << ", \"rms_proxy_m\": " << diff.rms_proxy
+            << "}\n";
+}
+
+void run_diff(const LogOptions& options) {
+  const LogDiff diff = diff_logs(options.log, options.other, options.column, options.exact);
+  options.json ? print_diff_json(diff) : print_diff(diff);
+  std::fflush(stdout);
+  std::cout.flush();
+  if (!diff.is_equal()) throw ExitCode{1};
+}
+
+void run_recover(const LogOptions& options) {
+  check_outputs({options.output}, {options.log}, options.overwrite);
+  const Recovered got = recover_log(options.log, options.output);
+  for (const std::string& line : got.damaged) std::cerr << one_line(line) << "; left out\n";
+  std::cout << shown(options.log) << ": "
+            << (got.had_end ? "has its end" : "has no end: its recorder was killed") << '\n'
+            << "  " << got.chunks << " whole chunks copied";
+  if (got.rescued > 0) std::cout << ", " << got.rescued << " messages of the chunk that is cut";
+  std::cout << '\n';
+  for (const auto& [topic, count] : got.messages) {
+    std::cout << "  " << shown(topic) << ": " << count << '\n';
+  }
+  std::cout << "  lost: ";
+  if (got.lost_bytes > 0 && got.rescued > 0) {
+    std::cout << "what else was in the last " << got.lost_bytes << " bytes, and ";
+  } else if (got.lost_bytes > 0) {
+    std::cout << got.lost_bytes << " bytes that cannot be read, and ";
+  }
+  std::cout << (got.had_end ? "nothing at the end\n"
+                            : "what the recorder had not written yet, a quarter of a second at "
+                              "most\n")
+            << "written to " << shown(options.output) << '\n';
+}
+
+}  // namespace
+
+void add_info_command(Command& app) {
+  const auto options = std::make_shared<LogOptions>();
+  Command command = app.subcommand("info", "Say what is in a recording");
+  command.option("LOG", options->log, "file of 'hapt record' (.mcap)").required();
+  add_json(command, options->json);
+  command.example("hapt info out.mcap");
+  command.action([options] { run_info(*options); });
+}
+
+void add_diff_command(Command& app) {
+  const auto options = std::make_shared<LogOptions>();
+  Command command =
+      app.subcommand("diff", "Compare the servo frames of two recordings, tick by tick");
+  command.option("A", options->log, "a recording (.mcap)").required();
+  command.option("B", options->other, "another").required();
+  command.option("--column NAME", options->column, "which run of a comparison")
+      .show_default("the first");
+  command.flag("--exact", options->exact, "instants, lateness and computing times too");
+  add_json(command, options->json);
+  command.example("hapt diff before.mcap after.mcap");
+  command.action([options] { run_diff(*options); });
+}
+
+void add_recover_command(Command& app) {
+  const auto options = std::make_shared<LogOptions>();
+  Command command =
+      app.subcommand("recover", "Copy what can be read of a recording that was cut or damaged");
+  command.option("LOG", options->log, "file of 'hapt record' (.mcap)").required();
+  command.option("-o,--output FILE.mcap", options->output, "file to write").required();
+  add_overwrite(command, options->overwrite);
+  command.example("hapt recover cut.mcap -o whole.mcap");
+  command.action([options] { run_recover(*options); });
+}
+
+}  // namespace haptic

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/report/log_diff.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+#include <vector>
+
+#include "proto/log/log_columns.h"
+#include "proto/log/topic_cursor.h"
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+// what the clock and the load of the machine decide
+constexpr std::array<std::string_view, 7> kOfTheMachine{
+    "t_ns", "realtime_ns", "device.t_ns", "wake_late_ns", "busy_ns", "contact_seq", "scene_seq"};
+
+std::vector<Field> compared_fields(bool exact) {
+  std::vector<Field> fields = flatten(Schema<ServoFrame>::text);
+  if (exact) return fields;
+  std::erase_if(fields, [](const Field& field) {
+    return std::ranges::find(kOfTheMachine, field.name) != kOfTheMachine.end();
+  });
+  return fields;
+}
+
+double number_of(const std::byte* record, const Field& field) {
+  const std::byte* at = record + field.offset;
+  const auto as = [&](auto value) {
+    std::memcpy(&value, at, sizeof value);
+    return static_cast<double>(value);
+  };
+  if (field.type == "float64") return as(double{});
+  if (field.type == "uint32") return as(uint32_t{});
+  if (field.type == "int64") return as(int64_t{});
+  return as(uint64_t{});
+}
+
+/// The servo frames of one column of a file, one after the other.
+class Frames {
+ public:
+  Frames(const std::string& path, const std::string& column)
+      : trace_(path), topic_(topic_of(path, column)), cursor_(trace_, info_of(topic())) {
+    advance();
+  }
+  bool has() const { return bytes_ != nullptr; }
+  const ServoFrame& frame() const { return frame_; }
+  const std::byte* bytes() const { return bytes_; }
+  void advance() {
+    bytes_ = cursor_.next();
+    if (bytes_ != nullptr) std::memcpy(&frame_, bytes_, sizeof frame_);
+  }
+
+ private:
+  Topic<ServoFrame> topic() const { return {topic_}; }
+  std::string topic_of(const std::string& path, const std::string& column) const {
+    std::string known;
+    for (const LogColumn& one : log_columns(trace_)) {
+      if (column.empty() || one.name == column) return one.servo;
+      known += (known.empty() ? "" : ", ") + one.name;
+    }
+    throw McapError(
+        path + ": has no " + (column.empty() ? "servo frames" : "column '" + shown(column) + "'") +
+        (known.empty() ? "; name a recording of a session" : "; it has " + shown(known)));
+  }
+
+  TraceReader trace_;
+  std::string topic_;
+  TopicCursor cursor_;
+  ServoFrame frame_{};
+  const std::byte* bytes_ = nullptr;
+};
+
+/// Notes the first difference.
+void note(LogDiff& diff, uint64_t tick, const std::string& field, double a, double b) {
+  if (!diff.first_field.empty()) return;
+  diff.first_tick = tick;
+  diff.first_field = field;
+  diff.first_a = a;
+  diff.first_b = b;
+}
+
+void compare(const Frames& a, const Frames& b, const std::vector<Field>& fields, LogDiff& diff) {
+  ++diff.common;
+  diff.rms_force += norm_squared(a.frame().F_device_B.f - b.frame().F_device_B.f);
+  diff.rms_proxy += norm_squared(a.frame().X_WP.p - b.frame().X_WP.p);
+  const auto differs = [&](const Field& field) {
+    return std::memcmp(a.bytes() + field.offset, b.bytes() + field.offset, size_of(field)) != 0;
+  };
+  const auto field = std::ranges::find_if(fields, differs);
+  if (field == fields.end()) return;
+  ++diff.different;
+  note(diff, a.frame().tick, field->name, number_of(a.bytes(), *field),
+       number_of(b.bytes(), *field));
+}
+
+}  // namespace
+
+LogDiff diff_logs(const std::string& path_a, const std::string& path_b, const std::string& column,
+                  bool exact) {
+  const std::vector<Field> fields = compared_fields(exact);
+  Frames a(path_a, column), b(path_b, column);
+  LogDiff diff;
+  while (a.has() || b.has()) {
+    const bool lacks_b = !b.has() || (a.has() && a.frame().tick < b.frame().tick);
+    const bool lacks_a = !a.has() || (b.has() && b.frame().tick < a.frame().tick);
+    if (!lacks_a && !lacks_b) {
+      compare(a, b, fields, diff);
+    } else {
+      note(diff, (lacks_b ? a : b).frame().tick, lacks_b ? "missing in B" : "missing in A", 0, 0);
+      ++(lacks_b ? diff.only_a : diff.only_b);
+    }
+    if (!lacks_a) a.advance();
+    if (!lacks_b) b.advance();
+  }
+  if (diff.common > 0) {
+    diff.rms_force = std::sqrt(diff.rms_force / static_cast<double>(diff.common));
+    diff.rms_proxy = std::sqrt(diff.rms_proxy / static_cast<double>(diff.common));
+  }
+  return diff;
+}
+
+}  // namespace haptic

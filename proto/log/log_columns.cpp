@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/log/log_columns.h"
+
+#include <sstream>
+
+namespace haptic {
+
+LogColumn column_of_comparison(const std::string& name) {
+  const std::string root = "/" + name;
+  return {name, root + "/servo/frame", root + "/contact/set", root + "/sim/frame"};
+}
+
+std::vector<LogColumn> log_columns(const TraceReader& trace) {
+  std::vector<LogColumn> wanted;
+  const auto& metadata = trace.mcap().metadata();
+  if (const auto record = metadata.find("comparison"); record != metadata.end()) {
+    const auto list = record->second.find("columns");
+    std::istringstream names(list == record->second.end() ? "" : list->second);
+    for (std::string name; std::getline(names, name, ',');) {
+      wanted.push_back(column_of_comparison(name));
+    }
+  } else {
+    wanted.push_back({std::string(kSessionColumn), std::string(kServo0Topic.name),
+                      std::string(kContact0Topic.name), std::string(kSimTopic.name)});
+  }
+  std::erase_if(wanted, [&](const LogColumn& column) {
+    return trace.mcap().find_channel(column.servo) == nullptr;
+  });
+  return wanted;
+}
+
+}  // namespace haptic
