@@ -12,14 +12,7 @@
 namespace haptic {
 namespace {
 
-using test::figure;
-using test::hapt;
-using test::has;
-using test::lines;
-using test::programs_are_built;
-using test::Ran;
-using test::shell;
-using test::TemporaryRuntimeFolder;
+using namespace test;
 
 size_t columns(const std::string& text) {
   return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {

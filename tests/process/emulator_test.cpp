@@ -14,12 +14,7 @@
 namespace haptic {
 namespace {
 
-using test::EmulatorProcess;
-using test::eventually;
-using test::HapticdProcess;
-using test::TemporaryRuntimeFolder;
-using test::tol;
-using test::Watcher;
+using namespace test;
 
 using Records = std::vector<EmulatorRecord>;
 

@@ -13,13 +13,7 @@
 namespace haptic {
 namespace {
 
-using test::eventually;
-using test::FaultedSession;
-using test::HapticdProcess;
-using test::programs_are_built;
-using test::TemporaryFolder;
-using test::TemporaryRuntimeFolder;
-using test::Watcher;
+using namespace test;
 
 constexpr double kZero = 5e-3;  // [N], half a step of the currents
 

@@ -11,13 +11,7 @@
 namespace haptic {
 namespace {
 
-using test::figure;
-using test::hapt;
-using test::has;
-using test::lines;
-using test::programs_are_built;
-using test::Ran;
-using test::TemporaryRuntimeFolder;
+using namespace test;
 
 /// A tetrahedron small enough to lie within every cell.
 void write_mesh(const std::string& path) {

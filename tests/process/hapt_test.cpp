@@ -13,17 +13,7 @@
 namespace haptic {
 namespace {
 
-using test::eventually;
-using test::figure;
-using test::hapt;
-using test::HapticdProcess;
-using test::has;
-using test::lines;
-using test::programs_are_built;
-using test::Ran;
-using test::shell;
-using test::TemporaryRuntimeFolder;
-using test::Watcher;
+using namespace test;
 
 std::string plane_config() {
   return test::from_source("configs/plane.toml");

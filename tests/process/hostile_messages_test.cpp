@@ -16,12 +16,7 @@
 namespace haptic {
 namespace {
 
-using test::has;
-using test::kHostileTexts;
-using test::problem_of_message;
-using test::Ran;
-using test::shell;
-using test::word;
+using namespace test;
 
 // @ stands for the hostile word
 const std::vector<std::string> kLines{

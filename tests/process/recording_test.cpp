@@ -16,15 +16,7 @@
 namespace haptic {
 namespace {
 
-using test::hapt;
-using test::HapticdProcess;
-using test::has;
-using test::lines;
-using test::programs_are_built;
-using test::Ran;
-using test::shell;
-using test::TemporaryRuntimeFolder;
-using test::Watcher;
+using namespace test;
 
 /// A running session with its own session file.
 struct Session {

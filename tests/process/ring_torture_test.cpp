@@ -27,12 +27,7 @@ double sanitizer_scale() {
 
 namespace {
 
-using test::BrokenRing;
-using test::Defect;
-using test::FlatOutFindings;
-using test::FlatOutTorture;
-using test::KillFindings;
-using test::KillTorture;
+using namespace test;
 template <size_t kBytes>
 using Record = test::SelfDescribing<kBytes / 8>;
 /// With records of varying length the words are overwritten before the slots are used up.

@@ -21,13 +21,7 @@
 namespace haptic {
 namespace {
 
-using test::eventually;
-using test::HapticdProcess;
-using test::Programs;
-using test::programs_are_built;
-using test::TemporaryRuntimeFolder;
-using test::Watcher;
-using test::writer_of;
+using namespace test;
 
 /// A scene without files to read.
 std::string write_config(const std::string& folder) {

@@ -8,20 +8,8 @@
 #include "tests/support/near.h"
 #include "tests/support/servo_tick.h"
 
-using haptic::ContactSet;
-using haptic::ServoFrame;
-using haptic::ServoInput;
-using haptic::ServoModel;
-using haptic::ServoState;
-using haptic::Vec3;
-using haptic::test::input_at;
-using haptic::test::is_started;
-using haptic::test::IsNear;
-using haptic::test::kMs;
-using haptic::test::plain_model;
-using haptic::test::plane;
-using haptic::test::set_of;
-using haptic::test::step_armed;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -10,23 +10,8 @@
 #include "tests/support/near.h"
 #include "tests/support/servo_tick.h"
 
-using haptic::Contact;
-using haptic::ContactSet;
-using haptic::PointProxySolution;
-using haptic::Pose;
-using haptic::SceneFrame;
-using haptic::ServoFrame;
-using haptic::ServoInput;
-using haptic::ServoModel;
-using haptic::ServoState;
-using haptic::Vec3;
-using haptic::test::input_at;
-using haptic::test::IsNear;
-using haptic::test::kMs;
-using haptic::test::plain_model;
-using haptic::test::plane;
-using haptic::test::set_of;
-using haptic::test::step_armed;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -9,19 +9,8 @@
 #include "tests/support/scenes.h"
 #include "tests/support/workload.h"
 
-using haptic::ContactSet;
-using haptic::Lockstep;
-using haptic::LockstepOptions;
-using haptic::MeshShape;
-using haptic::MeshShapeData;
-using haptic::ServoFrame;
-using haptic::SessionConfig;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::kPi;
-using haptic::test::plain_session;
-using haptic::test::ScriptedHand;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -6,12 +6,8 @@
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
-using haptic::FacetBins;
-using haptic::GodObjectOracle;
-using haptic::MeshShapeData;
-using haptic::OracleAnswer;
-using haptic::Vec3;
-using haptic::test::IsNear;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

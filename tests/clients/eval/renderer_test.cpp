@@ -14,13 +14,8 @@
 #include "tests/support/meshes.h"
 #include "tests/support/tolerance.h"
 
-using haptic::EvalJudge;
-using haptic::EvalWork;
-using haptic::LockstepOptions;
-using haptic::MeshShapeData;
-using haptic::ScriptedHand;
-using haptic::test::tol;
-using haptic::test::trials;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -16,15 +16,8 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/torture_scale.h"
 
-using haptic::FoundWay;
-using haptic::MeshShapeData;
-using haptic::RestCount;
-using haptic::RestEval;
-using haptic::RestHand;
-using haptic::Soup;
-using haptic::Vec3;
-using haptic::WayJudge;
-using haptic::test::sweep;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -8,12 +8,8 @@
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
-using haptic::ForceComparison;
-using haptic::parse_traj;
-using haptic::TrajSample;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

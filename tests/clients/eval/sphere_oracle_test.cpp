@@ -8,12 +8,8 @@
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
-using haptic::FacetBins;
-using haptic::MeshShapeData;
-using haptic::OracleAnswer;
-using haptic::SphereOracle;
-using haptic::Vec3;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

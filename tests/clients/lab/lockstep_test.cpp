@@ -11,13 +11,8 @@
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 
-using haptic::Device;
-using haptic::Lockstep;
-using haptic::LockstepOptions;
-using haptic::ServoFrame;
-using haptic::SessionConfig;
-using haptic::SessionData;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

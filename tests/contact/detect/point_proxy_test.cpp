@@ -10,13 +10,8 @@
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
-using haptic::PointProxy;
-using haptic::Pose;
-using haptic::ProxyMove;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::TestScene;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -10,14 +10,8 @@
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
 
-using haptic::PointProxy;
-using haptic::ProxyMove;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::Random;
-using haptic::test::TestScene;
-using haptic::test::tol;
-using haptic::test::trials;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -6,13 +6,8 @@
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
-using haptic::MeshShapeData;
-using haptic::SegmentHit;
-using haptic::SweptSphere;
-using haptic::Vec3;
-using haptic::test::Random;
-using haptic::test::tol;
-using haptic::test::trials;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

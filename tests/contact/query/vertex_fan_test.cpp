@@ -10,15 +10,8 @@
 #include "tests/support/scenes.h"
 #include "tests/support/tolerance.h"
 
-using haptic::PointProxy;
-using haptic::Soup;
-using haptic::Triangle;
-using haptic::Vec3;
-using haptic::VertexFan;
-using haptic::WayFromVertex;
-using haptic::test::Random;
-using haptic::test::TestScene;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -6,15 +6,8 @@
 
 #include "tests/support/near.h"
 
-using haptic::Clutch;
-using haptic::DeviceMap;
-using haptic::DeviceState;
-using haptic::Pose;
-using haptic::Twist;
-using haptic::Vec3;
-using haptic::Wrench;
-using haptic::test::IsNear;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -7,13 +7,8 @@
 
 #include "tests/support/near.h"
 
-using haptic::SafetyInput;
-using haptic::SafetyLimits;
-using haptic::SafetyOutput;
-using haptic::SafetyState;
-using haptic::Vec3;
-using haptic::Wrench;
-using haptic::test::IsNear;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 

@@ -9,20 +9,8 @@
 #include "tests/support/meshes.h"
 #include "tests/support/near.h"
 
-using haptic::Contact;
-using haptic::ContactSet;
-using haptic::FrictionLaw;
-using haptic::FrictionState;
-using haptic::HeightImage;
-using haptic::PlanesInForce;
-using haptic::PointProxySolution;
-using haptic::Pose;
-using haptic::TextureConfig;
-using haptic::TextureKind;
-using haptic::Vec3;
-using haptic::test::IsNear;
-using haptic::test::Random;
-using haptic::test::tol;
+using namespace haptic;
+using namespace haptic::test;
 
 namespace {
 
