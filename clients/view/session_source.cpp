@@ -30,13 +30,31 @@ struct Connection {
   RingSource<& ControlChannels::frames> control =
       client.ring<&ControlChannels::frames>(Start::kOldest);
   SceneInfo info;
+  uint64_t eye_changes = 0;  // that `info` has
 
   explicit Connection(const std::string& session) : client(session) { client.start(); }
 };
 
+/// The bytes of an eye file, for a browser.
+SharedText text_of(const EyeMesh* mesh) {
+  if (mesh == nullptr) return nullptr;
+  const std::vector<std::byte> bytes = write_eye(*mesh);
+  return std::make_shared<const std::string>(reinterpret_cast<const char*>(bytes.data()),
+                                             bytes.size());
+}
+
 /// Takes over the eye files that hapticd has handed to this client; whether there were new ones.
-bool take_eyes(Client&, SceneInfo&) {
-  return false;
+bool take_eyes(const Client& client, uint64_t& changes, SceneInfo& info) {
+  const Eyes eyes = client.eyes();
+  if (eyes.changes == changes) return false;
+  changes = eyes.changes;
+  info.eyes.tool = text_of(eyes.tool.get());
+  info.eyes.objects.clear();
+  for (const auto& mesh : eyes.objects) info.eyes.objects.push_back(text_of(mesh.get()));
+  while (!info.eyes.objects.empty() && info.eyes.objects.back() == nullptr) {
+    info.eyes.objects.pop_back();
+  }
+  return true;
 }
 
 /// The text of the session file; empty where this user may not have it.
@@ -137,7 +155,7 @@ class SessionSource {
     if (connection_ == nullptr) return arrive(now);
     read(now);
     if (connection_->client.is_connected()) {
-      const bool is_new = take_eyes(connection_->client, info_);
+      const bool is_new = take_eyes(connection_->client, connection_->eye_changes, info_);
       return is_new ? SourceNews::kChanged : SourceNews::kNothing;
     }
     connection_.reset();

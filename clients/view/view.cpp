@@ -40,15 +40,15 @@ Sample sample_of(const ServoFrame& frame, const Pose& X_WB) {
 }
 
 uint32_t solver_of(const View& view) {
-  return view.solver;
+  return view.has_control && view.control.solver > 0 ? view.control.solver - 1 : view.solver;
 }
 
-bool is_led(const View&) {
-  return false;
+bool is_led(const View& view) {
+  return (view.servo.device.flags & kDeviceLed) != 0;
 }
 
 Vec3 intent_of(const View& view) {
-  return view.servo.X_WT.p;
+  return is_led(view) && view.has_control ? view.control.X_WT_intent.p : view.servo.X_WT.p;
 }
 
 double age_of(const View& view, bool has, int64_t t_ns) {
