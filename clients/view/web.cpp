@@ -22,7 +22,11 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
-using Socket = websocket::stream<beast::tcp_stream>;
+// of one known executor, which costs less than any
+using Executor = asio::io_context::executor_type;
+using TcpSocket = asio::basic_stream_socket<tcp, Executor>;
+using TcpStream = beast::basic_stream<tcp, Executor>;
+using Socket = websocket::stream<TcpStream>;
 
 constexpr size_t kRefusals = 64;  // peers above the limit that are told so, at a time
 constexpr auto kAcceptPause = std::chrono::milliseconds(100);  // when descriptors are exhausted
@@ -86,7 +90,7 @@ struct WebServer::Impl {
   bool stopped = false;
   // what is above outlives the peers, which end with the operations that wait in here
   asio::io_context io{1};
-  tcp::acceptor acceptor;
+  asio::basic_socket_acceptor<tcp, Executor> acceptor;
   asio::steady_timer pause, timer;
   std::map<SocketId, std::shared_ptr<Channel>> channels;
 };
@@ -94,7 +98,7 @@ struct WebServer::Impl {
 /// A WebSocket. It lives as long as an operation of it is under way.
 class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
  public:
-  Channel(Impl& server, beast::tcp_stream stream, SocketId id)
+  Channel(Impl& server, TcpStream stream, SocketId id)
       : server_(server), socket_(std::move(stream)), id_(id) {}
   ~Channel() { --server_.n_peers; }
   Channel(const Channel&) = delete;
@@ -171,7 +175,7 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
 /// A connection that speaks HTTP.
 class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
  public:
-  Peer(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) {
+  Peer(Impl& server, TcpSocket socket) : server_(server), stream_(std::move(socket)) {
     ++server_.n_peers;
   }
   ~Peer() {
@@ -264,7 +268,7 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
   static constexpr size_t kMostLingering = 64;  // reads
 
   Impl& server_;
-  beast::tcp_stream stream_;
+  TcpStream stream_;
   beast::flat_buffer input_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   http::response<http::string_body> response_;
@@ -273,7 +277,7 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
 };
 
 void WebServer::Impl::accept() {
-  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+  acceptor.async_accept([this](error_code error, TcpSocket socket) {
     if (stopped) return;
     if (error) {
       pause.expires_after(kAcceptPause);

@@ -231,19 +231,18 @@ TEST_CASE("view: messages to a page are JSON whatever they hold") {
     CHECK(text.find('\x1b') == text.npos);
   }
   const SessionWords words = parse_status(
-      R"({"clients": 3, "closed_by": ["paused ('hapt resume')", "waiting for contacts"]
-})");
-  View& view = *full_view().release();
-const std::unique_ptr<View> owner(&view);
-view.processes[0] = {"servo0", 123, 2, true, 0.001, 1000};
-const Json status = Json::parse(status_message(view, words, 2, 5));
-CHECK(status["clients"] == 3);
-CHECK(status["processes"].size() == 1);
-CHECK(status["processes"][0]["generation"] == 2);
-CHECK(status["faults"][0]["text"] == "paused");
-CHECK(status["faults"][0]["remedy"] == "'hapt resume'");
-CHECK(status["faults"][1]["remedy"] == "");
-CHECK(parse_status("nonsense").closed_by.empty());
+      R"json({"clients": 3, "closed_by": ["paused ('hapt resume')", "waiting for contacts"]})json");
+  const auto owner = full_view();
+  View& view = *owner;
+  view.processes[0] = {"servo0", 123, 2, true, 0.001, 1000};
+  const Json status = Json::parse(status_message(view, words, 2, 5));
+  CHECK(status["clients"] == 3);
+  CHECK(status["processes"].size() == 1);
+  CHECK(status["processes"][0]["generation"] == 2);
+  CHECK(status["faults"][0]["text"] == "paused");
+  CHECK(status["faults"][0]["remedy"] == "'hapt resume'");
+  CHECK(status["faults"][1]["remedy"] == "");
+  CHECK(parse_status("nonsense").closed_by.empty());
 }
 
 TEST_CASE(
