@@ -348,6 +348,23 @@ TEST_CASE("config: a mesh must state its unit and size") {
   CHECK(config.objects[0].allow_open == 1);
 }
 
+TEST_CASE("config: a colour is six hexadecimal digits, and without one objects differ") {
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto with = [&](const std::string& colour) {
+    return scene_with(box, box + "colour = \"" + colour + "\"\n[[object]]\nname = \"b\"\n" + box);
+  };
+  const SessionConfig config = parse_config(with("#fF8001"), "x");
+  CHECK(config.objects[0].colour == 0xff8001);
+  CHECK(config.objects[1].colour != parse_config(scene_with("", ""), "x").objects[0].colour);
+  const std::string tool =
+      "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\ncolour = \"#000001\"\n";
+  CHECK(parse_config(scene_with("", "") + tool, "x").tool.colour == 1);
+  for (const char* bad : {"red", "#12345", "#1234567", "#12345g", "#-12345", "1234567", "#"}) {
+    CHECK_THAT(error_of(with(bad)), Catch::StartsWith("x.toml:11:10: 'colour' is '" +
+                                                      std::string(bad) + "'; write six"));
+  }
+}
+
 TEST_CASE(
     "config: a replay takes its file from the folder of the config, and a lever needs a column") {
   const test::TemporaryFolder temporary;
