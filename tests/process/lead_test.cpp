@@ -57,10 +57,14 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
   // the log has a line for the beginning, not sixty a second
   CHECK(hapticd.log().find("somebody leads") == hapticd.log().rfind("somebody leads"));
 
-  // whoever leads stops: the servo notices by itself
+  // whoever leads stops, and hapticd with it: the servo notices by itself
   const int signal = GENERATE(SIGSTOP, SIGKILL);
   leader.send(signal);
-  REQUIRE(eventually([&] { return !is_led(watcher); }));
+  if (signal == SIGSTOP) hapticd.send(SIGSTOP);
+  CHECK(eventually([&] { return !is_led(watcher); }));
+  leader.send(SIGCONT);
+  leader.send(SIGKILL);
+  hapticd.send(SIGCONT);
   // the newest command that hapticd has published
   while (watcher.control.next(watcher.control_frame)) {
   }
@@ -75,7 +79,6 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
     watcher.control.latest(watcher.control_frame);
     return watcher.control_frame.leading == 0;
   }));
-  leader.send(SIGCONT);
 }
 
 TEST_CASE("hapt lead: a session of a recorded device refuses in one line") {

@@ -193,6 +193,8 @@ TEST_CASE("golden: what a layout lacks is what the table of defaults says") {
     CHECK(any_clear == (layout >= 6));
     for (const ControlFrame& control : trace.read(kControlTopic)) {
       if (layout < 3) CHECK((control.armed == 1 && control.fault == 0));
+      // 0: as the session's file says
+      if (layout < 8) CHECK((control.leading == 0 && control.solver == 0));
     }
   }
 }
@@ -208,9 +210,14 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
   CHECK(notice(5, kContact0Topic) ==
         "recorded with layout 5; fields it lacks: clearance (0: not known)");
   CHECK(notice(5, kServo0Topic) == "recorded with layout 5");
+  const std::string nobody = "(0: nobody led the hand), ";
+  const std::string led = "X_WT_intent " + nobody + "intent_t_ns " + nobody + "leading " + nobody +
+                          "solver (0: as the session's file said)";
+  CHECK(notice(7, kControlTopic) == "recorded with layout 7; fields it lacks: " + led);
   CHECK(notice(2, kControlTopic) ==
         "recorded with layout 2; fields it lacks: armed (1: nothing had to be armed), fault (0: "
-        "faults ended with their servo)");
+        "faults ended with their servo), " +
+            led);
 }
 
 TEST_CASE("golden: a hand that was recorded with any layout plays") {
