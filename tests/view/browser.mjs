@@ -6,7 +6,8 @@ import { chromium } from "playwright-core";
 export const kChromium = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const has_chromium = existsSync(kChromium);
 
-export function launch() {
+/** `more`: further switches. */
+export function launch(more = []) {
   // playwright makes a fresh user data folder for each launch
   return chromium.launch({
     executablePath: kChromium,
@@ -21,6 +22,7 @@ export function launch() {
       "--disable-component-update",
       "--disable-sync",
       "--enable-unsafe-swiftshader",
+      ...more,
     ],
   });
 }

@@ -146,6 +146,23 @@ describe("the page", { skip: lack }, () => {
     });
   }
 
+  test("without WebGL all but the picture works", async () => {
+    const usual = browser;
+    browser = await launch(["--disable-3d-apis"]);
+    try {
+      await open();
+      assert.ok(await page.isVisible("#no-picture"));
+      await until(() => window.hapticd.plots.plots[0].uplot.data[0].length > 100);
+      await page.click("#pause");
+      await eventually(() => mock.paused);
+      await page.close();
+    } finally {
+      await browser.close();
+      browser = usual;
+    }
+    complaints = complaints.filter((text) => !/WebGL/.test(text));
+  });
+
   test("comes back by itself when the bridge has been away, with its token", async () => {
     await open();
     mock.drop_sockets();

@@ -123,7 +123,9 @@ function take_hello(hello) {
   stage.set_columns(hello.columns.length);
   readings.set_columns(hello.columns);
   plots.set_columns(hello.columns, hello.source === "session");
-  histories = hello.columns.map(() => new History(kQuantities.length, kWindow));
+  if (histories.length !== hello.columns.length) {
+    histories = hello.columns.map(() => new History(kQuantities.length, kWindow));
+  }
   frames.length = 0;
   show_labels(stage, hello.columns);
   permit();
@@ -142,7 +144,9 @@ async function take_scene(scene) {
   const { troubles, ...eyes } = await load_eyes(scene);
   if (state.picture !== key) return; // another scene has come meanwhile
   troubles.forEach(note_event);
-  stage.set_scene(eyes, scene.tool?.radius, scene.limits);
+  // who has turned the camera finds it so after the bridge was away
+  stage.set_scene(eyes, scene.tool?.radius, scene.limits, key === state.pictured);
+  state.pictured = key;
   by_id("shell").disabled = !stage.has_shell;
   window.hapticd.ready = true;
 }
@@ -211,13 +215,24 @@ function ask_on() {
 let text_due = 0;
 let plots_due = 0;
 
+const kSlowPicture = 40; // [ms] of a picture, beyond which pictures are drawn less often
+let drawn_at = null; // when the last picture was begun, until its duration is known
+let picture_due = 0;
+
+/** Where pictures are slow they take at most half of the time: samples must not wait for them. */
+function draw_picture(time) {
+  if (drawn_at !== null && time - drawn_at > kSlowPicture) picture_due = time + (time - drawn_at);
+  drawn_at = null;
+  if (time >= picture_due && stage.draw()) drawn_at = time;
+}
+
 /** Once for each picture of the display: draws what is new and tells the bridge. */
 function draw(time) {
   requestAnimationFrame(draw);
   const drawn = waiting;
   waiting = [];
   for (const frame of drawn) stage.show(frame, frame.column === 0 ? touch.intent : null);
-  stage.draw();
+  draw_picture(time);
   if (drawn.length > 0) {
     stats.frames_drawn += drawn.length;
     ask_on();
@@ -278,5 +293,9 @@ set_up_theme(() => {
   player.draw_marks();
 });
 permit();
+if (stage.renderer === null) {
+  note_event("This browser has no WebGL, so there is no picture. Numbers, plots and controls work.");
+  by_id("no-picture").hidden = false;
+}
 setInterval(watch_health, 100);
 requestAnimationFrame(draw);

@@ -19,7 +19,7 @@ import { state_words } from "./words.js";
 
 // a number in each line where columns stand side by side: CSS keeps or folds the line ends
 const vector = (v, factor, digits) =>
-  Array.from(v, (value) => fixed(value * factor, digits)).join("\u2002\n");
+  Array.from(v, (value) => fixed(value * factor, digits)).join("\n");
 
 /** Rows of the readings: [id, what it is, how a frame says it]. */
 const kReadings = [

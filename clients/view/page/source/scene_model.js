@@ -82,7 +82,8 @@ export class Model {
 
   /** Takes the eyes {objects: [eye or null], tool: eye or null}; `radius` of a tool without one. */
   set_eyes(eyes, radius, size) {
-    for (const group of this.objects) this.scene.remove(group);
+    for (const group of [...this.objects, this.hand, this.proxy]) forget(group);
+    this.scene.remove(...this.objects);
     this.objects = eyes.objects.map((eye) => this.add_object(eye));
     this.set_tool(eyes.tool, Math.max(radius ?? 0, size * 0.012));
     this.intent.scale.setScalar(size * 0.035);
@@ -185,6 +186,14 @@ export class Model {
     this.intent.position.set(...intent);
     join_points(this.intent_line, intent, hand);
   }
+}
+
+/** Frees what the graphics card holds of a group's meshes. */
+function forget(group) {
+  group.traverse(({ geometry, material: surface }) => {
+    geometry?.dispose();
+    surface?.dispose();
+  });
 }
 
 function line_of(name) {

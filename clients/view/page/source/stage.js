@@ -10,15 +10,20 @@ const kNoPose = [0, 0, 0, 1, 0, 0, 0];
 const kJump = 0.5; // [s] of session time: a longer step than that begins a new trail
 const kViews = { front: [0, 0, 1], side: [1, 0, 0], top: [0, 1, 0.001], start: [0.62, 0.5, 1] };
 
+/** null where the browser has no WebGL: then all but the picture works. */
+function renderer_of(canvas, low) {
+  try {
+    return new THREE.WebGLRenderer({ canvas, antialias: !low, powerPreference: "low-power" });
+  } catch {
+    return null;
+  }
+}
+
 export class Stage {
   constructor(canvas, { low }) {
     this.canvas = canvas;
     this.low = low;
-    this.renderer = new THREE.WebGLRenderer({
-      canvas,
-      antialias: !low,
-      powerPreference: "low-power",
-    });
+    this.renderer = renderer_of(canvas, low);
     this.camera = new THREE.PerspectiveCamera(38, 1, 0.001, 100);
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.addEventListener("change", () => {
@@ -54,14 +59,14 @@ export class Stage {
   }
 
   /** Takes the meshes and what the scene says of tool and limits; the camera waits for a pose. */
-  set_scene(eyes, radius, limits) {
+  set_scene(eyes, radius, limits, keep_view) {
     this.eyes = eyes;
     this.radius = radius;
     this.limits = limits;
     const frames = this.newest.filter(Boolean);
     this.placed = frames.length > 0;
     this.measure(frames[0]?.objects.map(({ pose }) => pose) ?? []);
-    this.view("start");
+    if (!keep_view) this.view("start");
     for (const frame of frames) this.show(frame, null);
   }
 
@@ -190,8 +195,8 @@ export class Stage {
   resize() {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setPixelRatio(this.low ? 1 : Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(clientWidth, clientHeight, true);
+    this.renderer?.setPixelRatio(this.low ? 1 : Math.min(devicePixelRatio, 2));
+    this.renderer?.setSize(clientWidth, clientHeight, true);
     this.camera.aspect = this.aspect();
     this.camera.updateProjectionMatrix();
     this.on_resize?.();
@@ -201,6 +206,7 @@ export class Stage {
   draw() {
     if (!this.dirty) return false;
     this.dirty = false;
+    if (this.renderer === null) return false;
     this.renderer.setScissorTest(this.models.length > 1);
     this.models.forEach((model, index) => {
       const { x, y, width, height } = this.cell(index);

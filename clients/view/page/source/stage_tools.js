@@ -21,7 +21,7 @@ const kShortcuts = {
 };
 
 const is_typing = ({ target }) =>
-  target instanceof Element && target.closest("input:not([type=checkbox]), select, textarea");
+  target instanceof Element && target.closest("input:not([type=checkbox], [type=range]), select");
 
 export function set_up_stage_tools({ stage, plots, player, touch, state }) {
   const on = (id, event, action) => by_id(id).addEventListener(event, action);

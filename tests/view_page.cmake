@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# what the page of hapt view decodes, says and concludes; it in a browser: docs/view-protocol.md
+if(NOT NODE)
+  find_program(NODE node)
+endif()
+if(NODE)
+  add_test(NAME view_page COMMAND ${NODE} --test decode.test.mjs words.test.mjs reducers.test.mjs
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/view)
+else()
+  add_test(NAME view_page COMMAND ${CMAKE_COMMAND} -E echo "SKIPPED: node is needed to test the page")
+endif()
+set_tests_properties(view_page PROPERTIES SKIP_REGULAR_EXPRESSION "SKIPPED" TIMEOUT 60)
