@@ -10,6 +10,7 @@
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/lab_commands.h"
+#include "clients/hapt/options.h"
 #include "clients/view/bridge.h"
 #include "clients/view/session_source.h"
 #include "clients/view/token.h"
@@ -103,7 +104,8 @@ void show(const ViewCommand& options) {
 void add_view_command(Command& app) {
   const auto options = std::make_shared<ViewCommand>();
   Command command = app.subcommand(kViewCommand.name, kViewCommand.help);
-  command.option("SESSION", options->session, "which session; needed only if several run");
+  add_session(command, options->session);
+  command.option("SESSION", options->session, "the same without --session").excludes("--session");
   command.option("--port", options->port, "of the address; 0: any that is free")
       .range(0, 65535)
       .show_default();

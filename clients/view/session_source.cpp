@@ -18,6 +18,8 @@ namespace {
 
 constexpr int64_t kRetryPeriod = 200'000'000;          // [ns], between two attempts to connect
 constexpr int64_t kConfigPatience = 2 * kNsPerSecond;  // [ns], for the text of the session file
+constexpr int64_t kAttachPatience = 5 * kNsPerSecond;  // [ns], for the first ring
+constexpr int64_t kLookPeriod = 2'000'000;             // [ns], while waiting for it
 constexpr int64_t kDeadAfter = 250'000'000;            // [ns]; age of a heartbeat, as in hapt top
 
 /// A connection to one hapticd, made anew for the next one: so memory of a session that has ended
@@ -29,6 +31,9 @@ struct Connection {
   RingSource<& SimChannels::frames> sim = client.ring<&SimChannels::frames>(Start::kOldest);
   RingSource<& ControlChannels::frames> control =
       client.ring<&ControlChannels::frames>(Start::kOldest);
+  // shows that hapticd has taken this client; its segment is the first that is handed out
+  RingSource<& ControlChannels::events> first =
+      client.ring<&ControlChannels::events>(Start::kNewest);
   SceneInfo info;
   uint64_t eye_changes = 0;  // that `info` has
 
@@ -67,9 +72,16 @@ std::string config_of(const std::string& session) {
   }
 }
 
-/// Throws HandoutError.
+/// Throws HandoutError: no session, or it does not take this client.
 std::unique_ptr<Connection> connect(const std::string& session) {
   auto connection = std::make_unique<Connection>(session);
+  auto& first = connection->first;
+  Event ignored{};
+  for (const int64_t begin = now_ns(); first.header() == nullptr; first.latest(ignored)) {
+    if (!connection->client.is_connected()) throw HandoutError(connection->client.refusal());
+    if (now_ns() - begin > kAttachPatience) throw HandoutError("hapticd hands out no rings");
+    sleep_until(now_ns() + kLookPeriod);
+  }
   connection->info.session = session;
   const std::string text = config_of(session);
   if (text.empty()) return connection;

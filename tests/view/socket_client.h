@@ -31,7 +31,7 @@ struct Message {
   std::string bytes;
 };
 
-inline constexpr int kText = 1, kBinary = 2, kClose = 8;
+inline constexpr int kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10;
 
 class SocketClient {
  public:
@@ -111,11 +111,12 @@ class SocketClient {
   }
   bool tell(std::string_view text) { return say(frame(kText, text)); }
 
-  /// The next message; pings are passed over.
+  /// The next message; pings are answered.
   Message message(double patience = 10) {
     for (;;) {
       Message out = one_frame(patience);
-      if (out.opcode != 9 && out.opcode != 10) return out;
+      if (out.opcode == kPing) say(frame(kPong, out.bytes));
+      if (out.opcode != kPing && out.opcode != kPong) return out;
     }
   }
 
