@@ -20,9 +20,11 @@ struct ControlOptions {
 };
 
 void say(const ControlOptions& options, const std::string& line) {
-  constexpr std::string_view kError = "error: ";
   const std::string answer = say_to_session(options.session, line);
-  if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
+  if (answer.starts_with(kMistakeAnswer)) throw InputError(answer.substr(kMistakeAnswer.size()));
+  if (answer.starts_with(kFailedAnswer)) {
+    throw std::runtime_error(answer.substr(kFailedAnswer.size()));
+  }
   // the answer to `config` is a session file of many lines
   std::istringstream lines(answer);
   for (std::string one; std::getline(lines, one);) {
