@@ -23,3 +23,4 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hapticd@.service DESTINATION lib/syste
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   DESTINATION ${share}/doc/hapticd-doc COMPONENT hapticd-doc)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${share}/doc/hapticd-doc COMPONENT hapticd-doc)
+install(SCRIPT installed-pages.cmake COMPONENT hapticd-doc)

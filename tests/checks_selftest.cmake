@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Shows that a check fails: plants one breach at a time in a small tree that is otherwise right.
-# Run: cmake -DCHECK=<layering.cmake or style.cmake> -DWORK=<folder> -P tests/checks_selftest.cmake
+# Run: cmake -DCHECK=<layering, links or style.cmake> -DWORK=<folder> -P tests/checks_selftest.cmake
 cmake_minimum_required(VERSION 3.25)
 
 set(gpl "// SPDX-License-Identifier: GPL-3.0-or-later\n")
@@ -11,9 +11,11 @@ function(build_clean_tree)
   file(WRITE ${WORK}/CMakeLists.txt "project(x)\n")
   file(WRITE ${WORK}/proto/wire/wire.h "${apache}#include <array>\n")
   file(WRITE ${WORK}/proto/config/config.cpp "${apache}read_text(\"name\", x);\n")
-  file(WRITE ${WORK}/docs/config.md "| `name` | its own |\n")
+  file(WRITE ${WORK}/docs/config.md
+    "# Session files\n[back](../README.md)\n## Units, and `name`\n| `name` | its own |\n")
   file(WRITE ${WORK}/clients/examples/01_watch.cpp "${apache}#include \"clients/library/client.h\"\n")
-  file(WRITE ${WORK}/README.md "text\n```cpp\n#include \"clients/library/client.h\"\n```\n")
+  file(WRITE ${WORK}/README.md "text\n```cpp\n#include \"clients/library/client.h\"\n```\n\
+[a](docs/config.md) [b](docs/config.md#units-and-name) [c](#here) `[d](none)`\n## Here\n")
   file(WRITE ${WORK}/clients/library/client.cpp "${apache}#include \"proto/wire/wire.h\"\n")
   file(WRITE ${WORK}/contact/bake/repair.cpp "${gpl}#include <CGAL/x.h>\n#include <fstream>\n")
   file(WRITE ${WORK}/contact/query/point/hit.cpp "${gpl}#include \"contact/shape/tree/tree.h\"\n")
@@ -102,6 +104,13 @@ if(CHECK MATCHES "layering")
   if(status EQUAL 0 OR NOT output MATCHES "sim: 31 files")
     message(SEND_ERROR "31 files in a folder are not caught:\n${output}")
   endif()
+elseif(CHECK MATCHES "links")
+  expect_breach(README.md "[a](docs/none.md)\n")
+  expect_breach(README.md "[a](#nowhere)\n## Somewhere\n")
+  expect_breach(README.md "[a](docs/config.md#nowhere)\n")
+  expect_breach(README.md "```\n## Nowhere\n```\n[a](#nowhere)\n")
+  expect_breach(docs/config.md "[a](README.md)\n")
+  expect_breach(docs/decisions/1.md "text\n[a](../../docs/config.md) [b](../none.md)\n")
 else()
   repeat_lines(601 long_source)
   repeat_lines(121 long_main)

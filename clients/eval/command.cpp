@@ -105,6 +105,8 @@ void run_eval(const EvalOptions& options) {
   for (const std::string& line : config_warnings(config))
     std::cerr << one_line(file + ": " + line) << '\n';
   BakeTold told;
+  StageProgress baking;
+  told.progress = [&](std::string_view stage, double share) { baking.at(stage, share); };
   told.finding = [](const std::string& line) { std::cerr << one_line(line) << '\n'; };
   const BakedSession baked = bake_session(config, told);
   const ContactShapes shapes = baked.shapes();
@@ -158,7 +160,11 @@ void run_renderer(const EvalOptions& options, const Command& command) {
   }
   if (!options.plot.empty()) throw std::runtime_error("--plot: draws one case; give one --mesh");
   std::vector<std::vector<Row>> judged;
-  for (const RendererEval& one : cases) judged.push_back(eval_renderer(one));
+  for (RendererEval one : cases) {
+    one.progress =
+        "case " + std::to_string(judged.size() + 1) + " of " + std::to_string(cases.size());
+    judged.push_back(eval_renderer(one));
+  }
   std::vector<Row> rows;
   for (const auto& one : judged) rows.insert(rows.end(), one.begin(), one.end());
   options.json ? print_json(std::cout, rows) : print_cases(std::cout, judged);

@@ -112,7 +112,7 @@ void plot_judged(const std::string& path, const std::string& title, const EvalJu
 
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
                     const LockstepOptions& options, uint64_t ticks,
-                    const std::function<void(const ServoFrame&)>& watch) {
+                    const std::function<void(const ServoFrame&)>& watch, const std::string& name) {
   const std::span<const MeshShape> shapes(&shape, 1);
   Lockstep lockstep(config, shapes, hand, options);
   const FacetBins facets(shape.mesh);
@@ -120,7 +120,7 @@ EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device&
   ProxyOracle oracle = GodObjectOracle(facets);
   if (radius > 0) oracle.emplace<SphereOracle>(facets, radius);
   EvalJudge judge(config.coupling.translational_stiffness);
-  Progress progress("eval", static_cast<double>(ticks));
+  Progress progress(name, static_cast<double>(ticks));
   for (uint64_t k = 0; k < ticks && lockstep.step(); ++k) {
     progress.at(static_cast<double>(k));
     const ServoFrame& frame = lockstep.frame();
@@ -171,8 +171,9 @@ std::vector<Row> eval_renderer(const RendererEval& eval) {
   // the normal of a plane is known, which separates normal and tangential force
   const bool is_flat = eval.mesh.rfind("flat:", 0) == 0;
   FrictionJudge friction(eval.friction, {0, 0, 1});
-  const EvalJudge judge = judge_run(config, subject.shape, *hand, eval.lockstep, ticks,
-                                    [&](const ServoFrame& frame) { friction.add(frame); });
+  const EvalJudge judge = judge_run(
+      config, subject.shape, *hand, eval.lockstep, ticks,
+      [&](const ServoFrame& frame) { friction.add(frame); }, eval.progress);
   const std::string name = case_name(eval);
   Rows rows = machine_rows(name);
   rows.note("lockstep", pace_of(eval.lockstep));

@@ -17,6 +17,7 @@ struct RendererEval {
   std::string mesh;                // "hf:742", "sphere:235", "flat:50", or a mesh file
   std::string trace;               // a recorded hand instead of the mesh's own path
   std::string plot;                // .svg
+  std::string progress = "eval";   // begins the line of progress
   double size = 0.15;              // longest side of a mesh file [m]
   double radius = 1e-3;            // proxy of virtual-proxy3 [m]
   double friction = 0;             // μ of virtual-proxy3, static and dynamic
@@ -29,10 +30,11 @@ struct RendererEval {
 /// Runs hand, contact and servo in lockstep for `ticks` ticks or to the end of a recording, and
 /// compares each tick with the oracle of the renderer's proxy: the sphere for virtual-proxy3 with a
 /// radius, else the god-object (penalty3 has no proxy of its own). The object lies at the origin.
-/// `watch` is called with every frame.
+/// `watch` is called with every frame; `name` begins the line of progress.
 EvalJudge judge_run(const SessionConfig& config, const MeshShape& shape, Device& hand,
                     const LockstepOptions& lockstep, uint64_t ticks,
-                    const std::function<void(const ServoFrame&)>& watch = {});
+                    const std::function<void(const ServoFrame&)>& watch = {},
+                    const std::string& name = "eval");
 
 /// Name of the note that says why a run has no exact answer.
 inline constexpr const char* kNoAnswer = "no answer";

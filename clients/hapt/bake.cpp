@@ -43,21 +43,6 @@ VoxelConfig voxel_options(const BakeOptions& options) {
   return voxel;
 }
 
-/// Shows how far each stage is.
-class StageProgress {
- public:
-  BakeProgress shown() {
-    return [this](std::string_view stage, double share) {
-      if (stage != stage_) progress_.emplace(stage_ = stage, 1);
-      progress_->at(share);
-    };
-  }
-
- private:
-  std::string stage_;
-  std::optional<Progress> progress_;
-};
-
 std::string made_in(double seconds, bool from_cache) {
   std::ostringstream text;
   text.precision(3);
@@ -98,10 +83,12 @@ void print_shell(const BakedVolume& tool) {
 }
 
 void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
-  std::optional<StageProgress> progress(std::in_place);
-  const BakedVolume obstacle = bake_obstacle(shape, voxel, progress->shown());
-  const BakedVolume tool = bake_tool(shape, voxel, progress->shown());
-  progress.reset();
+  StageProgress progress;
+  const BakeProgress show = [&](std::string_view stage, double share) {
+    progress.at(stage, share);
+  };
+  const BakedVolume obstacle = bake_obstacle(shape, voxel, show);
+  const BakedVolume tool = bake_tool(shape, voxel, show);
   print_map(obstacle);
   if (voxel.field != 0) print_field(obstacle);
   print_shell(tool);

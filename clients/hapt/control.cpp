@@ -23,9 +23,11 @@ struct ControlOptions {
 };
 
 std::string ask(const std::string& session, const std::string& line) {
-  constexpr std::string_view kError = "error: ";
   const std::string answer = say_to_session(session, line);
-  if (answer.starts_with(kError)) throw std::runtime_error(answer.substr(kError.size()));
+  if (answer.starts_with(kMistakeAnswer)) throw InputError(answer.substr(kMistakeAnswer.size()));
+  if (answer.starts_with(kFailedAnswer)) {
+    throw std::runtime_error(answer.substr(kFailedAnswer.size()));
+  }
   return answer;
 }
 

@@ -21,6 +21,7 @@
 #include "clients/hapt/scenes.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
+#include "clients/report/progress.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"
@@ -80,6 +81,11 @@ BakedSession bake_all(const SessionConfig& config) {
     stop_where_asked();
     std::cerr << "reading and checking " << shown(std::filesystem::path(mesh).filename().string())
               << '\n';
+  };
+  StageProgress progress;
+  told.progress = [&](std::string_view stage, double share) {
+    progress.at(stage, share);
+    stop_where_asked();
   };
   told.finding = [](const std::string& line) { std::cerr << "  " << one_line(line) << '\n'; };
   BakedSession baked = bake_session(config, told);

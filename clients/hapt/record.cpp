@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt record: records everything that a running session publishes.
+#include <cmath>
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,6 +13,7 @@
 #include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
 #include "clients/library/recorder.h"
+#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
@@ -55,12 +58,11 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
 /// The session file as hapticd has read it. A client that may watch but not control is refused, and
 /// the recording then lacks it.
 std::string config_of(const std::string& session) {
-  constexpr std::string_view kError = "error: ";
   std::string problem;
   try {
     std::string answer = say_to_session(session, "config");
-    if (!answer.starts_with(kError)) return answer;
-    problem = answer.substr(kError.size());
+    if (!answer.starts_with(kFailedAnswer)) return answer;
+    problem = answer.substr(kFailedAnswer.size());
   } catch (const HandoutError& error) {
     problem = error.what();
   }
@@ -95,12 +97,16 @@ void run_record(const RecordOptions& options) {
   const int64_t begin_ns = now_ns();
   double seconds = 0;
   bool good = true, followed = false;
+  std::optional<Progress> progress;
+  if (std::isfinite(options.duration)) progress.emplace("recording", options.duration);
   while (good && seconds < options.duration && !stop_requested() && attachments.is_connected()) {
     sleep_until(now_ns() + kDrainPeriodNs);
     good = recorder.drain(trace, now_ns());
     followed = followed || follow_realtime(recorder);
     seconds = static_cast<double>(now_ns() - begin_ns) * 1e-9;
+    if (progress) progress->at(seconds);
   }
+  progress.reset();
   const bool connected = attachments.is_connected();
   if (!connected && attachments.refusal().empty()) std::cerr << "the session has ended\n";
   good = recorder.finish(trace, now_ns());

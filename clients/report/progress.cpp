@@ -39,6 +39,12 @@ void Progress::at(double done) {
                time_left(share, seconds).c_str());
 }
 
+void StageProgress::at(std::string_view stage, double share) {
+  if (!progress_ || stage != stage_) progress_.emplace(stage_ = stage, 1);
+  progress_->at(share);
+  if (share >= 1) progress_.reset();
+}
+
 std::string time_left(double share, double seconds) {
   if (!(share > 1e-6)) return "time left unknown";
   const double left = std::ceil(seconds * (1 - share) / share);

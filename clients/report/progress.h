@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace haptic {
 
@@ -27,6 +29,17 @@ class Progress {
   double total_, done_ = 0;
   bool is_terminal_, is_shown_ = false;
   int64_t start_ns_, last_ns_;
+};
+
+/// Work in stages that are named as they begin: a line for each, wiped when it is done.
+class StageProgress {
+ public:
+  /// A share in [0, 1] of this stage is done.
+  void at(std::string_view stage, double share);
+
+ private:
+  std::string stage_;
+  std::optional<Progress> progress_;
 };
 
 /// "about 12 s left" after a share in (0, 1] of the work took so many seconds.

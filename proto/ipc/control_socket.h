@@ -22,6 +22,9 @@ inline constexpr size_t kLongestCommand = 8192;
 /// Longest answer [bytes]: a session file and the line about a replay. Less than a socket's default
 /// buffer.
 inline constexpr size_t kLongestAnswer = kMostConfigText + sizeof(Path) + 64;
+/// Begin answers to what was not done: the command was right, or it was a mistake of who sent it.
+inline constexpr std::string_view kFailedAnswer = "error: ";
+inline constexpr std::string_view kMistakeAnswer = "mistake: ";
 
 /// hapticd's end. It has no thread and never blocks: a peer whose socket is full is dropped, and
 /// the oldest if there are too many.

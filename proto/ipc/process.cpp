@@ -39,9 +39,31 @@ bool parse_number(std::string_view text, Number& out) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-int fail(const char* program, const char* what, int code) {
+int fail(const char* program, const std::string& what, int code) {
   std::fprintf(stderr, "%s\n", one_line(std::string(program) + ": " + what).c_str());
   return code;
+}
+
+/// The last words of a child that hapticd has started.
+int fail_under_hapticd(const char* program, const std::string& what, int code) {
+  return fail(program, std::string(kErrorLine) + what, code);
+}
+
+int run_parsed(const char* program, int (*run)(const ChildArguments&),
+               const ChildArguments& arguments) try {
+  return run(arguments);
+} catch (const std::system_error& error) {
+  return fail_under_hapticd(program, error.what(), kExitCrash);
+} catch (const SegmentError& error) {
+  return fail_under_hapticd(program, error.what(), kExitCrash);
+} catch (const HandoutError& error) {
+  return fail_under_hapticd(program, error.what(), kExitCrash);
+} catch (const DeviceError& error) {
+  return fail_under_hapticd(program, error.what(), kExitNoDevice);
+} catch (const std::bad_alloc&) {
+  return fail_under_hapticd(program, "out of memory", kExitCrash);
+} catch (const std::exception& error) {
+  return fail_under_hapticd(program, error.what(), kExitBadInput);
 }
 
 }  // namespace
@@ -99,17 +121,7 @@ int run_child(int argc, char** argv, int (*run)(const ChildArguments&)) {
   const char* program = slash != nullptr ? slash + 1 : argc > 0 ? argv[0] : "child";
   try {
     if (introduce(argc, argv, program)) return kExitClean;
-    return run(parse_child_arguments(argc, argv));
-  } catch (const std::system_error& error) {
-    return fail(program, error.what(), kExitCrash);
-  } catch (const SegmentError& error) {
-    return fail(program, error.what(), kExitCrash);
-  } catch (const HandoutError& error) {
-    return fail(program, error.what(), kExitCrash);
-  } catch (const DeviceError& error) {
-    return fail(program, error.what(), kExitNoDevice);
-  } catch (const std::bad_alloc&) {
-    return fail(program, "out of memory", kExitCrash);
+    return run_parsed(program, run, parse_child_arguments(argc, argv));
   } catch (const std::exception& error) {
     return fail(program, error.what(), kExitBadInput);
   }

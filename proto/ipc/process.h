@@ -55,6 +55,9 @@ inline constexpr int kExitNoDevice =
 /// Begins a line on a child's stderr that names what the child prepares before its loop runs. If it
 /// dies meanwhile, hapticd names that as the cause.
 inline constexpr std::string_view kPreparing = "preparing ";
+/// Begin lines of a child that hapticd logs as a warning or an error; every other is information.
+inline constexpr std::string_view kWarningLine = "warning: ";
+inline constexpr std::string_view kErrorLine = "error: ";
 
 /// The device does not answer or is a different one. The text says how to mend it.
 struct DeviceError : MessageError {

@@ -144,9 +144,9 @@ Command set(std::string_view line, const SessionConfig& config, ControlFrame& wa
   const auto parameter = std::find_if(kParameters.begin(), kParameters.end(),
                                       [&](const Parameter& p) { return p.name == key; });
   if (parameter == kParameters.end()) {
-    return refused("cannot set '" + shown(key) +
-                   "'; what can be set: stiffness, damping, rotational-stiffness, "
-                   "rotational-damping, time-scale, renderer, solver");
+    std::vector<std::string_view> known{"renderer", "solver"};
+    for (const Parameter& each : kParameters) known.push_back(each.name);
+    return refused("cannot set '" + shown(key) + "'; " + suggestion(key, known));
   }
   try {
     wanted.*parameter->target = parse_value(line, *parameter);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "servo/hapticd/patient_sink.h"
@@ -64,6 +65,12 @@ std::string describe_event(const Event& event) {
                          n[3] != 0 ? "events" : "frames", whole(n[2]), whole(n[1]));
   }
   return fmt::format("event {}: {} {} {} {} {}", event.code, n[0], n[1], n[2], n[3], n[4]);
+}
+
+std::pair<LogLevel, std::string_view> level_of_line(std::string_view line) {
+  if (line.starts_with(kErrorLine)) return {LogLevel::kError, line.substr(kErrorLine.size())};
+  if (line.starts_with(kWarningLine)) return {LogLevel::kWarning, line.substr(kWarningLine.size())};
+  return {LogLevel::kInfo, line};
 }
 
 LogLevel level_of(const Event& event) {

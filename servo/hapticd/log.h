@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "proto/wire/wire.h"
 
@@ -42,6 +43,9 @@ class HapticdLog {
 
 /// Text of an event, e.g. "started: pid 7, generation 2; real time: SCHED_FIFO memory locked".
 std::string describe_event(const Event& event);
+
+/// Level and text of a line that a child has written (kWarningLine, kErrorLine).
+std::pair<LogLevel, std::string_view> level_of_line(std::string_view line);
 
 /// Warning for refused rights, faults and stale contacts; else info.
 LogLevel level_of(const Event& event);

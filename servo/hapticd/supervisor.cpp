@@ -190,7 +190,8 @@ void Supervisor::write_output(const char* name, ChildProcess& child, bool ended)
   if (!child.output) return;
   const auto use = [&](const std::string& line) {
     if (line.starts_with(kPreparing)) child.preparing = line.substr(kPreparing.size());
-    log_.write(LogLevel::kInfo, name, line);
+    const auto [level, text] = level_of_line(line);
+    log_.write(level, name, std::string(text));
   };
   ended ? child.output->flush(use) : child.output->read(use);
 }
@@ -203,7 +204,7 @@ void Supervisor::take_command(uint64_t peer, std::string_view line) {
       commands_.answer(peer, status_text(status()));
       break;
     case CommandKind::kRefused:
-      commands_.answer(peer, one_line("error: " + command.problem));
+      commands_.answer(peer, one_line(std::string(kMistakeAnswer) + command.problem));
       break;
     case CommandKind::kStatus:
       commands_.answer(peer, status_json(status()));

@@ -193,7 +193,7 @@ TEST_CASE("messages: the control socket answers in one printable line, and so do
           hostile + " arm", "set stiffness 500 N/m" + hostile}) {
       const std::string answer = say_to_session("asked", line);
       CAPTURE(line, answer);
-      CHECK_THAT(answer, Catch::StartsWith("error: "));
+      CHECK_THAT(answer, Catch::StartsWith("mistake: "));
       CHECK(problem_of_message(answer + "\n") == "");
     }
   }

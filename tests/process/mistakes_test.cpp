@@ -63,7 +63,7 @@ const std::vector<Mistake> kInSessionFiles{
     {"mesh cube.off any; sed /size/d bad.toml >less.toml; hapticd --check-config less.toml", 2,
      "hapticd: less.toml:*: [[object]] has no 'size'; *"},
     {"mesh cube.off m; hapticd bad.toml", 2,
-     "* info contact0: */cube.off: states size 80 mm but the file at unit 'm' is "
+     "* error contact0: */cube.off: states size 80 mm but the file at unit 'm' is "
      "80000 mm: correct unit or size, or unit = \"any\" to scale",
      true},
     {"with '/\"plane\"/a renderer = \"voxel\"'; hapticd --check-config bad.toml", 2,
@@ -73,13 +73,26 @@ const std::vector<Mistake> kInSessionFiles{
      "it on, or correct 'path' in [device.serial]"},
     {"device woodenhaptics $PWD/plane.toml; hapticd bad.toml", 2,
      "*/plane.toml: is no serial node: *; check 'path' in [device.serial]"},
+    {"touch node; chmod 0 node; device woodenhaptics $PWD/node; unprivileged hapticd bad.toml", 2,
+     "*/node: cannot be opened: Permission denied; add the user to the group that owns it (ls -l "
+     "shows it) and log in again"},
     {"printf 'a: 1\\n' >bad.toml; hapticd bad.toml", 2, "hapticd: bad.toml:1:*: not TOML: *"},
+    {"{ printf '\\357\\273\\277'; cat plane.toml; } >bom.toml; hapticd --check-config bom.toml", 0,
+     "bom.toml: ok, session 'plane', 1 object"},
     {"hapticd .", 2, "hapticd: .: is a folder*"},
     {"hapticd none.toml", 2, "hapticd: none.toml: cannot be read (No such file or directory)*"},
     {"sed 's/$/\\r/' plane.toml >crlf.toml; hapticd --check-config crlf.toml", 0,
      "crlf.toml: ok, session 'plane', 1 object"},
     {"cp $SOURCE/configs/lever.toml .; hapticd lever.toml", 2,
      "*lever.csv: cannot be read (No such file or directory); *", true},
+};
+
+/// `run_until WORD` ends a session of plane.toml when its log has the word, and prints that log.
+const std::vector<Mistake> kWithoutRights{
+    {"ulimit -r 0; run_until 'servo0: started' unprivileged", 0,
+     "* servo0: started: *; not real-time here: refused SCHED_FIFO (Operation not permitted)*; "
+     "*/etc/security/limits.d/*",
+     true},
 };
 
 const std::vector<Mistake> kInMeshes{
@@ -162,22 +175,34 @@ const std::vector<Mistake> kWithTwoSessions{
     {"mkdir -m 700 other; HAPTICD_RUNTIME_DIR=$PWD/other hapt status", 1,
      "hapt: no session is running (looked in */other; HAPTICD_RUNTIME_DIR names another folder); "
      "start one: hapticd CONFIG.toml"},
-    {"hapt set renderer voxel --session one", 1, "hapt: renderer: 'voxel' *add [tool] to its file"},
-    {"hapt set renderer godobject3 --session one", 1,
+    {"hapt set renderer voxel --session one", 2, "hapt: renderer: 'voxel' *add [tool] to its file"},
+    {"hapt set renderer godobject3 --session one", 2,
      "hapt: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
-    {"hapt set stiffness 500 --session one", 1,
+    {"hapt set stiffnes '500 N/m' --session one", 2,
+     "hapt: cannot set 'stiffnes'; did you mean 'stiffness'?"},
+    {"hapt set stiffness 500 --session one", 2,
      "hapt: stiffness: \"500\" needs a unit; write for example \"800 N/m\"; known units: N/m, "
      "N/mm, "
      "kN/m"},
+    {"kill -9 $(pid_of contact0 one); until hapt top -n 1 --session one | grep '^contact0 *run *2 "
+     "'; "
+     "do :; done",
+     0, "contact0 *run *2 *"},
 };
 
-constexpr const char* kShellFunctions = R"(
+constexpr const char* kShellFunctions = R"sh(
 with() { sed -e "$@" plane.toml >bad.toml; }
 mesh() { sed '/^primitive/,$d' plane.toml >bad.toml
   printf 'mesh = "%s"\nunit = "%s"\nsize = "80 mm"\n' "$1" "${2:-mm}" >>bad.toml; }
 device() { sed "s:simulated-hand:$1:; /hand.intent/,/press/d" plane.toml >bad.toml
   printf '[device.serial]\npath = "%s"\n' "$2" >>bad.toml; }
-)";
+unprivileged() {
+  if [ "$(id -u)" = 0 ]; then setpriv --inh-caps=-all --bounding-set=-all "$@"; else "$@"; fi; }
+run_until() { word=$1; shift
+  "$@" hapticd plane.toml 2>log & until grep -q "$word" log || ! kill -0 $!; do sleep 0.1; done
+  hapt stop >/dev/null; wait $!; code=$?; cat log; return $code; }
+pid_of() { hapt status --json --session "$2" | grep -o "\"$1\", \"pid\": [0-9]*" | sed 's/.* //'; }
+)sh";
 
 void prepare(const std::string& folder) {
   std::filesystem::copy(test::from_source("configs/plane.toml"), folder + "/plane.toml");
@@ -231,7 +256,8 @@ TEST_CASE("mistakes: in a session file, a mesh, a recording and on a command lin
   if (!test::programs_are_built()) return;
   const test::TemporaryRuntimeFolder folder;
   prepare(folder.path());
-  check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithoutSession),
+  check(GENERATE(kInSessionFiles, kInMeshes, kInRecordings, kOnCommandLines, kWithoutSession,
+                 kWithoutRights),
         folder.path());
 }
 

@@ -244,7 +244,7 @@ TEST_CASE("session: what people ask for reaches the servo before they are answer
   CHECK(say_to_session("asked", "set stiffness 500 N/m") == "ok");
   CHECK(newest().control_revision == 6);
   CHECK(say_to_session("asked", "set stiffness 500") ==
-        "error: stiffness: \"500\" needs a unit; write for example \"800 N/m\"; "
+        "mistake: stiffness: \"500\" needs a unit; write for example \"800 N/m\"; "
         "known units: N/m, N/mm, kN/m");
   const std::string status = say_to_session("asked", "status");
   CHECK(status.find("\"name\": \"servo0\"") != std::string::npos);
