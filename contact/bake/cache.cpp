@@ -73,7 +73,8 @@ std::string distrust_folder(const std::string& folder) {
   if (lstat(folder.c_str(), &name) != 0 || stat(folder.c_str(), &status) != 0) {
     return std::strerror(errno);
   }
-  if (name.st_uid != geteuid() && name.st_uid != 0) return "it is a link of another user";
+  const bool is_own = name.st_uid == geteuid() || name.st_uid == 0;
+  if (S_ISLNK(name.st_mode) && !is_own) return "it is a link of another user";
   return S_ISDIR(status.st_mode) ? distrust(status) : "it is no folder";
 }
 

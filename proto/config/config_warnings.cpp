@@ -76,7 +76,7 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
     check_axis(linear, kLinear, lines);
   } else {
     // without a coupling the hand feels the contacts' own stiffness
-    const bool by_points = config.renderer == Renderer::kVoxel;
+    const bool by_points = row_of(config.renderer).has_maps;
     const double gain = config.map.motion_scale * config.map.force_scale;
     linear.stiffness =
         gain * (by_points ? kSharing * config.voxel.stiffness : config.proxy.contact_stiffness);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Writes version.cpp when the commit has changed since; run at every build.
-# Run: cmake -DROOT=<repository> -DVERSION=<release> -DOUT=<file> -P proto/version.cmake
+# Run: cmake -DROOT=<repository> -DVERSION=<release> -DOUT=<file> -P proto/os/version.cmake
 cmake_minimum_required(VERSION 3.25)
 
 find_package(Git QUIET)

@@ -90,7 +90,7 @@ BodyState::BodyState(const BodyModel& model) {
 bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,
                    BodyState& state, const VoxelQuestion& question, const Pose& X_WH,
                    ContactSet& set) {
-  const bool is_voxel = renderer == Renderer::kVoxel;
+  const bool is_voxel = row_of(renderer).has_maps;
   if (state.pairs.empty() || (is_voxel && !state.voxel)) return false;
   HAPTIC_ASSERT(model.has_tool() && set.n_contacts == 0);
   set.tool = model.body;

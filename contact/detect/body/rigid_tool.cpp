@@ -12,8 +12,9 @@ constexpr double kMarginOfRadius = 1e-4;  // default margin per radius of the to
 constexpr int kPatience = 500;  // steps, half a second at 1 kHz, that it waits for a free path
 
 Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
-  const bool by_servo =
-      model.has_friction || servo.renderer == static_cast<uint32_t>(Renderer::kConstrained6);
+  const bool has_mass =
+      is_renderer(servo.renderer) && row_of(static_cast<Renderer>(servo.renderer)).has_mass;
+  const bool by_servo = model.has_friction || has_mass;
   return by_servo ? servo.X_WP : servo.X_WT;
 }
 
