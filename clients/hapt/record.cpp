@@ -61,8 +61,9 @@ std::string config_of(const std::string& session) {
   std::string problem;
   try {
     std::string answer = say_to_session(session, "config");
-    if (!answer.starts_with(kFailedAnswer)) return answer;
-    problem = answer.substr(kFailedAnswer.size());
+    const std::optional<std::string> refusal = refusal_in(answer);
+    if (!refusal) return answer;
+    problem = *refusal;
   } catch (const HandoutError& error) {
     problem = error.what();
   }

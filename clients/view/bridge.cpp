@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "proto/ipc/control_socket.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
 #include "proto/os/regular_file.h"
@@ -249,13 +250,13 @@ void Bridge::command(SocketId id, const Viewer& viewer, const CommandMessage& sa
   const std::string problem = command_problem(said.line);
   if (!problem.empty()) return reply(false, problem);
   const bool is_taken = commands_.add([this, reply, line = said.line] {
-    constexpr std::string_view kError = "error: ";
     std::string text;
     bool ok = false;
     try {
       text = options_.say(line);
-      ok = !text.starts_with(kError);
-      if (!ok) text.erase(0, kError.size());
+      const std::optional<std::string> refusal = refusal_in(text);
+      ok = !refusal;
+      if (refusal) text = *refusal;
     } catch (const std::exception& error) {
       text = error.what();
     }

@@ -66,7 +66,7 @@ bool take_eyes(const Client& client, uint64_t& changes, SceneInfo& info) {
 std::string config_of(const std::string& session) {
   try {
     const std::string answer = say_to_session(session, "config", kConfigPatience);
-    return answer.starts_with("error: ") ? "" : answer;
+    return refusal_in(answer) ? "" : answer;
   } catch (const HandoutError&) {
     return "";
   }

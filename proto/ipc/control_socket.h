@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -25,6 +26,14 @@ inline constexpr size_t kLongestAnswer = kMostConfigText + sizeof(Path) + 64;
 /// Begin answers to what was not done: the command was right, or it was a mistake of who sent it.
 inline constexpr std::string_view kFailedAnswer = "error: ";
 inline constexpr std::string_view kMistakeAnswer = "mistake: ";
+
+/// What an answer says is wrong, without the word before it; none: the command was carried out.
+inline std::optional<std::string> refusal_in(std::string_view answer) {
+  for (const std::string_view prefix : {kFailedAnswer, kMistakeAnswer}) {
+    if (answer.starts_with(prefix)) return std::string(answer.substr(prefix.size()));
+  }
+  return std::nullopt;
+}
 
 /// hapticd's end. It has no thread and never blocks: a peer whose socket is full is dropped, and
 /// the oldest if there are too many.
