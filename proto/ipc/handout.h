@@ -24,11 +24,6 @@
 /// connected by socket pairs; they alone may offer a segment.
 namespace haptic {
 
-/// One line: what is wrong and how to mend it.
-struct HandoutError : MessageError {
-  using MessageError::MessageError;
-};
-
 /// Folder of this user's sessions: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else
 /// /run/hapticd (root), else /tmp/hapticd-<uid>.
 std::string runtime_folder();
