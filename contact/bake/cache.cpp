@@ -16,7 +16,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "contact/bake/bake.h"
 #include "proto/os/environment.h"
 #include "proto/os/file_descriptor.h"
 #include "proto/os/regular_file.h"

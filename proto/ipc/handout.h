@@ -26,11 +26,6 @@
 /// files, which go to clients alone.
 namespace haptic {
 
-/// One line: what is wrong and how to mend it.
-struct HandoutError : MessageError {
-  using MessageError::MessageError;
-};
-
 /// Folder of this user's sessions: $HAPTICD_RUNTIME_DIR, else $XDG_RUNTIME_DIR/hapticd, else
 /// /run/hapticd (root), else /tmp/hapticd-<uid>.
 std::string runtime_folder();

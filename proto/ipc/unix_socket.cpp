@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "proto/ipc/handout.h"
 #include "proto/math/assert.h"
 #include "proto/os/realtime.h"
 

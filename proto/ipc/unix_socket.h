@@ -9,8 +9,14 @@
 #include <string>
 
 #include "proto/os/file_descriptor.h"
+#include "proto/os/message.h"
 
 namespace haptic {
+
+/// One line: what is wrong and how to mend it.
+struct HandoutError : MessageError {
+  using MessageError::MessageError;
+};
 
 /// A local non-blocking socket that preserves message boundaries; not open, with errno set, if the
 /// kernel has none left.
