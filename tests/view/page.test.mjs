@@ -187,13 +187,25 @@ describe("the page", { skip: lack }, () => {
     await until(() => document.querySelector("#pause").textContent === "Resume");
     assert.match(await text("#answer"), /pause: done/);
     await page.fill("#stiffness", "750");
-    await page.press("#stiffness", "Enter");
+    await page.waitForTimeout(300);
+    await page.click("#stiffness-form button");
     await page.selectOption("#renderer", "virtual-proxy3");
+    assert.ok(
+      !sent_lines().some((line) => line.startsWith("set renderer")),
+      "choosing sets nothing yet",
+    );
+    await page.click("#renderer-form button");
     await eventually(() => sent_lines().includes("set renderer virtual-proxy3"));
     assert.ok(sent_lines().includes("set stiffness 750 N/m"));
+    await until(
+      () => window.hapticd.latest.renderer === 2 && window.hapticd.latest.stiffness === 750,
+    );
     await page.selectOption("#solver", "quasi-static");
+    await page.press("#solver", "Tab");
+    await page.keyboard.press("Enter");
     await until(() => document.querySelector("#answer").dataset.ok === "false");
     assert.match(await text("#answer"), /cannot set 'solver'/);
+    await until(() => document.querySelector("#solver").value === "direct");
     assert.ok(await page.isDisabled('#renderer option[value="voxel"]'));
     assert.match(await text('#renderer option[value="voxel"]'), /needs a \[tool\]/);
   });

@@ -294,7 +294,9 @@ set_up_theme(() => {
 });
 permit();
 if (stage.renderer === null) {
-  note_event("This browser has no WebGL, so there is no picture. Numbers, plots and controls work.");
+  note_event(
+    "This browser has no WebGL, so there is no picture. Numbers, plots and controls work.",
+  );
   by_id("no-picture").hidden = false;
 }
 setInterval(watch_health, 100);
