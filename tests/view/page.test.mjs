@@ -14,6 +14,7 @@ const lack = !has_chromium
     ? `no page in ${view}: build the target view_page, or set VIEW`
     : false;
 
+const kPatience = 30000; // [ms]; a busy machine draws a picture in a second
 let browser;
 let mock;
 let page;
@@ -48,14 +49,14 @@ async function open({
 }
 
 const until = (condition, argument) =>
-  page.waitForFunction(condition, argument, { timeout: 15000 });
+  page.waitForFunction(condition, argument, { timeout: kPatience });
 const text = (selector) => page.textContent(selector);
 const sent = (type) => mock.received.filter((message) => message.type === type);
 const sent_lines = () => sent("command").map(({ line }) => line);
 
 /** Waits in node until `condition` holds. */
 async function eventually(condition) {
-  const end = Date.now() + 15000;
+  const end = Date.now() + kPatience;
   while (!condition()) {
     assert.ok(Date.now() < end, `waited in vain for ${condition}`);
     await new Promise((done) => {
@@ -136,11 +137,16 @@ describe("the page", { skip: lack }, () => {
       await open();
       assert.ok(await page.isHidden("#banner"));
       mock.set_trouble(trouble);
-      await page.waitForSelector("#banner.bad", { timeout: 15000 });
-      assert.match(await text("#banner-text"), words);
-      assert.match(await text("#announcements"), words);
+      await until((source) => {
+        const banner = document.querySelector("#banner.bad");
+        return banner && new RegExp(source).test(banner.textContent);
+      }, words.source);
+      await until(
+        (source) => new RegExp(source).test(document.querySelector("#announcements").textContent),
+        words.source,
+      );
       mock.set_trouble(null);
-      await page.waitForSelector("#banner.good", { timeout: 15000 });
+      await page.waitForSelector("#banner.good", { timeout: 30000 });
       assert.match(await text("#banner-text"), /All is well again after/);
       assert.match(await text("#events"), /All is well again/);
     });
