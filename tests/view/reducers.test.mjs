@@ -111,6 +111,7 @@ test("numbers are written as people read them", () => {
   assert.equal(format.duration(75), "1 min 15 s");
   assert.equal(format.clock(61.5), "1:01.500");
   assert.equal(format.clock(59.9999), "1:00.000");
+  assert.equal(format.clock(7265.25), "2:01:05.250");
   assert.equal(format.count(1234567), "1\u202f234\u202f567");
   assert.equal(format.some(1, "tick"), "1 tick");
   assert.equal(format.length(0.05), "50 mm");

@@ -64,7 +64,7 @@ test("the bridge's own texts come before the page's", () => {
   const shown = words.shown_troubles([{ text: "so it is", remedy: "do that" }], frame);
   assert.deepEqual(
     shown.map(({ text }) => text),
-    ["so it is"],
+    ["So it is."],
   );
   assert.equal(words.shown_troubles([], frame).length, 1);
   assert.deepEqual(words.shown_troubles(undefined, null), []);

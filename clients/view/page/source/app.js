@@ -261,6 +261,9 @@ function show_texts() {
   );
 }
 
+const kStoodStill = 0.4; // [s] between two looks, which are 0.1 s apart
+let watched_at = 0;
+
 function link_text(bad) {
   if (bad) return "not current";
   if (!state.connected) return "connecting";
@@ -270,6 +273,9 @@ function link_text(bad) {
 /** By a timer and not with the pictures: it must speak up where no picture is drawn any more. */
 function watch_health() {
   const now = now_s();
+  // a page that stood still itself has messages waiting: it gives them their second
+  if (now - watched_at > kStoodStill) state.asked = state.last_message = now;
+  watched_at = now;
   const step = follow(story, judge(state, now), now, stats.missing);
   story = step.story;
   banner.show(step.alerts, step.recovered);
@@ -294,7 +300,9 @@ set_up_theme(() => {
 });
 permit();
 if (stage.renderer === null) {
-  note_event("This browser has no WebGL, so there is no picture. Numbers, plots and controls work.");
+  note_event(
+    "This browser has no WebGL, so there is no picture. Numbers, plots and controls work.",
+  );
   by_id("no-picture").hidden = false;
 }
 setInterval(watch_health, 100);

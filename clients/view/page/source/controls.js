@@ -37,7 +37,7 @@ function fill(select, options, chosen) {
       ),
     );
   }
-  if (document.activeElement !== select && chosen !== undefined) select.value = chosen;
+  if (!select.dataset.chosen && chosen !== undefined) select.value = chosen;
 }
 
 export class Controls {
@@ -51,16 +51,27 @@ export class Controls {
 
   listen() {
     const on = (id, event, action) => by_id(id).addEventListener(event, action);
-    on("renderer", "change", () => this.give(`set renderer ${by_id("renderer").value}`));
-    on("solver", "change", () => this.give(`set solver ${by_id("solver").value}`));
-    on("stiffness-form", "submit", (event) => {
-      event.preventDefault();
-      const value = Number(by_id("stiffness").value);
-      if (by_id("stiffness").reportValidity()) this.give(`set stiffness ${value} N/m`);
-    });
+    for (const [key, unit] of [
+      ["renderer", ""],
+      ["solver", ""],
+      ["stiffness", " N/m"],
+    ]) {
+      // what is being chosen stays until it has been set; the frames say what holds
+      on(key, "input", () => (by_id(key).dataset.chosen = "yes"));
+      on(`${key}-form`, "submit", (event) => {
+        event.preventDefault();
+        this.set(key, unit);
+      });
+    }
     on("pause", "click", () => this.give(this.frame?.paused ? "resume" : "pause"));
     on("arm", "click", () => this.give(this.frame?.armed ? "disarm" : "arm"));
     on("clear-fault", "click", () => this.give("clear-fault"));
+  }
+
+  async set(key, unit) {
+    const field = by_id(key);
+    await this.give(`set ${key} ${key === "stiffness" ? Number(field.value) : field.value}${unit}`);
+    delete field.dataset.chosen;
   }
 
   async give(line) {
@@ -99,7 +110,7 @@ export class Controls {
     const faulted = frame.fault > 0;
     by_id("clear-fault").disabled = !faulted;
     const stiffness = by_id("stiffness");
-    if (document.activeElement !== stiffness && !stiffness.dataset.touched) {
+    if (!stiffness.dataset.chosen) {
       stiffness.value = Math.round(frame.stiffness);
     }
     const troubles = shown_troubles(status?.faults, frame);
@@ -126,7 +137,7 @@ export class Controls {
       solvers.map((name) => ({ value: name, text: name })),
       solvers[this.frame?.solver],
     );
-    by_id("solver").disabled = solvers.length < 2;
+    by_id("solver-set").disabled = solvers.length < 2;
   }
 
   show_troubles(list) {

@@ -32,12 +32,17 @@ export function duration(seconds) {
   return `${Math.floor(size / 3600)} h ${Math.floor((size % 3600) / 60)} min`;
 }
 
-/** Time on a scale: m:ss.mmm */
+/** Time on a scale: m:ss.mmm, from an hour on h:mm:ss.mmm */
 export function clock(seconds) {
   if (!Number.isFinite(seconds)) return kDash;
   const size = Math.round(Math.abs(seconds) * 1000) / 1000;
   const rest = (size % 60).toFixed(3).padStart(6, "0");
-  return `${seconds < 0 ? "−" : ""}${Math.floor(size / 60)}:${rest}`;
+  const sign = seconds < 0 ? "−" : "";
+  if (size < 3600) return `${sign}${Math.floor(size / 60)}:${rest}`;
+  const minutes = Math.floor((size % 3600) / 60)
+    .toString()
+    .padStart(2, "0");
+  return `${sign}${Math.floor(size / 3600)}:${minutes}:${rest}`;
 }
 
 /** An integer with thin spaces between thousands. */

@@ -16,10 +16,10 @@ function labels(plot, splits) {
   return splits.map((value) => fixed(value, digits));
 }
 
-/** A range that never collapses: of a line that stays at zero too. */
-function value_range(plot, low, high) {
-  if (low === null || !Number.isFinite(low)) return [0, 1];
-  const span = Math.max(high - low, Math.abs(high) * 1e-3, 1e-6);
+/** A range that never collapses: of a line that stays at zero too, it is `least` high. */
+function value_range(low, high, least) {
+  if (low === null || !Number.isFinite(low)) return [0, least];
+  const span = Math.max(high - low, least);
   const [a, b] = [low - 0.06 * span, high + 0.06 * span];
   return low >= 0 && low < span ? [0, b] : [a, b];
 }
@@ -74,7 +74,10 @@ export class Plot {
       legend: { show: false },
       padding: [6, 8, 0, 0],
       pxAlign: 1,
-      scales: { x: { time: false, auto: false }, y: { range: value_range } },
+      scales: {
+        x: { time: false, auto: false },
+        y: { range: (_, low, high) => value_range(low, high, this.definition.least) },
+      },
       axes: [
         { ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
         { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels },

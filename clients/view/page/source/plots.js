@@ -5,11 +5,13 @@ import { throttled } from "./dom.js";
 import { join } from "./history.js";
 import { Plot } from "./plot.js";
 
-/** title, unit, factor from SI, digits of a reading, and which quantities (indices of kQuantities). */
+/** title, unit, least height in it, factor from SI, digits of a reading, and which
+ * quantities (indices of kQuantities). */
 export const kPlots = [
   {
     title: "Force",
     unit: "N",
+    least: 0.1,
     factor: 1,
     digits: 2,
     lines: [
@@ -23,6 +25,7 @@ export const kPlots = [
   {
     title: "Torque",
     unit: "mN·m",
+    least: 1,
     factor: 1e3,
     digits: 1,
     lines: [
@@ -33,10 +36,19 @@ export const kPlots = [
     ],
     whole: 7,
   },
-  { title: "Depth", unit: "mm", factor: 1e3, digits: 3, lines: [[8, "depth", "accent"]], whole: 8 },
+  {
+    title: "Depth",
+    unit: "mm",
+    least: 0.1,
+    factor: 1e3,
+    digits: 3,
+    lines: [[8, "depth", "accent"]],
+    whole: 8,
+  },
   {
     title: "Wake lateness",
     unit: "µs",
+    least: 10,
     factor: 1e6,
     digits: 0,
     lines: [[9, "late", "accent"]],
@@ -45,6 +57,7 @@ export const kPlots = [
   {
     title: "Contact rate",
     unit: "Hz",
+    least: 10,
     factor: 1,
     digits: 0,
     lines: [[10, "rate", "accent"]],

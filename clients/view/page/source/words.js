@@ -63,7 +63,8 @@ function servo_troubles(frame) {
     .map(([, word, level, remedy]) => ({ text: sentence(word), remedy, level }));
 }
 
-const sentence = (word) => `${word[0].toUpperCase()}${word.slice(1)}.`;
+/** Begins with a capital letter and ends with a stop. */
+const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1).replace(/\.$/, "")}.`;
 
 /** What is wrong in a frame, worst first: [{text, remedy, level}]; empty where all is well. */
 export function troubles(frame) {
@@ -87,7 +88,9 @@ const kFaultRemedy = "Mend the cause, then clear the fault.";
 /** The troubles to show: the bridge's own texts where it has any, else those of the frame. */
 export function shown_troubles(status_faults, frame) {
   if (status_faults && status_faults.length > 0) {
-    return status_faults.map(({ text, remedy }) => ({ text, remedy: remedy ?? "", level: "bad" }));
+    // they have no level of their own: a pause is no failure
+    const level = !frame || troubles(frame).some((trouble) => trouble.level === "bad") ? "bad" : "warn";
+    return status_faults.map(({ text, remedy }) => ({ text: sentence(text), remedy: remedy ?? "", level }));
   }
   return frame ? troubles(frame) : [];
 }
