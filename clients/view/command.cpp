@@ -43,18 +43,23 @@ std::string find_page() {
   return "";
 }
 
-/// Opens the address in the browser of a desktop, where there is one.
-void open_browser(const std::string& url) {
-  if (environment("DISPLAY").empty() && environment("WAYLAND_DISPLAY").empty()) return;
+/// Opens the address in the browser of a desktop, where there is one. The browser is told a file
+/// that leads there: everybody may read the arguments of a process, and the token is not for them.
+std::unique_ptr<PrivateFile> open_browser(const std::string& url, uint16_t port) {
+  if (environment("DISPLAY").empty() && environment("WAYLAND_DISPLAY").empty()) return nullptr;
+  const std::string path = runtime_folder() + "/view-" + std::to_string(port) + ".html";
+  auto file = std::make_unique<PrivateFile>(
+      path, "<!doctype html><meta http-equiv=\"refresh\" content=\"0; url=" + url + "\">\n");
   // a grandchild, so that nobody has to wait for it
   const pid_t child = fork();
   if (child == 0) {
     if (fork() == 0) {
-      execlp("xdg-open", "xdg-open", url.c_str(), nullptr);
+      execlp("xdg-open", "xdg-open", path.c_str(), nullptr);
     }
     _exit(0);
   }
   if (child > 0) waitpid(child, nullptr, 0);
+  return file;
 }
 
 std::string shown_address(const std::string& address) {
@@ -62,12 +67,13 @@ std::string shown_address(const std::string& address) {
 }
 
 /// The token in a file, for programs of this user; without it where the folder is not theirs.
-std::unique_ptr<TokenFile> write_token(const ViewCommand& options, uint16_t port,
-                                       const std::string& token) {
-  if (!options.token_file.empty()) return std::make_unique<TokenFile>(options.token_file, token);
+std::unique_ptr<PrivateFile> write_token(const ViewCommand& options, uint16_t port,
+                                         const std::string& token) {
+  if (!options.token_file.empty())
+    return std::make_unique<PrivateFile>(options.token_file, token + "\n");
   const std::string path = runtime_folder() + "/view-" + std::to_string(port) + ".token";
   try {
-    return std::make_unique<TokenFile>(path, token);
+    return std::make_unique<PrivateFile>(path, token + "\n");
   } catch (const MessageError& error) {
     std::cerr << "hapt: " << error.what() << '\n';
     return nullptr;
@@ -95,7 +101,7 @@ void show(const ViewCommand& options) {
     std::cerr << "hapt: everybody who reaches " << shown(options.address)
               << " may watch this session\n";
   }
-  if (!options.no_open) open_browser(url);
+  const auto leads_there = options.no_open ? nullptr : open_browser(url, bridge.port());
   bridge.run(stop_requested);
 }
 

@@ -28,19 +28,18 @@ std::string make_token() {
   return token;
 }
 
-TokenFile::TokenFile(std::string path, const std::string& token) : path_(std::move(path)) {
+PrivateFile::PrivateFile(std::string path, const std::string& text) : path_(std::move(path)) {
   unlink(path_.c_str());
   const FileDescriptor file(
       open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  const std::string line = token + "\n";
   if (!file.is_open() ||
-      write(file.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
+      write(file.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
     throw MessageError(shown(path_) + ": the token cannot be written (" +
                        std::string(std::strerror(errno)) + "); choose a place with --token-file");
   }
 }
 
-TokenFile::~TokenFile() {
+PrivateFile::~PrivateFile() {
   unlink(path_.c_str());
 }
 

@@ -8,13 +8,13 @@ namespace haptic {
 /// 128 random bits of the kernel as 32 hexadecimal digits. Throws MessageError.
 std::string make_token();
 
-/// A file with the token that only its user can read; removed with its owner.
-class TokenFile {
+/// A file that only its user can read, as one that holds the token; removed with its owner.
+class PrivateFile {
  public:
   /// Replaces what is there. Throws MessageError.
-  TokenFile(std::string path, const std::string& token);
-  ~TokenFile();
-  TokenFile(const TokenFile&) = delete;
+  PrivateFile(std::string path, const std::string& text);
+  ~PrivateFile();
+  PrivateFile(const PrivateFile&) = delete;
 
  private:
   std::string path_;

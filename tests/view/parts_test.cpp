@@ -322,6 +322,7 @@ TEST_CASE("view: Foxglove clients get the newest record of what they subscribe t
   CHECK(messages[0].size() == 1 + 4 + 8 + 4 + sizeof(ServoFrame));
   CHECK(messages[0][0] == 1);
   CHECK(messages[0][1] == 9);
+  CHECK(messages[0].substr(13, 4) == std::string("\0\1\0\0", 4));  // CDR, little endian
   CHECK(std::memcmp(messages[0].data() + 17, &view->servo, sizeof(ServoFrame)) == 0);
   CHECK(foxglove_messages(client, *view).empty());  // nothing newer
   --view->servo.tick;
