@@ -252,7 +252,7 @@ TEST_CASE("session: what people ask for reaches the servo before they are answer
   // a silent servo is replaced; the request waits for its successor
   kill(writer_of(watcher.servo), SIGSTOP);
   const std::string said = say_to_session("asked", "pause");
-  CHECK((said == "ok" || said.find("the servo has not taken it up within a second") != said.npos));
+  CHECK((said == "ok" || said.find("the servo did not apply it within a second") != said.npos));
   CHECK(eventually([&] {
     watcher.servo.latest(watcher.servo_frame);
     return watcher.servo.generation() == 2 && (watcher.servo_frame.flags & kServoPaused) != 0;
