@@ -362,8 +362,9 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
 TEST_CASE("emulator: a device that a person moves has nothing to lead") {
   if (!test::programs_are_built()) return;
   Session s;
+  REQUIRE(s.watcher.wait_for_all());
   CHECK(say_to_session("woody", "lead 0 0 0.01") ==
-        "error: lead: the device is a real one: nothing to lead, move it by hand");
+        "mistake: lead: the device is a real one: nothing to lead, move it by hand");
 }
 
 }  // namespace haptic

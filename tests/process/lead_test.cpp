@@ -88,7 +88,7 @@ TEST_CASE("hapt lead: a session of a recorded device refuses in one line") {
   Watcher watcher("recorded");
   REQUIRE(watcher.wait_for_all());
   const Ran refused = hapt("lead 0 0 0", folder.path());
-  CHECK(refused.code == 1);
+  CHECK(refused.code == 2);
   CHECK(refused.output == "hapt: lead: the device is a replay: nothing to lead\n");
 }
 
@@ -107,7 +107,7 @@ TEST_CASE("hapt set solver: of a body, while it runs") {
     CHECK(test::has(solver(), "\"solver\": \"" + std::string(name) + "\""));
   }
   const Ran wrong = hapt("set solver quick", folder.path());
-  CHECK(wrong.code == 1);
+  CHECK(wrong.code == 2);
   CHECK(test::lines(wrong.output) == 1);
 }
 
