@@ -15,8 +15,8 @@ bool is_held(const SimulatedHandConfig& config) {
   return config.hand_stiffness > 0 || config.hand_damping > 0;
 }
 
-Vec3 intent_position(const SimulatedHandConfig& config, double t) {
-  return is_held(config) ? intent_at(config.intent, config.seed, t).p_B : Vec3{};
+Vec3 intent_position(const SimulatedHandConfig& config, const Intention& intention, double t) {
+  return is_held(config) ? intention(t) : Vec3{};
 }
 
 /// Input of one axis for one step.
@@ -61,12 +61,13 @@ void account(const SimulatedHandConfig& c, const Axis& axis, const AxisStep& ste
 }
 
 /// Equal steps, over which the intention moves on a straight line.
-void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
-                      int64_t dt_ns) {
+void advance_straight(const SimulatedHandConfig& config, const Intention& intention,
+                      HandPlant& plant, const Vec3& force_B, int64_t dt_ns) {
   const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
   const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
   const Vec3 from_B = plant.intent_B;
-  const Vec3 to_B = intent_position(config, 1e-9 * static_cast<double>(plant.t_ns + dt_ns));
+  const double t = 1e-9 * static_cast<double>(plant.t_ns + dt_ns);
+  const Vec3 to_B = intent_position(config, intention, t);
   for (int64_t i = 1; i <= steps; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(steps);
     const Vec3 intent_B = i == steps ? to_B : from_B + share * (to_B - from_B);
@@ -85,21 +86,36 @@ void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const
 
 }  // namespace
 
+Intention seeded_intention(const SimulatedHandConfig& config) {
+  return [intent = config.intent, seed = config.seed](double t) {
+    return intent_at(intent, seed, t).p_B;
+  };
+}
+
 HandPlant start_plant(const SimulatedHandConfig& config) {
+  return start_plant(config, seeded_intention(config));
+}
+
+HandPlant start_plant(const SimulatedHandConfig& config, const Intention& intention) {
   HandPlant plant;
-  plant.intent_B = intent_position(config, 0);
+  plant.intent_B = intent_position(config, intention, 0);
   plant.p_B = plant.intent_B;
   return plant;
 }
 
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns) {
+  advance(config, seeded_intention(config), plant, force_B, dt_ns);
+}
+
+void advance(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
+             const Vec3& force_B, int64_t dt_ns) {
   HAPTIC_ASSERT(dt_ns >= 0);
   HAPTIC_ASSERT(config.mass + config.hand_mass > 0 && config.coulomb_friction >= 0);
   HAPTIC_ASSERT(is_finite(force_B));
   for (int64_t left_ns = dt_ns; left_ns > 0;) {
     const int64_t piece_ns = std::min(left_ns, kIntentStepNs);
-    advance_straight(config, plant, force_B, piece_ns);
+    advance_straight(config, intention, plant, force_B, piece_ns);
     left_ns -= piece_ns;
   }
 }

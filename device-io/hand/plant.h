@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "proto/config/config.h"
 #include "proto/math/vec3.h"
@@ -34,8 +35,14 @@ struct HandPlant {
   HandEnergy energy;
 };
 
+/// Intended position at time t since the start [s], in the device's base frame; continuous.
+using Intention = std::function<Vec3(double t)>;
+/// That of config.intent.
+Intention seeded_intention(const SimulatedHandConfig& config);
+
 /// At rest at the start of the intention.
 HandPlant start_plant(const SimulatedHandConfig& config);
+HandPlant start_plant(const SimulatedHandConfig& config, const Intention& intention);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in steps of at most
 /// kPlantStepNs, equal within each kIntentStepNs. Implicit midpoint rule, solved in closed form; an
@@ -45,6 +52,9 @@ HandPlant start_plant(const SimulatedHandConfig& config);
 /// mechanical_energy = device_work + intention_work − device_loss − hand_loss.
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns);
+/// The same with another intention than that of the config.
+void advance(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
+             const Vec3& force_B, int64_t dt_ns);
 
 /// Kinetic energy plus that of the hand's spring [J].
 double mechanical_energy(const SimulatedHandConfig& config, const HandPlant& plant);

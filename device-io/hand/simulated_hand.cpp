@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "proto/math/assert.h"
 
@@ -19,7 +20,13 @@ double quantised(double x, double step) {
 }  // namespace
 
 SimulatedHand::SimulatedHand(const DeviceConfig& config)
-    : config_(config.hand), max_force_(config.max_force), plant_(start_plant(config.hand)) {}
+    : SimulatedHand(config, seeded_intention(config.hand)) {}
+
+SimulatedHand::SimulatedHand(const DeviceConfig& config, Intention intention)
+    : config_(config.hand),
+      intention_(std::move(intention)),
+      max_force_(config.max_force),
+      plant_(start_plant(config.hand, intention_)) {}
 
 DeviceCaps SimulatedHand::caps() const {
   return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = true};
@@ -73,7 +80,7 @@ void SimulatedHand::move_on(int64_t elapsed_ns) {
   HAPTIC_ASSERT(elapsed_ns >= 0);
   const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUpNs);
   lost_time_ = lived_ns < elapsed_ns;
-  advance(config_, plant_, held_force_B_, lived_ns);
+  advance(config_, intention_, plant_, held_force_B_, lived_ns);
 }
 
 Vec3 SimulatedHand::encoder_position() const {
