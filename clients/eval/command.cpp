@@ -7,8 +7,10 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <sstream>
 
 #include "clients/eval/artefacts.h"
+#include "clients/eval/compare/compare.h"
 #include "clients/eval/fingerprint.h"
 #include "clients/eval/free.h"
 #include "clients/eval/moving.h"
@@ -49,6 +51,7 @@ struct EvalOptions {
   std::vector<std::string> meshes;
   std::vector<double> radii{1e-3};  // of the proxy [m]
   std::string protocol, suite;
+  std::string compare, output;  // columns, divided by commas
   RuffaldiEval ruffaldi;
   MovingEval moving;
 };
@@ -271,6 +274,18 @@ void add_protocol_options(Command& command, EvalOptions& options) {
               "of --suite fingerprint: keeps the forces of one build here and prints the largest "
               "difference of the next one")
       .needs("--suite");
+  command
+      .option("--compare COLUMNS", options.compare,
+              "one hand through several renderers in lockstep: names divided by commas, with a "
+              "solver where they have some, as god-object6,voxel/quasi-static")
+      .excludes("--mesh")
+      .excludes("--protocol")
+      .excludes("--suite");
+  command
+      .option("-o,--output FILE.mcap", options.output,
+              "of --compare: a recording with the topics of each renderer; no clock is in it, the "
+              "same comparison is the same file")
+      .needs("--compare");
   command.option("--scenes", options.moving.scenes, "how many, of --suite moving")
       .needs("--suite")
       .range(1, 1'000'000)
@@ -287,6 +302,36 @@ void add_protocol_options(Command& command, EvalOptions& options) {
   command.option("--traj FILE", ruffaldi.traj, "a scan instead of a surface, of the mesh --mesh")
       .needs("--protocol")
       .needs("--mesh");
+}
+
+std::vector<std::string> words_of(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream in(list);
+  for (std::string word; std::getline(in, word, ',');) words.push_back(word);
+  return words;
+}
+
+void run_compare(const EvalOptions& options) {
+  const std::string file = find_config(options.config);
+  CompareEval eval;
+  eval.config = load_config(file);
+  eval.config_text = read_config_text(file);
+  eval.columns = words_of(options.compare);
+  eval.output = options.output;
+  eval.lockstep = options.lockstep;
+  eval.seconds = options.duration;
+  if (!options.trace.empty()) use_trace(eval.config, options.trace);
+  if (row_of(eval.config.device.kind).has_node) {
+    throw std::runtime_error(file +
+                             ": a real device cannot run on a virtual clock; name a "
+                             "recorded hand with --trace, or another --config");
+  }
+  check_outputs({options.output}, {options.trace, file}, options.overwrite);
+  const std::vector<CompareFigures> figures = compare_renderers(eval);
+  const std::vector<Row> rows = rows_of(figures, eval);
+  options.json ? print_json(std::cout, rows) : print_comparison(std::cout, figures, eval);
+  std::cout.flush();
+  if (!all_hold(rows)) throw ExitCode{1};
 }
 
 /// All session files beside the default one.
@@ -323,6 +368,7 @@ void add_eval_command(Command& app) {
   add_protocol_options(command, *options);
   command.example("hapt eval --trace hand.csv --plot hand.svg");
   command.action([options, command] {
+    if (!options->compare.empty()) return run_compare(*options);
     if (!options->suite.empty()) {
       run_suite(*options, command);
       return;

@@ -43,9 +43,12 @@ constexpr double kNoNewsLimit = 10;    // [s]; a session silent for longer has f
 constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 
 struct PlayOptions {
-  std::string config = "bunny.toml", renderer, session, trace, log, plot;
+  std::string config = "bunny.toml", renderer, session, log, plot;
+  ReplayChoice replay;
+  std::string from, to;  // a time or a tick
+  double speed = 1, stiffness = 0, limit = std::numeric_limits<double>::infinity();
   std::string title, next = "hapt demo --list";  // of the last line
-  double duration = 20;
+  double duration = 20, standard_rate = kStandardRate;
   bool json = false, overwrite = false, report = false, verbose = false, view = false;
 };
 
@@ -54,6 +57,7 @@ struct Played {
   std::string realtime;
   uint64_t lost = 0;
   bool ended_early = false;
+  bool was_cut = false;  // ended before the recorded hand has
 };
 
 /// A recorded hand, sampled on the servo's grid.
@@ -140,8 +144,10 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
 
 /// Records until the hand has finished, then stops the session and drains the rest.
 Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
+  // a recorded hand says itself when it has ended
+  const double limit = replay ? options.limit : seconds;
   std::vector<std::string> arguments{options.config, "--session", options.session};
-  if (!options.trace.empty()) arguments.insert(arguments.end(), {"--replay", options.trace});
+  for (std::string& word : replay_options(options.replay)) arguments.push_back(std::move(word));
   if (!options.renderer.empty()) {
     arguments.insert(arguments.end(), {"--renderer", options.renderer});
   }
@@ -154,7 +160,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   if (options.view)
     bridge.emplace("haptic-view", std::vector<std::string>{"view", options.session});
   Attachments attachments(std::move(socket));
-  Recorder recorder(attachments, Start::kOldest);
+  Recorder recorder(attachments, Start::kOldest, options.standard_rate);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
   TraceWriter trace(options.log,
@@ -179,9 +185,10 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
         first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
     played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
     const bool played_out =
-        replay ? (frame.device.flags & kDeviceEnded) != 0 : first_ns != 0 && shown >= seconds;
+        (replay && (frame.device.flags & kDeviceEnded) != 0) || (first_ns != 0 && shown >= limit);
     done = played_out || played.ended_early;
   }
+  played.was_cut = (frame.device.flags & kDeviceEnded) == 0;
   const bool has_crashed = daemon.exit_code().value_or(0) != 0;
   daemon.stop();
   if (has_crashed) show_log(said);
@@ -194,7 +201,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
 
 /// Checks that every grid point of the recorded hand was either played or counted as skipped.
 void add_coverage_rows(const SessionData& data, const Recording& hand, double rate, Rows& rows) {
-  if (data.frames.empty()) return;
+  if (data.frames.empty() || !std::isfinite(hand.seconds)) return;
   const auto is_ended = [](const ServoFrame& f) { return (f.device.flags & kDeviceEnded) != 0; };
   const auto end = std::find_if(data.frames.begin(), data.frames.end(), is_ended);
   const ServoFrame& first = data.frames.front();
@@ -210,9 +217,33 @@ void add_coverage_rows(const SessionData& data, const Recording& hand, double ra
   rows.add("frames plus counted skips", total, "", grid_points, total == grid_points);
 }
 
+/// A time, or a tick of the recording, from its first sample [s]; none if there is none.
+std::optional<double> instant_of(const std::string& option, const std::string& text,
+                                 const HandTrace& trace) {
+  if (text.empty()) return std::nullopt;
+  if (text.find_first_not_of("0123456789") == std::string::npos) {
+    return trace.time_of(std::strtoull(text.c_str(), nullptr, 10));
+  }
+  try {
+    return parse_quantity(text, Dimension::kTime, kNotNegative);
+  } catch (const QuantityError& error) {
+    throw UsageError(option + ": " + error.what());
+  }
+}
+
+/// How long a part of a recording is played [s].
+double played_time(const ReplayConfig& replay, double duration) {
+  const double end = replay.to > 0 ? std::min(replay.to, duration) : duration;
+  return (end - replay.from) / replay.speed;
+}
+
 /// The kind of hand, stated so that no kind is mistaken for another.
 std::string hand_line(const DeviceConfig& device) {
   const DeviceRow& row = row_of(device.kind);
+  if (row.is_recorded && device.replay.closed_loop != 0) {
+    return "SIMULATED hand, closed loop, with the intention of " +
+           std::string(view(device.replay.path));
+  }
   if (row.is_recorded) {
     return "RECORDED hand " + std::string(view(device.replay.path)) +
            ", open loop: force has no effect";
@@ -232,7 +263,7 @@ std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
   rows.note("machine", machine_line());
   rows.note("real time", played.realtime);
   rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
-  if (row_of(config.device.kind).is_recorded)
+  if (row_of(config.device.kind).is_recorded && !played.was_cut)
     add_coverage_rows(data, hand, config.servo_rate, rows);
   rows.note("log", options.log);
   if (!options.plot.empty()) rows.note("plot", options.plot);
@@ -261,7 +292,7 @@ void play(PlayOptions options) {
   catch_stop_signals();
   options.config = find_config(options.config);
   SessionConfig config = load_config(options.config);
-  if (!options.trace.empty()) use_trace(config, options.trace);
+  if (!options.replay.trace.empty()) use_trace(config, options.replay.trace);
   if (!options.renderer.empty()) use_renderer(config, options.renderer);
   if (options.session.empty()) options.session = std::string(view(config.name));
   if (options.log.empty()) options.log = default_log(options.session);
@@ -272,7 +303,11 @@ void play(PlayOptions options) {
   Recording hand{0, options.duration};
   if (replay) {
     const HandTrace trace = load_hand_trace(config.device.replay);
-    hand = {trace.samples.size(), trace.duration()};
+    options.replay.from = instant_of("--from", options.from, trace);
+    options.replay.to = instant_of("--to", options.to, trace);
+    use_replay(config, options.replay);
+    hand = {trace.samples.size(), played_time(config.device.replay, trace.duration())};
+    if (config.device.replay.loop != 0) hand.seconds = options.limit;
     if (!trace.notice.empty()) {
       std::cerr << shown(view(config.device.replay.path)) << ": " << trace.notice << '\n';
     }
@@ -319,6 +354,7 @@ void add_common(Command& command, PlayOptions& options) {
       .show_default("the session file's");
   command.option("-o,--output FILE.mcap", options.log, "recording to write")
       .show_default("the session's name and the time");
+  add_standard_rate(command, options.standard_rate);
   add_plot(command, options.plot);
   add_overwrite(command, options.overwrite);
   command.flag("--report", options.report, "print every figure");
@@ -341,7 +377,7 @@ void add_demo_command(Command& app) {
       .one_of(scene_names())
       .excludes("--config")
       .show_default("bunny");
-  command.option("--trace FILE", options->trace,
+  command.option("--trace FILE", options->replay.trace,
                  "recorded hand (.mcap or .csv) instead of the simulated one");
   add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
   const auto own = std::make_shared<OwnMesh>();
@@ -376,11 +412,29 @@ void add_demo_command(Command& app) {
 
 void add_replay_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
-  Command command = app.subcommand("replay", "Play a recorded hand (open loop) through a session");
-  command.option("TRACE", options->trace, "recorded hand: .mcap or .csv").required();
+  Command command = app.subcommand(
+      "replay", "Play a recorded hand through a session, open loop or as an intention");
+  command.option("TRACE", options->replay.trace, "recorded hand: .mcap or .csv").required();
+  command.number("--speed", options->speed, kReplaySpeeds, "of the playback").show_default("1");
+  const std::string instant = "a time from the first sample, as 2.5s, or the number of a tick";
+  command.option("--from INSTANT", options->from, "where to begin: " + instant);
+  command.option("--to INSTANT", options->to, "where to end: " + instant);
+  command.flag("--loop", options->replay.loop,
+               "again and again until Ctrl-C or --for; without force while the hand returns");
+  add_duration(command, "--for", options->limit, "end after").show_default("the end of the hand");
+  command.flag("--closed-loop", options->replay.closed_loop,
+               "the recorded hand is the intention of the simulated hand, which forces push back");
+  command
+      .quantity("--stiffness", options->stiffness, Dimension::kStiffness, kPositive,
+                "of the coupling, as \"500 N/m\"; a number without unit is in N/m", "N/m")
+      .show_default("the session file's");
   add_common(command, *options);
-  command.example("hapt replay hand.csv --config plane.toml");
-  command.action([options] { play(*options); });
+  command.example("hapt replay hand.csv --config plane.toml --speed 0.5");
+  command.action([options, command] {
+    if (command.was_given("--speed")) options->replay.speed = options->speed;
+    if (command.was_given("--stiffness")) options->replay.stiffness = options->stiffness;
+    play(*options);
+  });
 }
 
 }  // namespace haptic

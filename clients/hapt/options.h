@@ -28,6 +28,16 @@ inline Option add_json(Command& command, bool& json) {
   return command.flag("--json", json, "for scripts: JSON on standard output");
 }
 
+/// Of the messages that viewers of robots know, beside the session's own records.
+inline constexpr double kStandardRate = 60;  // [Hz]; what a screen shows
+inline Option add_standard_rate(Command& command, double& rate) {
+  return command
+      .number("--standard-rate", rate, {0, 1000},
+              "poses, wrench and transforms a second as messages of ROS, for Foxglove and "
+              "Lichtblick; 0: none")
+      .show_default("60");
+}
+
 inline Option add_overwrite(Command& command, bool& overwrite) {
   return command.flag("--overwrite", overwrite, "replace output files that exist");
 }

@@ -31,6 +31,7 @@ constexpr int kFifoPriority = 10;
 struct RecordOptions {
   std::string output, session, config;
   double duration = std::numeric_limits<double>::infinity();  // [s]
+  double standard_rate = kStandardRate;
   bool json = false, overwrite = false;
 };
 
@@ -89,7 +90,7 @@ void run_record(const RecordOptions& options) {
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
   Attachments attachments(std::move(socket));
-  Recorder recorder(attachments);
+  Recorder recorder(attachments, Start::kNewest, options.standard_rate);
   attachments.start();
   catch_stop_signals();
 
@@ -130,6 +131,7 @@ void add_record_command(Command& app) {
   add_session(command, options->session);
   command.option("--config FILE", options->config, "session file to keep in the recording")
       .show_default("what hapticd has read");
+  add_standard_rate(command, options->standard_rate);
   add_overwrite(command, options->overwrite);
   add_json(command, options->json);
   command.example("hapt record -o out.mcap --for 10s");

@@ -34,7 +34,7 @@ size_t index_of(std::string_view topic) {
 }  // namespace
 
 // control state and events change rarely: those older than the recording belong to it too
-Recorder::Recorder(Attachments& attachments, Start start)
+Recorder::Recorder(Attachments& attachments, Start start, double standard_rate)
     : newest_servo_(attachments.source<ServoChannels>()),
       servo_{attachments.ring<&ServoChannels::frames>(start),
              attachments.ring<&ServoChannels::events>(Start::kOldest)},
@@ -43,7 +43,8 @@ Recorder::Recorder(Attachments& attachments, Start start)
       sim_{attachments.ring<&SimChannels::frames>(start),
            attachments.ring<&SimChannels::events>(Start::kOldest)},
       control_{attachments.ring<&ControlChannels::frames>(Start::kOldest),
-               attachments.ring<&ControlChannels::events>(Start::kOldest)} {
+               attachments.ring<&ControlChannels::events>(Start::kOldest)},
+      standard_rate_(standard_rate) {
   for (size_t i = 0; i < counts_.size(); ++i) counts_[i].topic = kTopics[i].name;
 }
 
@@ -53,6 +54,10 @@ void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record)
   Stamp stamp{time_of(record), time_of(record) + realtime_offset_ns_, count.recorded + count.lost};
   if constexpr (std::is_same_v<T, ServoFrame>) stamp.realtime_ns = record.realtime_ns;
   ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
+  if constexpr (std::is_same_v<T, SceneFrame>) scene_ = record;
+  if constexpr (std::is_same_v<T, ServoFrame>) {
+    standard_->add(record, scene_ ? &*scene_ : nullptr);
+  }
 }
 
 template <typename T>
@@ -90,6 +95,7 @@ const SegmentHeader* Recorder::servo_header() noexcept {
 
 bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   realtime_offset_ns_ = realtime_now_ns() - now_ns();
+  if (!standard_) standard_.emplace(trace, standard_rate_);
   servo_header();  // unmaps old generations
   const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);

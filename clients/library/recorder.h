@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "clients/library/standard_messages.h"
 #include "proto/ipc/handout.h"
 #include "proto/log/trace.h"
 
@@ -34,7 +36,9 @@ class Recorder {
  public:
   /// `start`: whether frames already in the rings belong to the recording. The control state and
   /// the events always do.
-  explicit Recorder(Attachments& attachments, Start start = Start::kNewest);
+  /// `standard_rate`: of the messages of StandardMessages that are written too [Hz]; 0: none.
+  explicit Recorder(Attachments& attachments, Start start = Start::kNewest,
+                    double standard_rate = 0);
 
   /// Records everything new; `t_ns` is now (CLOCK_MONOTONIC). False after a write error, which
   /// trace.error() explains.
@@ -82,6 +86,9 @@ class Recorder {
   std::array<TopicCount, 5> counts_;
   int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
   int64_t flushed_ns_ = 0;
+  double standard_rate_;
+  std::optional<StandardMessages> standard_;  // once there is a recording
+  std::optional<SceneFrame> scene_;           // the newest
   std::string failure_;
 };
 

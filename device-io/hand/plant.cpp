@@ -15,15 +15,17 @@ bool is_held(const SimulatedHandConfig& config) {
   return config.hand_stiffness > 0 || config.hand_damping > 0;
 }
 
-Vec3 intent_position(const SimulatedHandConfig& config, double t) {
-  return is_held(config) ? intent_at(config.intent, config.seed, t).p_B : Vec3{};
+Vec3 intent_position(const SimulatedHandConfig& config, const Intention& intention, double t) {
+  return is_held(config) ? intention(t).p_B : Vec3{};
 }
 
 /// x_h after another dt_ns.
-Vec3 next_intent(const SimulatedHandConfig& config, HandPlant& plant, int64_t dt_ns) {
+Vec3 next_intent(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
+                 int64_t dt_ns) {
   const double h = 1e-9 * static_cast<double>(dt_ns);
   if (plant.led.target_B) return follow(plant.led, *plant.led.target_B, h);
-  const Vec3 own_B = intent_position(config, 1e-9 * static_cast<double>(plant.t_ns + dt_ns));
+  const double t = 1e-9 * static_cast<double>(plant.t_ns + dt_ns);
+  const Vec3 own_B = intent_position(config, intention, t);
   return plant.led.is_away ? follow(plant.led, own_B, h) : own_B;
 }
 
@@ -69,12 +71,12 @@ void account(const SimulatedHandConfig& c, const Axis& axis, const AxisStep& ste
 }
 
 /// Equal steps, over which the intention moves on a straight line.
-void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
-                      int64_t dt_ns) {
+void advance_straight(const SimulatedHandConfig& config, const Intention& intention,
+                      HandPlant& plant, const Vec3& force_B, int64_t dt_ns) {
   const int64_t steps = (dt_ns + kPlantStepNs - 1) / kPlantStepNs;
   const double h = 1e-9 * static_cast<double>(dt_ns) / static_cast<double>(steps);
   const Vec3 from_B = plant.intent_B;
-  const Vec3 to_B = next_intent(config, plant, dt_ns);
+  const Vec3 to_B = next_intent(config, intention, plant, dt_ns);
   for (int64_t i = 1; i <= steps; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(steps);
     const Vec3 intent_B = i == steps ? to_B : from_B + share * (to_B - from_B);
@@ -93,28 +95,40 @@ void advance_straight(const SimulatedHandConfig& config, HandPlant& plant, const
 
 }  // namespace
 
+Intention seeded_intention(const SimulatedHandConfig& config) {
+  return
+      [intent = config.intent, seed = config.seed](double t) { return intent_at(intent, seed, t); };
+}
+
 HandPlant start_plant(const SimulatedHandConfig& config) {
+  return start_plant(config, seeded_intention(config));
+}
+
+HandPlant start_plant(const SimulatedHandConfig& config, const Intention& intention) {
   HandPlant plant;
-  plant.intent_B = intent_position(config, 0);
+  plant.intent_B = intent_position(config, intention, 0);
   plant.p_B = plant.intent_B;
   return plant;
 }
 
-void lead_plant(const SimulatedHandConfig& config, HandPlant& plant,
-                const std::optional<Vec3>& target_B) {
+void lead_plant(const Intention& intention, HandPlant& plant, const std::optional<Vec3>& target_B) {
   if (target_B == plant.led.target_B) return;
-  const double t = 1e-9 * static_cast<double>(plant.t_ns);
-  retarget(plant.led, target_B, intent_at(config.intent, config.seed, t));
+  retarget(plant.led, target_B, intention(1e-9 * static_cast<double>(plant.t_ns)));
 }
 
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns) {
+  advance(config, seeded_intention(config), plant, force_B, dt_ns);
+}
+
+void advance(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
+             const Vec3& force_B, int64_t dt_ns) {
   HAPTIC_ASSERT(dt_ns >= 0);
   HAPTIC_ASSERT(config.mass + config.hand_mass > 0 && config.coulomb_friction >= 0);
   HAPTIC_ASSERT(is_finite(force_B));
   for (int64_t left_ns = dt_ns; left_ns > 0;) {
     const int64_t piece_ns = std::min(left_ns, kIntentStepNs);
-    advance_straight(config, plant, force_B, piece_ns);
+    advance_straight(config, intention, plant, force_B, piece_ns);
     left_ns -= piece_ns;
   }
 }

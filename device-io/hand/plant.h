@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "device-io/hand/led_intent.h"
 #include "proto/config/config.h"
@@ -36,12 +37,17 @@ struct HandPlant {
   LedIntent led;  // away from x_h(t) while somebody leads
 };
 
+/// Intended motion at time t since the start [s], in the device's base frame; continuous.
+using Intention = std::function<Intent(double t)>;
+/// That of config.intent.
+Intention seeded_intention(const SimulatedHandConfig& config);
+
 /// At rest at the start of the intention.
 HandPlant start_plant(const SimulatedHandConfig& config);
+HandPlant start_plant(const SimulatedHandConfig& config, const Intention& intention);
 
 /// From now on the intent goes to that place in B (led_intent.h); none: back to its own motion.
-void lead_plant(const SimulatedHandConfig& config, HandPlant& plant,
-                const std::optional<Vec3>& target_B);
+void lead_plant(const Intention& intention, HandPlant& plant, const std::optional<Vec3>& target_B);
 
 /// Moves the plant on by dt_ns under a constant force on the device, in steps of at most
 /// kPlantStepNs, equal within each kIntentStepNs. Implicit midpoint rule, solved in closed form; an
@@ -51,6 +57,9 @@ void lead_plant(const SimulatedHandConfig& config, HandPlant& plant,
 /// mechanical_energy = device_work + intention_work − device_loss − hand_loss.
 void advance(const SimulatedHandConfig& config, HandPlant& plant, const Vec3& force_B,
              int64_t dt_ns);
+/// The same with another intention than that of the config.
+void advance(const SimulatedHandConfig& config, const Intention& intention, HandPlant& plant,
+             const Vec3& force_B, int64_t dt_ns);
 
 /// Kinetic energy plus that of the hand's spring [J].
 double mechanical_energy(const SimulatedHandConfig& config, const HandPlant& plant);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "proto/math/assert.h"
 
@@ -26,10 +27,14 @@ double quantised(double x, double step) {
 }  // namespace
 
 SimulatedHand::SimulatedHand(const DeviceConfig& config)
+    : SimulatedHand(config, seeded_intention(config.hand)) {}
+
+SimulatedHand::SimulatedHand(const DeviceConfig& config, Intention intention)
     : config_(config.hand),
+      intention_(std::move(intention)),
       max_force_(config.max_force),
       reach_(reach_of(config)),
-      plant_(start_plant(config.hand)) {}
+      plant_(start_plant(config.hand, intention_)) {}
 
 DeviceCaps SimulatedHand::caps() const {
   return {.max_force = max_force_, .max_torque = 0, .open_loop = false, .simulated = true};
@@ -80,7 +85,7 @@ void SimulatedHand::lead(const std::optional<Vec3>& p_BH) {
   if (config_.hand_stiffness <= 0) return;
   std::optional<Vec3> target_B;
   if (p_BH && is_finite(*p_BH)) target_B = nearest_in(reach_, *p_BH);
-  lead_plant(config_, plant_, target_B);
+  lead_plant(intention_, plant_, target_B);
 }
 
 void SimulatedHand::stop() {
@@ -91,7 +96,7 @@ void SimulatedHand::move_on(int64_t elapsed_ns) {
   HAPTIC_ASSERT(elapsed_ns >= 0);
   const int64_t lived_ns = std::min(elapsed_ns, kMaxCatchUpNs);
   lost_time_ = lived_ns < elapsed_ns;
-  advance(config_, plant_, held_force_B_, lived_ns);
+  advance(config_, intention_, plant_, held_force_B_, lived_ns);
 }
 
 Vec3 SimulatedHand::encoder_position() const {

@@ -21,6 +21,8 @@ inline constexpr int64_t kMaxCatchUpNs = 50'000'000;
 class SimulatedHand final : public Device {
  public:
   explicit SimulatedHand(const DeviceConfig& config);
+  /// With another intention than that of config.hand.
+  SimulatedHand(const DeviceConfig& config, Intention intention);
 
   DeviceCaps caps() const override;
   std::string description() const override;
@@ -42,6 +44,7 @@ class SimulatedHand final : public Device {
   Vec3 encoder_position() const;
 
   SimulatedHandConfig config_;
+  Intention intention_;
   double max_force_;
   Ball reach_;
   HandPlant plant_;

@@ -3,67 +3,55 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "device-io/device.h"
-#include "proto/log/hand_trace.h"
+#include "device-io/hand/simulated_hand.h"
+#include "device-io/replay/recorded_motion.h"
 
 namespace haptic {
-
-/// A recorded hand motion as a curve over the recording's time.
-class HandCurve {
- public:
-  /// Takes at least two samples, strictly increasing in time. Velocities missing in the recording
-  /// (linear, angular, or both all zero) are computed from its poses.
-  HandCurve(std::vector<DeviceState> samples, Resampling resampling, double max_gap);
-
-  /// The state at t_ns; t_ns of the result is the instant of its pose.
-  ///   - Within 1 µs of a sample: that sample, bit for bit.
-  ///   - Between two samples, cubic: position by the Hermite cubic with the slopes of the parabola
-  ///     through three neighbours (Catmull–Rom for unequal times, C¹), orientation by slerp, the
-  ///     shorter way; twist the derivative of both; grip interpolated, buttons held.
-  ///   - Between two samples, hold: the earlier one.
-  ///   - In a gap longer than max_gap: its first sample at rest, kDeviceHeld.
-  ///   - After the last sample: that one at rest, kDeviceHeld | kDeviceEnded.
-  /// All others are kDeviceFresh; kDeviceHomed and kDeviceSimulated are as recorded.
-  DeviceState at(int64_t t_ns) const;
-
-  const std::vector<DeviceState>& samples() const { return samples_; }
-  /// One line: rate, length, resampling and gaps of the recording.
-  std::string description() const;
-
- private:
-  size_t count_holes() const;
-  bool is_hole(size_t i) const;
-  double seconds(size_t i) const;
-  Vec3 slope(size_t i, size_t of_interval) const;
-  DeviceState between(size_t i, int64_t t_ns) const;
-  void differentiate();
-
-  std::vector<DeviceState> samples_;
-  Resampling resampling_;
-  int64_t max_gap_ns_;
-};
 
 /// A recording played back: open loop, the force has no effect. The first tick shows the first
 /// sample; later ones follow the deadlines, so a late tick does not distort the motion.
 class Replay final : public Device {
  public:
-  /// Loads config.replay. Throws what load_hand_trace throws.
+  /// Loads config.replay. Throws what load_hand_trace throws, and std::runtime_error if from and to
+  /// leave nothing of the recording.
   explicit Replay(const DeviceConfig& config);
-  Replay(HandCurve curve, double max_force);
+  Replay(HandCurve curve, double max_force, const ReplayConfig& config = {});
 
   DeviceCaps caps() const override;
-  std::string description() const override { return curve_.description(); }
+  std::string description() const override { return motion_.curve().description(); }
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench&) override {}
   void stop() override {}
 
  private:
-  HandCurve curve_;
+  RecordedMotion motion_;
   double max_force_;
   int64_t first_deadline_ns_ = 0;
   bool started_ = false;
+};
+
+/// A recorded motion as the intention of a simulated hand: the hand of [device.hand] holds the
+/// device and is drawn towards the recorded place by its spring and damper, and forces push it
+/// back. The orientation is the recorded one: torque has no effect.
+class ClosedLoopReplay final : public Device {
+ public:
+  /// As Replay; the hand needs a stiffness.
+  explicit ClosedLoopReplay(const DeviceConfig& config);
+  ClosedLoopReplay(const ClosedLoopReplay&) = delete;  // the hand refers to the motion
+
+  DeviceCaps caps() const override { return hand_.caps(); }
+  std::string description() const override;
+  bool read(const TickTime& tick, DeviceState& state) override;
+  void write(const Wrench& F_B) override { hand_.write(F_B); }
+  void stop() override { hand_.stop(); }
+
+  const SimulatedHand& hand() const { return hand_; }
+
+ private:
+  RecordedMotion motion_;
+  SimulatedHand hand_;
 };
 
 }  // namespace haptic

@@ -72,6 +72,11 @@ void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& c
   assign(replay.path, file.string());
   section->read_choice("resampling", words(kResamplings), replay.resampling);
   section->read_quantity("max_gap", Dimension::kTime, kPositive, replay.max_gap);
+  section->read_number("speed", kReplaySpeeds, replay.speed);
+  section->read_quantity("from", Dimension::kTime, kNotNegative, replay.from);
+  section->read_quantity("to", Dimension::kTime, kPositive, replay.to);
+  section->read_flag("loop", replay.loop);
+  section->read_flag("closed_loop", replay.closed_loop);
   section->read_text("column", replay.column);
   section->read_direction("axis", replay.axis_B);
   if (section->read_quantity("lever_arm", Dimension::kLength, kPositive, replay.lever_arm)) {

@@ -2,8 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "proto/config/config.h"
+#include "proto/config/quantity.h"
 
 namespace haptic {
 
@@ -41,6 +46,56 @@ inline std::string_view node_of(const DeviceConfig& device) {
 inline void use_trace(SessionConfig& config, const std::string& trace) {
   config.device.kind = DeviceKind::kReplay;
   assign(config.device.replay.path, trace);
+}
+
+/// Slower shows a hand at rest, faster no hand can move.
+inline constexpr Range kReplaySpeeds{0.1, 4};
+
+/// How a recording is played, where that is not as the session file says.
+struct ReplayChoice {
+  std::string trace;                                 // empty: the session file's
+  std::optional<double> speed, from, to, stiffness;  // as in ReplayConfig; [N/m]
+  bool loop = false, closed_loop = false;
+
+  bool is_any() const {
+    return !trace.empty() || speed || from || to || stiffness || loop || closed_loop;
+  }
+};
+
+/// As hapticd's options, each before its value.
+inline std::vector<std::string> replay_options(const ReplayChoice& choice) {
+  std::vector<std::string> out;
+  const auto add = [&](const char* name, const std::optional<double>& value) {
+    if (!value) return;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.17g", *value);
+    out.insert(out.end(), {name, text});
+  };
+  if (!choice.trace.empty()) out.insert(out.end(), {"--replay", choice.trace});
+  add("--replay-speed", choice.speed);
+  add("--replay-from", choice.from);
+  add("--replay-to", choice.to);
+  add("--stiffness", choice.stiffness);
+  if (choice.loop) out.emplace_back("--replay-loop");
+  if (choice.closed_loop) out.emplace_back("--closed-loop");
+  return out;
+}
+inline std::string replay_words(const ReplayChoice& choice) {
+  std::string out;
+  for (const std::string& word : replay_options(choice)) out += " " + word;
+  return out;
+}
+
+inline void use_replay(SessionConfig& config, const ReplayChoice& choice) {
+  ReplayConfig& replay = config.device.replay;
+  if (!choice.trace.empty()) use_trace(config, choice.trace);
+  replay.speed = choice.speed.value_or(replay.speed);
+  replay.from = choice.from.value_or(replay.from);
+  replay.to = choice.to.value_or(replay.to);
+  if (choice.loop) replay.loop = 1;
+  if (choice.closed_loop) replay.closed_loop = 1;
+  double& stiffness = config.coupling.translational_stiffness;
+  stiffness = choice.stiffness.value_or(stiffness);
 }
 
 }  // namespace haptic

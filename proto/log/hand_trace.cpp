@@ -42,7 +42,7 @@ std::string problem_of(const DeviceState& sample) {
 
 /// Appends a sample; calls `fail` if it cannot be played or time does not advance.
 template <typename Fail>
-void append(HandTrace& trace, const DeviceState& sample, const Fail& fail) {
+void append(HandTrace& trace, const DeviceState& sample, uint64_t tick, const Fail& fail) {
   if (const std::string problem = problem_of(sample); !problem.empty()) fail(problem);
   if (!trace.samples.empty()) {
     const DeviceState& last = trace.samples.back();
@@ -52,6 +52,7 @@ void append(HandTrace& trace, const DeviceState& sample, const Fail& fail) {
     }
   }
   trace.samples.push_back(sample);
+  trace.ticks.push_back(tick);
 }
 
 HandTrace load_mcap(const std::string& path) {
@@ -60,7 +61,7 @@ HandTrace load_mcap(const std::string& path) {
   trace.notice = reader.notice(*find_topic(kServo0Topic.name));
   reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
     if ((frame.device.flags & kDeviceFresh) == 0) return;
-    append(trace, frame.device, [&](const std::string& what) {
+    append(trace, frame.device, frame.tick, [&](const std::string& what) {
       throw McapError(path + ": tick " + std::to_string(frame.tick) + ": " + what);
     });
   });
@@ -79,6 +80,7 @@ HandTrace load_export(CsvReader& csv) {
     const size_t offset = field.offset - offsetof(ServoFrame, device);
     parts.push_back({csv.require(column_name(field)), offset, field.type});
   }
+  const size_t tick = csv.find("tick");
   HandTrace trace;
   while (csv.next()) {
     std::array<std::byte, sizeof(DeviceState)> bytes{};
@@ -96,7 +98,9 @@ HandTrace load_export(CsvReader& csv) {
     }
     const DeviceState sample = std::bit_cast<DeviceState>(bytes);
     if ((sample.flags & kDeviceFresh) == 0) continue;
-    append(trace, sample, [&](const std::string& what) { csv.fail(what); });
+    const uint64_t number =
+        tick == CsvReader::npos ? trace.ticks.size() : static_cast<uint64_t>(csv.integer(tick));
+    append(trace, sample, number, [&](const std::string& what) { csv.fail(what); });
   }
   return trace;
 }
@@ -118,7 +122,7 @@ HandTrace load_column(CsvReader& csv, const ReplayConfig& config) {
   while (csv.next()) {
     DeviceState sample = sample_at(csv.number(time));
     sample.X_BH.p = scale * csv.number(column) * config.axis_B;
-    append(trace, sample, [&](const std::string& what) { csv.fail(what); });
+    append(trace, sample, trace.ticks.size(), [&](const std::string& what) { csv.fail(what); });
   }
   return trace;
 }
@@ -140,7 +144,7 @@ HandTrace load_positions(CsvReader& csv) {
       sample.X_BH.q =
           normalized(Quat{csv.number(q[0]), csv.number(q[1]), csv.number(q[2]), csv.number(q[3])});
     }
-    append(trace, sample, [&](const std::string& what) { csv.fail(what); });
+    append(trace, sample, trace.ticks.size(), [&](const std::string& what) { csv.fail(what); });
   }
   return trace;
 }
@@ -153,6 +157,13 @@ HandTrace load_csv(const std::string& path, const ReplayConfig& config) {
 }
 
 }  // namespace
+
+double HandTrace::time_of(uint64_t tick) const {
+  const auto at = std::ranges::lower_bound(ticks, tick);
+  if (at == ticks.end()) return duration();
+  const DeviceState& sample = samples[static_cast<size_t>(at - ticks.begin())];
+  return static_cast<double>(sample.t_ns - samples.front().t_ns) / kNsPerS;
+}
 
 HandTrace load_hand_trace(const ReplayConfig& config) {
   const std::string path(view(config.path));

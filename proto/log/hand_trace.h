@@ -17,6 +17,7 @@ inline constexpr int64_t kSnapNs = 1000;
 /// A measured motion of a hand: strictly increasing in time, at the recorded rate.
 struct HandTrace {
   std::vector<DeviceState> samples;  // t_ns as in the file
+  std::vector<uint64_t> ticks;       // of each sample; of a CSV without ticks its row, from zero
   std::string notice;                // TraceReader::notice; "": nothing to tell
 
   /// From the first sample to the last [s].
@@ -24,6 +25,9 @@ struct HandTrace {
     if (samples.empty()) return 0;
     return static_cast<double>(samples.back().t_ns - samples.front().t_ns) * 1e-9;
   }
+  /// From the first sample to the first one of this tick or a later one [s]; beyond the last: the
+  /// duration.
+  double time_of(uint64_t tick) const;
 };
 
 /// Loads the motion of `config.path`, depending on its contents:

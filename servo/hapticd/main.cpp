@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ namespace {
 struct Options {
   std::string config_path;
   std::string session;
-  std::string replay;
+  haptic::ReplayChoice replay;
+  double speed = 1, from = 0, to = 0, stiffness = 0;
   std::string renderer;
   bool check_only = false;
   bool json = false;
@@ -46,9 +48,9 @@ struct Options {
 int run(const Options& options) {
   std::string text = haptic::read_config_text(options.config_path);
   haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
-  if (!options.replay.empty()) {
-    haptic::use_trace(config, options.replay);
-    text += "\n# its device was replaced: --replay " + options.replay + "\n";
+  if (options.replay.is_any()) {
+    haptic::use_replay(config, options.replay);
+    text += "\n# replaced by the command line:" + haptic::replay_words(options.replay) + "\n";
   }
   if (!options.renderer.empty()) {
     haptic::use_renderer(config, options.renderer);
@@ -75,12 +77,30 @@ int main(int argc, char** argv) try {
   line.option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
       .required();
   line.option("--session", options.session, "name of the session").show_default("the file's");
-  line.option("--replay FILE", options.replay, "recorded hand instead of the configured device");
+  line.option("--replay FILE", options.replay.trace,
+              "recorded hand instead of the configured device");
   line.option("--renderer", options.renderer, "instead of the file's: " + haptic::renderer_names());
+  using haptic::Dimension;
+  line.number("--replay-speed", options.speed, haptic::kReplaySpeeds, "of the recorded hand");
+  line.quantity("--replay-from", options.from, Dimension::kTime, haptic::kNotNegative,
+                "start of the played part, from the first sample", "s");
+  line.quantity("--replay-to", options.to, Dimension::kTime, haptic::kPositive, "its end", "s");
+  line.flag("--replay-loop", options.replay.loop, "again and again, with a soft return");
+  line.flag("--closed-loop", options.replay.closed_loop,
+            "the recording is the intention of the simulated hand");
+  line.quantity("--stiffness", options.stiffness, Dimension::kStiffness, haptic::kPositive,
+                "of the coupling, instead of the file's", "N/m");
   line.flag("--check-config", options.check_only, "check the file and its meshes, start nothing");
   line.flag("--log-json", options.json, "log one JSON object per line");
   line.example("hapticd configs/bunny.toml");
   if (const auto code = line.read(argc, argv)) return *code;
+  const auto take = [&](const char* name, double value, std::optional<double>& out) {
+    if (line.was_given(name)) out = value;
+  };
+  take("--replay-speed", options.speed, options.replay.speed);
+  take("--replay-from", options.from, options.replay.from);
+  take("--replay-to", options.to, options.replay.to);
+  take("--stiffness", options.stiffness, options.replay.stiffness);
   return run(options);
 } catch (const std::exception& error) {
   return haptic::report_failure("hapticd", error);

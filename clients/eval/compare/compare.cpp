@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/eval/compare/compare.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "clients/report/summary.h"
+#include "contact/query/point/closest_point.h"
+#include "device-io/device.h"
+#include "proto/config/command_line.h"
+#include "proto/config/devices.h"
+#include "proto/config/renderer_needs.h"
+#include "proto/log/log_columns.h"
+#include "proto/log/trace.h"
+#include "proto/os/message.h"
+#include "proto/os/version.h"
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kMostDepths = 500;     // ticks whose depth is measured
+constexpr size_t kMostVertices = 1000;  // of the tool, looked at in each
+constexpr std::array<std::pair<const char*, SoftSolver>, 3> kSolvers{
+    {{"direct", SoftSolver::kDirect},
+     {"penalty-dynamics", SoftSolver::kPenaltyDynamics},
+     {"quasi-static", SoftSolver::kQuasiStatic}}};
+
+bool is_soft(Renderer renderer) {
+  return is_of_body(renderer) && !is_rigid(renderer);
+}
+
+/// What the tool is, for the measures that share nothing with the renderers.
+struct ToolPoints {
+  std::vector<Vec3> vertices_T;
+  Vec3 centre_T;
+  double radius = 0;  // of a ball around the centre that holds the tool [m]
+};
+
+ToolPoints points_of(const BakedSession& baked) {
+  ToolPoints out;
+  if (!baked.tool) {
+    out.vertices_T = {Vec3{}};
+    return out;
+  }
+  const TriangleMesh& mesh = baked.tool->shape.mesh;
+  out.centre_T = 0.5 * (mesh.lower + mesh.upper);
+  const size_t every = std::max<size_t>(mesh.vertices.size() / kMostVertices, 1);
+  for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+    out.radius = std::max(out.radius, norm(mesh.vertices[i] - out.centre_T));
+    if (i % every == 0) out.vertices_T.push_back(mesh.vertices[i]);
+  }
+  return out;
+}
+
+/// The closest surface to a point given in W.
+ClosestPoint closest(const BakedShape& object, const Pose& X_WO, const Vec3& p_W) {
+  return closest_point(object.shape, inverse(X_WO) * p_W, std::numeric_limits<double>::infinity());
+}
+
+/// One renderer with its hand, as it goes on.
+class Column {
+ public:
+  Column(const SessionConfig& config, const std::string& name, const BakedSession& baked,
+         const ContactShapes& shapes, const LockstepOptions& lockstep, double layer)
+      : config_(config),
+        baked_(baked),
+        device_(open_device(config.device)),
+        lockstep_(config, shapes, *device_, lockstep),
+        tool_(points_of(baked)),
+        layer_(layer) {
+    figures_.name = name;
+    const bool has_mass = is_soft(config.renderer) &&
+                          solver_of(config.proxy, config.renderer) == SoftSolver::kPenaltyDynamics;
+    figures_.is_massless = !has_mass && config.renderer != Renderer::kConstrained6;
+  }
+
+  bool step() {
+    if (!lockstep_.step()) return false;
+    const ServoFrame& frame = lockstep_.frame();
+    figures_.last = frame;
+    if (is_free(frame)) {
+      ++figures_.free_ticks;
+      figures_.free_force = std::max(figures_.free_force, norm(frame.F_coupling_W.f));
+    }
+    frames_.push_back(frame);
+    scenes_.push_back(lockstep_.scene());
+    return true;
+  }
+
+  void write(TraceWriter& trace, const LogColumn& topics) {
+    const ServoFrame& f = lockstep_.frame();
+    trace.write(Topic<ServoFrame>{topics.servo}, f, {f.t_ns, f.realtime_ns, f.tick});
+    const ContactSet* set = lockstep_.contacts();
+    if (set != nullptr && set->answers_t_ns != written_set_ns_) {
+      written_set_ns_ = set->answers_t_ns;
+      trace.write(Topic<ContactSet>{topics.contact}, *set, {f.t_ns, f.realtime_ns, set->seq});
+    }
+    const SceneFrame& scene = lockstep_.scene();
+    if (scene.seq == written_scene_) return;
+    written_scene_ = scene.seq;
+    trace.write(Topic<SceneFrame>{topics.sim}, scene, {f.t_ns, f.realtime_ns, scene.seq});
+  }
+
+  CompareFigures figures() {
+    measure_force();
+    measure_depth();
+    figures_.returned = port_energy(frames_).returned;
+    return figures_;
+  }
+
+ private:
+  Pose object_pose(const SceneFrame& scene, uint32_t i, int64_t t_ns) const {
+    return scene.n_objects > i ? object_pose_at(scene, i, t_ns) : config_.objects[i].X_WO;
+  }
+
+  bool is_free(const ServoFrame& frame) const {
+    const Vec3 centre_W = frame.X_WT * tool_.centre_T;
+    for (uint32_t i = 0; i < baked_.objects.size(); ++i) {
+      const Pose X_WO = object_pose(lockstep_.scene(), i, frame.t_ns);
+      const ClosestPoint c = closest(baked_.objects[i], X_WO, centre_W);
+      if (!c.found || c.inside || c.distance <= tool_.radius + layer_) return false;
+    }
+    return true;
+  }
+
+  void measure_force() {
+    double sum = 0;
+    size_t touching = 0;
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      const Vec3& f = frames_[k].F_device_B.f;
+      if (is_touching(frames_[k])) ++touching, sum += norm(f);
+      if (k == 0) continue;
+      const double ms = 1e-6 * static_cast<double>(frames_[k].t_ns - frames_[k - 1].t_ns);
+      const double step = norm(f - frames_[k - 1].F_device_B.f) / ms;
+      figures_.force_step = std::max(figures_.force_step, step);
+    }
+    figures_.contact_force = touching > 0 ? sum / static_cast<double>(touching) : 0;
+    figures_.share =
+        static_cast<double>(touching) / static_cast<double>(std::max<size_t>(frames_.size(), 1));
+  }
+
+  void measure_depth() {
+    std::vector<size_t> touching;
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      if ((frames_[k].flags & kServoContact) != 0) touching.push_back(k);
+    }
+    const size_t every = std::max<size_t>(touching.size() / kMostDepths, 1);
+    double sum = 0, n = 0;
+    for (size_t j = 0; j < touching.size(); j += every, n += 1) {
+      const double depth = depth_at(frames_[touching[j]], scenes_[touching[j]]);
+      figures_.depth_max = std::max(figures_.depth_max, depth);
+      sum += depth;
+    }
+    figures_.depth_mean = n > 0 ? sum / n : 0;
+  }
+
+  double depth_at(const ServoFrame& frame, const SceneFrame& scene) const {
+    double deepest = 0;
+    for (uint32_t i = 0; i < baked_.objects.size(); ++i) {
+      if (!baked_.objects[i].shape.mesh.closed) continue;
+      const Pose X_WO = object_pose(scene, i, frame.t_ns);
+      for (const Vec3& p_T : tool_.vertices_T) {
+        const ClosestPoint c = closest(baked_.objects[i], X_WO, frame.X_WP * p_T);
+        if (c.found && c.inside) deepest = std::max(deepest, c.distance);
+      }
+    }
+    return deepest;
+  }
+
+  SessionConfig config_;
+  const BakedSession& baked_;
+  std::unique_ptr<Device> device_;
+  Lockstep lockstep_;
+  ToolPoints tool_;
+  double layer_;  // distance at which a surface may push [m]
+  std::vector<ServoFrame> frames_;
+  std::vector<SceneFrame> scenes_;
+  int64_t written_set_ns_ = -1;
+  uint64_t written_scene_ = 0;
+  CompareFigures figures_;
+};
+
+/// The writer of the comparison, with topics for each column.
+std::unique_ptr<TraceWriter> open_output(const CompareEval& eval,
+                                         const std::vector<LogColumn>& columns) {
+  if (eval.output.empty()) return nullptr;
+  std::vector<TopicInfo> topics;
+  std::string names;
+  McapMetadata comparison;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    topics.push_back(info_of(Topic<ServoFrame>{columns[i].servo}, "one record a servo tick"));
+    topics.push_back(info_of(Topic<ContactSet>{columns[i].contact}, "answers of contact"));
+    topics.push_back(info_of(Topic<SceneFrame>{columns[i].sim}, "poses of the objects"));
+    names += (i == 0 ? "" : ",") + columns[i].name;
+    comparison["way of " + columns[i].name] =
+        way_of_column(config_of_column(eval.config, columns[i].name));
+  }
+  comparison["columns"] = names;
+  comparison["time"] = "virtual";
+  // nothing of the machine or of the hour: the same comparison is the same file
+  auto trace = std::make_unique<TraceWriter>(
+      eval.output,
+      McapMetadata{{"version", version()},
+                   {"abi", std::to_string(kAbiMajor) + "." + std::to_string(kAbiMinor)},
+                   {"session", std::string(view(eval.config.name))},
+                   {"config", eval.config_text}},
+      topics);
+  trace->add_metadata("comparison", comparison);
+  return trace;
+}
+
+std::string cell(double value, const std::string& unit) {
+  return readable(value, unit);
+}
+
+}  // namespace
+
+SessionConfig config_of_column(const SessionConfig& config, const std::string& column) {
+  SessionConfig out = config;
+  const size_t slash = column.find('/');
+  if (slash != std::string::npos) {
+    const std::string word = column.substr(slash + 1);
+    const auto is_it = [&](const auto& row) { return word == row.first; };
+    const auto solver = std::ranges::find_if(kSolvers, is_it);
+    if (solver == kSolvers.end()) {
+      throw UsageError("--compare: no solver '" + shown(word) +
+                       "'; known: direct, penalty-dynamics, quasi-static");
+    }
+    out.proxy.solver = solver->second;
+  } else {
+    out.proxy.solver.reset();
+  }
+  if (column.starts_with("voxel")) out.voxel.is_wanted = 1;
+  use_renderer(out, column.substr(0, slash));
+  if (slash != std::string::npos && !is_soft(out.renderer)) {
+    throw UsageError("--compare: '" + shown(column) + "': only voxel and direct6 have solvers");
+  }
+  return out;
+}
+
+std::string way_of_column(const SessionConfig& config) {
+  const bool is_direct = is_of_body(config.renderer) ? !has_springs(config.proxy, config.renderer)
+                                                     : config.renderer == Renderer::kPenalty3;
+  const bool is_penalty = is_of_body(config.renderer) ? !is_rigid(config.renderer) : is_direct;
+  return std::string(is_direct ? "direct" : "virtual coupling") +
+         (is_penalty ? ", penalty" : ", constraint");
+}
+
+std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
+  std::vector<SessionConfig> configs;
+  std::vector<LogColumn> topics;
+  SessionConfig baking = eval.config;
+  double layer = 0;
+  for (const std::string& name : eval.columns) {
+    configs.push_back(config_of_column(eval.config, name));
+    topics.push_back(column_of_comparison(name));
+    const bool has_maps = row_of(configs.back().renderer).has_maps;
+    if (has_maps) baking.voxel.is_wanted = 1;
+    const VoxelConfig& voxel = eval.config.voxel;
+    if (has_maps) layer = std::max(layer, (voxel.offset_layers + 1) * voxel.size);
+  }
+  const BakedSession baked = bake_session(baking);
+  const ContactShapes shapes = baked.shapes();
+  const std::unique_ptr<TraceWriter> trace = open_output(eval, topics);
+  std::vector<std::unique_ptr<Column>> columns;
+  for (size_t i = 0; i < configs.size(); ++i) {
+    columns.push_back(
+        std::make_unique<Column>(configs[i], eval.columns[i], baked, shapes, eval.lockstep, layer));
+  }
+  const bool replay = row_of(eval.config.device.kind).is_recorded;
+  const auto ticks = static_cast<uint64_t>(eval.seconds * eval.config.servo_rate);
+  for (uint64_t k = 0; replay || k < ticks; ++k) {
+    size_t running = 0;
+    for (size_t i = 0; i < columns.size(); ++i) {
+      if (!columns[i]->step()) continue;
+      ++running;
+      if (trace) columns[i]->write(*trace, topics[i]);
+    }
+    if (running == 0) break;
+  }
+  if (trace && !trace->close()) throw McapError(trace->error());
+  std::vector<CompareFigures> out;
+  for (const auto& column : columns) out.push_back(column->figures());
+  return out;
+}
+
+std::vector<Row> rows_of(const std::vector<CompareFigures>& figures, const CompareEval& eval) {
+  std::vector<Row> out;
+  for (const CompareFigures& f : figures) {
+    Rows rows(f.name);
+    rows.note("way", way_of_column(config_of_column(eval.config, f.name)));
+    rows.add("massless", f.is_massless ? 1 : 0);
+    rows.add("ticks in free space", f.free_ticks);
+    if (f.is_massless) {
+      rows.none("force in free space, max", f.free_force, "N");
+    } else {
+      rows.add("force in free space, max", f.free_force, "N");
+    }
+    rows.add("depth of the proxy, max", f.depth_max, "m");
+    rows.add("depth of the proxy, mean", f.depth_mean, "m");
+    rows.add("largest force step", f.force_step, "N/ms");
+    rows.add("energy given to the hand", f.returned, "J");
+    rows.add("force in contact, mean", f.contact_force, "N");
+    rows.add("share of ticks in contact", 100 * f.share, "%");
+    out.insert(out.end(), rows.rows().begin(), rows.rows().end());
+  }
+  return out;
+}
+
+void print_comparison(std::ostream& out, const std::vector<CompareFigures>& figures,
+                      const CompareEval& eval) {
+  const auto put = [&](const std::string& text, size_t width) {
+    const size_t n = count_characters(text);
+    out << text << std::string(n < width ? width - n : 1, ' ');
+  };
+  constexpr size_t kName = 26, kWay = 30, kCell = 14;
+  put("", kName), put("way", kWay);
+  for (const char* head : {"free, max", "depth, max", "depth, mean", "step per ms", "given back",
+                           "|F| mean", "massless"}) {
+    put(head, kCell);
+  }
+  out << '\n';
+  for (const CompareFigures& f : figures) {
+    put(f.name, kName);
+    put(way_of_column(config_of_column(eval.config, f.name)), kWay);
+    for (const std::string& text :
+         {cell(f.free_force, "N"), cell(f.depth_max, "m"), cell(f.depth_mean, "m"),
+          cell(f.force_step, "N"), cell(f.returned, "J"), cell(f.contact_force, "N"),
+          std::string(f.is_massless ? "yes" : "no")}) {
+      put(text, kCell);
+    }
+    out << '\n';
+  }
+  out << "\nThe ways of rendering (after Otaduy & Lin):\n"
+         "                     penalty                            constraint\n"
+         "  direct             direct6, voxel/direct, penalty3:   none here: a hand that is held\n"
+         "                     force by depth at the hand         needs a device that moves it\n"
+         "  virtual coupling   voxel/quasi-static (no mass),      god-object6 (no mass),\n"
+         "                     voxel/penalty-dynamics (mass):     constrained6 (mass): it never\n"
+         "                     the proxy is F/k deep              enters an object\n";
+}
+
+}  // namespace haptic

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "clients/library/ros_messages.h"
+#include "proto/log/trace.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// Writes what viewers of robots know into a recording, beside its own topics, at a lower rate:
+///
+///   /tool/pose, /proxy/pose   geometry_msgs/msg/PoseStamped, in "world"
+///   /device/wrench            geometry_msgs/msg/WrenchStamped, in "base": what the device exerts
+///   on
+///                             the hand, about the handle
+///   /tf                       tf2_msgs/msg/TFMessage: tool, proxy and objects in "world"
+///   /scene/markers            visualization_msgs/msg/Marker, where meshes are given
+///
+/// Their time is that of the servo frame they are made of (ServoFrame::realtime_ns).
+class StandardMessages {
+ public:
+  /// `rate` [Hz]; 0: none, the file does not get the topics. The trace must outlive it.
+  StandardMessages(TraceWriter& trace, double rate);
+
+  /// A servo frame, with the newest scene or null; writes if one is due.
+  void add(const ServoFrame& frame, const SceneFrame* scene);
+  /// A mesh, once.
+  void add_mesh(const ros::MeshMarker& mesh, const Stamp& stamp);
+
+ private:
+  TraceWriter& trace_;
+  int64_t period_ns_ = 0;  // 0: none
+  int64_t next_ns_ = 0;
+  uint64_t sequence_ = 0;
+  uint16_t tool_ = 0, proxy_ = 0, wrench_ = 0, tf_ = 0, markers_ = 0;
+  std::vector<ros::Transform> transforms_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/log/log_survey.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace haptic {
+namespace {
+
+void merge(const LogStep& from, LogStep& into) {
+  for (size_t i = 0; i < kNumPlotted && from.frames > 0; ++i) {
+    into.low[i] = into.frames == 0 ? from.low[i] : std::min(into.low[i], from.low[i]);
+    into.high[i] = into.frames == 0 ? from.high[i] : std::max(into.high[i], from.high[i]);
+  }
+  into.frames += from.frames;
+}
+
+}  // namespace
+
+std::array<double, kNumPlotted> plotted(const ServoFrame& frame) {
+  return {norm(frame.F_device_B.f), norm(frame.F_device_B.t), frame.depth,
+          1e-9 * static_cast<double>(frame.wake_late_ns)};
+}
+
+LogSurvey::LogSurvey(const std::string& path) : index_(path), trace_(path) {
+  for (const LogColumn& column : index_.columns()) {
+    runs_.emplace_back().decoder = trace_.decoder(info_of(Topic<ServoFrame>{column.servo}));
+  }
+}
+
+double LogSurvey::share() const {
+  const size_t all = trace_.mcap().chunks().size();
+  return all == 0 ? 1 : static_cast<double>(next_chunk_) / static_cast<double>(all);
+}
+
+bool LogSurvey::advance(size_t chunks) {
+  const std::vector<McapChunkIndex>& all = trace_.mcap().chunks();
+  for (; chunks > 0 && next_chunk_ < all.size(); --chunks, ++next_chunk_) {
+    const auto& index = all[next_chunk_].index_offsets;
+    const auto has = [&](const Run& run) { return index.contains(run.decoder->channel()); };
+    if (!index.empty() && std::ranges::none_of(runs_, has)) continue;
+    trace_.mcap().for_each_in(all[next_chunk_], [&](const McapMessage& message) {
+      for (uint32_t i = 0; i < runs_.size(); ++i) {
+        if (message.channel != runs_[i].decoder->channel()) continue;
+        ServoFrame frame;
+        std::memcpy(&frame, runs_[i].decoder->decode(message), sizeof frame);
+        add(frame, i);
+      }
+    });
+  }
+  return next_chunk_ < all.size();
+}
+
+void LogSurvey::add(const ServoFrame& frame, uint32_t column) {
+  Run& run = runs_[column];
+  const uint64_t tick = index_.tick_of(frame.t_ns);
+  const auto mark = [&](MarkKind kind) { marks_.push_back({tick, frame.t_ns, kind, column}); };
+  const bool touches = (frame.flags & kServoContact) != 0;
+  if (touches && (!run.has_begun || tick - run.last_contact > kApartTicks))
+    mark(MarkKind::kContact);
+  if (touches || !run.has_begun) run.last_contact = tick;
+  const bool is_faulty = (frame.flags & kServoFault) != 0;
+  if (is_faulty && !run.was_faulty) mark(MarkKind::kFault);
+  run.was_faulty = is_faulty;
+  if (run.has_begun && frame.skipped > run.skipped) mark(MarkKind::kLate);
+  run.skipped = frame.skipped;
+  run.has_begun = true;
+
+  const uint64_t number = (tick - index_.first_tick()) / kStepTicks;
+  // a wild instant in a damaged file must not take all memory
+  constexpr uint64_t kMostSteps = uint64_t{1} << 24;
+  if (number >= kMostSteps) return;
+  if (run.steps.size() <= number) run.steps.resize(number + 1);
+  LogStep one{tick, tick, 1, plotted(frame), plotted(frame)};
+  merge(one, run.steps[number]);
+}
+
+std::vector<LogStep> LogSurvey::overview(uint64_t from, uint64_t to, size_t n,
+                                         size_t column) const {
+  const std::vector<LogStep>& steps = runs_.at(column).steps;
+  std::vector<LogStep> out(n);
+  const uint64_t first = index_.first_tick();
+  const double each =
+      static_cast<double>(to - from + 1) / static_cast<double>(std::max<size_t>(n, 1));
+  for (size_t k = 0; k < n; ++k) {
+    LogStep& step = out[k];
+    step.first_tick = from + static_cast<uint64_t>(each * static_cast<double>(k));
+    step.last_tick = std::max(step.first_tick,
+                              from + static_cast<uint64_t>(each * static_cast<double>(k + 1)) - 1);
+    const uint64_t begin = (std::max(step.first_tick, first) - first) / kStepTicks;
+    const uint64_t end = (std::max(step.last_tick, first) - first) / kStepTicks;
+    for (uint64_t i = begin; i <= end && i < steps.size(); ++i) merge(steps[i], step);
+  }
+  return out;
+}
+
+}  // namespace haptic

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/log/log_index.h"
+
+namespace haptic {
+
+enum class MarkKind : uint32_t { kContact = 0, kFault = 1, kLate = 2 };
+
+/// A tick that one wants to go to: a contact begins (after kApartTicks without), a fault is
+/// latched, or ticks have been skipped before it.
+struct LogMark {
+  uint64_t tick = 0;
+  int64_t t_ns = 0;
+  MarkKind kind{};
+  uint32_t column = 0;
+};
+inline constexpr uint64_t kApartTicks = 20;
+
+/// The plotted quantities of a frame: |force| and |torque| at the device [N], [N·m], distance from
+/// tool to proxy [m], lateness of the wake-up [s].
+enum Plotted : size_t { kForce, kTorque, kDepth, kLate, kNumPlotted };
+std::array<double, kNumPlotted> plotted(const ServoFrame& frame);
+
+/// Smallest and largest values over some ticks; `frames` 0: there are none.
+struct LogStep {
+  uint64_t first_tick = 0, last_tick = 0, frames = 0;
+  std::array<double, kNumPlotted> low{}, high{};
+};
+
+/// What a viewer shows of a whole recording: marks, and smallest and largest values in steps of
+/// kStepTicks. It has to read every frame, so it is done piece by piece, on a thread or between two
+/// requests; it has a reader of its own.
+class LogSurvey {
+ public:
+  /// Throws as LogIndex.
+  explicit LogSurvey(const std::string& path);
+
+  /// Reads that many more chunks. True as long as there are more.
+  bool advance(size_t chunks);
+  /// Continues with what has been recorded since.
+  bool refresh() { return trace_.mcap().refresh(); }
+  /// Share of the file that has been read.
+  double share() const;
+
+  /// In the order of their ticks for each column.
+  const std::vector<LogMark>& marks() const { return marks_; }
+  /// `n` steps of equal length from one tick to another, out of what has been read; a step shorter
+  /// than kStepTicks repeats that of its surroundings. LogIndex::for_each_frame() is exact.
+  std::vector<LogStep> overview(uint64_t from, uint64_t to, size_t n, size_t column = 0) const;
+
+ private:
+  struct Run {  // of a column
+    std::optional<TopicDecoder> decoder;
+    std::vector<LogStep> steps;
+    uint64_t last_contact = 0, skipped = 0;
+    bool was_touching = false, was_faulty = false, has_begun = false;
+  };
+  void add(const ServoFrame& frame, uint32_t column);
+
+  LogIndex index_;  // for the numbers of the ticks
+  TraceReader trace_;
+  std::vector<Run> runs_;
+  std::vector<LogMark> marks_;
+  size_t next_chunk_ = 0;
+};
+inline constexpr uint64_t kStepTicks = 100;
+
+}  // namespace haptic

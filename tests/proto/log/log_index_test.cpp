@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Random access to a recording, against the records that were written, in order.
+#include "proto/log/log_index.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "proto/log/log_survey.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kBegin = 50 * kMs;
+
+ServoFrame frame_of(uint64_t tick) {
+  ServoFrame frame{};
+  frame.tick = tick;
+  frame.t_ns = kBegin + static_cast<int64_t>(tick) * kMs;
+  frame.realtime_ns = frame.t_ns;
+  frame.contact_seq = frame.contact_tick = tick < 2 ? 0 : tick - 1;
+  if (tick < 2) frame.flags |= kServoNoContactSet;
+  frame.scene_seq = tick / 8;
+  frame.depth = 1e-3 * std::sin(static_cast<double>(tick) / 50);
+  frame.X_WT.p.x = std::sin(static_cast<double>(tick * tick));
+  if (tick % 500 > 400) frame.flags |= kServoContact, frame.F_device_B.f.z = 1;
+  if (tick >= 900) frame.skipped = 1;
+  return frame;
+}
+
+/// Drained every ten ticks as the recorder does: sets first, then frames. Tick 899 is skipped.
+void write_ticks(TraceWriter& trace, uint64_t from, uint64_t to) {
+  for (uint64_t begin = from; begin < to; begin += 10) {
+    for (uint64_t tick = begin; tick < begin + 10; ++tick) {
+      const int64_t t_ns = frame_of(tick).t_ns;
+      if (tick % 8 == 0) {
+        SceneFrame scene{};
+        scene.seq = tick / 8, scene.t_ns = t_ns;
+        trace.write(kSimTopic, scene, {t_ns, t_ns, scene.seq});
+      }
+      ContactSet set{};
+      set.seq = set.answers_tick = tick, set.answers_t_ns = t_ns;
+      trace.write(kContact0Topic, set, {t_ns, t_ns, tick});
+    }
+    for (uint64_t tick = begin; tick < begin + 10; ++tick) {
+      if (tick == 899) continue;
+      const ServoFrame frame = frame_of(tick);
+      trace.write(kServo0Topic, frame, {frame.t_ns, frame.t_ns, tick});
+    }
+  }
+}
+
+void check_ticks(LogIndex& log, uint64_t end) {
+  CHECK(log.first_tick() == 0);
+  REQUIRE(log.last_tick() == end - 1);
+  CHECK(log.rate() == 1000);
+  for (uint64_t n = 0; n < 300; ++n) {
+    const uint64_t tick = n * 7919 % end;
+    CAPTURE(tick);
+    const std::optional<ServoFrame> frame = log.frame_at(tick);
+    REQUIRE(frame);
+    REQUIRE(frame->tick == (tick == 899 ? 898 : tick));
+    REQUIRE(frame->X_WT.p.x == frame_of(frame->tick).X_WT.p.x);
+    const auto set = log.contacts_at(*frame);
+    REQUIRE((set != nullptr) == (tick >= 2));
+    if (set) REQUIRE(set->seq == frame->contact_seq);
+    const auto scene = log.scene_at(*frame);
+    REQUIRE(scene);
+    REQUIRE(scene->seq == frame->scene_seq);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("log index: the records of any tick of a file with an end, and of one that was cut") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.mcap";
+  TraceWriter trace(path, {});
+  write_ticks(trace, 0, 3000);
+  trace.close();
+  LogIndex log(path);
+  CHECK_FALSE(log.is_growing());
+  CHECK(log.columns().size() == 1);
+  check_ticks(log, 3000);
+  CHECK(log.frame_at(5000)->tick == 2999);
+  std::vector<uint64_t> ticks;
+  log.for_each_frame(890, 905, 0, [&](const ServoFrame& frame) { ticks.push_back(frame.tick); });
+  REQUIRE(ticks.size() == 15);
+  CHECK((ticks.front() == 890 && ticks[8] == 898 && ticks[9] == 900 && ticks.back() == 905));
+
+  const McapChunkIndex last = McapReader(path).chunks().back();
+  std::stringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  const std::string cut = folder.path() + "/cut.mcap";
+  std::ofstream(cut, std::ios::binary) << bytes.str().substr(0, last.offset + 20);
+  LogIndex half(cut);
+  CHECK(half.is_growing());
+  CHECK(half.last_tick() > 2800);
+  check_ticks(half, half.last_tick() + 1);
+}
+
+TEST_CASE("log index: follows a file that grows") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/grows.mcap";
+  TraceWriter trace(path, {});
+  write_ticks(trace, 0, 1000);
+  trace.flush();
+  LogIndex log(path);
+  check_ticks(log, 1000);
+  write_ticks(trace, 1000, 2000);
+  trace.flush();
+  CHECK(log.refresh());
+  check_ticks(log, 2000);
+  trace.close();
+  CHECK(log.refresh());
+  CHECK_FALSE(log.is_growing());
+  CHECK_FALSE(log.refresh());
+}
+
+TEST_CASE("log index: ticks go on when a servo was started again") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/again.mcap";
+  TraceWriter trace(path, {});
+  const auto write = [&](uint64_t tick, int64_t t_ns) {
+    ServoFrame frame{};
+    frame.tick = tick, frame.t_ns = t_ns;
+    trace.write(kServo0Topic, frame, {t_ns, t_ns, tick});
+  };
+  for (uint64_t k = 0; k < 500; ++k) write(k + 7, static_cast<int64_t>(k) * kMs);
+  // 600 ms later by its own grid
+  for (uint64_t k = 0; k < 500; ++k) write(k, static_cast<int64_t>(k + 1100) * kMs + 333'333);
+  trace.close();
+  LogIndex log(path);
+  CHECK(log.first_tick() == 7);
+  CHECK(log.last_tick() == 7 + 1599);
+  CHECK(log.frame_at(7 + 800)->tick == 506);
+  CHECK(log.frame_at(7 + 1100)->tick == 0);
+  CHECK(log.frame_at(7 + 1103)->tick == 3);
+}
+
+TEST_CASE("log survey: marks, and smallest and largest values as a scan of all frames has them") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.mcap";
+  TraceWriter trace(path, {});
+  write_ticks(trace, 0, 3000);
+  trace.close();
+  LogSurvey survey(path);
+  size_t pieces = 0;
+  while (survey.advance(3)) ++pieces;
+  CHECK(pieces > 5);
+  CHECK(survey.share() == 1);
+  std::vector<uint64_t> contacts, late;
+  for (const LogMark& mark : survey.marks()) {
+    (mark.kind == MarkKind::kContact ? contacts : late).push_back(mark.tick);
+  }
+  CHECK(contacts == std::vector<uint64_t>{401, 901, 1401, 1901, 2401, 2901});
+  CHECK(late == std::vector<uint64_t>{900});
+  const std::vector<LogStep> steps = survey.overview(0, 2999, 10);
+  REQUIRE(steps.size() == 10);
+  for (const LogStep& step : steps) {
+    double low = 1, high = -1;
+    for (uint64_t tick = step.first_tick; tick <= step.last_tick; ++tick) {
+      if (tick == 899) continue;
+      low = std::min(low, frame_of(tick).depth), high = std::max(high, frame_of(tick).depth);
+    }
+    CHECK(step.low[kDepth] == low);
+    CHECK(step.high[kDepth] == high);
+    CHECK(step.last_tick == step.first_tick + 299);
+  }
+  CHECK(steps[2].frames == 299);
+}
+
+TEST_CASE("log index: no recording of a session") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/none.mcap";
+  McapWriter(path).close();
+  CHECK_THROWS_WITH(LogIndex(path), Catch::Contains("has no servo frames"));
+}
+
+}  // namespace haptic
