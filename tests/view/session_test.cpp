@@ -83,15 +83,29 @@ struct Page : SocketClient {
   }
   int status = 0;
 
+  void show(const Message& frame) {
+    const auto sequence = static_cast<int64_t>(LayoutReader::numbers(frame.bytes)[0]);
+    tell("{\"type\":\"shown\",\"sequence\":" + std::to_string(sequence) + "}");
+  }
+
+  /// The next text of that type; the frames before it are shown.
+  std::string text_of(const std::string& type, double patience = 10) {
+    for (;;) {
+      const Message m = message(patience);
+      if (m.opcode == kBinary) show(m);
+      if (m.opcode != kText && m.opcode != kBinary) return "";
+      if (m.bytes.find("\"type\":\"" + type + "\"") != std::string::npos) return m.bytes;
+    }
+  }
+
   /// The next frame; it is said to be shown.
   std::vector<double> frame() {
     for (;;) {
       const Message m = message();
       if (m.opcode == kText) continue;
       if (m.opcode != kBinary) return {};
-      const auto numbers = LayoutReader::numbers(m.bytes);
-      tell("{\"type\":\"shown\",\"sequence\":" + std::to_string(int64_t(numbers[0])) + "}");
-      return numbers;
+      show(m);
+      return LayoutReader::numbers(m.bytes);
     }
   }
   Json answer_to(int id, const std::string& line) {
