@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "proto/config/config.h"
+#include "proto/config/session_config.h"
 
 namespace haptic {
 
