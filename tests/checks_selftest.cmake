@@ -17,7 +17,7 @@ function(build_clean_tree)
   file(WRITE ${WORK}/README.md "text\n```cpp\n#include \"clients/library/client.h\"\n```\n\
 [a](docs/config.md) [b](docs/config.md#units-and-name) [c](#here) `[d](none)`\n## Here\n")
   file(WRITE ${WORK}/clients/library/client.cpp "${apache}#include \"proto/wire/wire.h\"\n")
-  file(WRITE ${WORK}/contact/bake/repair.cpp "${gpl}#include <CGAL/x.h>\n#include <fstream>\n")
+  file(WRITE ${WORK}/contact/bake/soup/repair.cpp "${gpl}#include <CGAL/x.h>\n#include <fstream>\n")
   file(WRITE ${WORK}/contact/query/point/hit.cpp "${gpl}#include \"contact/shape/tree/tree.h\"\n")
   file(WRITE ${WORK}/servo/main.cpp "${gpl}#include <thread>\n#include \"device-io/device.h\"\n")
   file(WRITE ${WORK}/proto/config/command_line.cpp "${apache}#include <CLI/CLI.hpp>\n")
