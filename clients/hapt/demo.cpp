@@ -26,6 +26,7 @@
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"
 #include "proto/config/command_line.h"
+#include "proto/config/config.h"
 #include "proto/config/config_shape.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"

@@ -103,8 +103,8 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   };
   drain_feed(control_, kControlTopic, ControlChannels::kId);
   drain_feed(sim_, kSimTopic, SimChannels::kId);
-  drain_feed(contact_, kContact0Topic, ContactChannels::kId);
-  drain_feed(servo_, kServo0Topic, ServoChannels::kId);
+  drain_feed(contact_, contact_topic(kFirstHand), ContactChannels::kId);
+  drain_feed(servo_, servo_topic(kFirstHand), ServoChannels::kId);
   if (flushed_ns_ == 0) flushed_ns_ = t_ns;
   if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
     flushed_ns_ = t_ns;

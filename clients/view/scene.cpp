@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 

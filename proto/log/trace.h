@@ -15,6 +15,7 @@
 
 #include "proto/log/layout.h"
 #include "proto/log/mcap.h"
+#include "proto/wire/hands.h"
 #include "proto/wire/schema.h"
 #include "proto/wire/wire.h"
 
@@ -30,8 +31,16 @@ struct Topic {
   std::string_view name;
 };
 
-inline constexpr Topic<ServoFrame> kServo0Topic{"/servo0/frame"};
-inline constexpr Topic<ContactSet> kContact0Topic{"/contact0/set"};
+inline constexpr HandNames kServoTopics = names_of_hands("/servo", "/frame");
+inline constexpr HandNames kContactTopics = names_of_hands("/contact", "/set");
+
+/// Of the servo and the contact of a hand.
+constexpr Topic<ServoFrame> servo_topic(uint32_t hand) {
+  return {kServoTopics[hand].data()};
+}
+constexpr Topic<ContactSet> contact_topic(uint32_t hand) {
+  return {kContactTopics[hand].data()};
+}
 inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
 inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
 inline constexpr Topic<Event> kEventTopic{"/events"};

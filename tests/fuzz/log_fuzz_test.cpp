@@ -50,8 +50,8 @@ std::string valid_file(const std::string& folder) {
       frame.t_ns = frame.device.t_ns = 1'000'000 * i;
       frame.device.flags = kDeviceFresh;
       const Stamp stamp{frame.t_ns, frame.t_ns, frame.tick};
-      trace.write(kServo0Topic, frame, stamp);
-      if (i % 6 == 0) trace.write(kContact0Topic, ContactSet{}, stamp);
+      trace.write(servo_topic(kFirstHand), frame, stamp);
+      if (i % 6 == 0) trace.write(contact_topic(kFirstHand), ContactSet{}, stamp);
       trace.write(kEventTopic, Event{}, stamp);
       if (i % 4 == 3) trace.flush();
     }

@@ -126,7 +126,7 @@ TEST_CASE("hapt demo: Ctrl-C keeps what was recorded and a killed demo leaves no
   CHECK(eventually([&] { return !test::is_alive(static_cast<uint64_t>(servo)); }));
   const TraceReader trace(log);
   CHECK(trace.mcap().finished() == (signal != SIGKILL));
-  CHECK(trace.read(kServo0Topic).size() > 1000);
+  CHECK(trace.read(servo_topic(kFirstHand)).size() > 1000);
 }
 
 TEST_CASE("hapt replay: every grid point of the recorded hand is played, whatever its rate") {
@@ -341,7 +341,7 @@ TEST_CASE("hapt record: a session it did not start is recorded, by name, until t
   CHECK(has(ran.output, "\"topic\": \"/servo0/frame\", \"recorded\": "));
   const TraceReader trace(folder.path() + "/live.mcap");
   CHECK(trace.mcap().finished());
-  CHECK(trace.read(kServo0Topic).size() > 200);
+  CHECK(trace.read(servo_topic(kFirstHand)).size() > 200);
   bool named = false;
   for (const auto& [name, facts] : trace.mcap().metadata()) {
     if (!facts.contains("session")) continue;

@@ -95,11 +95,12 @@ Stamp stamp_of(const ServoFrame& frame) {
 /// Ticks 1, 2, 3, … as written, and nothing else.
 uint64_t count_whole(const std::string& path) {
   uint64_t tick = 0;
-  TraceReader(path).for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& f, const Stamp& s) {
-    ++tick;
-    REQUIRE(same_bytes(f, frame_of(tick)));
-    REQUIRE(s.sequence == tick);
-  });
+  TraceReader(path).for_each<ServoFrame>(servo_topic(kFirstHand),
+                                         [&](const ServoFrame& f, const Stamp& s) {
+                                           ++tick;
+                                           REQUIRE(same_bytes(f, frame_of(tick)));
+                                           REQUIRE(s.sequence == tick);
+                                         });
   return tick;
 }
 
@@ -179,8 +180,8 @@ TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
     TraceWriter trace(path, recording_metadata("s", "[session]\n"));
     for (uint64_t i = 0; i < kRecords; ++i) {
       const Stamp stamp{int64_t(i), int64_t(2 * i), i};
-      REQUIRE(trace.write(kServo0Topic, random_record<ServoFrame>(i), stamp));
-      REQUIRE(trace.write(kContact0Topic, random_record<ContactSet>(i), stamp));
+      REQUIRE(trace.write(servo_topic(kFirstHand), random_record<ServoFrame>(i), stamp));
+      REQUIRE(trace.write(contact_topic(kFirstHand), random_record<ContactSet>(i), stamp));
       REQUIRE(trace.write(kSimTopic, random_record<SceneFrame>(i), stamp));
       REQUIRE(trace.write(kControlTopic, random_record<ControlFrame>(i), stamp));
       REQUIRE(trace.write(kEventTopic, random_record<Event>(i), stamp));
@@ -202,8 +203,8 @@ TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
     });
     CHECK(i == kRecords);
   };
-  check(kServo0Topic);
-  check(kContact0Topic);
+  check(servo_topic(kFirstHand));
+  check(contact_topic(kFirstHand));
   check(kSimTopic);
   check(kControlTopic);
   check(kEventTopic);
@@ -214,7 +215,7 @@ TEST_CASE("trace: an empty recording is a whole file") {
   TraceWriter(path, {}).close();
   const TraceReader trace(path);
   CHECK(trace.mcap().finished());
-  CHECK(trace.read(kServo0Topic).empty());
+  CHECK(trace.read(servo_topic(kFirstHand)).empty());
 }
 
 TEST_CASE("trace: a killed writer loses nothing that was flushed") {
@@ -227,11 +228,11 @@ TEST_CASE("trace: a killed writer loses nothing that was flushed") {
   if (child == 0) {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= kFlushed; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
     }
     trace.flush();
     // these stay in the open chunk
-    trace.write(kServo0Topic, frame_of(kFlushed + 1), stamp_of(frame_of(kFlushed + 1)));
+    trace.write(servo_topic(kFirstHand), frame_of(kFlushed + 1), stamp_of(frame_of(kFlushed + 1)));
     if (::write(ready[1], "x", 1) != 1) ::_exit(1);
     for (;;) ::pause();
   }
@@ -253,7 +254,7 @@ TEST_CASE("trace: a file cut at any byte gives the chunks before the cut and no 
   {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= 5; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
       trace.flush();
       ends.push_back(trace.size());
     }
@@ -277,7 +278,7 @@ TEST_CASE("trace: a flipped bit is found, not read") {
     TraceWriter trace(path, {});
     chunk = trace.size();
     for (uint64_t tick = 1; tick <= 20; ++tick) {
-      trace.write(kServo0Topic, random_record<ServoFrame>(tick), {});
+      trace.write(servo_topic(kFirstHand), random_record<ServoFrame>(tick), {});
     }
   }
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
@@ -287,7 +288,8 @@ TEST_CASE("trace: a flipped bit is found, not read") {
   file.seekp(at);
   file.put(byte);
   file.close();
-  CHECK_THROWS_WITH(TraceReader(path).read(kServo0Topic), Catch::Contains("the file is damaged"));
+  CHECK_THROWS_WITH(TraceReader(path).read(servo_topic(kFirstHand)),
+                    Catch::Contains("the file is damaged"));
 }
 
 TEST_CASE("trace: random damage anywhere never crashes the reader") {
@@ -295,7 +297,7 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
   {
     TraceWriter trace(path, recording_metadata("s", ""));
     for (uint64_t tick = 1; tick <= 50; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
       if (tick % 10 == 0) trace.flush();
     }
   }
@@ -307,7 +309,8 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
     for (int k = 0; k < 4; ++k) bad[random() % bad.size()] = static_cast<char>(random());
     const std::string copy = written("damage_copy.mcap", bad);
     try {
-      TraceReader(copy).for_each<ServoFrame>(kServo0Topic, [](const ServoFrame&, const Stamp&) {});
+      TraceReader(copy).for_each<ServoFrame>(servo_topic(kFirstHand),
+                                             [](const ServoFrame&, const Stamp&) {});
     } catch (const McapError&) {
     }
   }
@@ -326,7 +329,7 @@ TEST_CASE("trace: at a limit of the file size the recording ends whole and says 
     uint64_t tick = 1;
     for (; tick < 100'000; ++tick) {
       ServoFrame frame = frame_of(tick);
-      if (!trace.write(kServo0Topic, frame, stamp_of(frame)) || !trace.flush()) break;
+      if (!trace.write(servo_topic(kFirstHand), frame, stamp_of(frame)) || !trace.flush()) break;
     }
     const bool told = trace.error().find("the file is complete") != std::string::npos &&
                       trace.error().find('\n') == std::string::npos;
@@ -357,7 +360,7 @@ TEST_CASE("trace: on a full disk the recording ends whole and says so") {
     while (tick < 100'000 && trace.write(kSimTopic, random_record<SceneFrame>(tick), {})) ++tick;
     CHECK_THAT(trace.error(), Catch::StartsWith(path + ": No space left on device after ") &&
                                   Catch::Contains("the file is complete"));
-    CHECK_FALSE(trace.write(kServo0Topic, frame_of(1), {}));
+    CHECK_FALSE(trace.write(servo_topic(kFirstHand), frame_of(1), {}));
     CHECK_FALSE(trace.close());
     const TraceReader read(path);
     CHECK(read.mcap().finished());
@@ -387,7 +390,7 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
       frame.device.V_BH.w.y = 1.0 / static_cast<double>(tick);
       if (!is_finite(frame.device.V_BH.w)) frame.device.V_BH.w = {};
       frame.object_impulse_W[1].f.x = 2;
-      trace.write(kServo0Topic, frame, stamp_of(frame));
+      trace.write(servo_topic(kFirstHand), frame, stamp_of(frame));
     }
   }
   const TraceReader trace(path);
@@ -424,8 +427,8 @@ TEST_CASE("trace: a sample for other programs has finite numbers in every field"
       trace.write(topic, counted_record<T>(i), stamp);
     };
     for (uint64_t i = 0; i < kRecords; ++i) {
-      write(kServo0Topic, i);
-      if (i % 4 == 0) write(kContact0Topic, i);
+      write(servo_topic(kFirstHand), i);
+      if (i % 4 == 0) write(contact_topic(kFirstHand), i);
       if (i % 8 == 0) write(kSimTopic, i);
       if (i % 100 == 0) write(kControlTopic, i);
       if (i % 50 == 0) write(kEventTopic, i);
@@ -450,7 +453,7 @@ TEST_CASE(
       ContactSet set{};
       set.n_contacts = n;
       for (Contact& c : set.contacts) c.extent = 7;
-      trace.write(kContact0Topic, set, {});
+      trace.write(contact_topic(kFirstHand), set, {});
     }
   }
   std::ostringstream text;

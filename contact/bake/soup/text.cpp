@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/text.h"
+#include "contact/bake/soup/text.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 
-#include "contact/bake/bake.h"
+#include "contact/bake/soup/report.h"
 
 namespace haptic {
 namespace {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/bake/read.h"
+#include "contact/bake/soup/polygons.h"
+#include "contact/bake/soup/report.h"
 #include "contact/shape/mesh/primitives.h"
 
 namespace haptic {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the mesh readers accept and refuse: variants of each format, and invalid files.
-#include "contact/bake/read.h"
+#include "contact/bake/soup/read.h"
 
 #include <catch2/catch.hpp>
 #include <functional>
 
+#include "contact/bake/bake.h"
 #include "tests/support/mesh_files.h"
 
 using namespace haptic;

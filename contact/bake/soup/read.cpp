@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/read.h"
+#include "contact/bake/soup/read.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
-#include "contact/bake/formats.h"
+#include "contact/bake/soup/formats.h"
+#include "contact/bake/soup/report.h"
 
 namespace haptic {
 namespace {

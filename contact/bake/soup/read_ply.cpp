@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "contact/bake/formats.h"
-#include "contact/bake/text.h"
+#include "contact/bake/soup/formats.h"
+#include "contact/bake/soup/text.h"
 
 namespace haptic {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/repair.h"
+#include "contact/bake/soup/repair.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -18,7 +18,7 @@
 #include <set>
 #include <sstream>
 
-#include "contact/bake/polygons.h"
+#include "contact/bake/soup/polygons.h"
 
 namespace haptic {
 namespace {

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "contact/bake/read.h"
 #include "contact/shape/mesh/primitives.h"
 
 namespace haptic {
+
+/// Polygons as in a file: any number of corners, not connected; file units.
+struct PolygonSoup {
+  std::vector<Vec3> points;
+  std::vector<std::vector<size_t>> polygons;
+};
 
 /// Triangulates a polygon of n corners, planar or not, into n − 2 triangles of corner indices with
 /// the polygon's orientation: the constrained Delaunay triangulation of its projection along the

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <optional>
 
-#include "contact/bake/formats.h"
-#include "contact/bake/text.h"
+#include "contact/bake/soup/formats.h"
+#include "contact/bake/soup/text.h"
 
 namespace haptic {
 namespace {

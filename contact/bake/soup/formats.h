@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/bake/read.h"
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "contact/bake/soup/polygons.h"
 
 namespace haptic {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/formats.h"
-#include "contact/bake/text.h"
+#include "contact/bake/soup/formats.h"
+#include "contact/bake/soup/text.h"
 
 namespace haptic {
 

@@ -4,17 +4,10 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "contact/bake/bake.h"
+#include "contact/bake/soup/polygons.h"
 
 namespace haptic {
-
-/// Polygons as in a file: any number of corners, not connected; file units.
-struct PolygonSoup {
-  std::vector<Vec3> points;
-  std::vector<std::vector<size_t>> polygons;
-};
 
 /// Reads the bytes of a mesh file, coordinates in double. Untrusted input: throws MeshError, with
 /// the line number for text formats, for an unknown extension, an empty or truncated file, more

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/polygons.h"
+#include "contact/bake/soup/polygons.h"
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+
+#include "contact/bake/soup/report.h"
 
 namespace haptic {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "contact/bake/polygons.h"
+#include "contact/bake/soup/polygons.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "contact/bake/bake.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
