@@ -43,12 +43,12 @@ void write_ticks(TraceWriter& trace, uint64_t from, uint64_t to) {
       }
       ContactSet set{};
       set.seq = set.answers_tick = tick, set.answers_t_ns = t_ns;
-      trace.write(kContact0Topic, set, {t_ns, t_ns, tick});
+      trace.write(contact_topic(kFirstHand), set, {t_ns, t_ns, tick});
     }
     for (uint64_t tick = begin; tick < begin + 10; ++tick) {
       if (tick == 899) continue;
       const ServoFrame frame = frame_of(tick);
-      trace.write(kServo0Topic, frame, {frame.t_ns, frame.t_ns, tick});
+      trace.write(servo_topic(kFirstHand), frame, {frame.t_ns, frame.t_ns, tick});
     }
   }
 }
@@ -127,7 +127,7 @@ TEST_CASE("log index: ticks go on when a servo was started again") {
   const auto write = [&](uint64_t tick, int64_t t_ns) {
     ServoFrame frame{};
     frame.tick = tick, frame.t_ns = t_ns;
-    trace.write(kServo0Topic, frame, {t_ns, t_ns, tick});
+    trace.write(servo_topic(kFirstHand), frame, {t_ns, t_ns, tick});
   };
   for (uint64_t k = 0; k < 500; ++k) write(k + 7, static_cast<int64_t>(k) * kMs);
   // 600 ms later by its own grid
