@@ -192,6 +192,8 @@ describe("the page", { skip: lack }, () => {
     await page.click("#pause");
     await until(() => document.querySelector("#pause").textContent === "Resume");
     assert.match(await text("#answer"), /pause: done/);
+    assert.ok(await page.isDisabled("#solver"));
+    assert.match(await text("#solver-reason"), /god-object3 has no solver.*voxel/);
     await page.fill("#stiffness", "750");
     await page.waitForTimeout(300);
     await page.click("#stiffness-form button");
@@ -206,6 +208,7 @@ describe("the page", { skip: lack }, () => {
     await until(
       () => window.hapticd.latest.renderer === 2 && window.hapticd.latest.stiffness === 750,
     );
+    assert.ok(await page.isHidden("#solver-reason"));
     await page.selectOption("#solver", "quasi-static");
     await page.press("#solver", "Tab");
     await page.keyboard.press("Enter");
