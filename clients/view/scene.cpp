@@ -56,7 +56,10 @@ Json renderers_json(const SceneInfo& info) {
       lack = lack_of(*info.config, row.id, solver_of(info.config->proxy, row.id),
                      {coupling.translational_stiffness, coupling.rotational_stiffness}, has_maps);
     }
-    renderers.push_back({{"name", row.name}, {"available", lack.empty()}, {"lack", lack}});
+    renderers.push_back({{"name", row.name},
+                         {"available", lack.empty()},
+                         {"lack", lack},
+                         {"has_solver", row.moves == Moves::kSoftBody}});
   }
   return renderers;
 }
@@ -105,6 +108,7 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   scene["renderer"] = renderer_json(view);
   scene["solvers"] = {"direct", "penalty-dynamics", "quasi-static"};  // by SoftSolver
   if (info.config) add_device(scene, *info.config);
+  if (info.started >= 0) scene["started"] = info.started;
   scene["config"] = with_config ? info.config_text : "";
   return scene.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -24,6 +24,7 @@ struct SceneInfo {
   std::string config_text;              // empty: not given to this user
   std::optional<SessionConfig> config;  // of that text
   EyeFiles eyes;
+  double started = -1;  // [s], of the session's clock; below zero: not known
 };
 
 /// Reads the text of a session file into the info; one that cannot be read here leaves the config

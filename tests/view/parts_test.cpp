@@ -266,6 +266,12 @@ TEST_CASE(
   CHECK(scene["solvers"].size() == 3);
   CHECK(scene["renderers"].size() == 7);
   CHECK(scene["renderers"][0]["available"] == true);
+  CHECK(scene["renderers"][0]["has_solver"] == false);
+  CHECK(scene["renderers"][3]["name"] == "direct6");
+  CHECK(scene["renderers"][3]["has_solver"] == true);
+  CHECK(!scene.contains("started"));
+  info.started = 12.5;
+  CHECK(Json::parse(scene_json(info, *view, false))["started"] == 12.5);
   CHECK(watching.find("secret") == watching.npos);
   CHECK(Json::parse(scene_json(info, *view, true))["config"] == text);
   CHECK(use_config(info, "nonsense = [") != "");

@@ -155,7 +155,7 @@ export class Stage {
     const away = new THREE.Vector3(...point).sub(this.camera.position).dot(forward);
     return (
       (2 * Math.max(away, this.camera.near) * Math.tan((this.camera.fov * Math.PI) / 360)) /
-      this.canvas.clientHeight
+      this.cell(0).height
     );
   }
 
@@ -214,6 +214,7 @@ export class Stage {
       this.renderer.setViewport(x, from_below, width, height);
       this.renderer.setScissor(x, from_below, width, height);
       model.light_from(this.camera, this.orbit.target);
+      model.keep_seen((point) => this.metres_per_pixel(point));
       this.renderer.render(model.scene, this.camera);
     });
     this.on_draw(this);
