@@ -24,12 +24,14 @@ const kTicks = 100; // that are compared with the log
 const kSame = 1e-6; // [m, N] between page and log
 const kMostUnreceived = 1e-3; // of the frames sent
 
-/** A block without real-time priority; what is stopped is not replaced by a spare. */
-function write_session(path) {
-  const text = readFileSync(new URL("../../configs/plane.toml", import.meta.url), "utf8");
-  const name = 'name = "plane"';
+/** A scene without real-time priority, always under one name; a contact that is stopped is not
+ *  replaced by a spare. */
+function write_session(path, scene = "plane") {
+  const text = readFileSync(new URL(`../../configs/${scene}.toml`, import.meta.url), "utf8");
+  const name = `name = "${scene}"`;
   assert.ok(text.includes(name));
-  writeFileSync(path, text.replace(name, `${name}\nrealtime = false\n\n[contact]\nspare = false`));
+  const more = text.includes("[contact.voxel]") ? "" : "\n\n[contact]\nspare = false";
+  writeFileSync(path, text.replace(name, `name = "plane"\nrealtime = false`) + more);
 }
 
 describe("the page on the real bridge", { skip: lack }, () => {
@@ -209,6 +211,30 @@ describe("the page on the real bridge", { skip: lack }, () => {
     await until(() => window.hapticd.state.gone === null && window.hapticd.latest.age_servo < 0.1);
     await until(() => document.querySelector("#control-set").disabled === false);
     await until(() => !document.querySelector("#banner.bad:not([hidden])"));
+  });
+
+  test("a body: its mesh, voxel points, and a solver to choose", { skip: is_short }, async () => {
+    await sessions.run("hapt", "stop");
+    write_session(sessions.file("plane.toml"), "peg-in-hole");
+    await start();
+    await until(() => window.hapticd.state.scene.tool.mesh && window.hapticd.stage.has_shell);
+    await page.check("#shell");
+    const shells = await page.evaluate(() => {
+      const { hand, proxy, objects } = window.hapticd.stage.models[0];
+      const points = (group) => group.getObjectByName("shell")?.geometry.attributes.position.count;
+      return [objects[0], proxy, hand].map((group) => ({
+        points: points(group) ?? 0,
+        seen: group.getObjectByName("shell")?.visible ?? false,
+        triangles: group.children[0].geometry.index.count / 3,
+      }));
+    });
+    assert.ok(shells.some(({ points, seen }) => points > 100 && seen), JSON.stringify(shells));
+    assert.ok(shells.every(({ triangles }) => triangles > 10), JSON.stringify(shells));
+    assert.ok(await page.isHidden("#solver-reason"));
+    await page.selectOption("#solver", "direct");
+    await page.click("#solver-set");
+    await until(() => window.hapticd.latest.solver === 0);
+    await until(() => Math.hypot(...window.hapticd.latest.torque) + window.hapticd.latest.n_pushing > 0);
   });
 
   test("fits windows and is named, dark and light", async () => {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The pictures of docs/pictures from real sessions: node scenes.mjs BIN VIEW OUT [NAME…]
 // Needs Debian's `webp` (cwebp, img2webp) and chromium; "clip" is the moving picture of the bunny.
+// HAPTICD_MESHES: where the meshes of bunny and teeth are.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
@@ -8,12 +9,12 @@ import { launch } from "./browser.mjs";
 import { eventually, pause, Sessions } from "./live.mjs";
 
 const [bin, view, out, ...wanted] = process.argv.slice(2);
-const kSize = { width: 960, height: 600 };
+const kSize = { width: 1120, height: 680 };
 const kSession = "scene"; // the same for all, so that one page sees them one after the other
 
 /** picture | what `hapt demo` is told | how the camera is moved from its first view */
 const kScenes = [
-  ["bunny", ["bunny"], { nearer: 1.25 }],
+  ["bunny", ["bunny"], { nearer: 1.05 }],
   ["peg", ["peg"], { nearer: 1.2, turn: [0, 0.1] }],
   ["gears", ["gears"], { nearer: 1.1, turn: [-0.4, -0.2] }],
   ["teeth", ["teeth"], { nearer: 1.15 }],
@@ -22,10 +23,11 @@ const kScenes = [
   ["rigid-bunnies", ["rigid-bunnies"], { nearer: 1.1 }],
   ["plane", ["--config", "plane.toml"], {}],
   ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], {}],
+  ["clip", ["bunny"], { nearer: 1.05 }],
 ];
 const kShells = ["gears"]; // shown with their voxel points
 
-const kClip = { seconds: 5, rate: 12, width: 480, height: 360 };
+const kClip = { seconds: 4, rate: 10, width: 480, height: 270 };
 
 /** The newest frame has a contact that is felt, is on the picture, and no banner is in the way. */
 const is_pressing = () =>
@@ -46,6 +48,15 @@ async function show(page, camera, shell) {
   );
 }
 
+/** Draws no picture until it is wanted: where OpenGL is software, that takes all the time there is. */
+const hold = (page, on) =>
+  page.evaluate((held) => {
+    const { stage } = window.hapticd;
+    if (held) stage.draw = () => false;
+    else delete stage.draw;
+    stage.dirty = true;
+  }, on);
+
 function to_webp(png, path) {
   writeFileSync(`${path}.png`, png);
   execFileSync("cwebp", ["-quiet", "-q", "82", `${path}.png`, "-o", `${path}.webp`]);
@@ -55,6 +66,7 @@ function to_webp(png, path) {
 /** Frames as they came, drawn again at even steps of the session's time: so the clip runs at the
  *  speed of the hand however slowly this machine draws. */
 async function clip(page, path) {
+  await hold(page, true);
   await page.evaluate(() => window.hapticd.kept.splice(0));
   await eventually(
     () =>
@@ -67,6 +79,8 @@ async function clip(page, path) {
   const pictures = await page.evaluate(async ({ seconds, rate, width, height }) => {
     const { stage, kept } = window.hapticd;
     const frames = [...kept];
+    delete stage.draw;
+    stage.renderer.setPixelRatio(width / stage.canvas.clientWidth);
     const list = [];
     const small = new OffscreenCanvas(width, height);
     const pen = small.getContext("2d");
@@ -115,11 +129,10 @@ try {
         page.setDefaultTimeout(240000);
         page.on("pageerror", (error) => console.log(name, error.stack));
         const quality = process.env.QUALITY ? `&quality=${process.env.QUALITY}` : "";
-        const url = address.replace("#", `?keep=400${quality}#`);
-        console.log(url);
+        const url = address.replace("#", `?keep=1000${quality}#`);
         await page.goto(url, { waitUntil: "commit", timeout: 240000 });
         await page.waitForFunction(() => window.hapticd?.drawn);
-        if (process.env.VERBOSE) setInterval(() => page.evaluate(() => JSON.stringify({...window.hapticd.stats, f: window.hapticd.latest?.force, b: document.querySelector("#banner").textContent})).then(console.log, () => {}), 5000).unref();
+        await hold(page, true);
       }
       await page.waitForFunction(
         (servo) => window.hapticd.state.status?.processes.some(({ pid }) => pid === servo),
@@ -127,19 +140,20 @@ try {
           ({ name: process }) => process.startsWith("servo"),
         ).pid,
       );
-      await page.waitForFunction(is_pressing);
       await show(page, camera, kShells.includes(name));
-      await pause(3000);
+      await pause(2000); // of plots
       await page.waitForFunction(is_pressing);
-      to_webp(await page.screenshot({ timeout: 240000 }), join(out, name));
+      await hold(page, false);
+      await page.evaluate(
+        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+      );
+      if (name === "clip") await clip(page, join(out, name));
+      else to_webp(await page.screenshot({ timeout: 240000 }), join(out, name));
       console.log(name, new Date().toTimeString().slice(0, 8));
-      if (name === "bunny" && (wanted.length === 0 || wanted.includes("clip"))) {
-        await clip(page, join(out, "clip"));
-        console.log("clip", new Date().toTimeString().slice(0, 8));
-      }
     } catch (error) {
       console.log(`${name}: ${error.message}`);
     }
+    if (page !== null) await hold(page, true);
     await sessions.end(demo, "SIGINT");
   }
 } finally {
