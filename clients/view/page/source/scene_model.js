@@ -2,9 +2,11 @@
 // The pictures of one column: objects, the tool at the hand and at its proxy, contacts, arrows.
 
 import * as THREE from "three";
+import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { css } from "./dom.js";
 import { Arrow, Contacts, Trail } from "./scene_marks.js";
 
+const kCrease = 0.7; // [rad]: sides that meet in a sharper edge are shaded apart
 const kLeastTool = 6; // [px], radius that a tool has in the picture at least
 
 /** Position and quaternion (w x y z) of a pose of seven numbers. */
@@ -21,8 +23,10 @@ function geometry_of(eye) {
   geometry.setAttribute("position", new THREE.BufferAttribute(eye.vertices, 3));
   geometry.setAttribute("normal", new THREE.BufferAttribute(eye.normals, 3));
   geometry.setIndex(new THREE.BufferAttribute(eye.triangles, 1));
-  geometry.computeBoundingSphere();
-  return geometry;
+  // an eye file has one normal for each vertex; the sides of a block meet in an edge all the same
+  const creased = toCreasedNormals(geometry, kCrease);
+  creased.computeBoundingSphere();
+  return creased;
 }
 
 /** Dull in low quality: a software renderer pays three times as much for the other. */
