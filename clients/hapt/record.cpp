@@ -73,6 +73,16 @@ std::string config_of(const std::string& session) {
   return "";
 }
 
+/// Where the base of the device is; none where the session file is not known, or not read here.
+std::optional<Pose> base_of(const std::string& config) {
+  try {
+    if (!config.empty()) return parse_config(config, "session.toml").map.X_WB;
+  } catch (const ConfigError&) {
+    // the recording is worth as much without it
+  }
+  return std::nullopt;
+}
+
 /// Real time like the session that is recorded, where it is and the kernel grants it. Returns
 /// whether the servo has been seen.
 bool follow_realtime(Recorder& recorder) {
@@ -89,8 +99,11 @@ void run_record(const RecordOptions& options) {
   FileDescriptor socket = connect_session(options.session);
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
-  Attachments attachments(std::move(socket));
+  EyeBook eyes;
+  Attachments attachments(std::move(socket), eyes.options());
   Recorder recorder(attachments, Start::kNewest, options.standard_rate);
+  recorder.follow(eyes);
+  if (const auto X_WB = base_of(config)) recorder.set_base(*X_WB);
   attachments.start();
   catch_stop_signals();
 

@@ -6,10 +6,7 @@
 namespace haptic {
 
 Client::Client(const std::string& session)
-    : attachments_(connect_session(session),
-                   {.on_eye = [this](const Announcement& announcement, FileDescriptor fd) {
-                     eyes_.take(announcement, std::move(fd));
-                   }}) {}
+    : attachments_(connect_session(session), eyes_.options()) {}
 
 void Client::sleep(double seconds) const {
   sleep_until(now_ns() + static_cast<int64_t>(seconds * static_cast<double>(kNsPerSecond)));

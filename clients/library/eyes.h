@@ -36,6 +36,9 @@ class EyeBook {
 
   Eyes eyes() const;
 
+  /// For the Attachments that fill this book, which must end before it.
+  AttachOptions options();
+
  private:
   mutable std::mutex mutex_;
   Eyes eyes_;

@@ -2,6 +2,7 @@
 #include "clients/view/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "proto/config/config.h"
@@ -87,6 +88,32 @@ void add_device(Json& scene, const SessionConfig& config) {
                      {"stiffness", config.coupling.translational_stiffness}};
 }
 
+/// Of very many marks of a kind a page gets every n-th: more than it has pixels are no help.
+Json marks_json(const std::vector<LogMark>& marks) {
+  constexpr size_t kMostMarks = 4000;  // of a kind
+  std::array<size_t, kMarkKinds.size()> counts{}, seen{};
+  for (const LogMark& mark : marks) ++counts.at(static_cast<size_t>(mark.kind));
+  Json list = Json::array();
+  for (const LogMark& mark : marks) {
+    const auto kind = static_cast<size_t>(mark.kind);
+    if (seen[kind]++ % (counts[kind] / kMostMarks + 1) != 0) continue;
+    list.push_back({{"tick", mark.tick},
+                    {"time", 1e-9 * static_cast<double>(mark.t_ns)},
+                    {"kind", kMarkKinds[kind]},
+                    {"column", mark.column}});
+  }
+  return list;
+}
+
+void add_log(Json& scene, const LogFacts& log) {
+  scene["first_tick"] = log.first_tick;
+  scene["last_tick"] = log.last_tick;
+  scene["first_time"] = log.first_time;
+  scene["last_time"] = log.last_time;
+  scene["growing"] = log.growing;
+  scene["marks"] = marks_json(log.marks);
+}
+
 }  // namespace
 
 std::string use_config(SceneInfo& info, const std::string& text) {
@@ -109,6 +136,10 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   scene["solvers"] = {"direct", "penalty-dynamics", "quasi-static"};  // by SoftSolver
   if (info.config) add_device(scene, *info.config);
   if (info.started >= 0) scene["started"] = info.started;
+  if (info.log) add_log(scene, *info.log);
+  if (info.log && info.eyes.tool == nullptr && info.eyes.objects.empty()) {
+    scene["notice"] = "This recording holds no meshes: pose, proxy and contacts are shown alone.";
+  }
   scene["config"] = with_config ? info.config_text : "";
   return scene.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -3,10 +3,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "clients/view/foxglove.h"
 #include "clients/view/frame.h"
-#include "clients/view/web.h"
+#include "clients/view/log_source.h"
+#include "clients/view/web/web.h"
 
 namespace haptic {
 
@@ -28,12 +32,13 @@ struct Viewer {
   bool is_writing = false;
   bool may_control = false;
   int wrong_tokens = 0;
-  bool has_shown = true;  // the frame before
+  bool has_shown = true;  // the frame before; of a comparison, those of one instant
   double hz = 60;
-  int64_t last_ns = 0;      // of the last frame
-  uint64_t sequence = 0;    // of the next
-  uint64_t seen = 0;        // samples, and
-  uint64_t seen_ticks = 0;  // ticks before this have been sent
+  int64_t last_ns = 0;           // of the last frame
+  uint64_t sequence = 0;         // of the next
+  uint64_t seen = 0;             // samples, and
+  uint64_t seen_ticks = 0;       // ticks before this have been sent
+  std::unique_ptr<LogPage> log;  // of a page that shows a log
 };
 
 /// Whether its next frame is due: its period is over, give or take half a tick of the bridge.
@@ -49,5 +54,8 @@ inline bool is_ready(const Viewer& viewer) {
 
 /// The frame of now for this viewer, and that it has been sent.
 std::string next_frame(Viewer& viewer, const std::vector<double>& common, const View& view);
+
+/// The frames of what its log page shows, one for each column, and that they have been sent.
+std::vector<std::string> next_log_frames(Viewer& viewer, int64_t now_ns);
 
 }  // namespace haptic

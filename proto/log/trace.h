@@ -102,6 +102,10 @@ class TraceWriter {
   void add_metadata(std::string_view name, const McapMetadata& metadata) {
     mcap_.add_metadata(name, metadata);
   }
+  void add_attachment(std::string_view name, std::string_view media_type, int64_t realtime_ns,
+                      std::span<const std::byte> data) {
+    mcap_.add_attachment(name, media_type, static_cast<uint64_t>(realtime_ns), data);
+  }
   /// Writes what is still in memory.
   bool flush() { return mcap_.flush(); }
   bool close() { return mcap_.close(); }

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "clients/view/foxglove.h"
-#include "clients/view/http_rules.h"
+#include "clients/view/web/http_rules.h"
 #include "clients/view/messages.h"
 #include "clients/view/metrics.h"
 #include "clients/view/page_message.h"

@@ -22,6 +22,8 @@
 
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
+#include "proto/log/log_eyes.h"
+#include "proto/log/recover.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
@@ -543,6 +545,51 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
 
   const HandTrace wipe = load_hand_trace(replay_of(*rim));
   CHECK(wipe.samples.front().X_BH.p == Vec3{-0.437303, -0.0395946, 0.644698});
+}
+
+TEST_CASE(
+    "trace: attachments are read back, by the index, without an end, and from a recovered copy") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.mcap", cut = folder.path() + "/cut.mcap";
+  std::vector<std::byte> large(300'000);
+  for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::byte>(i * i);
+  const std::vector<std::byte> small{std::byte{7}};
+  {
+    TraceWriter trace(path, {});
+    trace.add_attachment("eye/tool", kEyeMediaType, 11, large);
+    trace.write(kServo0Topic, ServoFrame{}, {1, 1, 0});
+    trace.add_attachment("eye/3", kEyeMediaType, 12, large);
+    trace.add_attachment("eye/3", kEyeMediaType, 13, small);
+    trace.add_attachment("notes", "text/plain", 14, small);
+    trace.write(kServo0Topic, ServoFrame{}, {2, 2, 1});
+  }
+  std::filesystem::copy_file(path, cut);
+  std::filesystem::resize_file(cut, McapReader(path).chunks().back().offset + 30);
+  const std::string recovered = folder.path() + "/recovered.mcap";
+  CHECK(recover_log(cut, recovered).attachments == 4);
+  for (const std::string& file : {path, cut, recovered}) {
+    CAPTURE(file);
+    const McapReader reader(file);
+    CHECK(reader.finished() == (file != cut));
+    REQUIRE(reader.attachments().size() == 4);
+    CHECK(reader.attachments()[3].name == "notes");
+    CHECK(reader.attachments()[3].log_time_ns == 14);
+    CHECK(reader.attachments()[0].size == large.size());
+    const LogEyes eyes = read_log_eyes(reader);
+    CHECK(eyes.tool == large);
+    REQUIRE(eyes.objects.size() == 1);
+    CHECK(eyes.objects.at(3) == small);  // the newest
+  }
+  // one byte of the data
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(McapReader(path).attachments()[0].offset + 1000));
+    file.put('x');
+  }
+  const McapReader damaged(path);
+  CHECK_THROWS_WITH(damaged.read_attachment(damaged.attachments()[0]),
+                    Catch::Contains("attachment 'eye/tool'") && Catch::Contains("wrong CRC"));
+  CHECK(read_log_eyes(damaged).tool.empty());
 }
 
 }  // namespace haptic

@@ -148,6 +148,7 @@ async function take_scene(scene) {
   const { troubles, ...eyes } = await load_eyes(scene);
   if (state.picture !== key) return; // another scene has come meanwhile
   troubles.forEach(note_event);
+  if (scene.notice) note_event(scene.notice);
   // who has turned the camera finds it so after the bridge was away
   stage.set_scene(eyes, scene.tool?.radius, scene.limits, key === state.pictured);
   state.pictured = key;

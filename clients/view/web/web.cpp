@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only file that includes Boost.Beast, which takes half a minute to compile.
-#include "clients/view/web.h"
+#include "clients/view/web/web.h"
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -217,13 +217,25 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
                    false);
     }
     if (!websocket::is_upgrade(request)) {
-      return write(server_.handlers.answer(plain(request)), request.keep_alive());
+      WebAnswer answer = server_.handlers.answer(plain(request));
+      if (answer.later) return wait_for(answer, request.keep_alive());
+      return write(answer, request.keep_alive());
     }
     const UpgradeAnswer upgrade = server_.handlers.upgrade(plain(request));
     if (upgrade.protocol.empty()) return write(upgrade.refusal, false);
     upgraded_ = true;  // its place now belongs to the channel
     std::make_shared<Channel>(server_, std::move(stream_), server_.next_id++)
         ->open(request, upgrade.protocol);
+  }
+
+  /// Only the thread of run() may end a peer, so its owner is handed over to there.
+  void wait_for(const WebAnswer& answer, bool keep_alive) {
+    stream_.expires_never();
+    const auto owner = std::make_shared<std::shared_ptr<Peer>>(shared_from_this());
+    answer.later([owner, keep_alive, &server = server_](WebAnswer made) {
+      asio::post(server.io, [peer = std::exchange(*owner, nullptr), keep_alive,
+                             made = std::move(made)] { peer->write(made, keep_alive); });
+    });
   }
 
   void write(const WebAnswer& answer, bool keep_alive) {

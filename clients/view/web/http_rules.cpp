@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/view/http_rules.h"
+#include "clients/view/web/http_rules.h"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 
 #include "proto/ipc/control_socket.h"
 
@@ -80,6 +82,20 @@ Target parse_target(std::string_view target) {
     out.problem = "a path has no .., %, \\ or control character";
   }
   return out;
+}
+
+std::optional<double> number_in(std::string_view query, std::string_view name) {
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(pair.size() + 1, query.size()));
+    if (pair.substr(0, pair.find('=')) != name || pair.size() <= name.size()) continue;
+    const std::string_view text = pair.substr(name.size() + 1);
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool is_number = error == std::errc() && end == text.data() + text.size();
+    return is_number && std::isfinite(number) ? std::optional(number) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 std::string media_type(std::string_view path) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,9 @@ struct Target {
   std::string problem;  // empty: none
 };
 Target parse_target(std::string_view target);
+
+/// The number of that name in a query "a=1&b=2"; none if it is missing or no finite number.
+std::optional<double> number_in(std::string_view query, std::string_view name);
 
 /// Media type by the end of the name.
 std::string media_type(std::string_view path);

@@ -34,6 +34,8 @@ struct WebAnswer {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
   SharedText body;
+  /// If set, the answer comes later: it is given what sends it, which any thread may call, once.
+  std::function<void(std::function<void(WebAnswer)> send)> later = {};
 };
 
 /// The answer to the wish for a WebSocket: its sub-protocol, or why there is none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/view/token.h"
+#include "clients/view/web/token.h"
 
 #include <fcntl.h>
 #include <sys/random.h>
