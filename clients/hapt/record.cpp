@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt record: records everything that a running session publishes.
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
+#include "clients/library/client.h"
 #include "clients/library/recorder.h"
 #include "clients/report/progress.h"
 #include "proto/config/command_line.h"
@@ -93,45 +95,118 @@ bool follow_realtime(Recorder& recorder) {
   return true;
 }
 
+/// A recording under way. hapticd may be killed and come back: the file goes on with the frames of
+/// the new session.
+class Recording {
+ public:
+  Recording(const RecordOptions& options, FileDescriptor socket, const std::string& session,
+            const std::string& config)
+      : options_(options),
+        session_(session),
+        config_(config),
+        eyes_(std::make_unique<EyeBook>()),
+        attachments_(std::make_unique<Attachments>(std::move(socket), eyes_->options())),
+        recorder_(*attachments_, Start::kNewest, options.standard_rate),
+        trace_(options.output, recording_metadata(session, config)) {
+    recorder_.follow(*eyes_);
+    if (const auto X_WB = base_of(config)) recorder_.set_base(*X_WB);
+    attachments_->start();
+    if (std::isfinite(options.duration)) progress_.emplace("recording", options.duration);
+  }
+
+  void run() {
+    do {
+      drain();
+    } while (good_ && !is_over() && come_back());
+    progress_.reset();
+    good_ = recorder_.finish(trace_, now_ns());
+    if (options_.json) {
+      print_json(recorder_, trace_, seconds());
+    } else {
+      print_table(recorder_, trace_, options_.output, seconds());
+    }
+    if (!good_) throw MessageError(recorder_.failure());
+    if (!refusal().empty()) throw HandoutError(refusal());
+  }
+
+ private:
+  double seconds() const { return static_cast<double>(now_ns() - begin_ns_) * 1e-9; }
+  bool is_over() const { return seconds() >= options_.duration || stop_requested(); }
+  std::string refusal() const {
+    return attachments_->is_connected() ? "" : attachments_->refusal();
+  }
+
+  /// Records until the end, or until hapticd is gone.
+  void drain() {
+    while (good_ && !is_over() && attachments_->is_connected()) {
+      sleep_until(now_ns() + kDrainPeriodNs);
+      good_ = recorder_.drain(trace_, now_ns());
+      followed_ = followed_ || follow_realtime(recorder_);
+      if (progress_) progress_->at(seconds());
+    }
+  }
+
+  /// Waits for the next hapticd; false: there will be none, or not in time.
+  bool come_back() {
+    if (!refusal().empty()) return false;
+    good_ = recorder_.drain(trace_, now_ns());  // what the dead one has left
+    if (recorder_.has_ended()) {
+      std::cerr << "the session has ended\n";
+      return false;
+    }
+    if (!good_) return false;
+    std::cerr << "hapticd is gone; the recording goes on when it is back, Ctrl-C ends it\n";
+    trace_.flush();
+    const int64_t gone_ns = now_ns();
+    FileDescriptor socket = connect_again(session_, [this] { return is_over(); });
+    if (!socket.is_open()) return false;
+    // another hapticd counts its generations anew
+    auto eyes = std::make_unique<EyeBook>();
+    auto next = std::make_unique<Attachments>(std::move(socket), eyes->options());
+    recorder_.go_on(*next, trace_);
+    recorder_.follow(*eyes);
+    attachments_ = std::move(next);
+    eyes_ = std::move(eyes);
+    attachments_->start();
+    char missed[32];
+    std::snprintf(missed, sizeof missed, "%.2f", static_cast<double>(now_ns() - gone_ns) * 1e-9);
+    std::cerr << "hapticd is back after " << missed << " s; the recording goes on\n";
+    keep_other_config();
+    return true;
+  }
+
+  /// The session file of the new session, where it is another.
+  void keep_other_config() {
+    if (!options_.config.empty()) return;
+    const std::string config = config_of(session_);
+    if (config.empty() || config == config_) return;
+    config_ = config;
+    std::cerr << "its session file is another; the recording holds both\n";
+    trace_.add_metadata("recording " + std::to_string(++n_configs_), {{"config", config}});
+  }
+
+  const RecordOptions& options_;
+  std::string session_, config_;
+  int n_configs_ = 1;
+  std::unique_ptr<EyeBook> eyes_;  // outlives the thread that fills it
+  std::unique_ptr<Attachments> attachments_;
+  Recorder recorder_;
+  TraceWriter trace_;
+  std::optional<Progress> progress_;
+  const int64_t begin_ns_ = now_ns();
+  bool good_ = true, followed_ = false;
+};
+
 void run_record(const RecordOptions& options) {
   check_outputs({options.output}, {options.config}, options.overwrite);
   std::string config = options.config.empty() ? "" : read_config_text(find_config(options.config));
   FileDescriptor socket = connect_session(options.session);
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
-  EyeBook eyes;
-  Attachments attachments(std::move(socket), eyes.options());
-  Recorder recorder(attachments, Start::kNewest, options.standard_rate);
-  recorder.follow(eyes);
-  if (const auto X_WB = base_of(config)) recorder.set_base(*X_WB);
-  attachments.start();
   catch_stop_signals();
-
-  TraceWriter trace(options.output, recording_metadata(session, config));
+  Recording recording(options, std::move(socket), session, config);
   std::cerr << "recording to " << shown(options.output) << "; Ctrl-C ends it\n";
-  const int64_t begin_ns = now_ns();
-  double seconds = 0;
-  bool good = true, followed = false;
-  std::optional<Progress> progress;
-  if (std::isfinite(options.duration)) progress.emplace("recording", options.duration);
-  while (good && seconds < options.duration && !stop_requested() && attachments.is_connected()) {
-    sleep_until(now_ns() + kDrainPeriodNs);
-    good = recorder.drain(trace, now_ns());
-    followed = followed || follow_realtime(recorder);
-    seconds = static_cast<double>(now_ns() - begin_ns) * 1e-9;
-    if (progress) progress->at(seconds);
-  }
-  progress.reset();
-  const bool connected = attachments.is_connected();
-  if (!connected && attachments.refusal().empty()) std::cerr << "the session has ended\n";
-  good = recorder.finish(trace, now_ns());
-  if (options.json) {
-    print_json(recorder, trace, seconds);
-  } else {
-    print_table(recorder, trace, options.output, seconds);
-  }
-  if (!good) throw MessageError(recorder.failure());
-  if (!connected && !attachments.refusal().empty()) throw HandoutError(attachments.refusal());
+  recording.run();
 }
 
 }  // namespace

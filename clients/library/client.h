@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "clients/library/eyes.h"
+#include "proto/ipc/channels.h"
 #include "proto/ipc/handout.h"
 #include "proto/os/realtime.h"
 
@@ -26,6 +29,8 @@ class Client {
  public:
   /// Connects; an empty name selects the only running session. Throws HandoutError with a remedy.
   explicit Client(const std::string& session);
+  /// Takes a connection to a session.
+  explicit Client(FileDescriptor socket);
 
   /// A ring to read; call it before start().
   template <auto kMember>
@@ -44,11 +49,50 @@ class Client {
   /// Why the session refused this client, in one line; empty if it did not. Valid once
   /// is_connected() is false.
   const std::string& refusal() const { return attachments_.refusal(); }
+
+  /// Whether hapticd ended as it was told to; false: it was killed, and may come back. Valid once
+  /// is_connected() is false; on the thread that reads the rings.
+  bool has_ended() noexcept;
   void sleep(double seconds) const;
 
  private:
   EyeBook eyes_;  // outlives the thread that fills it
   Attachments attachments_;
+  Source<ControlChannels> control_;
 };
+
+/// The clients of a session one after the other: hapticd may be killed and started again, under the
+/// same name. Each has rings of its own, for memory of a dead session is not that of the next.
+///
+///   Reconnect session("bunny");
+///   while (Client* client = session.next()) {
+///     …   // as above, until !client->is_connected()
+///   }
+class Reconnect {
+ public:
+  /// An empty name selects the only running session.
+  explicit Reconnect(std::string session) : session_(std::move(session)) {}
+
+  /// Connects; at the second call waits until hapticd is back. Null: hapticd ended as it was told
+  /// to, or `stop` says true, which is asked ten times a second. Throws HandoutError with a remedy:
+  /// there is no session at the first call, or it has refused this client. The client before is
+  /// gone.
+  Client* next(const std::function<bool()>& stop = {});
+
+  /// How long there was no session before the present client [s]; 0: it is the first.
+  double missed() const { return missed_; }
+  const std::string& session() const { return session_; }
+
+ private:
+  std::string session_;
+  std::unique_ptr<Client> client_;
+  double missed_ = 0;
+};
+
+/// Whether hapticd has ended as it was told to, by the header of its segment, which may be null.
+bool has_ended(const SegmentHeader* control) noexcept;
+
+/// Connects once hapticd is back; a closed descriptor: `stop` said true.
+FileDescriptor connect_again(const std::string& session, const std::function<bool()>& stop);
 
 }  // namespace haptic

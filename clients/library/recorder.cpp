@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "clients/library/client.h"
 #include "proto/log/log_eyes.h"
 #include "proto/os/realtime.h"
 
@@ -58,6 +59,8 @@ void Recorder::write(TraceWriter& trace, const Topic<T>& topic, const T& record)
   ++(trace.write(topic, record, stamp) ? count.recorded : count.lost);
   if constexpr (std::is_same_v<T, SceneFrame>) scene_ = record;
   if constexpr (std::is_same_v<T, ServoFrame>) {
+    last_servo_ns_ = record.t_ns;
+    last_tick_ = record.tick;
     standard_->add(record, scene_ ? &*scene_ : nullptr);
   }
 }
@@ -87,6 +90,29 @@ void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint
   }
   // a ring may end with a loss and no record after it
   tell_loss(trace, topic, {writer, ring.generation()}, ring.lost(), told);
+}
+
+void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
+  const double gap = 1e-9 * static_cast<double>(now_ns() - last_servo_ns_);
+  newest_servo_ = attachments.source<ServoChannels>();
+  servo_ = {attachments.ring<&ServoChannels::frames>(Start::kOldest),
+            attachments.ring<&ServoChannels::events>(Start::kOldest)};
+  contact_ = {attachments.ring<&ContactChannels::sets>(Start::kOldest),
+              attachments.ring<&ContactChannels::events>(Start::kOldest)};
+  sim_ = {attachments.ring<&SimChannels::frames>(Start::kOldest),
+          attachments.ring<&SimChannels::events>(Start::kOldest)};
+  control_ = {attachments.ring<&ControlChannels::frames>(Start::kOldest),
+              attachments.ring<&ControlChannels::events>(Start::kOldest)};
+  scene_.reset();
+  write(trace, kEventTopic,
+        Event{now_ns(),
+              static_cast<uint32_t>(kSessionBack),
+              static_cast<uint32_t>(SegmentId::kControl),
+              {last_servo_ns_ > 0 ? gap : 0, static_cast<double>(last_tick_), 0, 0, 0}});
+}
+
+bool Recorder::has_ended() const noexcept {
+  return haptic::has_ended(control_.frames.header());
 }
 
 const SegmentHeader* Recorder::servo_header() noexcept {

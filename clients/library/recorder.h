@@ -17,6 +17,10 @@
 
 namespace haptic {
 
+/// Event of a recorder: hapticd was killed and is back: {seconds not recorded, last tick before it,
+/// 0, 0, 0}.
+inline constexpr EventCode kSessionBack{6};
+
 struct TopicCount {
   std::string_view topic;
   uint64_t recorded = 0;  // in the file, once finish() has returned
@@ -49,6 +53,10 @@ class Recorder {
   void follow(const EyeBook& eyes) { eyes_ = &eyes; }
   /// Where the base of the device is in the scene, for the StandardMessages.
   void set_base(const Pose& X_WB) { X_WB_ = X_WB; }
+  /// Goes on with the session of another hapticd, after the last drain of the one before, whose
+  /// attachments may end then: what it has published so far belongs to the recording too. A
+  /// kSessionBack tells of the gap. Before attachments.start().
+  void go_on(Attachments& attachments, TraceWriter& trace);
 
   /// Records everything new; `t_ns` is now (CLOCK_MONOTONIC). False after a write error, which
   /// trace.error() explains.
@@ -61,6 +69,9 @@ class Recorder {
 
   /// One for each of kTopics, in that order.
   std::array<TopicCount, 5> counts() const { return counts_; }
+
+  /// Whether hapticd has ended as it was told to, once the attachments are no longer connected.
+  bool has_ended() const noexcept;
 
   /// Header of the newest servo's segment; null until one has been attached.
   const SegmentHeader* servo_header() noexcept;
@@ -96,6 +107,8 @@ class Recorder {
   Feed<&SimChannels::frames, &SimChannels::events> sim_;
   Feed<&ControlChannels::frames, &ControlChannels::events> control_;
   std::array<TopicCount, 5> counts_;
+  int64_t last_servo_ns_ = 0;  // of the newest frame in the recording
+  uint64_t last_tick_ = 0;
   int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
   int64_t flushed_ns_ = 0;
   double standard_rate_;

@@ -149,7 +149,7 @@ WebAnswer LogStudy::table(std::string_view query) {
     });
   };
   std::ostringstream text;
-  export_csv(*find_topic(kServo0Topic.name), records, text);
+  export_csv(*find_topic(servo_topic(kFirstHand).name), records, text);
   return {200, "text/csv", shared_text(std::move(text).str())};
 }
 

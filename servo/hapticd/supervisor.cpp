@@ -136,6 +136,8 @@ int Supervisor::run() {
   }
   stop_children();
   write_events();
+  // watchers see by this that nobody has killed it
+  control_.set_state(SegmentState::kDead);
   return exit_code_;
 }
 

@@ -152,7 +152,7 @@ TEST_CASE("hapt replay: faster, again and again, and as the intention of a simul
         hapt("replay hand.csv --config plane.toml -o out.mcap --overwrite " + words, folder.path());
     CAPTURE(words, ran.output);
     CHECK(ran.code <= 1);  // a part of the hand need not touch
-    return TraceReader(folder.path() + "/out.mcap").read(kServo0Topic);
+    return TraceReader(folder.path() + "/out.mcap").read(servo_topic(kFirstHand));
   };
   const auto fast = replayed("--speed 4 --from 1s --to 2s");
   // a quarter of a second of it, and as long as it takes to stop the session

@@ -84,9 +84,9 @@ void write_ticks(TraceWriter& trace, uint64_t from, uint64_t to,
   }
 }
 
-const std::vector<LogColumn> kSession{{std::string(kSessionColumn), std::string(kServo0Topic.name),
-                                       std::string(kContact0Topic.name),
-                                       std::string(kSimTopic.name)}};
+const std::vector<LogColumn> kSession{
+    {std::string(kSessionColumn), std::string(servo_topic(kFirstHand).name),
+     std::string(contact_topic(kFirstHand).name), std::string(kSimTopic.name)}};
 
 std::string write_session(const std::string& folder, uint64_t ticks = 2000) {
   const std::string path = folder + "/a.mcap";
@@ -296,7 +296,7 @@ TEST_CASE("view log: overview and table, against the frames that were written") 
 
   std::ostringstream whole;
   const TraceReader trace(path);
-  export_csv(trace, *find_topic(kServo0Topic.name), whole);
+  export_csv(trace, *find_topic(servo_topic(kFirstHand).name), whole);
   std::istringstream rows(whole.str());
   std::string line, wanted;
   for (uint64_t row = 0; std::getline(rows, line); ++row) {

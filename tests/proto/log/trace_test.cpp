@@ -557,11 +557,11 @@ TEST_CASE(
   {
     TraceWriter trace(path, {});
     trace.add_attachment("eye/tool", kEyeMediaType, 11, large);
-    trace.write(kServo0Topic, ServoFrame{}, {1, 1, 0});
+    trace.write(servo_topic(kFirstHand), ServoFrame{}, {1, 1, 0});
     trace.add_attachment("eye/3", kEyeMediaType, 12, large);
     trace.add_attachment("eye/3", kEyeMediaType, 13, small);
     trace.add_attachment("notes", "text/plain", 14, small);
-    trace.write(kServo0Topic, ServoFrame{}, {2, 2, 1});
+    trace.write(servo_topic(kFirstHand), ServoFrame{}, {2, 2, 1});
   }
   std::filesystem::copy_file(path, cut);
   std::filesystem::resize_file(cut, McapReader(path).chunks().back().offset + 30);

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapticd is killed and started again: whoever watches is back by itself and says what it missed.
+#include <fstream>
+#include <string>
+
+#include "clients/library/recorder.h"
+#include "proto/log/trace.h"
+#include "tests/process/hapt_command.h"
+#include "tests/process/watcher.h"
+#include "tests/support/data.h"
+#include "tests/support/temporary_folder.h"
+
+namespace haptic {
+namespace {
+
+using namespace test;
+
+std::string plane() {
+  return test::from_source("configs/plane.toml");
+}
+
+/// A session that can be killed and started again.
+struct Mortal {
+  TemporaryRuntimeFolder folder;
+  std::unique_ptr<HapticdProcess> hapticd = start();
+
+  Mortal() { wait(); }
+  std::unique_ptr<HapticdProcess> start() const {
+    return std::make_unique<HapticdProcess>(
+        std::vector<std::string>{plane(), "--session", "mortal"}, folder.path());
+  }
+  static void wait() {
+    Watcher watcher("mortal");
+    REQUIRE(watcher.wait_for_all());
+  }
+  void kill_and_start() {
+    hapticd->send(SIGKILL);
+    CHECK(hapticd->exit_code() == -SIGKILL);
+    hapticd.reset();
+    hapticd = start();
+    wait();
+  }
+  void stop() const {
+    hapticd->send(SIGTERM);
+    CHECK(hapticd->exit_code() == 0);
+  }
+};
+
+/// How often each number goes back, which it does once where a new session begins.
+template <typename T, typename Number>
+size_t steps_back(const std::vector<T>& records, Number number) {
+  size_t n = 0;
+  for (size_t i = 1; i < records.size(); ++i) n += number(records[i]) <= number(records[i - 1]);
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("recovery: hapt record keeps its file, tells of the gap and goes on") {
+  if (!programs_are_built()) return;
+  Mortal session;
+  const std::string file = session.folder.path() + "/run.mcap";
+  ProgramProcess recorder("hapt", {"record", "-o", file, "--session", "mortal"},
+                          session.folder.path());
+  REQUIRE(eventually([&] { return recorder.said("recording to "); }));
+  sleep_until(now_ns() + kNsPerSecond / 2);
+  session.kill_and_start();
+  const int64_t back_ns = now_ns();
+  REQUIRE(eventually([&] { return recorder.said("hapticd is back after "); }));
+  std::printf("hapt record: back %.2f s after the rings\n",
+              1e-9 * static_cast<double>(now_ns() - back_ns));
+  sleep_until(now_ns() + kNsPerSecond / 2);
+  // ended as it is told to, it is not waited for
+  session.stop();
+  CHECK(recorder.exit_code() == 0);
+  INFO(recorder.log());
+  CHECK(recorder.said("hapticd is gone; "));
+  CHECK(recorder.said("the session has ended"));
+
+  const TraceReader trace(file);
+  CHECK(trace.mcap().finished());
+  const auto frames = trace.read(servo_topic(kFirstHand));
+  CHECK(steps_back(frames, [](const auto& frame) { return frame.t_ns; }) == 0);
+  std::vector<Event> gaps;
+  for (const Event& event : trace.read(kEventTopic)) {
+    if (event.code == static_cast<uint32_t>(kSessionBack)) gaps.push_back(event);
+  }
+  REQUIRE(gaps.size() == 1);
+  CHECK(gaps[0].numbers[0] > 0);
+  // every frame is of the one or the other, and the gap is where it is said to be
+  size_t before = 0, after = 0;
+  for (const ServoFrame& frame : frames) {
+    (frame.t_ns < gaps[0].t_ns - static_cast<int64_t>(1e9 * gaps[0].numbers[0]) + 1'000'000
+         ? before
+         : after) += 1;
+  }
+  CHECK(before > 100);
+  CHECK(after > 100);
+  CHECK(frames[before - 1].tick == static_cast<uint64_t>(gaps[0].numbers[1]));
+}
+
+TEST_CASE("recovery: hapt record waits no longer than it was told to record") {
+  if (!programs_are_built()) return;
+  Mortal session;
+  const std::string file = session.folder.path() + "/run.mcap";
+  ProgramProcess recorder("hapt", {"record", "-o", file, "--session", "mortal", "--for", "1.5s"},
+                          session.folder.path());
+  REQUIRE(eventually([&] { return recorder.said("recording to "); }));
+  session.hapticd->send(SIGKILL);
+  CHECK(recorder.exit_code() == 0);
+  CHECK(recorder.said("hapticd is gone; "));
+  CHECK(TraceReader(file).mcap().finished());
+}
+
+TEST_CASE("recovery: example 01 goes on with the next hapticd, and ends with one that is stopped") {
+  if (!programs_are_built()) return;
+  Mortal session;
+  ProgramProcess watch("01_watch", {"mortal"}, session.folder.path());
+  REQUIRE(eventually([&] { return watch.said("tool "); }));
+  session.kill_and_start();
+  const int64_t back_ns = now_ns();
+  REQUIRE(eventually([&] {
+    const std::string log = watch.log();
+    const size_t at = log.find("hapticd is back after ");
+    return at != log.npos && log.find("tool ", at) != log.npos;
+  }));
+  std::printf("01_watch: back %.2f s after the rings\n",
+              1e-9 * static_cast<double>(now_ns() - back_ns));
+  session.stop();
+  CHECK(watch.exit_code() == 0);
+}
+
+}  // namespace haptic
