@@ -350,11 +350,12 @@ TEST_CASE("view log: meshes come from the attachments, a damaged one is left out
   const std::vector<EyePoint> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<EyeTriangle> triangles{{0, 1, 2}};
   const auto eye = [&](uint32_t object) {
-    return write_eye({.object = object,
-                      .name = "eye",
-                      .vertices = points,
-                      .normals = points,
-                      .triangles = triangles});
+    EyeFile file;
+    file.object = object;
+    file.name = "eye";
+    file.vertices = file.normals = points;
+    file.triangles = triangles;
+    return write_eye(file);
   };
   {
     TraceWriter trace(path, {});
