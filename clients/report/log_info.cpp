@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kNs = 1e-9;  // [s]
 
-/// What is gathered of a channel while the file is read.
+/// Counts and times of a channel, gathered while the file is read.
 struct Channel {
   TopicSummary summary;
   int64_t first_ns = 0, last_ns = 0;

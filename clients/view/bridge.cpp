@@ -30,7 +30,7 @@ bool offers(const WebRequest& request, const std::string& protocol) {
          request.protocols.end();
 }
 
-/// Whether a path below the page's folder is one that a page can have.
+/// True if the path can name a file of the page: letters, digits and a few signs, no hidden file.
 bool is_page_path(const std::string& path) {
   const auto is_known = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '/' ||

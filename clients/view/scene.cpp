@@ -8,6 +8,7 @@
 #include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/wire/proxy_solver.h"
 
 namespace haptic {
 namespace {
@@ -133,7 +134,7 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   scene["tool"] = tool_json(info);
   scene["renderers"] = renderers_json(info);
   scene["renderer"] = renderer_json(view);
-  scene["solvers"] = {"direct", "penalty-dynamics", "quasi-static"};  // by SoftSolver
+  scene["solvers"] = kSoftSolverNames;  // by SoftSolver
   if (info.config) add_device(scene, *info.config);
   if (info.started >= 0) scene["started"] = info.started;
   if (info.log) add_log(scene, *info.log);

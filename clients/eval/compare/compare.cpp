@@ -38,7 +38,7 @@ bool is_soft(Renderer renderer) {
   return is_of_body(renderer) && !is_rigid(renderer);
 }
 
-/// What the tool is, for the measures that share nothing with the renderers.
+/// The shape of the tool, which the measures use; they share no code with the renderers.
 struct ToolPoints {
   std::vector<Vec3> vertices_T;
   Vec3 centre_T;
