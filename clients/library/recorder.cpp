@@ -106,7 +106,7 @@ void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
   scene_.reset();
   write(trace, kEventTopic,
         Event{now_ns(),
-              static_cast<uint32_t>(kSessionBack),
+              static_cast<uint32_t>(EventCode::kSessionBack),
               static_cast<uint32_t>(SegmentId::kControl),
               {last_servo_ns_ > 0 ? gap : 0, static_cast<double>(last_tick_), 0, 0, 0}});
 }

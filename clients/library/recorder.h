@@ -17,10 +17,6 @@
 
 namespace haptic {
 
-/// Event of a recorder: hapticd was killed and is back: {seconds not recorded, last tick before it,
-/// 0, 0, 0}.
-inline constexpr EventCode kSessionBack{6};
-
 struct TopicCount {
   std::string_view topic;
   uint64_t recorded = 0;  // in the file, once finish() has returned
