@@ -5,6 +5,7 @@
 
 #include "contact/bake/session.h"
 #include "contact/loop.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
@@ -19,7 +20,10 @@ int run(const ChildArguments& arguments) {
 int check_meshes(const char* path) try {
   const SessionConfig config = load_config(path);
   const std::string file = shown(path);
-  for (const std::string& line : scene_warnings(config, bake_session(config))) {
+  StageProgress baking;
+  BakeTold told;
+  told.progress = [&](std::string_view stage, double share) { baking.at(stage, share); };
+  for (const std::string& line : scene_warnings(config, bake_session(config, told))) {
     std::printf("%s: warning: %s\n", file.c_str(), one_line(line).c_str());
   }
   std::printf("%s: ok, session '%s', %u object%s\n", file.c_str(), config.name.data(),

@@ -5,8 +5,6 @@ set(hapticd COMPONENT hapticd)
 set(programs ${CMAKE_INSTALL_LIBEXECDIR}/hapticd)
 install(TARGETS hapt hapt-lab haptic-view hapticd haptic-contact haptic-servo haptic-sim
   haptic-emulator haptic-faulty-contact DESTINATION ${programs} ${hapticd})
-# the page, where its target view_page has been built
-install(DIRECTORY ${CMAKE_BINARY_DIR}/view DESTINATION ${CMAKE_INSTALL_DATADIR}/hapticd OPTIONAL ${hapticd})
 install(PROGRAMS fetch-meshes DESTINATION ${programs} ${hapticd})
 file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_PREFIX}/${programs})
 foreach(program IN ITEMS hapt hapticd haptic-emulator)

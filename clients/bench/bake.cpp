@@ -8,13 +8,13 @@
 #include <memory>
 
 #include "clients/bench/work/workload.h"
-#include "clients/report/progress.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/cache.h"
 #include "contact/bake/grid.h"
 #include "contact/shape/baked/file.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

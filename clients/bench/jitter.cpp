@@ -14,8 +14,8 @@
 
 #include "clients/lab/forked_process.h"
 #include "clients/lab/jitter_rows.h"
-#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

@@ -9,8 +9,8 @@
 #include "clients/lab/scripted_hand.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
-#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 #include "proto/os/rt_guard.h"
 #include "proto/wire/renderer.h"
 
@@ -155,9 +155,9 @@ std::vector<Row> all_rows(const Options& options) {
 
 BenchRun bench_point_proxy(Command& command) {
   const auto options = std::make_shared<Options>();
-  command.option("--mesh", options->meshes, "hf:N or sphere:N; several may be given")
+  command.option("--mesh", options->meshes, "hf:N, sphere:N or flat:N; several may be given")
       .check([](const std::string& name) {
-        return is_eval_work(name) ? "" : "give hf:N, sphere:N or flat:N";
+        return is_eval_work(name) ? "" : "give " + eval_work_names();
       });
   command
       .quantities("--radius", options->radii, Dimension::kLength, {0, 0.05},

@@ -14,13 +14,13 @@
 #include "clients/eval/scenes/rigid_scenes.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/library/histogram.h"
-#include "clients/report/progress.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/rigid_tool.h"
 #include "contact/query/proximity/near_front.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

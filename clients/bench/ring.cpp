@@ -8,8 +8,8 @@
 #include <string>
 
 #include "clients/bench/work/burst.h"
-#include "clients/report/progress.h"
 #include "proto/ipc/segment.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 

@@ -17,11 +17,11 @@
 #include "clients/eval/scenes/workload.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/report/median.h"
-#include "clients/report/progress.h"
 #include "contact/bake/volume.h"
 #include "contact/query/volume/shell_in_field.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

@@ -27,7 +27,6 @@
 #include "clients/hapt/options.h"
 #include "clients/lab/lockstep.h"
 #include "clients/report/print_rows.h"
-#include "clients/report/progress.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
@@ -37,6 +36,7 @@
 #include "proto/config/renderer_needs.h"
 #include "proto/log/hand_trace.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 #include "proto/wire/renderer.h"
 

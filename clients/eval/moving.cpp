@@ -10,7 +10,7 @@
 #include "clients/eval/oracle/exact_cgal.h"
 #include "clients/eval/rigid.h"
 #include "clients/lab/scripted_hand.h"
-#include "clients/report/progress.h"
+#include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "clients/eval/drag.h"
-#include "clients/report/progress.h"
 #include "contact/detect/body/body_detectors.h"
 #include "contact/detect/body/cluster_contact.h"
 #include "contact/detect/body/exact.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

@@ -8,8 +8,8 @@
 #include "clients/eval/oracle/sphere_oracle.h"
 #include "clients/lab/scripted_hand.h"
 #include "clients/report/plot_svg.h"
-#include "clients/report/progress.h"
 #include "proto/config/devices.h"
+#include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

@@ -8,7 +8,7 @@
 #include "clients/eval/oracle/rest_cgal.h"
 #include "clients/lab/lockstep.h"
 #include "clients/lab/scripted_hand.h"
-#include "clients/report/progress.h"
+#include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "clients/lab/scripted_hand.h"
-#include "clients/report/progress.h"
 #include "contact/shape/mesh/tool_body.h"
+#include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

@@ -7,7 +7,6 @@
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/mesh_scene.h"
-#include "clients/report/progress.h"
 #include "contact/bake/bake.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
@@ -15,6 +14,7 @@
 #include "proto/config/config_tool.h"
 #include "proto/config/quantity.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
@@ -82,11 +82,7 @@ void print_shell(const BakedVolume& tool) {
             << " mm apart; " << made_in(tool.shell_time, tool.from_cache) << '\n';
 }
 
-void run_voxel(const BakedShape& shape, const VoxelConfig& voxel) {
-  StageProgress progress;
-  const BakeProgress show = [&](std::string_view stage, double share) {
-    progress.at(stage, share);
-  };
+void run_voxel(const BakedShape& shape, const VoxelConfig& voxel, const BakeProgress& show) {
   const BakedVolume obstacle = bake_obstacle(shape, voxel, show);
   const BakedVolume tool = bake_tool(shape, voxel, show);
   print_map(obstacle);
@@ -116,14 +112,18 @@ void run_bake(const BakeOptions& options) {
   object.allow_open = options.allow_open || options.as_sheet;
   const std::optional<VoxelConfig> voxel =
       options.voxel > 0 ? std::optional(voxel_options(options)) : std::nullopt;
-  const BakedShape shape = bake_object(object, kMemoryLimit);
+  StageProgress progress;
+  const BakeProgress show = [&](std::string_view stage, double share) {
+    progress.at(stage, share);
+  };
+  const BakedShape shape = bake_object(object, kMemoryLimit, show);
   const BakeReport& report = shape.report;
   std::cout << shown(options.mesh) << ": " << report.triangles << " triangles, " << report.vertices
             << " vertices, " << box_text(shape.shape.mesh) << ", "
             << (report.closed ? "closed" : "open")
             << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
   for (const std::string& line : report.lines) std::cout << "  " << one_line(line) << '\n';
-  if (voxel) run_voxel(shape, *voxel);
+  if (voxel) run_voxel(shape, *voxel, show);
   if (options.explain) {
     for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
   }

@@ -21,7 +21,6 @@
 #include "clients/hapt/scenes.h"
 #include "clients/hapt/session_process.h"
 #include "clients/library/recorder.h"
-#include "clients/report/progress.h"
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"
@@ -33,6 +32,7 @@
 #include "proto/ipc/process.h"
 #include "proto/log/hand_trace.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

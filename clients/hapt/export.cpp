@@ -10,9 +10,9 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
-#include "clients/report/progress.h"
 #include "proto/log/csv.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

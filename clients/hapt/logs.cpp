@@ -10,9 +10,9 @@
 #include "clients/hapt/options.h"
 #include "clients/report/log_diff.h"
 #include "clients/report/log_info.h"
-#include "clients/report/progress.h"
 #include "proto/log/recover.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

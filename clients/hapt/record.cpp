@@ -15,11 +15,11 @@
 #include "clients/hapt/options.h"
 #include "clients/library/client.h"
 #include "clients/library/recorder.h"
-#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

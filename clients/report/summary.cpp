@@ -11,12 +11,14 @@
 #include "contact/query/point/closest_point.h"
 #include "proto/log/trace.h"
 #include "proto/math/motion_metric.h"
+#include "proto/os/progress.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {
 
+constexpr const char* kExactCheck = "checking each pose exactly";
 constexpr double kTouchForce = 0.05;        // [N]; weaker forces count as free space
 constexpr size_t kMostPosesChecked = 2000;  // poses of a rigid tool; each check takes about 1 ms
 constexpr size_t kMostWaysChecked = 100;    // each takes up to 32 exact tests per object
@@ -122,7 +124,10 @@ void check_verified(const SessionData& data, const BakedSession& baked, Penetrat
   for (const BakedShape& object : baked.objects) {
     judges.emplace_back(object.shape, baked.tool->shape, RigidPoseJudge::Springs{});
   }
-  for (const VerifiedProxy& proxy : some_of(rigid, kMostPosesChecked)) {
+  const std::vector<VerifiedProxy> asked = some_of(rigid, kMostPosesChecked);
+  Progress progress(kExactCheck, static_cast<double>(asked.size()));
+  for (const VerifiedProxy& proxy : asked) {
+    progress.step();
     if ((proxy.flags & kContactNoFreePose) != 0) continue;
     ++out.verified_checked;
     bool is_inside = false;
@@ -208,7 +213,9 @@ Penetration measure_penetration(const SessionData& data, const SessionConfig& co
     return object.shape.mesh.closed;
   });
   if (!any_closed && !shapes.empty()) out.unchecked = "not checked: an open mesh has no inside";
+  Progress progress(kExactCheck, static_cast<double>(data.proxies.size()));
   for (const VerifiedProxy& proxy : data.proxies) {
+    progress.step();
     if ((proxy.flags & kContactNoFreePose) != 0 || !any_closed) continue;
     ++out.verified_checked;
     for (size_t i = 0; i < oracles.size(); ++i) {

@@ -11,10 +11,10 @@
 #include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
 #include "clients/report/print_rows.h"
-#include "clients/report/progress.h"
 #include "clients/report/report.h"
 #include "clients/selftest/guarded_loop.h"
 #include "contact/bake/session.h"
+#include "proto/os/progress.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {

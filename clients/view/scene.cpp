@@ -53,10 +53,9 @@ Json renderers_json(const SceneInfo& info) {
     std::string lack;
     if (info.config) {
       const CouplingConfig& coupling = info.config->coupling;
-      const bool has_maps =
-          row_of(info.config->renderer).has_maps || info.config->voxel.is_wanted != 0;
       lack = lack_of(*info.config, row.id, solver_of(info.config->proxy, row.id),
-                     {coupling.translational_stiffness, coupling.rotational_stiffness}, has_maps);
+                     {coupling.translational_stiffness, coupling.rotational_stiffness},
+                     has_maps(*info.config));
     }
     renderers.push_back({{"name", row.name},
                          {"available", lack.empty()},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,6 +14,9 @@
 #include "proto/config/session_config.h"
 
 namespace haptic {
+
+/// Called with what is being baked and its progress, from 0 to 1.
+using BakeProgress = std::function<void(std::string_view what, double share)>;
 
 /// A shape ready for queries, kept alive by its storage (a mapped cache file or memory).
 struct BakedShape {
@@ -27,7 +31,8 @@ struct BakedShape {
 
 /// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder if it was
 /// baked before (key: content, unit, size, options, version). Throws MeshError.
-BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit);
+BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit,
+                       const BakeProgress& progress = {});
 
 /// Bakes the bytes of a mesh file, whose name is object.mesh. Nothing is cached.
 BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint64_t memory_limit);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/bake/session.h"
-#include "proto/wire/renderer.h"
+
+#include "proto/config/renderer_needs.h"
 
 namespace haptic {
 namespace {
 
 BakedShape bake_told(const ShapeConfig& shape, uint64_t memory_limit, const BakeTold& told) {
   told.begin(std::string(view(shape.mesh)));
-  BakedShape baked = bake_object(shape, memory_limit);
+  BakedShape baked = bake_object(shape, memory_limit, told.progress);
   for (const std::string& line : baked.report.lines) told.finding(line);
   return baked;
 }
@@ -42,7 +43,7 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
   }
   if (view(config.tool.mesh).empty()) return session;
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
-  if (!row_of(config.renderer).has_maps && config.voxel.is_wanted == 0) return session;
+  if (!has_maps(config)) return session;
   for (const BakedShape& object : session.objects) {
     session.volumes.push_back(bake_told(bake_obstacle, object, config.voxel, told));
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,9 +10,6 @@
 #include "contact/shape/baked/volume.h"
 
 namespace haptic {
-
-/// Called with what is being baked and its progress, from 0 to 1.
-using BakeProgress = std::function<void(std::string_view what, double share)>;
 
 /// Data of a body for the detector `voxel`, kept alive by its storage (a mapped cache file or
 /// memory).

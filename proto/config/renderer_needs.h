@@ -27,6 +27,11 @@ inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
   return has_springs(solver_of(proxy, renderer), renderer);
 }
 
+/// Whether contact bakes voxels of the objects and points of the tool, if there is one.
+inline bool has_maps(const SessionConfig& config) {
+  return row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
+}
+
 /// What a session lacks to be rendered by another renderer, where that moves a soft body with this
 /// solver, and what to add to its file; empty: nothing. `has_maps`: contact has voxels of its
 /// objects.

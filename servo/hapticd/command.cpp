@@ -39,10 +39,9 @@ std::string_view take_word(std::string_view& line) {
 /// What the session lacks for a renderer, given the springs of the wanted frame; empty: nothing.
 std::string lack_with(const SessionConfig& config, Renderer renderer, const ControlFrame& wanted) {
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
-  const bool has_maps = row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
   const SoftSolver solver =
       soft_solver_of(wanted.solver).value_or(solver_of(config.proxy, renderer));
-  return lack_of(config, renderer, solver, springs, has_maps);
+  return lack_of(config, renderer, solver, springs, has_maps(config));
 }
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "clients/report/median.h"
-#include "clients/report/progress.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {

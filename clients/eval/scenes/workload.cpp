@@ -90,6 +90,10 @@ bool is_eval_work(const std::string& name) {
   return fineness(name, "hf") > 0 || fineness(name, "sphere") > 0 || fineness(name, "flat") > 0;
 }
 
+std::string eval_work_names() {
+  return "hf:N, sphere:N or flat:N with N from 1 to " + std::to_string(kFinest);
+}
+
 EvalWork make_eval_work(const std::string& name, double tool_radius) {
   if (const uint32_t n = fineness(name, "hf"); n > 0) {
     return {name, make_height_field(n), [=](double t) { return field_slide(t, tool_radius); }};
@@ -102,9 +106,7 @@ EvalWork make_eval_work(const std::string& name, double tool_radius) {
               return flat_slide(t) + Vec3{0, 0, tool_radius};
             }};
   }
-  throw std::runtime_error(name +
-                           ": no such mesh; give hf:N, sphere:N or flat:N with N from 1 to " +
-                           std::to_string(kFinest) + ", or a file");
+  throw std::runtime_error(name + ": no such mesh; give " + eval_work_names() + ", or a file");
 }
 
 }  // namespace haptic

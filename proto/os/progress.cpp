@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "clients/report/progress.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/os/progress.h"
 
 #include <unistd.h>
 
