@@ -33,7 +33,7 @@ struct SceneInfo {
   std::string config_text;              // empty: not given to this user
   std::optional<SessionConfig> config;  // of that text
   EyeFiles eyes;
-  double started = -1;  // [s], of the session's clock; below zero: not known
+  double started = -1;          // [s], of the session's clock; below zero: not known
   std::optional<LogFacts> log;  // of a log
 };
 

@@ -5,12 +5,12 @@
 #include <sstream>
 
 #include "clients/view/foxglove.h"
-#include "clients/view/web/http_rules.h"
 #include "clients/view/messages.h"
 #include "clients/view/metrics.h"
 #include "clients/view/page_message.h"
 #include "clients/view/scene.h"
 #include "clients/view/viewer.h"
+#include "clients/view/web/http_rules.h"
 #include "tests/view/layout_reader.h"
 
 namespace haptic {
