@@ -37,10 +37,11 @@ PrivateFile::PrivateFile(std::string path, const std::string& text) : path_(std:
     throw MessageError(shown(path_) + ": the token cannot be written (" +
                        std::string(std::strerror(errno)) + "); choose a place with --token-file");
   }
+  file_ = identity_of(path_);
 }
 
 PrivateFile::~PrivateFile() {
-  unlink(path_.c_str());
+  if (file_ && identity_of(path_) == file_) unlink(path_.c_str());
 }
 
 }  // namespace haptic

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
+
+#include "proto/ipc/unix_socket.h"
 
 namespace haptic {
 
@@ -18,6 +21,7 @@ class PrivateFile {
 
  private:
   std::string path_;
+  std::optional<FileIdentity> file_;  // what is there later may be somebody else's
 };
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 // The only file that includes Boost.Beast, which takes half a minute to compile.
 #include "clients/view/web.h"
 
+#include <array>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -43,6 +44,17 @@ std::vector<std::string> words_of(std::string_view list) {
 
 std::string text_of(beast::string_view text) {
   return {text.data(), text.size()};
+}
+
+/// Why two readers could understand the request differently, as a proxy and this server; empty:
+/// they cannot.
+template <typename Request>
+std::string ambiguity_of(const Request& request) {
+  for (const http::field once : {http::field::host, http::field::origin}) {
+    if (request.count(once) > 1) return "a request has one " + text_of(to_string(once));
+  }
+  if (request.count(http::field::transfer_encoding) > 0) return "a request here has no body";
+  return "";
 }
 
 template <typename Request>
@@ -113,6 +125,7 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
     socket_.set_option(websocket::stream_base::timeout{request_patience, patience, true});
     socket_.read_message_max(server_.options.longest_message);
     socket_.auto_fragment(false);
+    socket_.control_callback([this](websocket::frame_type, beast::string_view) { is_flooding(); });
     socket_.set_option(
         websocket::stream_base::decorator([protocol](websocket::response_type& response) {
           response.set(http::field::sec_websocket_protocol, protocol);
@@ -126,16 +139,17 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
     });
   }
 
-  void send(SharedText message, bool is_text) {
-    if (closing_ || message_ != nullptr) return;
+  void send(WebMessage message) {
+    if (closing_ || message_.bytes != nullptr) return;
     message_ = std::move(message);
-    socket_.text(is_text);
-    socket_.async_write(asio::buffer(*message_),
-                        [self = shared_from_this()](error_code error, size_t) {
-                          self->message_.reset();
-                          if (error) return self->end();
-                          if (!self->closing_) self->server_.handlers.sent(self->id_);
-                        });
+    const std::array<asio::const_buffer, 2> parts{
+        asio::buffer(message_.own), asio::buffer(*message_.bytes) + message_.own.size()};
+    socket_.text(message_.is_text);
+    socket_.async_write(parts, [self = shared_from_this()](error_code error, size_t) {
+      self->message_ = {};
+      if (error) return self->end();
+      if (!self->closing_) self->server_.handlers.sent(self->id_);
+    });
   }
 
   void close(CloseCode code, const std::string& reason) {
@@ -149,7 +163,7 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
   void read() {
     socket_.async_read(input_, [self = shared_from_this()](error_code error, size_t) {
       if (error) return self->end();
-      if (self->closing_) return;
+      if (self->closing_ || self->is_flooding()) return;
       const auto bytes = self->input_.cdata();
       self->server_.handlers.heard(self->id_,
                                    {static_cast<const char*>(bytes.data()), bytes.size()},
@@ -157,6 +171,18 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
       self->input_.consume(self->input_.size());
       if (!self->closing_) self->read();
     });
+  }
+
+  /// Counts what the peer says; one that says more than a page ever does is closed.
+  bool is_flooding() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - second_ >= std::chrono::seconds(1)) {
+      second_ = now;
+      heard_ = 0;
+    }
+    if (++heard_ <= server_.options.most_heard) return false;
+    close(CloseCode::kPolicy, "too many messages a second");
+    return true;
   }
 
   void end() {
@@ -168,8 +194,10 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
   Socket socket_;
   SocketId id_;
   beast::flat_buffer input_;
-  SharedText message_;  // being written
+  WebMessage message_;  // being written
   bool closing_ = false;
+  std::chrono::steady_clock::time_point second_;  // since which
+  size_t heard_ = 0;                              // so many messages and pings have come
 };
 
 /// A connection that speaks HTTP.
@@ -210,6 +238,10 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
 
   void handle() {
     const auto& request = parser_->get();
+    const std::string problem = ambiguity_of(request);
+    if (!problem.empty()) {
+      return write({400, "text/plain; charset=utf-8", shared_text(problem + "\n")}, false);
+    }
     if (server_.n_peers > server_.options.most_peers) {
       return write({503, "text/plain; charset=utf-8",
                     shared_text("all " + std::to_string(server_.options.most_peers) +
@@ -239,7 +271,8 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
     if (answer.status == 405) response_.set(http::field::allow, "GET, HEAD");
     const bool is_head = parser_->is_header_done() && parser_->get().method() == http::verb::head;
     response_.content_length(answer.body->size());
-    if (!is_head) response_.body() = *answer.body;
+    body_ = answer.body;  // not a copy: many slow readers of one mesh share it
+    if (!is_head) response_.body() = {body_->data(), body_->size()};
     response_.keep_alive(keep_alive);
     stream_.expires_after(std::chrono::seconds(server_.options.write_patience));
     http::async_write(stream_, response_,
@@ -271,7 +304,8 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
   TcpStream stream_;
   beast::flat_buffer input_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  http::response<http::string_body> response_;
+  SharedText body_;  // outlives the answer that is being written
+  http::response<http::span_body<const char>> response_;
   std::array<char, 4096> rest_{};
   bool upgraded_ = false;
 };
@@ -321,9 +355,9 @@ size_t WebServer::peers() const {
   return impl_->n_peers;
 }
 
-void WebServer::send(SocketId id, SharedText message, bool is_text) {
+void WebServer::send(SocketId id, WebMessage message) {
   const auto channel = impl_->channels.find(id);
-  if (channel != impl_->channels.end()) channel->second->send(std::move(message), is_text);
+  if (channel != impl_->channels.end()) channel->second->send(std::move(message));
 }
 
 void WebServer::close(SocketId id, CloseCode code, const std::string& reason) {

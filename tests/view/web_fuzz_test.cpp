@@ -70,23 +70,29 @@ std::vector<std::string> requests(uint16_t port) {
 }
 
 const std::vector<std::string> kMessages{
-    R"({"type":"token","token":"secret"})",
-    R"({"type":"shown","sequence":0})",
-    R"({"type":"rate","hz":120})",
-    R"({"type":"command","id":1,"line":"pause"})",
-    R"({"type":"lead","position":[0,0,0],"orientation":[1,0,0,0]})",
-    R"({"type":"release"})",
+    R"({"type":"token","token":"secret"})", R"({"type":"shown","sequence":0})",
+    R"({"type":"rate","hz":120})", R"({"type":"command","id":1,"line":"pause"})",
+    R"({"type":"lead","position":[0,0,0],"orientation":[1,0,0,0]})", R"({"type":"release"})",
     R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})",
-    "",
-    std::string(9000, 'x')};
+    R"({"op":"unsubscribe","subscriptionIds":[1]})",
+    // as a client of Foxglove publishes: opcode, channel, data
+    std::string("\x01\x01\0\0\0data", 9), "", std::string(9000, 'x')};
 
 /// Frames of a WebSocket: good ones, ones of any kind, and damaged ones.
 std::string frames(FuzzRandom& random, const test::Damage& damage) {
   std::string bytes;
   for (size_t n = random.below(6) + 1; n > 0; --n) {
     const int opcode = random.below(2) == 0 ? test::kText : static_cast<int>(random.below(16));
-    bytes += SocketClient::frame(opcode, random.pick(kMessages), random.below(4) > 0,
-                                 random.below(8) > 0);
+    // damaged before the mask, so that the parser of JSON sees it
+    const std::string& good = random.pick(kMessages);
+    const std::string payload = random.below(2) == 0 ? good : damage.apply(good, random, 9000);
+    std::string frame =
+        SocketClient::frame(opcode, payload, random.below(4) > 0, random.below(8) > 0);
+    // reserved bits, as of a compressed frame; another opcode; another length than there is
+    if (random.below(8) == 0) frame[0] = static_cast<char>(frame[0] | (1 << (4 + random.below(3))));
+    if (random.below(8) == 0) frame[0] = static_cast<char>(random.below(256));
+    if (random.below(8) == 0) frame[1] = static_cast<char>(random.below(256));
+    bytes += frame;
   }
   return random.below(2) == 0 ? damage.apply(bytes, random) : bytes;
 }
