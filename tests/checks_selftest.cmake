@@ -17,8 +17,9 @@ function(build_clean_tree)
   file(WRITE ${WORK}/README.md "text\n```cpp\n#include \"clients/library/client.h\"\n```\n\
 [a](docs/config.md) [b](docs/config.md#units-and-name) [c](#here) `[d](none)`\n## Here\n")
   file(WRITE ${WORK}/clients/library/client.cpp "${apache}#include \"proto/wire/wire.h\"\n")
-  file(WRITE ${WORK}/contact/bake/repair.cpp "${gpl}#include <CGAL/x.h>\n#include <fstream>\n")
-  file(WRITE ${WORK}/contact/query/point/hit.cpp "${gpl}#include \"contact/shape/tree/tree.h\"\n")
+  file(WRITE ${WORK}/contact/bake/soup/repair.cpp "${gpl}#include <CGAL/x.h>\n#include <fstream>\n")
+  file(WRITE ${WORK}/contact/query/point/hit.cpp
+    "${gpl}#include \"contact/query/point/hit.h\"\n#include \"contact/shape/tree/tree.h\"\n")
   file(WRITE ${WORK}/servo/main.cpp "${gpl}#include <thread>\n#include \"device-io/device.h\"\n")
   file(WRITE ${WORK}/proto/config/command_line.cpp "${apache}#include <CLI/CLI.hpp>\n")
   file(WRITE ${WORK}/clients/eval/command.cpp "${gpl}#include \"servo/step.h\"\n")
@@ -45,6 +46,21 @@ endfunction()
 
 function(expect_include_breach file header)
   expect_breach(${file} "${gpl}#include ${header}\n")
+endfunction()
+
+# the check must fail on these includes, each "source header", and show the circle
+function(expect_circle circle)
+  build_clean_tree()
+  foreach(include IN LISTS ARGN)
+    string(REGEX MATCH "^(.+) (.+)$" include "${include}")
+    file(WRITE ${WORK}/${CMAKE_MATCH_1} "${gpl}#include \"${CMAKE_MATCH_2}\"\n")
+  endforeach()
+  run_check(status output)
+  string(REGEX REPLACE "[ \n]+" " " output "${output}")  # messages are wrapped
+  string(FIND "${output}" "circle of modules: ${circle};" place)
+  if(status EQUAL 0 OR place EQUAL -1)
+    message(SEND_ERROR "the circle ${circle} is not caught:\n${output}")
+  endif()
 endfunction()
 
 function(repeat_lines count text)
@@ -95,6 +111,10 @@ if(CHECK MATCHES "layering")
   expect_breach(servo/x.cpp "  #  include\t\"contact/step.h\"  // spaced out\n")
   expect_breach(helpers/x.cpp "${gpl}")
   expect_breach(servo/helpers/x.cpp "${gpl}")
+  expect_circle("sim/a -> sim/b -> sim/a" "sim/a.h sim/b.h" "sim/b.cpp sim/a.h")
+  expect_circle("sim/a -> sim/b -> sim/a" "sim/a.cpp sim/b.h" "sim/b.h sim/a.h" "sim/a.h proto/wire/wire.h")
+  expect_circle("sim/c -> sim/motion/x -> sim/c"
+    "sim/a.h sim/c.h" "sim/c.cpp sim/motion/x.h" "sim/motion/x.h sim/c.h")
   # more files than a folder may hold: named after the folder
   build_clean_tree()
   foreach(i RANGE 1 31)

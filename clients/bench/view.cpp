@@ -209,7 +209,7 @@ std::vector<Row> all_rows(const Options& options) {
 BenchRun bench_view(Command& command) {
   const auto options = std::make_shared<Options>();
   command.option("--config FILE", options->config, "session file").show_default();
-  command.option("--viewers", options->viewers, "at 120 Hz").range(2, 120).show_default();
+  command.option("--viewers", options->viewers, "at 120 Hz").range(2, 90).show_default();
   command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each window", "s")
       .show_default();
   return run_rounds(options, all_rows);

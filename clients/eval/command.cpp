@@ -31,6 +31,7 @@
 #include "clients/report/session_plot.h"
 #include "clients/report/summary.h"
 #include "proto/config/command_line.h"
+#include "proto/config/config.h"
 #include "proto/config/config_warnings.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"

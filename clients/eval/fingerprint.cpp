@@ -10,6 +10,7 @@
 #include "clients/report/progress.h"
 #include "contact/bake/session.h"
 #include "device-io/device.h"
+#include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"

@@ -26,6 +26,7 @@
 #include "clients/report/summary.h"
 #include "clients/report/verdict.h"
 #include "proto/config/command_line.h"
+#include "proto/config/config.h"
 #include "proto/config/config_shape.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
@@ -159,8 +160,11 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   std::optional<SessionProcess> bridge;
   if (options.view)
     bridge.emplace("haptic-view", std::vector<std::string>{"view", options.session});
-  Attachments attachments(std::move(socket));
+  EyeBook eyes;
+  Attachments attachments(std::move(socket), eyes.options());
   Recorder recorder(attachments, Start::kOldest, options.standard_rate);
+  recorder.follow(eyes);
+  recorder.set_base(load_config(options.config).map.X_WB);
   auto watched = attachments.ring<&ServoChannels::frames>(Start::kOldest);
   attachments.start();
   TraceWriter trace(options.log,

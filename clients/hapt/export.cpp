@@ -18,7 +18,7 @@ namespace haptic {
 namespace {
 
 struct ExportOptions {
-  std::string recording, output, topic = std::string(kServo0Topic.name);
+  std::string recording, output, topic = std::string(servo_topic(kFirstHand).name);
   bool overwrite = false;
 };
 

@@ -24,8 +24,8 @@ inline constexpr LabCommand kTortureCommand{
     "torture",
     "Fault injection: break a private test session at random and check the forces sent to the "
     "device"};
-inline constexpr LabCommand kViewCommand{"view", "Show a running session in a browser",
-                                         "haptic-view"};
+inline constexpr LabCommand kViewCommand{
+    "view", "Show a running session or a recording in a browser", "haptic-view"};
 inline constexpr std::array kLabCommands{&kEvalCommand, &kBenchCommand, &kSelftestCommand,
                                          &kTortureCommand, &kViewCommand};
 

@@ -69,6 +69,7 @@ void run_recover(const LogOptions& options) {
   std::cout << shown(options.log) << ": "
             << (got.had_end ? "has its end" : "has no end: its recorder was killed") << '\n'
             << "  " << got.chunks << " whole chunks copied";
+  if (got.attachments > 0) std::cout << ", " << got.attachments << " meshes";
   if (got.rescued > 0) std::cout << ", " << got.rescued << " messages of the chunk that is cut";
   std::cout << '\n';
   for (const auto& [topic, count] : got.messages) {

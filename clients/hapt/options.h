@@ -28,7 +28,7 @@ inline Option add_json(Command& command, bool& json) {
   return command.flag("--json", json, "for scripts: JSON on standard output");
 }
 
-/// Of the messages that viewers of robots know, beside the session's own records.
+/// Default rate of the ROS messages that a recorder writes beside its own records.
 inline constexpr double kStandardRate = 60;  // [Hz]; what a screen shows
 inline Option add_standard_rate(Command& command, double& rate) {
   return command

@@ -75,6 +75,16 @@ std::string config_of(const std::string& session) {
   return "";
 }
 
+/// Where the base of the device is; none where the session file is not known, or not read here.
+std::optional<Pose> base_of(const std::string& config) {
+  try {
+    if (!config.empty()) return parse_config(config, "session.toml").map.X_WB;
+  } catch (const ConfigError&) {
+    // the recording is worth as much without it
+  }
+  return std::nullopt;
+}
+
 /// Real time like the session that is recorded, where it is and the kernel grants it. Returns
 /// whether the servo has been seen.
 bool follow_realtime(Recorder& recorder) {
@@ -94,9 +104,12 @@ class Recording {
       : options_(options),
         session_(session),
         config_(config),
-        attachments_(std::make_unique<Attachments>(std::move(socket))),
+        eyes_(std::make_unique<EyeBook>()),
+        attachments_(std::make_unique<Attachments>(std::move(socket), eyes_->options())),
         recorder_(*attachments_, Start::kNewest, options.standard_rate),
         trace_(options.output, recording_metadata(session, config)) {
+    recorder_.follow(*eyes_);
+    if (const auto X_WB = base_of(config)) recorder_.set_base(*X_WB);
     attachments_->start();
     if (std::isfinite(options.duration)) progress_.emplace("recording", options.duration);
   }
@@ -147,9 +160,13 @@ class Recording {
     const int64_t gone_ns = now_ns();
     FileDescriptor socket = connect_again(session_, [this] { return is_over(); });
     if (!socket.is_open()) return false;
-    auto next = std::make_unique<Attachments>(std::move(socket));
+    // another hapticd counts its generations anew
+    auto eyes = std::make_unique<EyeBook>();
+    auto next = std::make_unique<Attachments>(std::move(socket), eyes->options());
     recorder_.go_on(*next, trace_);
+    recorder_.follow(*eyes);
     attachments_ = std::move(next);
+    eyes_ = std::move(eyes);
     attachments_->start();
     char missed[32];
     std::snprintf(missed, sizeof missed, "%.2f", static_cast<double>(now_ns() - gone_ns) * 1e-9);
@@ -171,6 +188,7 @@ class Recording {
   const RecordOptions& options_;
   std::string session_, config_;
   int n_configs_ = 1;
+  std::unique_ptr<EyeBook> eyes_;  // outlives the thread that fills it
   std::unique_ptr<Attachments> attachments_;
   Recorder recorder_;
   TraceWriter trace_;

@@ -158,9 +158,9 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
 void run_top(const TopOptions& options) {
   catch_stop_signals();
   Client client(options.session);
-  Watched servo("servo0", client.ring<&ServoChannels::frames>(Start::kNewest));
-  Watched contact("contact0", client.ring<&ContactChannels::sets>(Start::kNewest));
-  Watched sim("sim", client.ring<&SimChannels::frames>(Start::kNewest));
+  Watched servo(ServoChannels::kName, client.ring<&ServoChannels::frames>(Start::kNewest));
+  Watched contact(ContactChannels::kName, client.ring<&ContactChannels::sets>(Start::kNewest));
+  Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest));
   const auto drain_all = [&] {
     servo.drain();
     contact.drain();

@@ -14,10 +14,7 @@ constexpr int64_t kRetryPeriod = kNsPerSecond / 10;
 Client::Client(const std::string& session) : Client(connect_session(session)) {}
 
 Client::Client(FileDescriptor socket)
-    : attachments_(
-          std::move(socket),
-          {.on_eye = [this](const Announcement& announcement,
-                            FileDescriptor fd) { eyes_.take(announcement, std::move(fd)); }}),
+    : attachments_(std::move(socket), eyes_.options()),
       control_(attachments_.source<ControlChannels>()) {}
 
 bool has_ended(const SegmentHeader* control) noexcept {

@@ -43,6 +43,12 @@ void EyeBook::take(const Announcement& announcement, FileDescriptor fd) {
   ++eyes_.changes;
 }
 
+AttachOptions EyeBook::options() {
+  return {.on_eye = [this](const Announcement& announcement, FileDescriptor fd) {
+    take(announcement, std::move(fd));
+  }};
+}
+
 Eyes EyeBook::eyes() const {
   const std::lock_guard lock(mutex_);
   return eyes_;

@@ -20,7 +20,7 @@ struct EyeMesh : EyeFile {
   std::shared_ptr<const void> storage;  // keeps the arrays
 };
 
-/// What a session has handed out so far; null: nothing yet.
+/// The meshes that a session has handed out so far; a null pointer means not yet.
 struct Eyes {
   uint64_t changes = 0;  // grows with each mesh that comes, also when contact has been restarted
   std::shared_ptr<const EyeMesh> tool;
@@ -35,6 +35,9 @@ class EyeBook {
   void take(const Announcement& announcement, FileDescriptor fd);
 
   Eyes eyes() const;
+
+  /// For the Attachments that fill this book, which must end before it.
+  AttachOptions options();
 
  private:
   mutable std::mutex mutex_;

@@ -2,8 +2,10 @@
 #include "clients/library/recorder.h"
 
 #include <type_traits>
+#include <utility>
 
 #include "clients/library/client.h"
+#include "proto/log/log_eyes.h"
 #include "proto/os/realtime.h"
 
 namespace haptic {
@@ -104,7 +106,7 @@ void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
   scene_.reset();
   write(trace, kEventTopic,
         Event{now_ns(),
-              static_cast<uint32_t>(kSessionBack),
+              static_cast<uint32_t>(EventCode::kSessionBack),
               static_cast<uint32_t>(SegmentId::kControl),
               {last_servo_ns_ > 0 ? gap : 0, static_cast<double>(last_tick_), 0, 0, 0}});
 }
@@ -121,7 +123,11 @@ const SegmentHeader* Recorder::servo_header() noexcept {
 
 bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   realtime_offset_ns_ = realtime_now_ns() - now_ns();
-  if (!standard_) standard_.emplace(trace, standard_rate_);
+  if (!standard_) {
+    standard_.emplace(trace, standard_rate_);
+    if (X_WB_) standard_->set_base(*X_WB_);
+  }
+  if (eyes_ != nullptr) write_eyes(trace);
   servo_header();  // unmaps old generations
   const auto drain_feed = [&](auto& feed, const auto& topic, SegmentId writer) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
@@ -129,14 +135,41 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   };
   drain_feed(control_, kControlTopic, ControlChannels::kId);
   drain_feed(sim_, kSimTopic, SimChannels::kId);
-  drain_feed(contact_, kContact0Topic, ContactChannels::kId);
-  drain_feed(servo_, kServo0Topic, ServoChannels::kId);
+  drain_feed(contact_, contact_topic(kFirstHand), ContactChannels::kId);
+  drain_feed(servo_, servo_topic(kFirstHand), ServoChannels::kId);
   if (flushed_ns_ == 0) flushed_ns_ = t_ns;
   if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
     flushed_ns_ = t_ns;
     trace.flush();
   }
   return trace.error().empty();
+}
+
+void Recorder::write_eyes(TraceWriter& trace) {
+  const Eyes eyes = eyes_->eyes();
+  if (std::exchange(eye_changes_, eyes.changes) == eyes.changes) return;
+  if (eyes.tool) write_eye_file(trace, *eyes.tool);
+  for (const auto& mesh : eyes.objects) {
+    if (mesh) write_eye_file(trace, *mesh);
+  }
+}
+
+void Recorder::write_eye_file(TraceWriter& trace, const EyeMesh& mesh) {
+  std::vector<std::byte> bytes = write_eye(mesh);
+  std::vector<std::byte>& before = written_eyes_[mesh.object];
+  if (bytes == before) return;
+  const Stamp stamp{now_ns(), realtime_now_ns(), written_eyes_.size()};
+  trace.add_attachment(eye_attachment(mesh.object), kEyeMediaType, stamp.realtime_ns, bytes);
+  before = std::move(bytes);
+  std::vector<Vec3> vertices;
+  for (const EyePoint& p : mesh.vertices) vertices.push_back({p[0], p[1], p[2]});
+  const bool is_tool = mesh.object == kEyeOfTool;
+  standard_->add_mesh({.frame = is_tool ? "tool" : "object_" + std::to_string(mesh.object),
+                       .name = mesh.name,
+                       .colour = {mesh.colour.r, mesh.colour.g, mesh.colour.b, mesh.colour.a},
+                       .vertices = vertices,
+                       .triangles = mesh.triangles},
+                      stamp);
 }
 
 bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {

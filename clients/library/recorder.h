@@ -2,20 +2,20 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "clients/library/eyes.h"
 #include "clients/library/standard_messages.h"
 #include "proto/ipc/handout.h"
 #include "proto/log/trace.h"
 
 namespace haptic {
-
-/// Event of a recorder: hapticd was killed and is back: {seconds not recorded, last tick before it,
-/// 0, 0, 0}.
-inline constexpr EventCode kSessionBack{6};
 
 struct TopicCount {
   std::string_view topic;
@@ -44,6 +44,11 @@ class Recorder {
   explicit Recorder(Attachments& attachments, Start start = Start::kNewest,
                     double standard_rate = 0);
 
+  /// The meshes that the session hands out are written too, when they come and when they change:
+  /// as attachments (proto/log/log_eyes.h), and as markers beside the StandardMessages.
+  void follow(const EyeBook& eyes) { eyes_ = &eyes; }
+  /// Where the base of the device is in the scene, for the StandardMessages.
+  void set_base(const Pose& X_WB) { X_WB_ = X_WB; }
   /// Goes on with the session of another hapticd, after the last drain of the one before, whose
   /// attachments may end then: what it has published so far belongs to the recording too. A
   /// kSessionBack tells of the gap. Before attachments.start().
@@ -88,6 +93,8 @@ class Recorder {
                   SegmentId writer, TraceWriter& trace);
   template <typename T>
   void write(TraceWriter& trace, const Topic<T>& topic, const T& record);
+  void write_eyes(TraceWriter& trace);
+  void write_eye_file(TraceWriter& trace, const EyeMesh& mesh);
   void count_what_is_there(const TraceWriter& trace);
 
   Source<ServoChannels> newest_servo_;
@@ -104,6 +111,10 @@ class Recorder {
   std::optional<StandardMessages> standard_;  // once there is a recording
   std::optional<SceneFrame> scene_;           // the newest
   std::string failure_;
+  const EyeBook* eyes_ = nullptr;
+  uint64_t eye_changes_ = 0;                                 // of the book, that are written
+  std::map<uint32_t, std::vector<std::byte>> written_eyes_;  // by object: a restart brings the same
+  std::optional<Pose> X_WB_;
 };
 
 }  // namespace haptic

@@ -17,8 +17,7 @@ StandardMessages::StandardMessages(TraceWriter& trace, double rate) : trace_(tra
   tool_ = add("/tool/pose", ros::kPoseStamped, "the tool");
   proxy_ = add("/proxy/pose", ros::kPoseStamped, "this tick's proxy");
   wrench_ = add("/device/wrench", ros::kWrenchStamped, "what the device exerts on the hand");
-  tf_ = add("/tf", ros::kTfMessage, "tool, proxy and objects");
-  markers_ = add("/scene/markers", ros::kMarker, "meshes");
+  tf_ = add("/tf", ros::kTfMessage, "tool, proxy, objects and base");
 }
 
 void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
@@ -35,6 +34,7 @@ void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
   transforms_.clear();
   transforms_.push_back({"world", "tool", frame.X_WT});
   transforms_.push_back({"world", "proxy", frame.X_WP});
+  if (X_WB_) transforms_.push_back({"world", "base", *X_WB_});
   const uint32_t objects = scene == nullptr ? 0 : std::min(scene->n_objects, kMaxObjects);
   for (uint32_t i = 0; i < objects; ++i) {
     transforms_.push_back(
@@ -45,7 +45,14 @@ void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
 
 void StandardMessages::add_mesh(const ros::MeshMarker& mesh, const Stamp& stamp) {
   if (period_ns_ == 0) return;
-  trace_.write_message(markers_, ros::triangle_list(stamp.realtime_ns, mesh), stamp);
+  auto channel = markers_.find(mesh.frame);
+  if (channel == markers_.end()) {
+    const std::string topic = "/scene/markers/" + mesh.frame;
+    const uint16_t id =
+        trace_.add_channel(topic, ros::kMarker.name, ros::kMarker.definition, "how it is drawn");
+    channel = markers_.emplace(mesh.frame, id).first;
+  }
+  trace_.write_message(channel->second, ros::triangle_list(stamp.realtime_ns, mesh), stamp);
 }
 
 }  // namespace haptic

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +19,10 @@ namespace haptic {
 ///   /device/wrench            geometry_msgs/msg/WrenchStamped, in "base": what the device exerts
 ///   on
 ///                             the hand, about the handle
-///   /tf                       tf2_msgs/msg/TFMessage: tool, proxy and objects in "world"
-///   /scene/markers            visualization_msgs/msg/Marker, where meshes are given
+///   /tf                       tf2_msgs/msg/TFMessage: tool, proxy, objects and base in "world"
+///   /scene/markers/tool,      visualization_msgs/msg/Marker, where meshes are given. Each has its
+///   /scene/markers/object_0 … topic, once: where a viewer goes to in a file it asks for the last
+///                             message of each topic
 ///
 /// Their time is that of the servo frame they are made of (ServoFrame::realtime_ns).
 class StandardMessages {
@@ -28,7 +32,9 @@ class StandardMessages {
 
   /// A servo frame, with the newest scene or null; writes if one is due.
   void add(const ServoFrame& frame, const SceneFrame* scene);
-  /// A mesh, once.
+  /// Where the base of the device is in the scene; without it /tf has no "base".
+  void set_base(const Pose& X_WB) { X_WB_ = X_WB; }
+  /// A mesh, when it comes or has changed; its topic is named after its frame.
   void add_mesh(const ros::MeshMarker& mesh, const Stamp& stamp);
 
  private:
@@ -36,7 +42,9 @@ class StandardMessages {
   int64_t period_ns_ = 0;  // 0: none
   int64_t next_ns_ = 0;
   uint64_t sequence_ = 0;
-  uint16_t tool_ = 0, proxy_ = 0, wrench_ = 0, tf_ = 0, markers_ = 0;
+  uint16_t tool_ = 0, proxy_ = 0, wrench_ = 0, tf_ = 0;
+  std::map<std::string, uint16_t> markers_;  // channel by frame
+  std::optional<Pose> X_WB_;
   std::vector<ros::Transform> transforms_;
 };
 

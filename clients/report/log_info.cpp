@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kNs = 1e-9;  // [s]
 
-/// What is gathered of a channel while the file is read.
+/// Counts and times of a channel, gathered while the file is read.
 struct Channel {
   TopicSummary summary;
   int64_t first_ns = 0, last_ns = 0;
@@ -152,7 +152,7 @@ LogInfo read_log_info(const std::string& path, const std::function<void(double)>
   info.path = path;
   info.bytes = std::filesystem::file_size(path);
   info.was_finished = mcap.finished();
-  info.notice = trace.notice(*find_topic(kServo0Topic.name));
+  info.notice = trace.notice(*find_topic(servo_topic(kFirstHand).name));
   std::map<uint16_t, Channel> channels = channels_of(trace);
   for (size_t i = 0; i < mcap.chunks().size(); ++i) {
     mcap.for_each_in(mcap.chunks()[i],

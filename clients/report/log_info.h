@@ -19,7 +19,7 @@ struct TopicSummary {
   uint64_t lost = 0;
 };
 
-/// What one asks of a recording first.
+/// The summary of a recording that `hapt info` prints.
 struct LogInfo {
   std::string path, session, version, abi, host;
   std::string notice;         // what records of an older layout lack; empty: nothing

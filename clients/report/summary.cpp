@@ -170,12 +170,12 @@ SessionData load_session(const std::string& log) {
   SessionData data;
   const TraceReader reader(log);
   // the closing frame of a servo is not a tick
-  reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+  reader.for_each<ServoFrame>(servo_topic(kFirstHand), [&](const ServoFrame& frame, const Stamp&) {
     ++data.recorded;
     if ((frame.flags & kServoStopped) == 0) data.frames.push_back(frame);
   });
   data.scenes = reader.read(kSimTopic);
-  reader.for_each<ContactSet>(kContact0Topic, [&](const ContactSet& set, const Stamp&) {
+  reader.for_each<ContactSet>(contact_topic(kFirstHand), [&](const ContactSet& set, const Stamp&) {
     ++data.recorded;
     data.proxies.push_back(verified_proxy(set));
   });

@@ -15,8 +15,9 @@ constexpr int64_t kOpenChunkNs = 290'000'000;
 std::vector<int64_t> recorded_times(const std::string& path, uint64_t& told) {
   const TraceReader reader(path);
   std::vector<int64_t> times;
-  reader.for_each<ServoFrame>(
-      kServo0Topic, [&](const ServoFrame&, const Stamp& stamp) { times.push_back(stamp.t_ns); });
+  reader.for_each<ServoFrame>(servo_topic(kFirstHand), [&](const ServoFrame&, const Stamp& stamp) {
+    times.push_back(stamp.t_ns);
+  });
   reader.for_each<Event>(kEventTopic, [&](const Event& event, const Stamp&) {
     if (event.code == static_cast<uint32_t>(EventCode::kRecordsLost)) {
       told += static_cast<uint64_t>(event.numbers[0]);

@@ -15,6 +15,7 @@ constexpr int64_t kIdlePeriod = 50'000'000;         // [ns], while nobody watche
 constexpr int64_t kStatusPeriod = kNsPerSecond;     // [ns]
 constexpr int64_t kRecordPeriod = 2 * kTickPeriod;  // [ns]: 60 Hz for Foxglove
 constexpr size_t kMostCommands = 32;                // that wait for hapticd
+constexpr size_t kMostReads = 16;                   // overviews and tables that wait
 constexpr size_t kLargestFile = size_t{64} << 20;   // of the page [bytes]
 constexpr int kMostWrongTokens = 5;                 // of one connection
 constexpr const char* kPageProtocol = "hapticd.view.v1";
@@ -29,7 +30,7 @@ bool offers(const WebRequest& request, const std::string& protocol) {
          request.protocols.end();
 }
 
-/// Whether a path below the page's folder is one that a page can have.
+/// True if the path can name a file of the page: letters, digits and a few signs, no hidden file.
 bool is_page_path(const std::string& path) {
   const auto is_known = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '/' ||
@@ -46,7 +47,8 @@ Bridge::Bridge(FrameSource source, BridgeOptions options)
       server_(options_.web, handlers()),
       commands_(kMostCommands),
       leads_(1),
-      status_(1) {
+      status_(1),
+      reads_(kMostReads) {
   options_.rules.port = server_.port();
 }
 
@@ -90,6 +92,9 @@ WebAnswer Bridge::answer(const WebRequest& request) {
     counts_.connections = server_.peers();
     return {200, "text/plain; version=0.0.4; charset=utf-8",
             shared_text(metrics_text(source_.view(), counts_, is_connected_))};
+  }
+  if (target.path == "/overview.json" || target.path == "/export.csv") {
+    return study(target.path, target.query);
   }
   const std::string mesh_folder = "/mesh/", end = ".bin";
   if (target.path.starts_with(mesh_folder) && target.path.ends_with(end) &&
@@ -141,6 +146,9 @@ UpgradeAnswer Bridge::upgrade(const WebRequest& request) const {
   const Target target = parse_target(request.target);
   if (!target.problem.empty()) return refused(400, target.problem);
   const bool is_own = is_own_origin(request.origin, request.host);
+  if (source_.log != nullptr && !offers(request, kPageProtocol)) {
+    return refused(400, "a recording is shown to pages only; open its file in Foxglove itself");
+  }
   if (offers(request, kPageProtocol)) {
     if (target.path != "/view") return refused(404, "the WebSocket of pages is at /view");
     if (!is_own) return refused(403, "a page of another origin may not watch");
@@ -173,9 +181,9 @@ void Bridge::open(SocketId id, const std::string& protocol) {
     tell(id, viewer, {shared_text(foxglove_server_info(session))});
     return tell(id, viewer, {shared_text(foxglove_advertise())});
   }
-  tell(id, viewer, {shared_text(hello_message(source_.kind, session, -1))});
-  tell(id, viewer,
-       {shared_text(is_connected_ ? scene(false) : gone_message("hapticd cannot be reached"))});
+  if (is_connected_) open_log(viewer);
+  tell(id, viewer, {shared_text(hello(-1))});
+  tell(id, viewer, {shared_text(is_connected_ ? scene(false) : gone())});
 }
 
 void Bridge::tell(SocketId id, Viewer& viewer, WebMessage message) {
@@ -221,6 +229,8 @@ void Bridge::hear_page(SocketId id, Viewer& viewer, std::string_view text) {
     check_token(id, viewer, token->token);
   } else if (const auto* said = std::get_if<CommandMessage>(&message)) {
     command(id, viewer, *said);
+  } else if (const auto* moved = std::get_if<LogMessage>(&message)) {
+    if (viewer.log) source_.log->take(*viewer.log, *moved, now_ns());
   } else if (!viewer.may_control) {
     return;  // who only watches leads nobody
   } else if (const auto* led = std::get_if<LeadMessage>(&message)) {
@@ -255,6 +265,7 @@ void Bridge::command(SocketId id, const Viewer& viewer, const CommandMessage& sa
   if (!viewer.may_control) {
     return reply(false, "this page may only watch; open the address that the bridge printed");
   }
+  if (source_.log != nullptr) return reply(false, "a recording takes no commands");
   const std::string problem = command_problem(said.line);
   if (!problem.empty()) return reply(false, problem);
   const bool is_taken = commands_.add([this, reply, line = said.line] {
@@ -300,7 +311,12 @@ int64_t Bridge::tick() {
   }
   const int64_t now = now_ns();
   hear_source(source_.advance(now));
+  if (source_.log != nullptr) study_on(now);
   if (viewers_.empty()) return kIdlePeriod;
+  if (source_.log != nullptr) {
+    if (is_connected_) send_log_frames(now);
+    return kTickPeriod;
+  }
   if (now - asked_ns_ >= kStatusPeriod) ask_status(now);
   if (is_connected_) {
     send_frames(now);
@@ -315,10 +331,12 @@ void Bridge::hear_source(SourceNews news) {
   is_connected_ = news == SourceNews::kArrived;
   if (!is_connected_) {
     return tell_pages(
-        shared_text(gone_message("hapticd has ended; the bridge connects again when it is back")));
+        shared_text(gone_message("hapticd has ended; the bridge connects again when "
+                                 "it is back")));
   }
   if (source_.missed() >= 0) ++counts_.reconnects;
-  tell_pages(shared_text(hello_message(source_.kind, source_.scene().session, source_.missed())));
+  for (auto& [id, viewer] : viewers_) open_log(viewer);
+  tell_pages(shared_text(hello(source_.missed())));
   tell_scene();
 }
 

@@ -8,13 +8,14 @@
 #include <string>
 
 #include "clients/view/frame_source.h"
-#include "clients/view/http_rules.h"
+#include "clients/view/log_study.h"
 #include "clients/view/messages.h"
 #include "clients/view/metrics.h"
 #include "clients/view/page_message.h"
 #include "clients/view/viewer.h"
-#include "clients/view/web.h"
-#include "clients/view/worker.h"
+#include "clients/view/web/http_rules.h"
+#include "clients/view/web/web.h"
+#include "clients/view/web/worker.h"
 
 namespace haptic {
 
@@ -67,6 +68,15 @@ class Bridge {
   void send_frames(int64_t now);
   void send_records(int64_t now);
 
+  // of a log
+  std::string hello(double missed) const;
+  std::string gone() const;
+  void open_log(Viewer& viewer);
+  void send_log_frames(int64_t now);
+  WebAnswer study(std::string_view path, std::string query);
+  void study_on(int64_t now);
+  void take_piece(const std::shared_ptr<LogStudy>& study, const LogStudy::Piece& piece);
+
   FrameSource source_;
   BridgeOptions options_;
   std::function<bool()> stop_;
@@ -81,6 +91,11 @@ class Bridge {
   WebServer server_;
   // they end before the server, which gets their results
   Worker commands_, leads_, status_;
+  // of a log: what reads long parts of it, on a thread of its own; null before the first task
+  std::shared_ptr<LogStudy> study_;
+  bool is_studying_ = false, has_studied_all_ = false;
+  int64_t studied_ns_ = 0;
+  Worker reads_;
 };
 
 }  // namespace haptic

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt view: shows a running session to browsers and Foxglove.
+// hapt view: shows a running session or a recording to browsers, a session to Foxglove too.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,8 +12,9 @@
 #include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
 #include "clients/view/bridge.h"
+#include "clients/view/log_source.h"
 #include "clients/view/session_source.h"
-#include "clients/view/token.h"
+#include "clients/view/web/token.h"
 #include "proto/config/command_line.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
@@ -80,9 +81,16 @@ std::unique_ptr<PrivateFile> write_token(const ViewCommand& options, uint16_t po
   }
 }
 
+/// Whether the argument is a recording: a file that is there, or a name like that of one.
+bool names_log(const std::string& argument) {
+  std::error_code error;
+  return argument.ends_with(".mcap") || fs::is_regular_file(argument, error);
+}
+
 void show(const ViewCommand& options) {
   catch_stop_signals();
-  const std::string session = name_of_session(options.session);
+  const bool is_log = names_log(options.session);
+  const std::string session = is_log ? "" : name_of_session(options.session);
   BridgeOptions bridge_options;
   bridge_options.web.address = options.address;
   bridge_options.web.port = static_cast<uint16_t>(options.port);
@@ -91,15 +99,14 @@ void show(const ViewCommand& options) {
   bridge_options.token = make_token();
   bridge_options.page_folder = options.page.empty() ? find_page() : options.page;
   bridge_options.say = [session](const std::string& line) { return say_to_session(session, line); };
-  Bridge bridge(session_source(session), bridge_options);
+  Bridge bridge(is_log ? log_source(options.session) : session_source(session), bridge_options);
 
   const auto file = write_token(options, bridge.port(), bridge_options.token);
   const std::string url = "http://" + shown_address(options.address) + ":" +
                           std::to_string(bridge.port()) + "/#token=" + bridge_options.token;
   std::cout << url << std::endl;
   if (options.address != "127.0.0.1" && options.address != "::1") {
-    std::cerr << "hapt: everybody who reaches " << shown(options.address)
-              << " may watch this session\n";
+    std::cerr << "hapt: everybody who reaches " << shown(options.address) << " may watch\n";
   }
   const auto leads_there = options.no_open ? nullptr : open_browser(url, bridge.port());
   bridge.run(stop_requested);
@@ -111,7 +118,8 @@ void add_view_command(Command& app) {
   const auto options = std::make_shared<ViewCommand>();
   Command command = app.subcommand(kViewCommand.name, kViewCommand.help);
   add_session(command, options->session);
-  command.option("SESSION", options->session, "the same without --session").excludes("--session");
+  command.option("SESSION", options->session, "a session, or the file of a recording (.mcap)")
+      .excludes("--session");
   command.option("--port", options->port, "of the address; 0: any that is free")
       .range(0, 65535)
       .show_default();
@@ -126,6 +134,7 @@ void add_view_command(Command& app) {
       .show_default("that of this build or installation");
   command.flag("--no-open", options->no_open, "do not open a browser");
   command.example("hapt view bunny --no-open");
+  command.example("hapt view out.mcap");
   command.action([options] { show(*options); });
 }
 

@@ -40,9 +40,9 @@ struct Channel {
   Record (*newest)(const View&);
 };
 constexpr std::array<Channel, 4> kChannels{{
-    {kServo0Topic.name,
+    {servo_topic(kFirstHand).name,
      [](const View& v) { return record_of(v, v.has_servo, v.servo.tick, v.servo.t_ns, v.servo); }},
-    {kContact0Topic.name,
+    {contact_topic(kFirstHand).name,
      [](const View& v) {
        return record_of(v, v.has_contacts, v.contacts.seq, v.contacts.answers_t_ns, v.contacts);
      }},

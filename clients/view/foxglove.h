@@ -22,7 +22,7 @@ std::string foxglove_server_info(const std::string& session);
 /// The channels: one for each topic, numbered from 1 on.
 std::string foxglove_advertise();
 
-/// What a client has subscribed to: channel by number of the subscription.
+/// The subscriptions of a client: the channel of each, by the number of the subscription.
 struct FoxgloveClient {
   std::map<uint32_t, uint32_t> channels;
   std::map<uint32_t, uint64_t> sent;  // the newest record that was sent, by subscription

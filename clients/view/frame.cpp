@@ -229,6 +229,7 @@ std::string frame_bytes(const std::vector<double>& common, const View& view, con
   numbers.reserve(common.size() + n_samples * size_of(kSample));
   numbers = common;
   numbers[place_of("sequence")] = static_cast<double>(of.sequence);
+  numbers[place_of("column")] = static_cast<double>(of.column);
   numbers[place_of("unseen")] = static_cast<double>(of.unseen);
   numbers[place_of("n_samples")] = static_cast<double>(n_samples);
   for (uint64_t i = of.first_sample; i < of.end_sample; ++i) {

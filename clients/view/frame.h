@@ -23,6 +23,7 @@ std::vector<double> common_frame(const View& view);
 /// The numbers of one viewer.
 struct FrameOf {
   uint64_t sequence = 0;                      // of the frame, for this viewer
+  uint64_t column = 0;                        // of a comparison
   uint64_t unseen = 0;                        // ticks passed over since its last frame
   uint64_t first_sample = 0, end_sample = 0;  // numbers in View::samples
 };

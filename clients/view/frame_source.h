@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "clients/view/scene.h"
@@ -17,14 +18,18 @@ enum class SourceNews {
   kGone,     // it is no longer
 };
 
-/// Where frames come from: a running session, or a log that is played. The bridge knows no more of
-/// it than these functions, which are called on its one thread and never wait.
+class LogSource;
+
+/// Where frames come from: a running session, or a log that is played. The bridge calls these
+/// functions on its one thread, and they never wait. All viewers of a session see the same view;
+/// of a log each page has its own, of the columns that there are.
 struct FrameSource {
   std::string kind;  // "session" or "log"
   std::function<SourceNews(int64_t now_ns)> advance;
   std::function<const View&()> view;
   std::function<const SceneInfo&()> scene;
   std::function<double()> missed;  // [s] without it before it arrived; below zero: the first time
+  std::shared_ptr<LogSource> log = nullptr;  // null: a session
 };
 
 }  // namespace haptic

@@ -25,9 +25,11 @@ Json fault_json(const std::string& words) {
 
 }  // namespace
 
-std::string hello_message(const std::string& source, const std::string& session, double missed) {
-  Json hello{{"type", "hello"},    {"version", version()}, {"source", source},
-             {"session", session}, {"columns", {session}}, {"control", false}};
+std::string hello_message(const std::string& source, const std::string& session, double missed,
+                          const std::vector<std::string>& columns) {
+  Json hello{{"type", "hello"}, {"version", version()}, {"source", source}, {"session", session}};
+  hello["columns"] = columns.empty() ? std::vector<std::string>{session} : columns;
+  hello["control"] = false;
   if (missed >= 0) hello["missed"] = missed;
   return text_of(hello);
 }

@@ -10,8 +10,10 @@
 /// The text messages to a page (docs/view-protocol.md).
 namespace haptic {
 
-/// `missed`: how long nothing was seen, in seconds; below zero: this is the first.
-std::string hello_message(const std::string& source, const std::string& session, double missed);
+/// `missed`: how long nothing was seen, in seconds; below zero: this is the first. `columns`: empty
+/// means one, of the session's name.
+std::string hello_message(const std::string& source, const std::string& session, double missed,
+                          const std::vector<std::string>& columns = {});
 std::string gone_message(const std::string& text);
 std::string control_message(bool allowed, const std::string& reason);
 /// `id` is JSON already.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/page_message.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -16,7 +17,8 @@ using Json = nlohmann::json;
 constexpr double kSlowest = 1, kFastest = 120;      // frames a second that can be asked for
 constexpr double kMostSequence = 9007199254740992;  // 2⁵³
 constexpr double kFarthest = 1e3;                   // [m]; of a place to lead to
-constexpr size_t kLongestId = 64;                   // of a command, as JSON [bytes]
+constexpr double kSlowestPlay = 0.1, kFastestPlay = 4;
+constexpr size_t kLongestId = 64;  // of a command, as JSON [bytes]
 
 /// The member of that name; throws where it is missing.
 const Json& member(const Json& object, const char* name) {
@@ -74,6 +76,40 @@ CommandMessage command_of(const Json& message) {
   return command;
 }
 
+uint64_t tick_in(const Json& message, const char* name) {
+  return static_cast<uint64_t>(number_of(member(message, name), name, 0, kMostSequence));
+}
+
+NextMessage next_of(const Json& message) {
+  const std::string kind = text_in(message, "kind");
+  const auto known = std::ranges::find(kMarkKinds, kind);
+  if (known == kMarkKinds.end()) throw std::runtime_error("has an unknown kind");
+  return {static_cast<MarkKind>(known - kMarkKinds.begin()),
+          number_of(member(message, "direction"), "direction", -1, 1) > 0};
+}
+
+LoopMessage loop_of(const Json& message) {
+  const Json& from = member(message, "from");
+  if (from.is_null()) return {};
+  const uint64_t begin = tick_in(message, "from");
+  return {{{begin, std::max(begin, tick_in(message, "to"))}}};
+}
+
+std::optional<LogMessage> log_message_of(const std::string& type, const Json& message) {
+  if (type == "seek") return SeekMessage{tick_in(message, "tick")};
+  if (type == "play") {
+    return PlayMessage{number_of(member(message, "speed"), "speed", kSlowestPlay, kFastestPlay)};
+  }
+  if (type == "stop") return StopMessage{};
+  if (type == "step") {
+    return StepMessage{static_cast<int64_t>(
+        number_of(member(message, "ticks"), "ticks", -kMostSequence, kMostSequence))};
+  }
+  if (type == "next") return next_of(message);
+  if (type == "loop") return loop_of(message);
+  return std::nullopt;
+}
+
 PageMessage message_of(const Json& message) {
   if (!message.is_object()) throw std::runtime_error("is no object");
   const std::string type = text_in(message, "type");
@@ -88,9 +124,7 @@ PageMessage message_of(const Json& message) {
   if (type == "command") return command_of(message);
   if (type == "lead") return lead_of(message);
   if (type == "release") return ReleaseMessage{};
-  for (const char* of_log : {"seek", "play", "stop", "step", "next", "loop"}) {
-    if (type == of_log) return LogMessage{};
-  }
+  if (const auto of_log = log_message_of(type, message)) return *of_log;
   throw std::runtime_error("has an unknown type");
 }
 

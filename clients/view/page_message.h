@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 
+#include "proto/log/log_survey.h"
 #include "proto/math/pose.h"
 
 /// The text messages of a page (docs/view-protocol.md).
@@ -29,8 +31,26 @@ struct LeadMessage {
   std::optional<Quat> orientation;
 };
 struct ReleaseMessage {};
-/// One that moves in a log, which a session has not.
-struct LogMessage {};
+/// Those that move in a log, which a session has not.
+struct SeekMessage {
+  uint64_t tick = 0;
+};
+struct PlayMessage {
+  double speed = 1;  // 0.1 to 4
+};
+struct StopMessage {};
+struct StepMessage {
+  int64_t ticks = 0;
+};
+struct NextMessage {
+  MarkKind kind{};
+  bool forward = true;
+};
+struct LoopMessage {
+  std::optional<std::pair<uint64_t, uint64_t>> ticks;  // none: no loop any more
+};
+using LogMessage =
+    std::variant<SeekMessage, PlayMessage, StopMessage, StepMessage, NextMessage, LoopMessage>;
 /// What is no message, in words for a close frame.
 struct BadMessage {
   std::string problem;

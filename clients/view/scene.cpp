@@ -2,10 +2,13 @@
 #include "clients/view/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
+#include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/wire/proxy_solver.h"
 
 namespace haptic {
 namespace {
@@ -55,7 +58,10 @@ Json renderers_json(const SceneInfo& info) {
       lack = lack_of(*info.config, row.id, solver_of(info.config->proxy, row.id),
                      {coupling.translational_stiffness, coupling.rotational_stiffness}, has_maps);
     }
-    renderers.push_back({{"name", row.name}, {"available", lack.empty()}, {"lack", lack}});
+    renderers.push_back({{"name", row.name},
+                         {"available", lack.empty()},
+                         {"lack", lack},
+                         {"has_solver", row.moves == Moves::kSoftBody}});
   }
   return renderers;
 }
@@ -83,6 +89,32 @@ void add_device(Json& scene, const SessionConfig& config) {
                      {"stiffness", config.coupling.translational_stiffness}};
 }
 
+/// Of very many marks of a kind a page gets every n-th: more than it has pixels are no help.
+Json marks_json(const std::vector<LogMark>& marks) {
+  constexpr size_t kMostMarks = 4000;  // of a kind
+  std::array<size_t, kMarkKinds.size()> counts{}, seen{};
+  for (const LogMark& mark : marks) ++counts.at(static_cast<size_t>(mark.kind));
+  Json list = Json::array();
+  for (const LogMark& mark : marks) {
+    const auto kind = static_cast<size_t>(mark.kind);
+    if (seen[kind]++ % (counts[kind] / kMostMarks + 1) != 0) continue;
+    list.push_back({{"tick", mark.tick},
+                    {"time", 1e-9 * static_cast<double>(mark.t_ns)},
+                    {"kind", kMarkKinds[kind]},
+                    {"column", mark.column}});
+  }
+  return list;
+}
+
+void add_log(Json& scene, const LogFacts& log) {
+  scene["first_tick"] = log.first_tick;
+  scene["last_tick"] = log.last_tick;
+  scene["first_time"] = log.first_time;
+  scene["last_time"] = log.last_time;
+  scene["growing"] = log.growing;
+  scene["marks"] = marks_json(log.marks);
+}
+
 }  // namespace
 
 std::string use_config(SceneInfo& info, const std::string& text) {
@@ -102,8 +134,13 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   scene["tool"] = tool_json(info);
   scene["renderers"] = renderers_json(info);
   scene["renderer"] = renderer_json(view);
-  scene["solvers"] = {"direct", "penalty-dynamics", "quasi-static"};  // by SoftSolver
+  scene["solvers"] = kSoftSolverNames;  // by SoftSolver
   if (info.config) add_device(scene, *info.config);
+  if (info.started >= 0) scene["started"] = info.started;
+  if (info.log) add_log(scene, *info.log);
+  if (info.log && info.eyes.tool == nullptr && info.eyes.objects.empty()) {
+    scene["notice"] = "This recording holds no meshes: pose, proxy and contacts are shown alone.";
+  }
   scene["config"] = with_config ? info.config_text : "";
   return scene.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

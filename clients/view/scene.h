@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "clients/view/view.h"
-#include "clients/view/web.h"
+#include "clients/view/web/web.h"
 #include "proto/config/config.h"
+#include "proto/log/log_survey.h"
 
 namespace haptic {
 
@@ -18,12 +19,22 @@ struct EyeFiles {
   std::vector<SharedText> objects;
 };
 
+/// What a log has that a session has not.
+struct LogFacts {
+  uint64_t first_tick = 0, last_tick = 0;
+  double first_time = 0, last_time = 0;  // [s], of the session's clock
+  bool growing = false;                  // it is still written
+  std::vector<LogMark> marks;            // in the order of their ticks
+};
+
 /// What is in a session or a log, as far as the bridge is told.
 struct SceneInfo {
   std::string session;
   std::string config_text;              // empty: not given to this user
   std::optional<SessionConfig> config;  // of that text
   EyeFiles eyes;
+  double started = -1;  // [s], of the session's clock; below zero: not known
+  std::optional<LogFacts> log;  // of a log
 };
 
 /// Reads the text of a session file into the info; one that cannot be read here leaves the config

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/view/session_source.h"
 
+#include <time.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <filesystem>
 #include <iostream>
@@ -72,6 +75,20 @@ std::string config_of(const std::string& session) {
   }
 }
 
+double clock_s(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// When the writer of a segment was started, in seconds of CLOCK_MONOTONIC and to one clock tick of
+/// the kernel; the header counts from the boot and goes on where the machine sleeps.
+double start_of(const SegmentHeader& header) {
+  const double per_second = static_cast<double>(sysconf(_SC_CLK_TCK));
+  const double after_boot = static_cast<double>(header.process_start.load()) / per_second;
+  return after_boot - (clock_s(CLOCK_BOOTTIME) - clock_s(CLOCK_MONOTONIC));
+}
+
 /// Throws HandoutError: no session, or it does not take this client.
 std::unique_ptr<Connection> connect(const std::string& session) {
   auto connection = std::make_unique<Connection>(session);
@@ -83,6 +100,7 @@ std::unique_ptr<Connection> connect(const std::string& session) {
     sleep_until(now_ns() + kLookPeriod);
   }
   connection->info.session = session;
+  connection->info.started = start_of(*first.header());
   const std::string text = config_of(session);
   if (text.empty()) return connection;
   const std::string problem = use_config(connection->info, text);

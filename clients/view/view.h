@@ -71,7 +71,7 @@ struct View {
   double rate_servo = 0, rate_contact = 0, rate_sim = 0;  // [Hz]
   DurationSum wake_late, busy, contact_busy;
   uint64_t faults = 0;                     // latched since the source began
-  std::array<ProcessView, 4> processes{};  // servo0, contact0, sim, control
+  std::array<ProcessView, 4> processes{};  // servo, contact, sim, control
 };
 
 /// A sample of this frame; its contact_rate is given by Samples.

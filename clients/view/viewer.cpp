@@ -32,4 +32,20 @@ WebMessage InstantFrames::next(Viewer& viewer) {
   return message;
 }
 
+std::vector<std::string> next_log_frames(Viewer& viewer, int64_t now_ns) {
+  std::vector<std::string> frames;
+  for (size_t i = 0; i < viewer.log->columns.size(); ++i) {
+    const LogPage::Column& column = *viewer.log->columns[i];
+    if (!column.view.has_servo) continue;
+    FrameOf of = samples_since(column.view.samples, column.first_new);
+    of.sequence = viewer.sequence++;
+    of.column = i;
+    of.unseen = viewer.log->unseen;
+    frames.push_back(frame_bytes(common_frame(column.view), column.view, of));
+  }
+  viewer.last_ns = now_ns;
+  viewer.has_shown = frames.empty();
+  return frames;
+}
+
 }  // namespace haptic

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "clients/view/foxglove.h"
 #include "clients/view/frame.h"
-#include "clients/view/web.h"
+#include "clients/view/log_source.h"
+#include "clients/view/web/web.h"
 
 namespace haptic {
 
@@ -24,12 +26,13 @@ struct Viewer {
   bool is_writing = false;
   bool may_control = false;
   int wrong_tokens = 0;
-  bool has_shown = true;  // the frame before
+  bool has_shown = true;  // the frame before; of a comparison, those of one instant
   double hz = 60;
-  int64_t last_ns = 0;      // of the last frame
-  uint64_t sequence = 0;    // of the next
-  uint64_t seen = 0;        // samples, and
-  uint64_t seen_ticks = 0;  // ticks before this have been sent
+  int64_t last_ns = 0;           // of the last frame
+  uint64_t sequence = 0;         // of the next
+  uint64_t seen = 0;             // samples, and
+  uint64_t seen_ticks = 0;       // ticks before this have been sent
+  std::unique_ptr<LogPage> log;  // of a page that shows a log
 };
 
 /// Whether its next frame is due: its period is over, give or take half a tick of the bridge.
@@ -62,5 +65,8 @@ class InstantFrames {
   std::vector<double> common_;  // made once anybody needs it
   std::vector<Made> made_;
 };
+
+/// The frames of what its log page shows, one for each column, and that they have been sent.
+std::vector<std::string> next_log_frames(Viewer& viewer, int64_t now_ns);
 
 }  // namespace haptic

@@ -1,40 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "contact/bake/soup/report.h"
 #include "contact/shape/baked/mesh_shape.h"
-#include "proto/config/config.h"
-#include "proto/os/message.h"
+#include "proto/config/session_config.h"
 
 namespace haptic {
-
-/// A mesh that cannot be used: one line "file[:line]: what is wrong; how to fix it".
-struct MeshError : InputError {
-  using InputError::InputError;
-};
-
-/// Findings and repairs. Never silent: people read `lines`.
-struct BakeReport {
-  std::string file;
-  size_t vertices = 0, triangles = 0;
-  bool closed = false;
-  size_t components = 0;
-  size_t border_edges = 0;
-  size_t degenerate_removed = 0;
-  size_t duplicate_removed = 0;
-  size_t non_manifold_split = 0;
-  size_t self_intersections = 0;  // pairs of faces
-  bool reoriented = false;
-  double size = 0;  // longest side of the bounding box after scaling [m]
-  bool from_cache = false;
-  std::vector<std::string> lines;  // one finding each, for people
-  std::vector<std::string> grid;   // how the cell size of the grid was chosen
-};
 
 /// A shape ready for queries, kept alive by its storage (a mapped cache file or memory).
 struct BakedShape {

@@ -5,7 +5,7 @@
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
 
-#include "contact/bake/bake.h"
+#include "contact/bake/soup/report.h"
 
 namespace haptic {
 

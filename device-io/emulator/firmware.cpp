@@ -20,7 +20,8 @@ constexpr int64_t kForceStepNs = 250'000;         // the arm turns little in thi
 
 EmulatedDevice::EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_ns)
     : options_(options),
-      plant_(start_plant(options.hand)),
+      intention_(seeded_intention(options.hand)),
+      plant_(start_plant(options.hand, intention_)),
       t_ns_(t_ns),
       started_ns_(t_ns),
       last_record_ns_(t_ns),
@@ -55,7 +56,8 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
     Vec3 amperes;
     for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
     solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
-    advance(options_.hand, plant_, tip_force(options_.geometry, joint_angles_, amperes), step_ns);
+    const Vec3 force_B = tip_force(options_.geometry, joint_angles_, amperes);
+    advance(options_.hand, intention_, plant_, force_B, step_ns);
     t_ns_ += step_ns;
   }
 }

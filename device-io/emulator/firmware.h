@@ -87,6 +87,7 @@ class EmulatedDevice {
   MotorCounts encoders();
 
   EmulatedDeviceOptions options_;
+  Intention intention_;  // made once: each step asks it
   HandPlant plant_;
   EmulatorRecord record_{};
   int64_t t_ns_;

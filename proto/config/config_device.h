@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "proto/config/config_section.h"
+#include "proto/config/device_config.h"
 
 namespace haptic {
 

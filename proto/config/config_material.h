@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "proto/config/config.h"
 #include "proto/config/config_section.h"
+#include "proto/config/session_config.h"
 
 namespace haptic {
 

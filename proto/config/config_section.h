@@ -12,8 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "proto/config/config.h"
+#include "proto/config/config_names.h"
 #include "proto/config/quantity.h"
+#include "proto/math/pose.h"
 
 // toml++ is slow to compile: only config_section.cpp includes it
 namespace toml {

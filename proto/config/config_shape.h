@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "proto/config/config.h"
 #include "proto/config/config_section.h"
+#include "proto/config/scene_config.h"
 
 namespace haptic {
 

@@ -46,9 +46,9 @@ struct ReplayConfig {
   uint32_t loop = 0;         // 1: again and again, with a soft return
   uint32_t closed_loop = 0;  // 1: the recording is the intention of the hand of [device.hand]
   uint32_t reserved = 0;
-  double speed = 1;  // of the playback
-  double from = 0;   // start of the played part, from the first sample [s]
-  double to = 0;     // its end, likewise; 0: that of the recording [s]
+  double speed = 1;       // of the playback
+  double from = 0;        // start of the played part, from the first sample [s]
+  double to = 0;          // its end, likewise; 0: that of the recording [s]
   double max_gap = 0.02;  // longer gaps in the recording are held and flagged [s]
   // 1-DoF recordings: x_B = lever_arm · column, along axis_B [m]; 0: the file holds x, y, z
   double lever_arm = 0;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "proto/config/config.h"
 #include "proto/config/quantity.h"
+#include "proto/config/session_config.h"
 
 namespace haptic {
 

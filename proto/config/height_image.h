@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "proto/config/config.h"
+#include "proto/config/scene_config.h"
 
 namespace haptic {
 

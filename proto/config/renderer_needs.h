@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "proto/config/config.h"
+#include "proto/config/session_config.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {

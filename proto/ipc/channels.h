@@ -7,20 +7,23 @@
 #include "proto/ipc/eye_file.h"
 #include "proto/ipc/packed_ring.h"
 #include "proto/ipc/ring.h"
+#include "proto/wire/hands.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
-/// Owner of a segment. A second hand adds 0x10 to the numbers of servo and contact. What follows
-/// are the eye files of contact (eye_file.h): that of the tool, then of the objects, by index.
-enum class SegmentId : uint32_t {
-  kControl = 1,
-  kServo0 = 2,
-  kContact0 = 3,
-  kSim = 4,
-  kEyeTool = 0x100,
-  kEye0 = 0x101
-};
+/// Owner of a segment; those of a hand follow. From 0x100 on are the eye files of contact
+/// (eye_file.h): that of the tool, then of the objects, by index.
+enum class SegmentId : uint32_t { kControl = 1, kSim = 4, kEyeTool = 0x100, kEye0 = 0x101 };
+
+/// The servo and the contact of a hand.
+constexpr SegmentId servo_segment(uint32_t hand) {
+  return SegmentId{0x10 * hand + 2};
+}
+constexpr SegmentId contact_segment(uint32_t hand) {
+  return SegmentId{0x10 * hand + 3};
+}
+static_assert(contact_segment(kMostHands - 1) < SegmentId::kEyeTool);
 
 /// The number under which the eye file of an object, or of the tool, is handed out.
 constexpr SegmentId eye_id(uint32_t object) {
@@ -41,7 +44,7 @@ constexpr uint32_t eye_object(SegmentId id) {
 
 /// Whether the child that owns segment `child` may offer `id`: its own, and contact the eye files.
 constexpr bool may_offer(SegmentId child, SegmentId id) {
-  return id == child || (child == SegmentId::kContact0 && is_eye(id));
+  return id == child || (child == contact_segment(kFirstHand) && is_eye(id));
 }
 
 /// The contacts from n_contacts on.
@@ -55,16 +58,16 @@ constexpr UnusedBytes unused_bytes(const ContactSet& set) {
 /// survive a crash of the writer, and a recorder may be that late on a busy machine. Four seconds
 /// of contact hold 7 contacts in each set; sets of 64 fill the ring in one.
 struct ServoChannels {
-  static constexpr SegmentId kId = SegmentId::kServo0;
-  static constexpr const char* kName = "servo0";
+  static constexpr SegmentId kId = servo_segment(kFirstHand);
+  static constexpr const char* kName = servo_name(kFirstHand);
   Ring<ServoFrame, 4096> frames;
   Ring<Event, 256> events;
   Ring<DeviceRelease, 4> releases;
 };
 
 struct ContactChannels {
-  static constexpr SegmentId kId = SegmentId::kContact0;
-  static constexpr const char* kName = "contact0";
+  static constexpr SegmentId kId = contact_segment(kFirstHand);
+  static constexpr const char* kName = contact_name(kFirstHand);
   PackedRing<ContactSet, 4096, 12 << 20> sets;
   Ring<Event, 256> events;
 };

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "proto/config/config_names.h"
+#include "proto/ipc/handout_message.h"
 #include "proto/ipc/segment.h"
 #include "proto/ipc/unix_socket.h"
 #include "proto/math/assert.h"
@@ -32,16 +32,6 @@ std::string runtime_folder();
 
 /// Names of the sessions this user can reach and that answer now.
 std::vector<std::string> running_sessions();
-
-/// A segment as announced over a socket, together with its descriptor. A repeated pair (id,
-/// generation) means the same segment.
-struct Announcement {
-  uint32_t protocol;  // kHandoutProtocol
-  SegmentId id;
-  uint64_t generation;
-  Name name;
-};
-inline constexpr uint32_t kHandoutProtocol = 1;
 
 /// hapticd's end: the session's lock and socket, its clients and its children. It has no thread and
 /// never blocks: a peer whose socket is full is dropped. Watchers cannot keep others out:

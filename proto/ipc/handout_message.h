@@ -1,13 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include "proto/ipc/handout.h"
+#include "proto/config/config_names.h"
+#include "proto/ipc/channels.h"
 #include "proto/os/file_descriptor.h"
 
 /// The messages between hapticd and its peers: announcements with one descriptor, refusals without.
 namespace haptic {
+
+/// A segment as announced over a socket, together with its descriptor. A repeated pair (id,
+/// generation) means the same segment.
+struct Announcement {
+  uint32_t protocol;  // kHandoutProtocol
+  SegmentId id;
+  uint64_t generation;
+  Name name;
+};
+inline constexpr uint32_t kHandoutProtocol = 1;
 
 /// One announcement with its descriptor. Never blocks; false: it was not sent.
 bool send_announcement(int socket, const Announcement& announcement, int fd);

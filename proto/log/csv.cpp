@@ -239,10 +239,18 @@ std::string column_name(const Field& field) {
 
 size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream& out,
                   const std::function<void(double share)>& told) {
+  const CsvRecords records = [&](const std::function<void(const std::byte*)>& use) {
+    trace.for_each_bytes(topic, [&](const std::byte* record, const Stamp&) { use(record); });
+  };
+  return export_csv(topic, records, out, told);
+}
+
+size_t export_csv(const TopicInfo& topic, const CsvRecords& records, std::ostream& out,
+                  const std::function<void(double share)>& told) {
   const std::vector<Field> fields = flatten(topic.text);
   std::map<std::string_view, Array> arrays = find_arrays(fields, topic.size);
   size_t all = 0;
-  trace.for_each_bytes(topic, [&](const std::byte* record, const Stamp&) {
+  records([&](const std::byte* record) {
     ++all;
     for (auto& [name, array] : arrays) array.used = std::max(array.used, array.used_in(record));
   });
@@ -253,7 +261,7 @@ size_t export_csv(const TraceReader& trace, const TopicInfo& topic, std::ostream
   out << row << '\n';
 
   size_t rows = 0;
-  trace.for_each_bytes(topic, [&](const std::byte* record, const Stamp&) {
+  records([&](const std::byte* record) {
     row.clear();
     const Array* array = nullptr;
     size_t used = 0;

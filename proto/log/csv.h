@@ -65,6 +65,14 @@ class CsvReader {
 /// "curvature_per_m"; no suffix for pure numbers or if the name ends in it.
 std::string column_name(const Field& field);
 
+/// Calls `use` with each record to be written, in the layout of this program, unaligned; it is
+/// asked twice.
+using CsvRecords = std::function<void(const std::function<void(const std::byte*)>& use)>;
+
+/// Writes records of one kind as below; returns the number of rows.
+size_t export_csv(const TopicInfo& topic, const CsvRecords& records, std::ostream& out,
+                  const std::function<void(double share)>& told = {});
+
 /// Writes a topic of a recording as CSV: one row per record, one column per number, with enough
 /// digits to restore the same bits. Only array elements used somewhere in the file get columns;
 /// cells beyond the count of a record stay empty. `told` hears how much is written. Returns the

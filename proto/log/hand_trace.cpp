@@ -58,8 +58,8 @@ void append(HandTrace& trace, const DeviceState& sample, uint64_t tick, const Fa
 HandTrace load_mcap(const std::string& path) {
   HandTrace trace;
   const TraceReader reader(path);
-  trace.notice = reader.notice(*find_topic(kServo0Topic.name));
-  reader.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+  trace.notice = reader.notice(*find_topic(servo_topic(kFirstHand).name));
+  reader.for_each<ServoFrame>(servo_topic(kFirstHand), [&](const ServoFrame& frame, const Stamp&) {
     if ((frame.device.flags & kDeviceFresh) == 0) return;
     append(trace, frame.device, frame.tick, [&](const std::string& what) {
       throw McapError(path + ": tick " + std::to_string(frame.tick) + ": " + what);

@@ -20,8 +20,8 @@ std::vector<LogColumn> log_columns(const TraceReader& trace) {
       wanted.push_back(column_of_comparison(name));
     }
   } else {
-    wanted.push_back({std::string(kSessionColumn), std::string(kServo0Topic.name),
-                      std::string(kContact0Topic.name), std::string(kSimTopic.name)});
+    wanted.push_back({std::string(kSessionColumn), std::string(servo_topic(kFirstHand).name),
+                      std::string(contact_topic(kFirstHand).name), std::string(kSimTopic.name)});
   }
   std::erase_if(wanted, [&](const LogColumn& column) {
     return trace.mcap().find_channel(column.servo) == nullptr;

@@ -17,14 +17,35 @@ void merge(const LogStep& from, LogStep& into) {
 
 }  // namespace
 
-std::array<double, kNumPlotted> plotted(const ServoFrame& frame) {
-  return {norm(frame.F_device_B.f), norm(frame.F_device_B.t), frame.depth,
-          1e-9 * static_cast<double>(frame.wake_late_ns)};
+std::array<double, kNumPlotted> PlottedOf::operator()(const ServoFrame& frame) {
+  const Vec3 f = rotate(q_WB_, frame.F_device_B.f), t = rotate(q_WB_, frame.F_device_B.t);
+  return {f.x,
+          f.y,
+          f.z,
+          norm(f),
+          t.x,
+          t.y,
+          t.z,
+          norm(t),
+          frame.depth,
+          1e-9 * static_cast<double>(frame.wake_late_ns),
+          contact_rate(frame)};
 }
 
-LogSurvey::LogSurvey(const std::string& path) : index_(path), trace_(path) {
+double PlottedOf::contact_rate(const ServoFrame& frame) {
+  // the oldest of the ring, which this frame replaces; in the beginning the first of all
+  const Answer before = answers_[n_ < answers_.size() ? 0 : n_ % answers_.size()];
+  const bool is_first = n_ == 0;
+  answers_[n_++ % answers_.size()] = {frame.t_ns, frame.contact_seq};
+  const double seconds = 1e-9 * static_cast<double>(frame.t_ns - before.t_ns);
+  // a new contact process counts from the beginning
+  const bool counts = !is_first && seconds > 0 && frame.contact_seq >= before.seq;
+  return counts ? static_cast<double>(frame.contact_seq - before.seq) / seconds : 0;
+}
+
+LogSurvey::LogSurvey(const std::string& path, const Quat& q_WB) : index_(path), trace_(path) {
   for (const LogColumn& column : index_.columns()) {
-    runs_.emplace_back().decoder = trace_.decoder(info_of(Topic<ServoFrame>{column.servo}));
+    runs_.emplace_back(q_WB).decoder = trace_.decoder(info_of(Topic<ServoFrame>{column.servo}));
   }
 }
 
@@ -71,7 +92,8 @@ void LogSurvey::add(const ServoFrame& frame, uint32_t column) {
   constexpr uint64_t kMostSteps = uint64_t{1} << 24;
   if (number >= kMostSteps) return;
   if (run.steps.size() <= number) run.steps.resize(number + 1);
-  LogStep one{tick, tick, 1, plotted(frame), plotted(frame)};
+  const std::array<double, kNumPlotted> now = run.plotted(frame);
+  LogStep one{tick, tick, 1, now, now};
   merge(one, run.steps[number]);
 }
 

@@ -8,10 +8,13 @@
 #include <vector>
 
 #include "proto/log/log_index.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 
 enum class MarkKind : uint32_t { kContact = 0, kFault = 1, kLate = 2 };
+
+inline constexpr std::array<const char*, 3> kMarkKinds{"contact", "fault", "late"};
 
 /// A tick that one wants to go to: a contact begins (after kApartTicks without), a fault is
 /// latched, or ticks have been skipped before it.
@@ -23,10 +26,42 @@ struct LogMark {
 };
 inline constexpr uint64_t kApartTicks = 20;
 
-/// The plotted quantities of a frame: |force| and |torque| at the device [N], [N·m], distance from
-/// tool to proxy [m], lateness of the wake-up [s].
-enum Plotted : size_t { kForce, kTorque, kDepth, kLate, kNumPlotted };
-std::array<double, kNumPlotted> plotted(const ServoFrame& frame);
+/// The plotted quantities of a frame: force and torque at the device, turned into W, and their
+/// norms [N], [N·m], distance from tool to proxy [m], lateness of the wake-up [s], answers of
+/// contact a second over the last 100 frames [Hz].
+enum Plotted : size_t {
+  kForceX,
+  kForceY,
+  kForceZ,
+  kForce,
+  kTorqueX,
+  kTorqueY,
+  kTorqueZ,
+  kTorque,
+  kDepth,
+  kLate,
+  kContactRate,
+  kNumPlotted
+};
+
+/// Computes them for frames in order.
+class PlottedOf {
+ public:
+  /// `q_WB`: the base of the device in W.
+  explicit PlottedOf(const Quat& q_WB) : q_WB_(q_WB) {}
+  std::array<double, kNumPlotted> operator()(const ServoFrame& frame);
+
+ private:
+  double contact_rate(const ServoFrame& frame);
+
+  struct Answer {
+    int64_t t_ns = 0;
+    uint64_t seq = 0;
+  };
+  Quat q_WB_;
+  std::array<Answer, 100> answers_{};
+  size_t n_ = 0;  // frames so far
+};
 
 /// Smallest and largest values over some ticks; `frames` 0: there are none.
 struct LogStep {
@@ -39,8 +74,8 @@ struct LogStep {
 /// requests; it has a reader of its own.
 class LogSurvey {
  public:
-  /// Throws as LogIndex.
-  explicit LogSurvey(const std::string& path);
+  /// `q_WB`: the base of the device in W, for the components of the force. Throws as LogIndex.
+  explicit LogSurvey(const std::string& path, const Quat& q_WB = {});
 
   /// Reads that many more chunks. True as long as there are more.
   bool advance(size_t chunks);
@@ -57,10 +92,12 @@ class LogSurvey {
 
  private:
   struct Run {  // of a column
+    explicit Run(const Quat& q_WB) : plotted(q_WB) {}
     std::optional<TopicDecoder> decoder;
+    PlottedOf plotted;
     std::vector<LogStep> steps;
     uint64_t last_contact = 0, skipped = 0;
-    bool was_touching = false, was_faulty = false, has_begun = false;
+    bool was_faulty = false, has_begun = false;
   };
   void add(const ServoFrame& frame, uint32_t column);
 

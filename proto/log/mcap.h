@@ -60,6 +60,14 @@ struct McapMetadataIndex {
   std::string name;
 };
 
+/// A file within the file: where its record is, and what it says of itself.
+struct McapAttachment {
+  uint64_t offset = 0, length = 0;  // of the record
+  uint64_t log_time_ns = 0, create_time_ns = 0;
+  uint64_t size = 0;  // of its data [bytes]
+  std::string name, media_type;
+};
+
 /// Appends messages to a file in chunks (zstd, level 1), each written at once.
 ///
 /// A killed writer loses only the open chunk. A full disk loses no chunk: before each chunk, space
@@ -81,6 +89,10 @@ class McapWriter {
                        const McapMetadata& metadata);
   /// Named texts that belong to the file; written immediately.
   void add_metadata(std::string_view name, const McapMetadata& metadata);
+
+  /// A file that belongs to this one; written immediately. `log_time_ns`: when it came.
+  void add_attachment(std::string_view name, std::string_view media_type, uint64_t log_time_ns,
+                      std::span<const std::byte> data);
 
   /// Adds a message to the open chunk; false if an error has ended the file.
   bool write(const McapMessage& message);
@@ -119,7 +131,8 @@ class McapWriter {
   std::vector<McapChannel> channels_;
   std::vector<McapChunkIndex> chunks_;
   std::vector<McapMetadataIndex> metadata_;
-  uint64_t named_bytes_ = 0;             // size of all schemas, channels and metadata names
+  std::vector<McapAttachment> attachments_;
+  uint64_t named_bytes_ = 0;  // size of all schemas, channels, names of metadata and attachments
   std::map<uint16_t, uint64_t> counts_;  // messages in whole chunks, by channel
   Buffer chunk_;                         // open chunk, uncompressed
   std::map<uint16_t, std::vector<Indexed>> chunk_index_;
@@ -142,6 +155,10 @@ class McapReader {
   const std::vector<McapChunkIndex>& chunks() const { return chunks_; }
   /// Metadata records by name.
   const std::map<std::string, McapMetadata>& metadata() const { return metadata_; }
+  /// Attachments in file order; one that replaces another of its name comes after it.
+  const std::vector<McapAttachment>& attachments() const { return attachments_; }
+  /// The data of one. Throws McapError if it is damaged, or longer than what is read at once.
+  std::vector<std::byte> read_attachment(const McapAttachment& attachment) const;
   /// False: the writer was killed; the contents of its open chunk are lost.
   bool finished() const { return finished_; }
 
@@ -182,6 +199,8 @@ class McapReader {
   void forget();
   McapChunkIndex find_chunk(Record& record) const;
   void keep(const Record& record);
+  void keep(McapAttachment attachment);
+  McapAttachment find_attachment(Record& record) const;
   std::vector<char> read_chunk(const McapChunkIndex& index) const;
   [[noreturn]] void fail(const std::string& what) const;
 
@@ -194,6 +213,7 @@ class McapReader {
   std::vector<McapChannel> channels_;
   std::vector<McapChunkIndex> chunks_;
   std::map<std::string, McapMetadata> metadata_;
+  std::vector<McapAttachment> attachments_;
 };
 
 }  // namespace haptic

@@ -26,6 +26,8 @@ enum Op : uint8_t {
   kChunk = 0x06,
   kMessageIndex = 0x07,
   kChunkIndex = 0x08,
+  kAttachment = 0x09,
+  kAttachmentIndex = 0x0A,
   kStatistics = 0x0B,
   kMetadata = 0x0C,
   kMetadataIndex = 0x0D,

@@ -27,6 +27,7 @@ namespace {
 constexpr uint64_t kMostUnpacked = uint64_t{16} << 20;
 // Longest record read as a whole [bytes]: a compressed chunk may be longer than its contents.
 constexpr uint64_t kMostRecord = kMostUnpacked + (uint64_t{1} << 20);
+constexpr uint64_t kMostAttachmentHead = 64 << 10;  // times, name and media type [bytes]
 constexpr size_t kMostNamed = 1024;  // schemas or channels of a file; a recording has a dozen
 
 using Buffer = std::vector<char>;
@@ -80,6 +81,17 @@ bool read_magic(int file, uint64_t offset) {
   return n == sizeof magic && std::string_view(magic, sizeof magic) == kMagic;
 }
 
+/// Fills the buffer from this place of the file; false if it cannot.
+bool read_bytes(int file, uint64_t offset, Buffer& bytes) {
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t n =
+        ::pread(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+    if (n <= 0) return false;
+    done += static_cast<size_t>(n);
+  }
+  return true;
+}
+
 McapChunkIndex parse_chunk_index(const Buffer& content) {
   Parser in(content);
   McapChunkIndex index;
@@ -92,6 +104,26 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
   in.text();
   in.take(index.compressed, index.uncompressed);
   return index;
+}
+
+/// What is before the data in an attachment record.
+McapAttachment parse_attachment(Parser& in) {
+  McapAttachment attachment;
+  in.take(attachment.log_time_ns, attachment.create_time_ns);
+  attachment.name = in.text();
+  attachment.media_type = in.text();
+  in.take(attachment.size);
+  return attachment;
+}
+
+McapAttachment parse_attachment_index(const Buffer& content) {
+  Parser in(content);
+  McapAttachment attachment;
+  in.take(attachment.offset, attachment.length, attachment.log_time_ns, attachment.create_time_ns,
+          attachment.size);
+  attachment.name = in.text();
+  attachment.media_type = in.text();
+  return attachment;
 }
 
 /// Record types that keep() uses.
@@ -178,11 +210,8 @@ void McapReader::read_content(Record& record, uint64_t most) const {
          " that are read; is it a recording of `hapt record`?");
   }
   record.content.resize(length);
-  for (uint64_t done = 0; done < length;) {
-    const ssize_t n = ::pread(file_.get(), record.content.data() + done, length - done,
-                              static_cast<off_t>(record.offset + kRecordHeader + done));
-    if (n <= 0) fail("ends within the record at byte " + std::to_string(record.offset));
-    done += static_cast<uint64_t>(n);
+  if (!read_bytes(file_.get(), record.offset + kRecordHeader, record.content)) {
+    fail("ends within the record at byte " + std::to_string(record.offset));
   }
 }
 
@@ -242,8 +271,19 @@ bool McapReader::read_summary() {
 bool McapReader::read_summary(uint64_t begin, uint64_t end) {
   uint64_t chunks_end = 0, metadata_end = 0;
   Record record, metadata;
-  for (uint64_t at = begin; at < end; at += record.length) {
-    if (!read_record(at, record)) return false;
+  // at once: an hour has a hundred thousand chunks
+  Buffer summary(end - std::min(begin, end));
+  if (!read_bytes(file_.get(), begin, summary)) return false;
+  for (size_t at = 0; at < summary.size(); at += record.length) {
+    const size_t left = summary.size() - at;
+    if (left < kRecordHeader) return false;
+    uint64_t length = 0;
+    std::memcpy(&length, &summary[at + 1], sizeof length);
+    if (length > left - kRecordHeader) return false;
+    record.op = static_cast<uint8_t>(summary[at]);
+    record.length = kRecordHeader + length;
+    const char* content = &summary[at] + kRecordHeader;
+    record.content.assign(content, content + length);
     if (record.op == kChunkIndex) {
       McapChunkIndex index = parse_chunk_index(record.content);
       if (index.offset < chunks_end || index.length > size_ ||
@@ -257,6 +297,8 @@ bool McapReader::read_summary(uint64_t begin, uint64_t end) {
       if (offset < metadata_end || !read_record(offset, metadata)) return false;
       metadata_end = offset + metadata.length;
       keep(metadata);
+    } else if (record.op == kAttachmentIndex) {
+      keep(parse_attachment_index(record.content));
     } else {
       keep(record);
     }
@@ -269,6 +311,7 @@ void McapReader::forget() {
   channels_.clear();
   chunks_.clear();
   metadata_.clear();
+  attachments_.clear();
 }
 
 /// Walks the records to the first incomplete or invalid one: a crash may leave zeros behind the
@@ -295,6 +338,8 @@ void McapReader::scan(uint64_t from) {
 void McapReader::scan_record(Record& record) {
   if (record.op == kChunk) {
     chunks_.push_back(find_chunk(record));
+  } else if (record.op == kAttachment) {
+    keep(find_attachment(record));
   } else if (is_kept(record.op)) {
     read_content(record, record.length);
     keep(record);
@@ -310,6 +355,44 @@ McapChunkIndex McapReader::find_chunk(Record& record) const {
   chunk.offset = record.offset;
   chunk.length = record.length;
   return chunk;
+}
+
+void McapReader::keep(McapAttachment attachment) {
+  // more are nothing that is looked for here
+  if (attachments_.size() < kMostNamed) attachments_.push_back(std::move(attachment));
+}
+
+/// Describes an attachment without reading its data.
+McapAttachment McapReader::find_attachment(Record& record) const {
+  read_content(record, kMostAttachmentHead);
+  Parser in(record.content);
+  McapAttachment attachment = parse_attachment(in);
+  attachment.offset = record.offset;
+  attachment.length = record.length;
+  return attachment;
+}
+
+std::vector<std::byte> McapReader::read_attachment(const McapAttachment& attachment) const {
+  const std::string where =
+      "attachment '" + shown(attachment.name) + "' at byte " + std::to_string(attachment.offset);
+  Record record;
+  try {
+    if (!read_record(attachment.offset, record) || record.op != kAttachment) {
+      fail(where + " is not there");
+    }
+    Parser in(record.content);
+    const uint64_t size = parse_attachment(in).size;
+    const char* data = in.bytes(size);
+    const size_t covered = record.content.size() - in.left();
+    const uint32_t crc = in.number<uint32_t>();
+    if (crc != 0 && crc != crc32(record.content.data(), covered)) {
+      fail(where + " has a wrong CRC; the file is damaged");
+    }
+    const auto bytes = std::as_bytes(std::span(data, size));
+    return {bytes.begin(), bytes.end()};
+  } catch (const std::out_of_range&) {
+    fail(where + " is cut; the file is damaged");
+  }
 }
 
 /// The records of a chunk, decompressed and checked.

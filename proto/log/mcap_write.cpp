@@ -156,6 +156,29 @@ void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadat
   if (append(record)) metadata_.push_back({offset, record.size(), std::string(name)});
 }
 
+void McapWriter::add_attachment(std::string_view name, std::string_view media_type,
+                                uint64_t log_time_ns, std::span<const std::byte> data) {
+  flush();
+  McapAttachment index{offset_,
+                       0,
+                       log_time_ns,
+                       log_time_ns,
+                       data.size(),
+                       std::string(name),
+                       std::string(media_type)};
+  Buffer record;
+  record.reserve(data.size() + name.size() + media_type.size() + 64);
+  put_record(record, kAttachment, index.log_time_ns, index.create_time_ns, name, media_type,
+             index.size, data, uint32_t{0});
+  // the CRC covers the content up to the CRC field
+  const size_t content = record.size() - kRecordHeader - sizeof(uint32_t);
+  const uint32_t crc = crc32(&record[kRecordHeader], content);
+  std::memcpy(&record[kRecordHeader + content], &crc, sizeof crc);
+  index.length = record.size();
+  named_bytes_ += name.size() + media_type.size();
+  if (append(record)) attachments_.push_back(std::move(index));
+}
+
 bool McapWriter::write(const McapMessage& message) {
   if (!file_.is_open()) return false;
   if (chunk_.empty()) chunk_first_ns_ = chunk_last_ns_ = message.log_time_ns;
@@ -229,7 +252,7 @@ void McapWriter::put_statistics(Buffer& out) const {
     last = std::max(last, c.last_ns);
   }
   put_record(out, kStatistics, messages, static_cast<uint16_t>(schemas_.size()),
-             static_cast<uint32_t>(channels_.size()), uint32_t{0},
+             static_cast<uint32_t>(channels_.size()), static_cast<uint32_t>(attachments_.size()),
              static_cast<uint32_t>(metadata_.size()), static_cast<uint32_t>(chunks_.size()), first,
              last, counts_);
 }
@@ -256,6 +279,12 @@ McapWriter::Buffer McapWriter::make_end() const {
   put_group(kChunkIndex, [&] {
     for (const auto& c : chunks_) put_chunk_index(out, c);
   });
+  put_group(kAttachmentIndex, [&] {
+    for (const auto& a : attachments_) {
+      put_record(out, kAttachmentIndex, a.offset, a.length, a.log_time_ns, a.create_time_ns, a.size,
+                 a.name, a.media_type);
+    }
+  });
   put_group(kMetadataIndex, [&] {
     for (const auto& m : metadata_) put_record(out, kMetadataIndex, m.offset, m.length, m.name);
   });
@@ -275,8 +304,9 @@ McapWriter::Buffer McapWriter::make_end() const {
 /// Upper bound of the size of make_end() after one more chunk [bytes].
 uint64_t McapWriter::end_bound() const {
   constexpr uint64_t kFixed = 1024;
-  constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerChannel = 10;
-  return kFixed + named_bytes_ + kPerMetadata * metadata_.size() + kPerChannel * channels_.size() +
+  constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerAttachment = 64, kPerChannel = 10;
+  return kFixed + named_bytes_ + kPerMetadata * metadata_.size() +
+         kPerAttachment * attachments_.size() + kPerChannel * channels_.size() +
          (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + 1);
 }
 

@@ -34,6 +34,11 @@ class Copy {
     ++out.messages[channel->second.topic];
   }
 
+  void add(const McapReader& from, const McapAttachment& attachment) {
+    to_.add_attachment(attachment.name, attachment.media_type, attachment.log_time_ns,
+                       from.read_attachment(attachment));
+  }
+
   McapWriter& file() { return to_; }
 
  private:
@@ -53,6 +58,15 @@ Recovered recover_log(const std::string& from, const std::string& to) {
   Recovered out;
   out.had_end = reader.finished();
   Copy copy(reader, to);
+  for (const McapAttachment& attachment : reader.attachments()) {
+    try {
+      copy.add(reader, attachment);
+      ++out.attachments;
+    } catch (const McapError& error) {
+      out.damaged.push_back(error.what());
+      out.lost_bytes += attachment.length;
+    }
+  }
   for (const McapChunkIndex& chunk : reader.chunks()) {
     try {
       reader.for_each_in(chunk, [&](const McapMessage& message) { copy.add(message, out); });

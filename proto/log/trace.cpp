@@ -19,8 +19,8 @@ constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::b
 }  // namespace
 
 const std::array<TopicInfo, 5> kTopics{
-    info_of(kServo0Topic, "one record a servo tick"),
-    info_of(kContact0Topic, "answers of collision detection"),
+    info_of(servo_topic(kFirstHand), "one record a servo tick"),
+    info_of(contact_topic(kFirstHand), "answers of collision detection"),
     info_of(kSimTopic, "poses of the objects"),
     info_of(kControlTopic, "desired state of the session"),
     info_of(kEventTopic, "starts, stops, changes of flags, losses"),

@@ -15,6 +15,7 @@
 
 #include "proto/log/layout.h"
 #include "proto/log/mcap.h"
+#include "proto/wire/hands.h"
 #include "proto/wire/schema.h"
 #include "proto/wire/wire.h"
 
@@ -30,8 +31,16 @@ struct Topic {
   std::string_view name;
 };
 
-inline constexpr Topic<ServoFrame> kServo0Topic{"/servo0/frame"};
-inline constexpr Topic<ContactSet> kContact0Topic{"/contact0/set"};
+inline constexpr HandNames kServoTopics = names_of_hands("/servo", "/frame");
+inline constexpr HandNames kContactTopics = names_of_hands("/contact", "/set");
+
+/// Of the servo and the contact of a hand.
+constexpr Topic<ServoFrame> servo_topic(uint32_t hand) {
+  return {kServoTopics[hand].data()};
+}
+constexpr Topic<ContactSet> contact_topic(uint32_t hand) {
+  return {kContactTopics[hand].data()};
+}
 inline constexpr Topic<SceneFrame> kSimTopic{"/sim/frame"};
 inline constexpr Topic<ControlFrame> kControlTopic{"/control/frame"};
 inline constexpr Topic<Event> kEventTopic{"/events"};
@@ -92,6 +101,10 @@ class TraceWriter {
   /// Adds facts known only now, such as the number of lost records.
   void add_metadata(std::string_view name, const McapMetadata& metadata) {
     mcap_.add_metadata(name, metadata);
+  }
+  void add_attachment(std::string_view name, std::string_view media_type, int64_t realtime_ns,
+                      std::span<const std::byte> data) {
+    mcap_.add_attachment(name, media_type, static_cast<uint64_t>(realtime_ns), data);
   }
   /// Writes what is still in memory.
   bool flush() { return mcap_.flush(); }

@@ -225,6 +225,7 @@ enum class EventCode : uint32_t {
   kStopped = 3,       // {ticks, skipped, 0, 0, 0}
   kRecordsLost = 4,   // by a recorder: {now, in all, generation of source, 0 frames 1 events, 0}
   kFault = 5,         // {Fault, tick, speed of the handle, wanted force, 0}
+  kSessionBack = 6,   // by a recorder: hapticd was killed: {seconds without, last tick, 0, 0, 0}
 };
 
 /// A fixed-size log record; hapticd formats it.

@@ -63,6 +63,9 @@ std::string describe_event(const Event& event) {
     case EventCode::kRecordsLost:
       return fmt::format("{} {} of generation {} not recorded, {} in all", whole(n[0]),
                          n[3] != 0 ? "events" : "frames", whole(n[2]), whole(n[1]));
+    case EventCode::kSessionBack:
+      return fmt::format("hapticd is back after {:.2f} s; the last tick before was {}", n[0],
+                         whole(n[1]));
   }
   return fmt::format("event {}: {} {} {} {} {}", event.code, n[0], n[1], n[2], n[3], n[4]);
 }

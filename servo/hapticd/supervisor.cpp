@@ -37,7 +37,8 @@ constexpr int64_t kStopNs = 2000 * kMs;           // then children are killed
 constexpr int64_t kLongestRestNs = 5 * kMs;       // a tenth of the restart of a contact
 constexpr int64_t kRetryStartNs = 500 * kMs;      // if the kernel has no resources for a process
 constexpr int64_t kSpareAfterNs = 500 * kMs;  // after contact's start, when its meshes are baked
-constexpr const char* kSpareName = "contact0 spare";
+constexpr HandNames kSpareNames = names_of_hands("contact", " spare");
+constexpr const char* kSpareName = kSpareNames[kFirstHand].data();
 constexpr int kMostDeathsUnborn = 8;  // about five seconds of attempts
 
 /// The stop signals are read from a descriptor from now on.
@@ -62,10 +63,11 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
       config_file_(make_sealed_file("haptic-config", std::as_bytes(std::span(&config_, 1)))),
       signals_(take_signals()),
       control_frame_(initial_control(config)),
-      processes_{{{"haptic-sim", SegmentId::kSim, "sim", period_ns(config.sim_rate)},
-                  {"haptic-contact", SegmentId::kContact0, "contact0",
+      processes_{{{"haptic-sim", SimChannels::kId, SimChannels::kName, period_ns(config.sim_rate)},
+                  {"haptic-contact", ContactChannels::kId, ContactChannels::kName,
                    period_ns(config.contact_poll_rate)},
-                  {"haptic-servo", SegmentId::kServo0, "servo0", period_ns(config.servo_rate)}}},
+                  {"haptic-servo", ServoChannels::kId, ServoChannels::kName,
+                   period_ns(config.servo_rate)}}},
       spare_(config.contact_spare != 0),
       attachments_(connect_session(session), {.on_error =
                                                   [&log](const std::string& what) {
@@ -92,7 +94,7 @@ Supervisor::~Supervisor() {
 int Supervisor::run() {
   control_.set_state(SegmentState::kRun);
   publish_control(now_ns());
-  server_.announce(SegmentId::kControl, 1, ControlChannels::kName, control_.fd());
+  server_.announce(ControlChannels::kId, 1, ControlChannels::kName, control_.fd());
   attachments_.start();
   if (guard_) guard_->start();
   if (config_.realtime != 0) {
@@ -183,7 +185,7 @@ void Supervisor::take_offer(const Announcement& offer) {
     if (process.id == offer.id) process.offered_generation = offer.generation;
   }
   Process& servo = processes_.back();
-  if (offer.id != SegmentId::kContact0) return;
+  if (offer.id != ContactChannels::kId) return;
   if (servo.generation == 0) servo.restart_at_ns = 0;
   spare_.wait_until(now_ns() + kSpareAfterNs);
 }
@@ -301,7 +303,8 @@ SessionStatus Supervisor::status() {
 void Supervisor::tell_waiting(int64_t t_ns) {
   if (processes_.back().generation > 0 || t_ns - told_waiting_ns_ < kTellWaitingNs) return;
   told_waiting_ns_ = t_ns;
-  log_.write(LogLevel::kInfo, "hapticd", "the servo waits until contact0 has prepared its meshes");
+  log_.write(LogLevel::kInfo, "hapticd",
+             std::string("the servo waits until ") + contact_.name + " has prepared its meshes");
 }
 
 void Supervisor::launch(const Process& process, uint64_t generation, ChildProcess& child,
@@ -421,7 +424,7 @@ void Supervisor::reap(Process& process) {
   if (t_ns - process.started_ns >= kHealthyNs) process.deaths_in_a_row = 0;
   const int64_t delay_ns = restart_delay_ns(++process.deaths_in_a_row);
   process.restart_at_ns = t_ns + delay_ns;
-  if (process.id == SegmentId::kServo0) keep_fault();
+  if (process.id == ServoChannels::kId) keep_fault();
   log_.write(LogLevel::kWarning, process.name,
              std::string(process.program) + " " + how_it_ended(status, process.child.preparing) +
                  "; starting it again " +
@@ -500,14 +503,9 @@ void Supervisor::publish_control(int64_t t_ns) {
 }
 
 const SegmentHeader* Supervisor::header_of(const Process& process) noexcept {
-  switch (process.id) {
-    case SegmentId::kSim:
-      return sim_events_.header();
-    case SegmentId::kContact0:
-      return contact_events_.header();
-    default:
-      return servo_events_.header();
-  }
+  if (process.id == SimChannels::kId) return sim_events_.header();
+  if (process.id == ContactChannels::kId) return contact_events_.header();
+  return servo_events_.header();
 }
 
 /// Time without a heartbeat, where one is expected, else 0 [ns].

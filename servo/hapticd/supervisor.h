@@ -68,7 +68,7 @@ class Supervisor {
 
   /// Whether it holds the device's node, as hapticd does.
   bool drives(const Process& process) const {
-    return guard_.has_value() && process.id == SegmentId::kServo0;
+    return guard_.has_value() && process.id == ServoChannels::kId;
   }
   /// Whether its device is gone: it is not started until the device is back.
   bool lacks_device(const Process& process) const { return drives(process) && guard_->node() < 0; }

@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "proto/ipc/eye_file.h"
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
+#include "proto/log/log_eyes.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 #include "tests/proto/log/mcap_bytes.h"
@@ -42,6 +44,7 @@ std::string bytes_of(const std::string& path) {
 std::string valid_file(const std::string& folder) {
   const std::string path = folder + "/seed.mcap";
   {
+    const std::vector<std::byte> eye = write_eye({});
     // the same bytes on every machine
     TraceWriter trace(path, {{"session", "fuzz"}, {"config", "[session]\nname = \"fuzz\"\n"}});
     for (int i = 0; i < 12; ++i) {
@@ -50,10 +53,11 @@ std::string valid_file(const std::string& folder) {
       frame.t_ns = frame.device.t_ns = 1'000'000 * i;
       frame.device.flags = kDeviceFresh;
       const Stamp stamp{frame.t_ns, frame.t_ns, frame.tick};
-      trace.write(kServo0Topic, frame, stamp);
-      if (i % 6 == 0) trace.write(kContact0Topic, ContactSet{}, stamp);
+      trace.write(servo_topic(kFirstHand), frame, stamp);
+      if (i % 6 == 0) trace.write(contact_topic(kFirstHand), ContactSet{}, stamp);
       trace.write(kEventTopic, Event{}, stamp);
       if (i % 4 == 3) trace.flush();
+      if (i == 5) trace.add_attachment("eye/tool", kEyeMediaType, 5, eye);
     }
   }
   return bytes_of(path);
@@ -235,6 +239,17 @@ void use(const std::string& path) {
   const TraceReader trace(path);
   std::ostream nowhere(nullptr);
   for (const TopicInfo& topic : trace.topics()) export_csv(trace, topic, nowhere);
+  const LogEyes eyes = read_log_eyes(trace.mcap());
+  for (const auto& [object, bytes] : eyes.objects) {
+    if (object >= kMaxObjects) throw std::runtime_error("no such object:\n");
+  }
+  for (const McapAttachment& attachment : trace.mcap().attachments()) {
+    try {
+      trace.mcap().read_attachment(attachment);
+    } catch (const McapError&) {
+      // a damaged one does not spoil the others
+    }
+  }
   ReplayConfig config;
   assign(config.path, path);
   for (const DeviceState& s : load_hand_trace(config).samples) {
@@ -256,7 +271,7 @@ TEST_CASE("fuzz: a recording is refused in one line or read in bounded time and 
     seeds.push_back(bytes_of(test::from_source(name)));
     REQUIRE_FALSE(seeds.back().empty());
   }
-  const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg",
+  const test::Damage damage({"zstd", "lz4", "", "/servo0/frame", "cdr", "ros2msg", "eye/0",
                              std::string(test::kMcapMagic), std::string(9, '\0'), "\n\x1b[2J"});
   const std::string path = folder.path() + "/fuzzed.mcap";
   test::FuzzRun fuzz("log", 3, 1500);

@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "contact/bake/read.h"
+#include "contact/bake/soup/read.h"
 
 namespace haptic::test {
 

@@ -76,11 +76,11 @@ std::string exported(const std::string& folder) {
       frame.t_ns = frame.device.t_ns = 1'000'000 * i;
       frame.device.flags = kDeviceFresh;
       frame.device.X_BH.p = {0.1 * i, 0, 1};
-      trace.write(kServo0Topic, frame, {frame.t_ns, frame.t_ns, frame.tick});
+      trace.write(servo_topic(kFirstHand), frame, {frame.t_ns, frame.t_ns, frame.tick});
     }
   }
   std::ostringstream text;
-  export_csv(TraceReader(path), *find_topic(kServo0Topic.name), text);
+  export_csv(TraceReader(path), *find_topic(servo_topic(kFirstHand).name), text);
   return text.str();
 }
 

@@ -8,6 +8,7 @@
 
 #include "contact/shape/mesh/primitives.h"
 #include "contact/step.h"
+#include "proto/config/config.h"
 #include "proto/config/renderer_needs.h"
 #include "servo/step.h"
 

@@ -6,6 +6,7 @@
 #include <iomanip>
 #include <vector>
 
+#include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/log/hand_trace.h"
 #include "proto/os/programs.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line tool as people and scripts use it, on the real binaries.
+#include <algorithm>
 #include <fstream>
 
 #include "clients/lab/forked_process.h"
@@ -126,7 +127,7 @@ TEST_CASE("hapt demo: Ctrl-C keeps what was recorded and a killed demo leaves no
   CHECK(eventually([&] { return !test::is_alive(static_cast<uint64_t>(servo)); }));
   const TraceReader trace(log);
   CHECK(trace.mcap().finished() == (signal != SIGKILL));
-  CHECK(trace.read(kServo0Topic).size() > 1000);
+  CHECK(trace.read(servo_topic(kFirstHand)).size() > 1000);
 }
 
 TEST_CASE("hapt replay: every grid point of the recorded hand is played, whatever its rate") {
@@ -140,6 +141,30 @@ TEST_CASE("hapt replay: every grid point of the recorded hand is played, whateve
   CHECK(figure(ran.output, "samples of the recorded hand") == 2 * rate + 1);
   CHECK(figure(ran.output, "frames plus counted skips") == 2001);
   CHECK(figure(ran.output, "samples lost") == 0);
+}
+
+TEST_CASE("hapt replay: faster, again and again, and as the intention of a simulated hand") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  write_hand(folder.path() + "/hand.csv", 500);
+  const auto replayed = [&](const std::string& words) {
+    const Ran ran =
+        hapt("replay hand.csv --config plane.toml -o out.mcap --overwrite " + words, folder.path());
+    CAPTURE(words, ran.output);
+    CHECK(ran.code <= 1);  // a part of the hand need not touch
+    return TraceReader(folder.path() + "/out.mcap").read(servo_topic(kFirstHand));
+  };
+  const auto fast = replayed("--speed 4 --from 1s --to 2s");
+  // a quarter of a second of it, and as long as it takes to stop the session
+  CHECK(fast.size() > 240);
+  CHECK((fast.back().device.flags & kDeviceEnded) != 0);
+  const auto looped = replayed("--from 1.9s --loop --for 0.5s");
+  CHECK(looped.size() >= 490);
+  CHECK((looped.back().device.flags & kDeviceEnded) == 0);
+  const auto led = replayed("--to 0.5s --closed-loop");
+  REQUIRE(led.size() > 100);
+  const auto moved = [](const ServoFrame& frame) { return norm(frame.device.V_BH.v) > 0; };
+  CHECK(std::any_of(led.begin(), led.end(), moved));
 }
 
 TEST_CASE("hapt export, hapt replay: a recording of an older layout, and once what it lacks") {
@@ -341,7 +366,7 @@ TEST_CASE("hapt record: a session it did not start is recorded, by name, until t
   CHECK(has(ran.output, "\"topic\": \"/servo0/frame\", \"recorded\": "));
   const TraceReader trace(folder.path() + "/live.mcap");
   CHECK(trace.mcap().finished());
-  CHECK(trace.read(kServo0Topic).size() > 200);
+  CHECK(trace.read(servo_topic(kFirstHand)).size() > 200);
   bool named = false;
   for (const auto& [name, facts] : trace.mcap().metadata()) {
     if (!facts.contains("session")) continue;

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "proto/config/config.h"
+#include "proto/ipc/eye_file.h"
+#include "proto/log/log_eyes.h"
 #include "proto/log/trace.h"
 #include "tests/process/hapt_command.h"
 #include "tests/process/watcher.h"
@@ -109,6 +111,42 @@ TEST_CASE("hapt: a pipe, a device or a folder in the place of a file is refused 
     CHECK((has(ran.output, "is a pipe") || has(ran.output, "is a device") ||
            has(ran.output, "is a folder")));
   }
+}
+
+TEST_CASE("hapt info, diff, recover: of a real recording, and of one that was cut") {
+  if (!programs_are_built()) return;
+  const Session session;
+  const std::string folder = session.folder.path();
+  REQUIRE(hapt("record -o run.mcap --for 0.8", folder).code == 0);
+  const Ran info = hapt("info run.mcap", folder);
+  INFO(info.output);
+  CHECK(info.code == 0);
+  CHECK(has(info.output, "/servo0/frame"));
+  CHECK(hapt("diff run.mcap run.mcap --exact", folder).code == 0);
+
+  // how the block is drawn is in it
+  const McapReader whole(folder + "/run.mcap");
+  const LogEyes eyes = read_log_eyes(whole);
+  CHECK_FALSE(eyes.tool.empty());
+  REQUIRE(eyes.objects.contains(0));
+  CHECK(view_eye(eyes.objects.at(0)).name == "block");
+  CHECK(whole.find_channel("/scene/markers/object_0") != nullptr);
+
+  std::filesystem::copy_file(folder + "/run.mcap", folder + "/cut.mcap");
+  std::filesystem::resize_file(folder + "/cut.mcap", whole.chunks().back().offset + 100);
+  CHECK(has(hapt("info cut.mcap", folder).output, "missing"));
+  const Ran recovered = hapt("recover cut.mcap -o mended.mcap", folder);
+  INFO(recovered.output);
+  CHECK(recovered.code == 0);
+  CHECK(has(recovered.output, "its recorder was killed"));
+  CHECK(McapReader(folder + "/mended.mcap").finished());
+  CHECK(read_log_eyes(McapReader(folder + "/mended.mcap")).objects == eyes.objects);
+  const Ran diff = hapt("diff run.mcap mended.mcap", folder);
+  INFO(diff.output);
+  CHECK(diff.code == 1);
+  CHECK(has(diff.output, " 0 differ; "));
+  CHECK(has(diff.output, " 0 only in B"));
+  CHECK(hapt("diff run.mcap none.mcap", folder).code == 2);
 }
 
 }  // namespace haptic

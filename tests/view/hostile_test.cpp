@@ -8,7 +8,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "clients/view/token.h"
+#include "clients/view/web/places.h"
+#include "clients/view/web/token.h"
 #include "proto/os/message.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewed_session.h"
@@ -210,6 +211,47 @@ TEST_CASE("hapt view: who reads nothing shares what is sent to all") {
   CHECK(resident_mib(bridge.pid()) - before < 200);
   Page honest(bridge);
   CHECK(!honest.frame().empty());
+}
+
+TEST_CASE("view: nobody holds all places") {
+  Places places(5, 3);
+  std::vector<std::shared_ptr<void>> greedy;
+  for (int i = 0; i < 3; ++i) {
+    greedy.push_back(places.take("greedy"));
+    CHECK(greedy.back() != nullptr);
+  }
+  CHECK(places.take("greedy") == nullptr);
+  const auto second = places.take("second"), third = places.take("third");
+  CHECK(second != nullptr);
+  CHECK(third != nullptr);
+  CHECK(places.taken() == 5);
+  CHECK(places.take("fourth") == nullptr);
+  const auto copy = greedy.back();
+  greedy.pop_back();
+  CHECK(places.taken() == 5);
+  greedy.clear();
+  CHECK(places.taken() == 3);
+  CHECK(places.take("fourth") != nullptr);
+  CHECK(places.taken() == 3);
+}
+
+TEST_CASE("view: who is behind a connection of this machine is its user, at any of its addresses") {
+  for (const char* from : {"127.0.0.1", "127.0.0.9"}) {
+    const FileDescriptor listener(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    const FileDescriptor client(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in there{}, here{};
+    there.sin_family = here.sin_family = AF_INET;
+    there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(inet_pton(AF_INET, from, &here.sin_addr) == 1);
+    socklen_t size = sizeof there;
+    REQUIRE(bind(listener.get(), reinterpret_cast<sockaddr*>(&there), size) == 0);
+    REQUIRE(listen(listener.get(), 1) == 0);
+    REQUIRE(getsockname(listener.get(), reinterpret_cast<sockaddr*>(&there), &size) == 0);
+    REQUIRE(bind(client.get(), reinterpret_cast<sockaddr*>(&here), sizeof here) == 0);
+    REQUIRE(connect(client.get(), reinterpret_cast<sockaddr*>(&there), size) == 0);
+    const FileDescriptor accepted(accept(listener.get(), nullptr, nullptr));
+    CHECK(person_behind(accepted.get()) == "user " + std::to_string(geteuid()));
+  }
 }
 
 TEST_CASE("view: a token is written into a file of its own alone") {

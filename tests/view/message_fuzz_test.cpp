@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/view/foxglove.h"
-#include "clients/view/http_rules.h"
 #include "clients/view/messages.h"
 #include "clients/view/page_message.h"
+#include "clients/view/web/http_rules.h"
 #include "tests/fuzz/fuzz_run.h"
 #include "tests/fuzz/hostile_input.h"
 
@@ -43,7 +43,7 @@ const std::vector<std::string> kTargets{"/",           "/view",        "/scene.j
 const std::vector<std::string> kHosts{"127.0.0.1:8765", "localhost:8765", "[::1]:8765",
                                       "evil.example",   "studio:8765",    "LOCALHOST:8765"};
 const std::vector<std::string> kStatus{
-    R"({"clients":3,"closed_by":["a fault (clear it)","another"]})"};
+    R"~({"clients":3,"closed_by":["a fault (clear it)","another"]})~"};
 const Damage kDamage({"\"type\"", "\"lead\"", "null", "1e999", "-0", "\\u0000", "[[[[", "}", "..",
                       "%00", "\xff\xfe", "\"", "18446744073709551616", ":8765", "\n", "arm"});
 

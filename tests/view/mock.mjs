@@ -70,7 +70,12 @@ export class Mock {
         { index: 1, name: "bead", mesh: "/mesh/1.bin" },
       ],
       tool: { radius: 0.0015 },
-      renderers: renderers.map(([name, lack]) => ({ name, available: !lack, lack: lack ?? "" })),
+      renderers: renderers.map(([name, lack]) => ({
+        name,
+        available: !lack,
+        lack: lack ?? "",
+        has_solver: ["virtual-proxy3", "direct6", "voxel"].includes(name), // one that can be chosen too
+      })),
       renderer: "god-object3",
       solvers: ["direct", "penalty-dynamics", "quasi-static"],
       device: {

@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, afterEach, before, describe, test } from "node:test";
 import { has_chromium, launch } from "./browser.mjs";
 import { kToken, Mock } from "./mock.mjs";
+import { nameless, overflow } from "./page_checks.mjs";
 
 const view = process.env.VIEW ?? "../../build/dev/view";
 const lack = !has_chromium
@@ -64,23 +65,6 @@ async function eventually(condition) {
     });
   }
 }
-
-/** Elements that are wider than the page or run out of it. */
-const overflow = () =>
-  page.evaluate(() => ({
-    wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
-    cut: [
-      ...document.querySelectorAll("button, select, input:not([type=range]), h1, h2, p, td, th"),
-    ]
-      .filter(
-        (element) => element.offsetParent && !element.closest(".scroll, .hidden, dialog, .skip"),
-      )
-      .filter((element) => {
-        const box = element.getBoundingClientRect();
-        return box.right > innerWidth + 1 || box.left < -1;
-      })
-      .map((element) => element.id || element.outerHTML.slice(0, 60)),
-  }));
 
 describe("the page", { skip: lack }, () => {
   before(async () => {
@@ -192,6 +176,8 @@ describe("the page", { skip: lack }, () => {
     await page.click("#pause");
     await until(() => document.querySelector("#pause").textContent === "Resume");
     assert.match(await text("#answer"), /pause: done/);
+    assert.ok(await page.isDisabled("#solver"));
+    assert.match(await text("#solver-reason"), /god-object3 has no solver.*voxel/);
     await page.fill("#stiffness", "750");
     await page.waitForTimeout(300);
     await page.click("#stiffness-form button");
@@ -206,6 +192,7 @@ describe("the page", { skip: lack }, () => {
     await until(
       () => window.hapticd.latest.renderer === 2 && window.hapticd.latest.stiffness === 750,
     );
+    assert.ok(await page.isHidden("#solver-reason"));
     await page.selectOption("#solver", "quasi-static");
     await page.press("#solver", "Tab");
     await page.keyboard.press("Enter");
@@ -307,37 +294,14 @@ describe("the page", { skip: lack }, () => {
 
   test("everything that can be operated has a name for screen readers", async () => {
     await open();
-    const session = await nameless();
+    const session = await nameless(page);
     assert.deepEqual(session, []);
     await page.close();
     await mock.close();
     await open({ log: true });
-    assert.deepEqual(await nameless(), []);
+    assert.deepEqual(await nameless(page), []);
     assert.equal(await page.getAttribute("#announcements", "aria-live"), "polite");
   });
-
-  async function nameless() {
-    const client = await page.context().newCDPSession(page);
-    const { nodes } = await client.send("Accessibility.getFullAXTree");
-    const wanted = [
-      "button",
-      "link",
-      "checkbox",
-      "combobox",
-      "slider",
-      "spinbutton",
-      "textbox",
-      "application",
-      "image",
-      "toolbar",
-      "region",
-      "table",
-      "dialog",
-    ];
-    return nodes
-      .filter(({ ignored, role, name }) => !ignored && wanted.includes(role?.value) && !name?.value)
-      .map(({ role, properties }) => `${role.value} ${JSON.stringify(properties)}`);
-  }
 
   test("dark and light follow the system until somebody chooses", async () => {
     await open({ colours: "light" });
@@ -360,7 +324,7 @@ describe("the page", { skip: lack }, () => {
     test(`fits a ${name}, live and recorded, with one column and four`, async () => {
       for (const options of [{}, { log: true }, { log: true, columns: 4 }]) {
         await open({ size, ...options });
-        assert.deepEqual(await overflow(), { wide: 0, cut: [] });
+        assert.deepEqual(await overflow(page), { wide: 0, cut: [] });
         await page.close();
         await mock.close();
       }

@@ -7,12 +7,12 @@
 #include <sstream>
 
 #include "clients/view/foxglove.h"
-#include "clients/view/http_rules.h"
 #include "clients/view/messages.h"
 #include "clients/view/metrics.h"
 #include "clients/view/page_message.h"
 #include "clients/view/scene.h"
 #include "clients/view/viewer.h"
+#include "clients/view/web/http_rules.h"
 #include "tests/view/layout_reader.h"
 
 namespace haptic {
@@ -270,6 +270,12 @@ TEST_CASE(
   CHECK(scene["solvers"].size() == 3);
   CHECK(scene["renderers"].size() == 7);
   CHECK(scene["renderers"][0]["available"] == true);
+  CHECK(scene["renderers"][0]["has_solver"] == false);
+  CHECK(scene["renderers"][3]["name"] == "direct6");
+  CHECK(scene["renderers"][3]["has_solver"] == true);
+  CHECK(!scene.contains("started"));
+  info.started = 12.5;
+  CHECK(Json::parse(scene_json(info, *view, false))["started"] == 12.5);
   CHECK(watching.find("secret") == watching.npos);
   CHECK(Json::parse(scene_json(info, *view, true))["config"] == text);
   CHECK(use_config(info, "nonsense = [") != "");
@@ -358,7 +364,8 @@ TEST_CASE("view: the metrics are Prometheus text, version 0.0.4") {
     const std::string name = "[a-zA-Z_:][a-zA-Z0-9_:]*";
     const std::regex help("# HELP (" + name + ") ([^\\\\]|\\\\\\\\|\\\\n)*");
     const std::regex type("# TYPE (" + name + ") (counter|gauge|summary)");
-    const std::regex sample("(" + name + R"re()(\{[a-zA-Z_]\w*="([^"\\]|\\["\\n])*"\})? ([^ ]+))re");
+    const std::regex sample("(" + name +
+                            R"re()(\{[a-zA-Z_]\w*="([^"\\]|\\["\\n])*"\})? ([^ ]+))re");
     const std::regex number(R"([+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|NaN|[+-]Inf)");
     std::set<std::string> helped, typed, said;
     std::string family, kind;

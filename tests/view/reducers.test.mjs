@@ -117,3 +117,18 @@ test("numbers are written as people read them", () => {
   assert.equal(format.length(0.05), "50 mm");
   assert.deepEqual([0.7, 1, 4.9, 5, 0.002, 30].map(format.round_down), [0.5, 1, 2, 5, 0.002, 20]);
 });
+
+test("an axis never collapses, and keeps what lies on it inside", () => {
+  assert.deepEqual(format.value_range(null, null, 10), [0, 10]);
+  assert.deepEqual(format.value_range(0, 0, 100), [0, 106]);
+  for (const [low, high] of [
+    [-1, -1],
+    [1000, 1000],
+    [990, 1000],
+    [-3, 900],
+  ]) {
+    const [from, to] = format.value_range(low, high, 10);
+    assert.ok(from < low && to > high && to - from >= 10, `${from} ${to}`);
+  }
+  assert.equal(format.value_range(0.1, 30, 10)[0], 0);
+});

@@ -2,6 +2,7 @@
 // Any bytes for the bridge's socket, as a request and as frames of a WebSocket: nothing leaks, and
 // an honest page is served all the while.
 #include <catch2/catch.hpp>
+#include <ctime>
 #include <thread>
 
 #include "clients/view/bridge.h"
@@ -138,9 +139,9 @@ TEST_CASE("view: any bytes on the bridge's socket") {
   const size_t descriptors = test::entries_of("/proc/self/fd");
   const test::Damage damage({"\r\n", "Content-Length: ", "Transfer-Encoding: chunked",
                              "Upgrade: websocket", "\"type\"", "..", "%00", "[[[["});
-  const size_t inputs = test::sweep(400);
-  for (size_t input = 0; input < inputs; ++input) {
-    FuzzRandom random(20261123, input);
+  const test::FuzzInputs inputs(20261123, test::sweep(400));
+  for (uint64_t input = inputs.first; input < inputs.end; ++input) {
+    FuzzRandom random(inputs.seed, input);
     say_anything(bridge.port(), random, damage);
     if (input % 100 == 99) {
       CAPTURE(input);
@@ -148,7 +149,11 @@ TEST_CASE("view: any bytes on the bridge's socket") {
     }
   }
   CHECK(test::eventually([&] { return test::entries_of("/proc/self/fd") <= descriptors; }));
-  std::printf("bridge: %zu inputs\n", inputs);
+  std::printf("bridge, sockets: inputs %llu to %llu, seed %llu, %.0f s of the processor\n",
+              static_cast<unsigned long long>(inputs.first),
+              static_cast<unsigned long long>(inputs.end),
+              static_cast<unsigned long long>(inputs.seed),
+              static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
 }
 
 }  // namespace haptic

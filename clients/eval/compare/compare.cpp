@@ -10,12 +10,15 @@
 #include <utility>
 
 #include "clients/report/summary.h"
+#include "contact/bake/eye_files.h"
 #include "contact/query/point/closest_point.h"
 #include "device-io/device.h"
 #include "proto/config/command_line.h"
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
+#include "proto/ipc/eye_file.h"
 #include "proto/log/log_columns.h"
+#include "proto/log/log_eyes.h"
 #include "proto/log/trace.h"
 #include "proto/os/message.h"
 #include "proto/os/version.h"
@@ -35,7 +38,7 @@ bool is_soft(Renderer renderer) {
   return is_of_body(renderer) && !is_rigid(renderer);
 }
 
-/// What the tool is, for the measures that share nothing with the renderers.
+/// The shape of the tool, which the measures use; they share no code with the renderers.
 struct ToolPoints {
   std::vector<Vec3> vertices_T;
   Vec3 centre_T;
@@ -215,6 +218,20 @@ std::unique_ptr<TraceWriter> open_output(const CompareEval& eval,
   return trace;
 }
 
+/// How the scene is drawn. What cannot be drawn is left out, as in a session.
+void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSession& baked) {
+  const auto add = [&](uint32_t object) {
+    try {
+      trace.add_attachment(eye_attachment(object), kEyeMediaType, 0,
+                           make_eye(config, baked, object));
+    } catch (const EyeError&) {
+      // a viewer shows the rest
+    }
+  };
+  add(kEyeOfTool);
+  for (uint32_t i = 0; i < config.n_objects; ++i) add(i);
+}
+
 std::string cell(double value, const std::string& unit) {
   return readable(value, unit);
 }
@@ -268,6 +285,7 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
   const BakedSession baked = bake_session(baking);
   const ContactShapes shapes = baked.shapes();
   const std::unique_ptr<TraceWriter> trace = open_output(eval, topics);
+  if (trace) write_eyes(*trace, configs.front(), baked);
   std::vector<std::unique_ptr<Column>> columns;
   for (size_t i = 0; i < configs.size(); ++i) {
     columns.push_back(

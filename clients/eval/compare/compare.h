@@ -22,7 +22,7 @@ struct CompareEval {
   double seconds = 20;  // of a hand that is not recorded
 };
 
-/// What was measured of one column; lengths in m, forces in N at the device unless said otherwise.
+/// The measures of one column; lengths in m, forces in N at the device unless said otherwise.
 struct CompareFigures {
   std::string name;
   bool is_massless = true;   // the proxy has no mass, or there is none

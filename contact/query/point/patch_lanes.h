@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/query/point/patch_tests.h"
+#include "contact/query/point/patch_probe.h"
+#include "contact/query/simd/lane_set.h"
 #include "contact/query/simd/lanes8.h"
+#include "contact/shape/tree/patch_tree.h"
 
 namespace haptic {
 namespace lanes8 {

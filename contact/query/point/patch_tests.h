@@ -1,33 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "contact/query/point/patch_probe.h"
 #include "contact/query/simd/lane_set.h"
 #include "contact/shape/tree/patch_tree.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
-
-/// Which points of a patch are searched: any; local minima of the distance; local minima seen from
-/// the front.
-enum class Facing { kAny, kEitherSide, kFront };
-
-/// A point prepared for the tests, in float with conservative rounding.
-struct PatchProbe {
-  explicit PatchProbe(const Vec3& p) : p_O(p) {
-    constexpr float kUlp = 1.2e-7F;  // an ulp of 1
-    for (int k = 0; k < 3; ++k) {
-      const auto row = static_cast<size_t>(k);
-      const auto x = static_cast<float>(p[k]);
-      const float ulp = kUlp * (x < 0 ? -x : x);
-      at[row] = x, below[row] = x - ulp, above[row] = x + ulp;
-      slack += 4 * ulp;  // a rounding of p, one of the product, two of the sum
-    }
-  }
-
-  Vec3 p_O;
-  std::array<float, 3> below, above, at;
-  float slack = 0;  // of axis·p
-};
 
 /// Patches within `limit` that may contain a point searched for. Conservative: keeps too many,
 /// never too few.
@@ -55,18 +34,6 @@ void for_each_near_leaf(const PatchTree& tree, Near&& near, Visit&& visit) {
       waiting[n_waiting++] = node.child[lanes.first()];
     }
   }
-}
-
-/// A float no less than the distance.
-inline float round_up_distance(double distance) {
-  constexpr float kUlp = 1.2e-7F;
-  return static_cast<float>(distance) * (1 + kUlp) + 1e-18F;
-}
-
-/// Limit for squared distances of patches, rounded up.
-inline float limit_squared(float limit) {
-  constexpr float kSumError = 1e-5F;
-  return limit * limit * (1 + kSumError);
 }
 
 }  // namespace haptic

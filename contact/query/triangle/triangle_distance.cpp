@@ -131,25 +131,6 @@ size_t distances_of_parts(const Corners& a, const Corners& b,
   return n;
 }
 
-void DistanceBatch::add(const Corners& corners_A, const Corners& corners_B) {
-  HAPTIC_ASSERT(n < kRoom);
-  for (size_t k = 0; k < 3; ++k) {
-    a[3 * k][n] = corners_A[k].x, a[3 * k + 1][n] = corners_A[k].y,
-          a[3 * k + 2][n] = corners_A[k].z;
-    b[3 * k][n] = corners_B[k].x, b[3 * k + 1][n] = corners_B[k].y,
-          b[3 * k + 2][n] = corners_B[k].z;
-  }
-  ++n;
-}
-
-Corners DistanceBatch::corners_a(size_t i) const {
-  return {{{a[0][i], a[1][i], a[2][i]}, {a[3][i], a[4][i], a[5][i]}, {a[6][i], a[7][i], a[8][i]}}};
-}
-
-Corners DistanceBatch::corners_b(size_t i) const {
-  return {{{b[0][i], b[1][i], b[2][i]}, {b[3][i], b[4][i], b[5][i]}, {b[6][i], b[7][i], b[8][i]}}};
-}
-
 void measure(const Pose& X_AB, DistanceBatch& batch) {
   HAPTIC_ASSERT(batch.n <= DistanceBatch::kRoom);
   const uint64_t unsure = measure_wide(X_AB, batch);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "contact/query/triangle/distance_batch.h"
 #include "contact/query/triangle/triangles_meet.h"
 #include "proto/math/pose.h"
 
@@ -32,23 +33,6 @@ TriangleDistance triangle_distance(const Corners& a, const Corners& b);
 inline constexpr size_t kTrianglePartPairs = 15;
 size_t distances_of_parts(const Corners& a, const Corners& b,
                           std::array<TriangleDistance, kTrianglePartPairs>& out);
-
-/// Pairs of triangles in structure-of-arrays layout.
-struct DistanceBatch {
-  static constexpr size_t kRoom = 64;
-  using Lanes = std::array<double, kRoom>;
-  size_t n = 0;
-  std::array<Lanes, 9> a{}, b{};  // corners, coordinate by coordinate, those of b in B
-  // results; the corners of b are then in A. `way` goes from a to b, in A; `gap` is the distance,
-  // times |way|, of the planes normal to it through both triangles
-  Lanes distance_squared{}, gap{}, parts{}, along_a{}, along_b{};
-  std::array<Lanes, 3> way{};
-
-  /// There must be room.
-  void add(const Corners& corners_A, const Corners& corners_B);
-  Corners corners_a(size_t i) const;
-  Corners corners_b(size_t i) const;
-};
 
 /// Computes the distance of each pair with B at X_AB in A: bit-identical to triangle_distance with
 /// the corners moved to A (X_AB * p). Eight at a time with AVX-512, four with AVX2.

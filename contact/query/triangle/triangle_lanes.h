@@ -5,7 +5,8 @@
 #include <cstring>
 
 #include "contact/query/simd/lanes8.h"
-#include "contact/query/triangle/triangle_distance.h"
+#include "contact/query/triangle/distance_batch.h"
+#include "proto/math/pose.h"
 
 /// Distance of one pair of triangles, or of four or eight at a time: the same operations in the
 /// same order for any Real, a double or a vector of doubles. All functions are inlined into callers

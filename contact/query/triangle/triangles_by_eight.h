@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/query/triangle/triangle_distance.h"
+#include <cstdint>
+
+#include "contact/query/triangle/distance_batch.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 

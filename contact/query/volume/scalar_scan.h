@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "contact/query/volume/voxel_scan.h"
+#include <array>
+#include <span>
+
+#include "contact/query/volume/shell_in_voxels.h"
+#include "contact/shape/volume/pointshell.h"
+#include "contact/shape/volume/voxmap.h"
 
 /// Looks up one point after the other, in any map that has at(voxel). The lanes of voxel_scan.cpp
 /// must agree with it.

@@ -167,20 +167,6 @@ class LaneScan {
 
 }  // namespace
 
-ShellInVoxels shell_in_voxels(const Voxmap& map, const Pose& X_OT) {
-  ShellInVoxels at;
-  const Mat3 R = to_matrix(X_OT.q);
-  const Vec3 t = map.voxels_per_metre * (X_OT.p - map.lower_O);
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) {
-      at.rotation[3 * i + j] =
-          static_cast<float>(map.voxels_per_metre * R.row[i][static_cast<int>(j)]);
-    }
-    at.translation[i] = static_cast<float>(t[static_cast<int>(i)]);
-  }
-  return at;
-}
-
 ScanPath fastest_scan() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx2") ? ScanPath::kLanes : ScanPath::kScalar;

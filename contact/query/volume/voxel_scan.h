@@ -3,25 +3,11 @@
 
 #include <span>
 
+#include "contact/query/volume/shell_in_voxels.h"
 #include "contact/shape/volume/pointshell.h"
 #include "contact/shape/volume/voxmap.h"
-#include "proto/math/pose.h"
 
 namespace haptic {
-
-/// A point of the shell in a voxel that is not free.
-struct VoxelHit {
-  uint32_t packed = 0;
-  uint32_t point() const { return packed >> 2; }
-  Voxel voxel() const { return static_cast<Voxel>(packed & 3u); }
-};
-
-/// Transform from the frame T of a shell to voxels of a map, in float: q = R p + t, in voxels.
-struct ShellInVoxels {
-  std::array<float, 9> rotation;  // row major, divided by the voxel size
-  std::array<float, 3> translation;
-};
-ShellInVoxels shell_in_voxels(const Voxmap& map, const Pose& X_OT);
 
 /// Implementation of the look-up; the results are bit-identical. kLanes needs room for 64 more
 /// hits, else falls back to kScalar.

@@ -5,6 +5,7 @@
 #include "clients/report/summary.h"
 #include "contact/bake/inside.h"
 #include "contact/bake/session.h"
+#include "proto/config/config.h"
 #include "proto/config/devices.h"
 #include "proto/log/hand_trace.h"
 #include "proto/wire/renderer.h"

@@ -130,13 +130,13 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
   REQUIRE(session.recorder->finish(*session.trace, now_ns()));
 
   const TraceReader trace(session.path);
-  const std::vector<ServoFrame> frames = trace.read(kServo0Topic);
+  const std::vector<ServoFrame> frames = trace.read(servo_topic(kFirstHand));
   REQUIRE(frames.size() == 1000);
   for (size_t i = 0; i < frames.size(); ++i) {
     const ServoFrame expected = frame_of(i + 1);
     CHECK(std::memcmp(&frames[i], &expected, sizeof expected) == 0);
   }
-  const std::vector<ContactSet> got = trace.read(kContact0Topic);
+  const std::vector<ContactSet> got = trace.read(contact_topic(kFirstHand));
   REQUIRE_FALSE(got.empty());
   CHECK(got.back().seq == sets);
   for (size_t i = 1; i < got.size(); ++i) CHECK(got[i].seq == got[i - 1].seq + 1);
@@ -144,7 +144,7 @@ TEST_CASE("recorder: every ring of the session ends up in the file, bit for bit 
   CHECK(trace.read(kControlTopic).at(0).revision == 9);
   CHECK(trace.read(kEventTopic).at(0).numbers == std::array<double, 5>{5, 6, 7, 8, 9});
   CHECK(losses_in(trace).empty());
-  trace.for_each<ServoFrame>(kServo0Topic, [](const ServoFrame& f, const Stamp& s) {
+  trace.for_each<ServoFrame>(servo_topic(kFirstHand), [](const ServoFrame& f, const Stamp& s) {
     CHECK(s.t_ns == f.t_ns);
     CHECK(s.realtime_ns == f.realtime_ns);
     CHECK(s.sequence == f.tick - 1);
@@ -169,16 +169,17 @@ TEST_CASE("recorder: what it was too slow for is counted exactly and is a record
 
   const TraceReader trace(session.path);
   uint64_t missing = 0, next = 0;
-  trace.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp& stamp) {
-    missing += frame.tick - next;
-    next = frame.tick + 1;
-    CHECK(stamp.sequence == frame.tick);
-  });
+  trace.for_each<ServoFrame>(servo_topic(kFirstHand),
+                             [&](const ServoFrame& frame, const Stamp& stamp) {
+                               missing += frame.tick - next;
+                               next = frame.tick + 1;
+                               CHECK(stamp.sequence == frame.tick);
+                             });
   CHECK(missing == session.lost(kServo));
   CHECK(missing >= kBurst - kServoSlots);
   const std::vector<Event> losses = losses_in(trace);
   REQUIRE(losses.size() == 1);
-  CHECK(losses[0].source == static_cast<uint32_t>(SegmentId::kServo0));
+  CHECK(losses[0].source == static_cast<uint32_t>(servo_segment(kFirstHand)));
   CHECK(losses[0].numbers == std::array<double, 5>{double(missing), double(missing), 1, 0, 0});
 }
 
@@ -194,7 +195,7 @@ TEST_CASE("recorder: it follows a servo that is restarted, without a hole") {
   REQUIRE(session.drain_until([&] { return session.recorded(kServo) == 800; }));
   REQUIRE(session.recorder->finish(*session.trace, now_ns()));
   uint64_t next = 0;
-  for (const ServoFrame& frame : TraceReader(session.path).read(kServo0Topic)) {
+  for (const ServoFrame& frame : TraceReader(session.path).read(servo_topic(kFirstHand))) {
     CHECK(frame.tick == next++);
   }
   CHECK(next == 800);
@@ -217,7 +218,7 @@ TEST_CASE("recorder: a chunk is closed after a quarter of a second, however litt
   REQUIRE(session.recorder->drain(*session.trace, t_ns += 1));
   CHECK(session.trace->size() > with_first);
   // a reader sees it although the file has no end yet
-  CHECK(TraceReader(session.path).read(kServo0Topic).size() == 2);
+  CHECK(TraceReader(session.path).read(servo_topic(kFirstHand)).size() == 2);
 }
 
 namespace {
@@ -249,7 +250,7 @@ void check_counts_of_what_is_full(Session& session, SegmentWriter<ServoChannels>
 
   const TraceReader trace(session.path);
   CHECK(trace.mcap().finished());
-  const uint64_t there = trace.read(kServo0Topic).size();
+  const uint64_t there = trace.read(servo_topic(kFirstHand)).size();
   CHECK(there > 0);
   CHECK(session.recorded(kServo) == there);
   CHECK(session.lost(kServo) == published - there);

@@ -124,6 +124,12 @@ TEST_CASE("standard messages: at their rate, at the time of the frame, none at r
   {
     TraceWriter trace(path, {});
     StandardMessages standard(trace, rate);
+    standard.set_base({{1, 2, 3}, {}});
+    const std::array<Vec3, 3> corners{Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}};
+    const std::array<std::array<uint32_t, 3>, 1> triangles{{{0, 1, 2}}};
+    standard.add_mesh(
+        {.frame = "object_0", .name = "it", .vertices = corners, .triangles = triangles},
+        {5, kTime, 0});
     for (int64_t k = 0; k < 2000; ++k) {
       ServoFrame frame{};
       frame.t_ns = k * 1'000'000, frame.realtime_ns = kTime + frame.t_ns;
@@ -137,13 +143,14 @@ TEST_CASE("standard messages: at their rate, at the time of the frame, none at r
   CHECK(reader.channels().size() == (rate > 0 ? 10u : 5u));
   const McapChannel* tf = reader.find_channel("/tf");
   REQUIRE((tf != nullptr) == (rate > 0));
+  CHECK((reader.find_channel("/scene/markers/object_0") != nullptr) == (rate > 0));
   if (tf == nullptr) return;
   CHECK(reader.schema_of(*tf).name == "tf2_msgs/msg/TFMessage");
   int count = 0;
   reader.for_each(tf->id, [&](const McapMessage& message) {
     ++count;
     CdrReader in(message.data);
-    CHECK(in.number<uint32_t>() == 4);
+    CHECK(in.number<uint32_t>() == 5);  // tool, proxy, base, two objects
     const auto sec = static_cast<uint64_t>(in.number<int32_t>());
     CHECK(sec * 1'000'000'000 + in.number<uint32_t>() == message.log_time_ns);
   });

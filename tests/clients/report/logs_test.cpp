@@ -40,7 +40,7 @@ std::string log_of(const std::string& path, uint64_t ticks, const Change& change
     ServoFrame frame = frame_of(tick);
     change(frame);
     const Stamp stamp{frame.t_ns, frame.realtime_ns, tick};
-    trace.write(kServo0Topic, frame, stamp);
+    trace.write(servo_topic(kFirstHand), frame, stamp);
     const std::byte bytes[5]{};
     if (tick % 10 == 0) trace.write_message(foreign, bytes, stamp);
   }
@@ -119,7 +119,7 @@ TEST_CASE("log recover: a file cut anywhere gives a complete one with the frames
   const std::string bytes = all.str();
   const std::vector<McapChunkIndex> chunks = McapReader(a).chunks();
   REQUIRE(chunks.size() > 5);
-  const std::vector<ServoFrame> frames = TraceReader(a).read(kServo0Topic);
+  const std::vector<ServoFrame> frames = TraceReader(a).read(servo_topic(kFirstHand));
   uint64_t rescued = 0;
   for (const size_t at : {size_t{chunks[3].offset + 3}, size_t{chunks[3].offset + 60},
                           size_t{chunks[4].offset - 2}, size_t{chunks[4].offset},
@@ -134,8 +134,8 @@ TEST_CASE("log recover: a file cut anywhere gives a complete one with the frames
     CHECK(reader.finished());
     CHECK(reader.metadata().at("recording").at("session") == "made");
     CHECK(reader.metadata().contains("recovered"));
-    const std::vector<ServoFrame> kept = TraceReader(whole).read(kServo0Topic);
-    CHECK(kept.size() >= TraceReader(cut).read(kServo0Topic).size());
+    const std::vector<ServoFrame> kept = TraceReader(whole).read(servo_topic(kFirstHand));
+    CHECK(kept.size() >= TraceReader(cut).read(servo_topic(kFirstHand)).size());
     CHECK(kept.size() == got.messages.at("/servo0/frame"));
     REQUIRE(kept.size() <= frames.size());
     CHECK(std::memcmp(kept.data(), frames.data(), kept.size() * sizeof(ServoFrame)) == 0);
@@ -158,7 +158,7 @@ TEST_CASE("log recover: a damaged chunk is left out and named, those after it ar
   REQUIRE(got.damaged.size() == 1);
   CHECK(got.lost_bytes == chunk.length);
   CHECK(got.chunks + 1 == McapReader(a).chunks().size());
-  CHECK(TraceReader(folder.path() + "/b.mcap").read(kServo0Topic).back().tick == 999);
+  CHECK(TraceReader(folder.path() + "/b.mcap").read(servo_topic(kFirstHand)).back().tick == 999);
 }
 
 TEST_CASE("log: a reader that refreshes finds what is appended, and the end") {
@@ -169,7 +169,7 @@ TEST_CASE("log: a reader that refreshes finds what is appended, and the end") {
   CHECK(reader.chunks().empty());
   CHECK_FALSE(reader.refresh());
   for (uint64_t round = 1; round <= 3; ++round) {
-    trace.write(kServo0Topic, frame_of(round), {1, 2, 3});
+    trace.write(servo_topic(kFirstHand), frame_of(round), {1, 2, 3});
     CHECK_FALSE(reader.refresh());
     trace.flush();
     CHECK(reader.refresh());

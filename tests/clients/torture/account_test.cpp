@@ -22,7 +22,7 @@ RecordingPart record(const std::string& path, int64_t from, int64_t to,
     if (std::find(missing.begin(), missing.end(), ms) != missing.end()) continue;
     ServoFrame frame{};
     frame.t_ns = kStart + ms * kMs;
-    trace.write(kServo0Topic, frame, {frame.t_ns, frame.t_ns, 0});
+    trace.write(servo_topic(kFirstHand), frame, {frame.t_ns, frame.t_ns, 0});
   }
   if (told_lost > 0) {
     const Event event{kStart, static_cast<uint32_t>(EventCode::kRecordsLost), 3, {told_lost}};

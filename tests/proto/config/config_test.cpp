@@ -383,6 +383,18 @@ TEST_CASE(
   CHECK(config.device.replay.axis_B == Vec3{0, 1, 0});
   CHECK(config.device.replay.resampling == Resampling::kHold);
   CHECK(config.device.replay.max_gap == 0.005);
+  const ReplayConfig part = parse_config(scene("path = \"hand.csv\"\nspeed = 0.5\nfrom = \"2 s\"\n"
+                                               "to = \"4 s\"\nloop = true\nclosed_loop = true\n"),
+                                         (folder / "x.toml").string())
+                                .device.replay;
+  CHECK((part.speed == 0.5 && part.from == 2 && part.to == 4));
+  CHECK((part.loop == 1 && part.closed_loop == 1));
+  for (const std::string wrong : {"speed = 0", "speed = 100", "from = \"-1 s\"", "to = \"0 s\"",
+                                  "loop = 2", "closed_loop = \"yes\"", "from = 2"}) {
+    CAPTURE(wrong);
+    CHECK_THROWS_AS(parse_config(scene("path = \"hand.csv\"\n" + wrong + "\n"), "x.toml"),
+                    ConfigError);
+  }
   CHECK_THROWS_WITH(parse_config(scene("path = \"hand.csv\"\nlever_arm = \"1 m\"\n"), origin),
                     Catch::Contains("has no 'column'"));
 }

@@ -52,7 +52,7 @@ struct Session {
   TemporaryRuntimeFolder folder;
   HandoutServer server{"eyes"};
   SegmentWriter<ControlChannels> control{1};
-  FileDescriptor contact = server.connect_child(SegmentId::kContact0, 1);
+  FileDescriptor contact = server.connect_child(contact_segment(kFirstHand), 1);
 
   Session() { server.announce(SegmentId::kControl, 1, ControlChannels::kName, control.fd()); }
 };
@@ -73,7 +73,7 @@ TEST_CASE("eyes: their numbers are apart from the segments and name their object
   CHECK(is_eye(eye_id(kMaxObjects - 1)));
   CHECK_FALSE(is_eye(eye_id(kMaxObjects)));
   CHECK_FALSE(is_eye(SegmentId{0xff}));
-  CHECK_FALSE(is_eye(SegmentId::kContact0));
+  CHECK_FALSE(is_eye(contact_segment(kFirstHand)));
 }
 
 TEST_CASE("eyes: clients of before and after get them all, and those of a later contact") {
@@ -91,8 +91,8 @@ TEST_CASE("eyes: clients of before and after get them all, and those of a later 
 
   // who holds a mesh keeps it; a new question gives the new one
   const Eyes before = late.eyes();
-  const FileDescriptor next = session.server.connect_child(SegmentId::kContact0, 2);
-  session.server.forget_children(SegmentId::kContact0, 2);
+  const FileDescriptor next = session.server.connect_child(contact_segment(kFirstHand), 2);
+  session.server.forget_children(contact_segment(kFirstHand), 2);
   offer_all(next.get(), 2, 7);
   for (const Client* client : {&early, &late}) {
     REQUIRE(serve_until(session.server,
@@ -116,7 +116,7 @@ TEST_CASE("eyes: only contact may offer them, to clients alone, and no client ma
   REQUIRE(serve_until(session.server, [&] { return session.server.n_clients() == 1; }));
   offer_segment(client.get(), eye_id(0), 1, "eye", file.get());
   session.server.serve(count_offer);
-  for (const SegmentId child : {SegmentId::kSim, SegmentId::kServo0, SegmentId::kControl}) {
+  for (const SegmentId child : {SegmentId::kSim, servo_segment(kFirstHand), SegmentId::kControl}) {
     const FileDescriptor end = session.server.connect_child(child, 1);
     offer_segment(end.get(), eye_id(0), 1, "eye", file.get());
     session.server.serve(count_offer);
@@ -124,16 +124,16 @@ TEST_CASE("eyes: only contact may offer them, to clients alone, and no client ma
   }
   CHECK(session.server.n_clients() == 0);
   // an older generation than the child's own, and numbers beside those of eye files
-  const FileDescriptor late = session.server.connect_child(SegmentId::kContact0, 3);
+  const FileDescriptor late = session.server.connect_child(contact_segment(kFirstHand), 3);
   offer_segment(late.get(), eye_id(0), 2, "eye", file.get());
   for (const SegmentId id : {SegmentId::kSim, SegmentId{0xff}, eye_id(kMaxObjects)}) {
-    const FileDescriptor end = session.server.connect_child(SegmentId::kContact0, 1);
+    const FileDescriptor end = session.server.connect_child(contact_segment(kFirstHand), 1);
     offer_segment(end.get(), id, 1, "eye", file.get());
     session.server.serve(count_offer);
   }
   CHECK(offers == 0);
 
-  const FileDescriptor servo = session.server.connect_child(SegmentId::kServo0, 1);
+  const FileDescriptor servo = session.server.connect_child(servo_segment(kFirstHand), 1);
   offer_segment(session.contact.get(), eye_id(0), 1, "eye", file.get());
   session.server.serve(count_offer);
   CHECK(offers == 1);

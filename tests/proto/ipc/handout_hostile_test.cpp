@@ -193,8 +193,8 @@ TEST_CASE("handout: where no descriptor is left nobody is served, and children s
     if (poll(&waiting, 1, 0) != 0) code = 2;
     try {
       const FileDescriptor one = server.connect_child(SegmentId::kSim, 1);
-      const FileDescriptor two = server.connect_child(SegmentId::kContact0, 1);
-      const FileDescriptor three = server.connect_child(SegmentId::kServo0, 1);
+      const FileDescriptor two = server.connect_child(contact_segment(kFirstHand), 1);
+      const FileDescriptor three = server.connect_child(servo_segment(kFirstHand), 1);
     } catch (const std::exception&) {
       code = 3;
     }

@@ -352,7 +352,8 @@ TEST_CASE("handout: a stuck client is dropped and the others are served") {
   // in batches much larger than a socket buffer: the good client keeps up, the other's fills
   for (uint64_t batch = 1; batch < 500 && server.n_clients() == 2; ++batch) {
     for (int i = 0; i < 20; ++i) {
-      server.announce(SegmentId::kContact0, ++generation, "contact0", contact.fd());
+      server.announce(contact_segment(kFirstHand), ++generation, ContactChannels::kName,
+                      contact.fd());
     }
     const SegmentWriter<ControlChannels> control(batch);
     server.announce(SegmentId::kControl, batch, "control", control.fd());
@@ -376,10 +377,10 @@ TEST_CASE("handout: only a child may offer a segment, and only its own") {
   CHECK(offers == 0);
   CHECK(server.n_clients() == 0);
 
-  const FileDescriptor other = server.connect_child(SegmentId::kContact0, 4);
+  const FileDescriptor other = server.connect_child(contact_segment(kFirstHand), 4);
   offer_segment(other.get(), SegmentId::kSim, 4, "sim", writer.fd());
-  const FileDescriptor stale = server.connect_child(SegmentId::kServo0, 5);
-  offer_segment(stale.get(), SegmentId::kServo0, 4, "servo0", writer.fd());
+  const FileDescriptor stale = server.connect_child(servo_segment(kFirstHand), 5);
+  offer_segment(stale.get(), servo_segment(kFirstHand), 4, ServoChannels::kName, writer.fd());
   server.serve(count);
   CHECK(offers == 0);
 

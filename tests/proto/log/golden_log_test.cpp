@@ -97,7 +97,7 @@ TEST_CASE("cut a session to a golden log", "[.][golden-cut]") {
   REQUIRE(session != nullptr);
   const TraceReader from(session);
   uint64_t touch = 0;
-  from.for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& frame, const Stamp&) {
+  from.for_each<ServoFrame>(servo_topic(kFirstHand), [&](const ServoFrame& frame, const Stamp&) {
     if (touch == 0 && frame.n_contacts > 0 && frame.depth > 1e-4) touch = frame.tick;
   });
   {
@@ -105,10 +105,11 @@ TEST_CASE("cut a session to a golden log", "[.][golden-cut]") {
     const McapMetadata about = from.mcap().metadata().at("recording");
     TraceWriter to(golden(kAbiMajor), {{"abi", about.at("abi")}, {"session", about.at("session")}});
     const auto any = [](const auto&) { return true; };
-    cut(from, to, kServo0Topic, 10, [&](const ServoFrame& f) { return f.tick + 2 >= touch; });
-    cut(from, to, kContact0Topic, 2,
+    cut(from, to, servo_topic(kFirstHand), 10,
+        [&](const ServoFrame& f) { return f.tick + 2 >= touch; });
+    cut(from, to, contact_topic(kFirstHand), 2,
         [](const ContactSet& s) { return s.n_contacts == 0 && s.seq >= 100; });
-    cut(from, to, kContact0Topic, 2,
+    cut(from, to, contact_topic(kFirstHand), 2,
         [](const ContactSet& s) { return s.n_contacts > 0 && s.n_contacts <= 6; });
     cut(from, to, kSimTopic, 2, any);
     cut(from, to, kControlTopic, 2, any);
@@ -176,8 +177,8 @@ TEST_CASE("golden: what a layout lacks is what the table of defaults says") {
   for (uint32_t layout = kOldest; layout <= kAbiMajor; ++layout) {
     CAPTURE(layout);
     const TraceReader trace(golden(layout));
-    const Rows then = golden_rows(layout, kContact0Topic.name);
-    const std::vector<ContactSet> sets = trace.read(kContact0Topic);
+    const Rows then = golden_rows(layout, contact_topic(kFirstHand).name);
+    const std::vector<ContactSet> sets = trace.read(contact_topic(kFirstHand));
     REQUIRE(sets.size() == then.size());
     bool any_clear = false;
     for (size_t i = 0; i < sets.size(); ++i) {
@@ -203,13 +204,13 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
   const auto notice = [](uint32_t layout, const auto& topic) {
     return TraceReader(golden(layout)).notice(*find_topic(topic.name));
   };
-  CHECK(notice(kAbiMajor, kContact0Topic).empty());
-  CHECK(notice(6, kServo0Topic) == "recorded with layout 6");
-  CHECK(notice(6, kContact0Topic) ==
+  CHECK(notice(kAbiMajor, contact_topic(kFirstHand)).empty());
+  CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6");
+  CHECK(notice(6, contact_topic(kFirstHand)) ==
         "recorded with layout 6; fields it lacks: clearance[] (one value for all)");
-  CHECK(notice(5, kContact0Topic) ==
+  CHECK(notice(5, contact_topic(kFirstHand)) ==
         "recorded with layout 5; fields it lacks: clearance (0: not known)");
-  CHECK(notice(5, kServo0Topic) == "recorded with layout 5");
+  CHECK(notice(5, servo_topic(kFirstHand)) == "recorded with layout 5");
   const std::string nobody = "(0: nobody led the hand), ";
   const std::string led = "X_WT_intent " + nobody + "intent_t_ns " + nobody + "leading " + nobody +
                           "solver (0: as the session's file said)";
@@ -224,7 +225,7 @@ TEST_CASE("golden: a hand that was recorded with any layout plays") {
   const uint32_t layout = GENERATE(range(kOldest, kAbiMajor + 1));
   CAPTURE(layout);
   const HandTrace log = load_hand_trace(replay_of(golden(layout)));
-  const HandTrace table = load_hand_trace(replay_of(golden(layout, kServo0Topic.name)));
+  const HandTrace table = load_hand_trace(replay_of(golden(layout, servo_topic(kFirstHand).name)));
   CHECK(log.samples.size() >= 8);
   CHECK(log.notice.empty() == (layout == kAbiMajor));
   REQUIRE(log.samples.size() == table.samples.size());

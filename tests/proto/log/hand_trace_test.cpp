@@ -42,7 +42,7 @@ std::string recording(const std::string& folder, const std::function<void(Device
     frame.device.t_ns = 1'000'000 * i;
     frame.device.flags = kDeviceFresh;
     if (i == 1) change(frame.device);
-    trace.write(kServo0Topic, frame, {});
+    trace.write(servo_topic(kFirstHand), frame, {});
   }
   trace.close();
   return path;

@@ -2,9 +2,15 @@
 // Random access to a recording, against the records that were written, in order.
 #include "proto/log/log_index.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "proto/log/log_survey.h"
@@ -43,12 +49,12 @@ void write_ticks(TraceWriter& trace, uint64_t from, uint64_t to) {
       }
       ContactSet set{};
       set.seq = set.answers_tick = tick, set.answers_t_ns = t_ns;
-      trace.write(kContact0Topic, set, {t_ns, t_ns, tick});
+      trace.write(contact_topic(kFirstHand), set, {t_ns, t_ns, tick});
     }
     for (uint64_t tick = begin; tick < begin + 10; ++tick) {
       if (tick == 899) continue;
       const ServoFrame frame = frame_of(tick);
-      trace.write(kServo0Topic, frame, {frame.t_ns, frame.t_ns, tick});
+      trace.write(servo_topic(kFirstHand), frame, {frame.t_ns, frame.t_ns, tick});
     }
   }
 }
@@ -127,7 +133,7 @@ TEST_CASE("log index: ticks go on when a servo was started again") {
   const auto write = [&](uint64_t tick, int64_t t_ns) {
     ServoFrame frame{};
     frame.tick = tick, frame.t_ns = t_ns;
-    trace.write(kServo0Topic, frame, {t_ns, t_ns, tick});
+    trace.write(servo_topic(kFirstHand), frame, {t_ns, t_ns, tick});
   };
   for (uint64_t k = 0; k < 500; ++k) write(k + 7, static_cast<int64_t>(k) * kMs);
   // 600 ms later by its own grid
@@ -178,6 +184,51 @@ TEST_CASE("log index: no recording of a session") {
   const std::string path = folder.path() + "/none.mcap";
   McapWriter(path).close();
   CHECK_THROWS_WITH(LogIndex(path), Catch::Contains("has no servo frames"));
+}
+
+/// Writes an hour (HAPTIC_LOG_SECONDS) of servo frames and contact sets, as many as a session has,
+/// into HAPTIC_LOG_FOLDER and measures how long it takes to open it, to go to a tick, to survey it.
+TEST_CASE("log index: a long recording, measured", "[.][log-hour]") {
+  const char* folder = std::getenv("HAPTIC_LOG_FOLDER");
+  const char* seconds = std::getenv("HAPTIC_LOG_SECONDS");
+  REQUIRE(folder != nullptr);
+  const std::string path = std::string(folder) + "/hour.mcap";
+  const auto ticks = static_cast<uint64_t>(1000 * (seconds != nullptr ? std::atof(seconds) : 3600));
+  if (!std::filesystem::exists(path)) {
+    TraceWriter trace(path, {});
+    write_ticks(trace, 0, ticks);
+    trace.close();
+  }
+  using Clock = std::chrono::steady_clock;
+  const auto ms = [](Clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  };
+  auto begin = Clock::now();
+  LogIndex log(path);
+  const double opened = ms(begin);
+  std::vector<double> jumps;
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 100; ++i) {
+    const uint64_t tick = random() % ticks;
+    begin = Clock::now();
+    const auto frame = log.frame_at(tick);
+    REQUIRE(frame);
+    const auto set = log.contacts_at(*frame);
+    const auto scene = log.scene_at(*frame);
+    jumps.push_back(ms(begin));
+    CHECK((set != nullptr && scene && set->seq == frame->contact_seq));
+  }
+  std::ranges::sort(jumps);
+  begin = Clock::now();
+  LogSurvey survey(path);
+  while (survey.advance(1000)) {
+  }
+  std::printf(
+      "%.0f s, %zu chunks, %.2f GiB: open %.0f ms; go to a tick: median %.1f ms, most %.1f ms;"
+      " survey %.1f s\n",
+      1e-3 * static_cast<double>(ticks), log.trace().mcap().chunks().size(),
+      static_cast<double>(std::filesystem::file_size(path)) / (1 << 30), opened, jumps[50],
+      jumps.back(), 1e-3 * ms(begin));
 }
 
 }  // namespace haptic

@@ -22,6 +22,8 @@
 
 #include "proto/log/csv.h"
 #include "proto/log/hand_trace.h"
+#include "proto/log/log_eyes.h"
+#include "proto/log/recover.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/tolerance.h"
@@ -95,11 +97,12 @@ Stamp stamp_of(const ServoFrame& frame) {
 /// Ticks 1, 2, 3, … as written, and nothing else.
 uint64_t count_whole(const std::string& path) {
   uint64_t tick = 0;
-  TraceReader(path).for_each<ServoFrame>(kServo0Topic, [&](const ServoFrame& f, const Stamp& s) {
-    ++tick;
-    REQUIRE(same_bytes(f, frame_of(tick)));
-    REQUIRE(s.sequence == tick);
-  });
+  TraceReader(path).for_each<ServoFrame>(servo_topic(kFirstHand),
+                                         [&](const ServoFrame& f, const Stamp& s) {
+                                           ++tick;
+                                           REQUIRE(same_bytes(f, frame_of(tick)));
+                                           REQUIRE(s.sequence == tick);
+                                         });
   return tick;
 }
 
@@ -179,8 +182,8 @@ TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
     TraceWriter trace(path, recording_metadata("s", "[session]\n"));
     for (uint64_t i = 0; i < kRecords; ++i) {
       const Stamp stamp{int64_t(i), int64_t(2 * i), i};
-      REQUIRE(trace.write(kServo0Topic, random_record<ServoFrame>(i), stamp));
-      REQUIRE(trace.write(kContact0Topic, random_record<ContactSet>(i), stamp));
+      REQUIRE(trace.write(servo_topic(kFirstHand), random_record<ServoFrame>(i), stamp));
+      REQUIRE(trace.write(contact_topic(kFirstHand), random_record<ContactSet>(i), stamp));
       REQUIRE(trace.write(kSimTopic, random_record<SceneFrame>(i), stamp));
       REQUIRE(trace.write(kControlTopic, random_record<ControlFrame>(i), stamp));
       REQUIRE(trace.write(kEventTopic, random_record<Event>(i), stamp));
@@ -202,8 +205,8 @@ TEST_CASE("trace: every topic reads back bit for bit, whatever the bits") {
     });
     CHECK(i == kRecords);
   };
-  check(kServo0Topic);
-  check(kContact0Topic);
+  check(servo_topic(kFirstHand));
+  check(contact_topic(kFirstHand));
   check(kSimTopic);
   check(kControlTopic);
   check(kEventTopic);
@@ -214,7 +217,7 @@ TEST_CASE("trace: an empty recording is a whole file") {
   TraceWriter(path, {}).close();
   const TraceReader trace(path);
   CHECK(trace.mcap().finished());
-  CHECK(trace.read(kServo0Topic).empty());
+  CHECK(trace.read(servo_topic(kFirstHand)).empty());
 }
 
 TEST_CASE("trace: a killed writer loses nothing that was flushed") {
@@ -227,11 +230,11 @@ TEST_CASE("trace: a killed writer loses nothing that was flushed") {
   if (child == 0) {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= kFlushed; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
     }
     trace.flush();
     // these stay in the open chunk
-    trace.write(kServo0Topic, frame_of(kFlushed + 1), stamp_of(frame_of(kFlushed + 1)));
+    trace.write(servo_topic(kFirstHand), frame_of(kFlushed + 1), stamp_of(frame_of(kFlushed + 1)));
     if (::write(ready[1], "x", 1) != 1) ::_exit(1);
     for (;;) ::pause();
   }
@@ -253,7 +256,7 @@ TEST_CASE("trace: a file cut at any byte gives the chunks before the cut and no 
   {
     TraceWriter trace(path, {});
     for (uint64_t tick = 1; tick <= 5; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
       trace.flush();
       ends.push_back(trace.size());
     }
@@ -277,7 +280,7 @@ TEST_CASE("trace: a flipped bit is found, not read") {
     TraceWriter trace(path, {});
     chunk = trace.size();
     for (uint64_t tick = 1; tick <= 20; ++tick) {
-      trace.write(kServo0Topic, random_record<ServoFrame>(tick), {});
+      trace.write(servo_topic(kFirstHand), random_record<ServoFrame>(tick), {});
     }
   }
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
@@ -287,7 +290,8 @@ TEST_CASE("trace: a flipped bit is found, not read") {
   file.seekp(at);
   file.put(byte);
   file.close();
-  CHECK_THROWS_WITH(TraceReader(path).read(kServo0Topic), Catch::Contains("the file is damaged"));
+  CHECK_THROWS_WITH(TraceReader(path).read(servo_topic(kFirstHand)),
+                    Catch::Contains("the file is damaged"));
 }
 
 TEST_CASE("trace: random damage anywhere never crashes the reader") {
@@ -295,7 +299,7 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
   {
     TraceWriter trace(path, recording_metadata("s", ""));
     for (uint64_t tick = 1; tick <= 50; ++tick) {
-      trace.write(kServo0Topic, frame_of(tick), stamp_of(frame_of(tick)));
+      trace.write(servo_topic(kFirstHand), frame_of(tick), stamp_of(frame_of(tick)));
       if (tick % 10 == 0) trace.flush();
     }
   }
@@ -307,7 +311,8 @@ TEST_CASE("trace: random damage anywhere never crashes the reader") {
     for (int k = 0; k < 4; ++k) bad[random() % bad.size()] = static_cast<char>(random());
     const std::string copy = written("damage_copy.mcap", bad);
     try {
-      TraceReader(copy).for_each<ServoFrame>(kServo0Topic, [](const ServoFrame&, const Stamp&) {});
+      TraceReader(copy).for_each<ServoFrame>(servo_topic(kFirstHand),
+                                             [](const ServoFrame&, const Stamp&) {});
     } catch (const McapError&) {
     }
   }
@@ -326,7 +331,7 @@ TEST_CASE("trace: at a limit of the file size the recording ends whole and says 
     uint64_t tick = 1;
     for (; tick < 100'000; ++tick) {
       ServoFrame frame = frame_of(tick);
-      if (!trace.write(kServo0Topic, frame, stamp_of(frame)) || !trace.flush()) break;
+      if (!trace.write(servo_topic(kFirstHand), frame, stamp_of(frame)) || !trace.flush()) break;
     }
     const bool told = trace.error().find("the file is complete") != std::string::npos &&
                       trace.error().find('\n') == std::string::npos;
@@ -357,7 +362,7 @@ TEST_CASE("trace: on a full disk the recording ends whole and says so") {
     while (tick < 100'000 && trace.write(kSimTopic, random_record<SceneFrame>(tick), {})) ++tick;
     CHECK_THAT(trace.error(), Catch::StartsWith(path + ": No space left on device after ") &&
                                   Catch::Contains("the file is complete"));
-    CHECK_FALSE(trace.write(kServo0Topic, frame_of(1), {}));
+    CHECK_FALSE(trace.write(servo_topic(kFirstHand), frame_of(1), {}));
     CHECK_FALSE(trace.close());
     const TraceReader read(path);
     CHECK(read.mcap().finished());
@@ -387,7 +392,7 @@ TEST_CASE("csv: the export has a row a record and reads back to the same bits") 
       frame.device.V_BH.w.y = 1.0 / static_cast<double>(tick);
       if (!is_finite(frame.device.V_BH.w)) frame.device.V_BH.w = {};
       frame.object_impulse_W[1].f.x = 2;
-      trace.write(kServo0Topic, frame, stamp_of(frame));
+      trace.write(servo_topic(kFirstHand), frame, stamp_of(frame));
     }
   }
   const TraceReader trace(path);
@@ -424,8 +429,8 @@ TEST_CASE("trace: a sample for other programs has finite numbers in every field"
       trace.write(topic, counted_record<T>(i), stamp);
     };
     for (uint64_t i = 0; i < kRecords; ++i) {
-      write(kServo0Topic, i);
-      if (i % 4 == 0) write(kContact0Topic, i);
+      write(servo_topic(kFirstHand), i);
+      if (i % 4 == 0) write(contact_topic(kFirstHand), i);
       if (i % 8 == 0) write(kSimTopic, i);
       if (i % 100 == 0) write(kControlTopic, i);
       if (i % 50 == 0) write(kEventTopic, i);
@@ -450,7 +455,7 @@ TEST_CASE(
       ContactSet set{};
       set.n_contacts = n;
       for (Contact& c : set.contacts) c.extent = 7;
-      trace.write(kContact0Topic, set, {});
+      trace.write(contact_topic(kFirstHand), set, {});
     }
   }
   std::ostringstream text;
@@ -540,6 +545,51 @@ TEST_CASE("csv: the recordings of a real lever load whole") {
 
   const HandTrace wipe = load_hand_trace(replay_of(*rim));
   CHECK(wipe.samples.front().X_BH.p == Vec3{-0.437303, -0.0395946, 0.644698});
+}
+
+TEST_CASE(
+    "trace: attachments are read back, by the index, without an end, and from a recovered copy") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path() + "/a.mcap", cut = folder.path() + "/cut.mcap";
+  std::vector<std::byte> large(300'000);
+  for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<std::byte>(i * i);
+  const std::vector<std::byte> small{std::byte{7}};
+  {
+    TraceWriter trace(path, {});
+    trace.add_attachment("eye/tool", kEyeMediaType, 11, large);
+    trace.write(servo_topic(kFirstHand), ServoFrame{}, {1, 1, 0});
+    trace.add_attachment("eye/3", kEyeMediaType, 12, large);
+    trace.add_attachment("eye/3", kEyeMediaType, 13, small);
+    trace.add_attachment("notes", "text/plain", 14, small);
+    trace.write(servo_topic(kFirstHand), ServoFrame{}, {2, 2, 1});
+  }
+  std::filesystem::copy_file(path, cut);
+  std::filesystem::resize_file(cut, McapReader(path).chunks().back().offset + 30);
+  const std::string recovered = folder.path() + "/recovered.mcap";
+  CHECK(recover_log(cut, recovered).attachments == 4);
+  for (const std::string& file : {path, cut, recovered}) {
+    CAPTURE(file);
+    const McapReader reader(file);
+    CHECK(reader.finished() == (file != cut));
+    REQUIRE(reader.attachments().size() == 4);
+    CHECK(reader.attachments()[3].name == "notes");
+    CHECK(reader.attachments()[3].log_time_ns == 14);
+    CHECK(reader.attachments()[0].size == large.size());
+    const LogEyes eyes = read_log_eyes(reader);
+    CHECK(eyes.tool == large);
+    REQUIRE(eyes.objects.size() == 1);
+    CHECK(eyes.objects.at(3) == small);  // the newest
+  }
+  // one byte of the data
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(McapReader(path).attachments()[0].offset + 1000));
+    file.put('x');
+  }
+  const McapReader damaged(path);
+  CHECK_THROWS_WITH(damaged.read_attachment(damaged.attachments()[0]),
+                    Catch::Contains("attachment 'eye/tool'") && Catch::Contains("wrong CRC"));
+  CHECK(read_log_eyes(damaged).tool.empty());
 }
 
 }  // namespace haptic

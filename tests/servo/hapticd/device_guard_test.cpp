@@ -77,7 +77,7 @@ struct Bench {
     segment.channels().releases.publish(release);
     segment.beat(0, now_ns());
     segment.set_state(SegmentState::kRun);
-    server.announce(SegmentId::kServo0, 1, ServoChannels::kName, segment.fd());
+    server.announce(servo_segment(kFirstHand), 1, ServoChannels::kName, segment.fd());
     guard->start();
     guard->watch(servo.pidfd(), 1);
     // until the segment is mapped the release bytes are unknown

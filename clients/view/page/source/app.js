@@ -16,7 +16,9 @@ import { set_up_stage_tools, show_labels, show_legend } from "./stage_tools.js";
 import { set_up_theme } from "./theme.js";
 import { Touch } from "./touch.js";
 
-const low = new URLSearchParams(location.search).get("quality") === "low";
+const query = new URLSearchParams(location.search);
+const low = query.get("quality") === "low";
+const kKept = Number(query.get("keep")); // newest frames that are kept for a test to look at
 const kPlotPeriod = low ? 200 : 60; // [ms] between two drawings of the plots
 const kTextPeriod = 100; // [ms] of numbers, which nobody reads faster
 const kLongestDraw = 50; // [ms] after which the next frame is asked for all the same
@@ -41,6 +43,7 @@ const state = {
   scene: null,
   status: null,
 };
+const kept = []; // as they were decoded
 const frames = []; // the newest of each column
 let waiting = []; // not drawn yet
 let histories = [];
@@ -127,6 +130,7 @@ function take_hello(hello) {
     histories = hello.columns.map(() => new History(kQuantities.length, kWindow));
   }
   frames.length = 0;
+  state.first_seen = undefined;
   show_labels(stage, hello.columns);
   permit();
 }
@@ -144,6 +148,7 @@ async function take_scene(scene) {
   const { troubles, ...eyes } = await load_eyes(scene);
   if (state.picture !== key) return; // another scene has come meanwhile
   troubles.forEach(note_event);
+  if (scene.notice) note_event(scene.notice);
   // who has turned the camera finds it so after the bridge was away
   stage.set_scene(eyes, scene.tool?.radius, scene.limits, key === state.pictured);
   state.pictured = key;
@@ -188,6 +193,8 @@ function take_frame(frame) {
   stats.missing += missing;
   stats.lost += frame.lost;
   owed = frame.sequence;
+  kept.push(frame);
+  if (kept.length > kKept) kept.shift();
   asking ??= setTimeout(ask_on, kLongestDraw);
   const history = histories[frame.column];
   if (state.source !== "session" || !history) return;
@@ -216,14 +223,18 @@ let text_due = 0;
 let plots_due = 0;
 
 const kSlowPicture = 40; // [ms] of a picture, beyond which pictures are drawn less often
+const kLongestRest = 250; // [ms] after a picture: the first one waits long for its shaders
 let drawn_at = null; // when the last picture was begun, until its duration is known
 let picture_due = 0;
 
 /** Where pictures are slow they take at most half of the time: samples must not wait for them. */
 function draw_picture(time) {
-  if (drawn_at !== null && time - drawn_at > kSlowPicture) picture_due = time + (time - drawn_at);
+  const took = drawn_at === null ? 0 : time - drawn_at;
+  if (took > kSlowPicture) picture_due = time + Math.min(took, kLongestRest);
   drawn_at = null;
-  if (time >= picture_due && stage.draw()) drawn_at = time;
+  if (time < picture_due || !stage.draw()) return;
+  drawn_at = time;
+  window.hapticd.drawn ||= window.hapticd.ready && stage.newest[0] !== undefined;
 }
 
 /** Once for each picture of the display: draws what is new and tells the bridge. */
@@ -248,9 +259,18 @@ function draw(time) {
   }
 }
 
+/** When the session or the recording began, on its clock [s]; where the bridge does not say it, the
+ *  first frame that this page has seen. */
+function began() {
+  state.first_seen ??= frames[0].time;
+  return state.scene?.started ?? state.scene?.first_time ?? state.first_seen;
+}
+
 function show_texts() {
-  for (const frame of frames) if (frame) readings.show(frame);
   if (!frames[0]) return;
+  const origin = began();
+  plots.set_origin(origin);
+  for (const frame of frames) if (frame) readings.show(frame, origin);
   controls.show(frames[0], state.status, state.source === "log");
   if (state.source === "log") player.show(frames[0]);
   const now = now_s();
@@ -290,7 +310,18 @@ document.addEventListener("visibilitychange", () => {
   if (!document.hidden) ask_on();
 });
 
-window.hapticd = { stats, latest: null, ready: false, frames, state, stage, plots, touch };
+window.hapticd = {
+  stats,
+  latest: null,
+  ready: false, // the meshes are loaded
+  drawn: false, // and a frame has been drawn with them
+  kept,
+  frames,
+  state,
+  stage,
+  plots,
+  touch,
+};
 stage.on_draw = show_legend;
 set_up_stage_tools({ stage, plots, player, touch, state });
 set_up_theme(() => {

@@ -27,6 +27,15 @@ export function reason_for_no_touch(state) {
   return null;
 }
 
+/** Why no solver can be chosen; null: one can. */
+export function reason_for_no_solver({ renderers = [], solvers = [] }, frame) {
+  const renderer = renderers[frame?.renderer];
+  if (solvers.length < 2) return "The bridge names no solvers.";
+  if (renderer?.has_solver !== false) return null;
+  const names = renderers.filter(({ has_solver }) => has_solver).map(({ name }) => name);
+  return `${renderer.name} has no solver to choose; ${names.join(" and ")} have.`;
+}
+
 function fill(select, options, chosen) {
   const signature = JSON.stringify(options);
   if (select.dataset.signature !== signature) {
@@ -137,7 +146,11 @@ export class Controls {
       solvers.map((name) => ({ value: name, text: name })),
       solvers[this.frame?.solver],
     );
-    by_id("solver-set").disabled = solvers.length < 2;
+    const no_solver = reason_for_no_solver(this.scene, this.frame);
+    by_id("solver").disabled = by_id("solver-set").disabled = no_solver !== null;
+    by_id("solver").title = by_id("solver-set").title = no_solver ?? "";
+    by_id("solver-reason").hidden = no_solver === null;
+    write(by_id("solver-reason"), no_solver ?? "");
   }
 
   show_troubles(list) {

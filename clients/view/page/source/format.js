@@ -66,6 +66,16 @@ export function round_down(value) {
   return power * (lead >= 5 - 1e-9 ? 5 : lead >= 2 - 1e-9 ? 2 : 1);
 }
 
+/** The range of an axis: never less than `least` high, also of a line that stays at one value, and
+ *  from zero where the values are near it. */
+export function value_range(low, high, least) {
+  if (low === null || !Number.isFinite(low)) return [0, least];
+  const span = Math.max(high - low, least);
+  if (low >= 0 && low < span) return [0, Math.max(high, least) * 1.06];
+  const beside = (span - (high - low)) / 2 + 0.06 * span;
+  return [low - beside, high + beside];
+}
+
 /** A length on a scale, without digits that say nothing. */
 export function length(metres) {
   const mm = metres * 1e3;

@@ -37,7 +37,7 @@ const kReadings = [
   ["contact-busy", "Contact busy", (f) => duration(f.contact_busy)],
   ["skipped", "Ticks skipped", (f) => count(f.skipped)],
   ["tick", "Tick", (f) => count(f.tick)],
-  ["time", "Session time", (f) => clock(f.time)],
+  ["time", "Session time", (f, origin) => clock(f.time - origin)],
 ];
 
 /** The readings, one column of numbers for each column of the comparison. */
@@ -74,9 +74,10 @@ export class Readings {
     by_id("readings").replaceChildren(...head, make("tbody", {}, ...rows));
   }
 
-  show(frame) {
+  /** `origin`: where the session or log began, on its clock [s]. */
+  show(frame, origin) {
     const column = Math.min(frame.column, this.columns.length - 1);
-    kReadings.forEach(([, , text], row) => write(this.cells[row][column], text(frame)));
+    kReadings.forEach(([, , text], row) => write(this.cells[row][column], text(frame, origin)));
     if (column === 0) this.show_state(frame.flags);
   }
 

@@ -3,11 +3,12 @@
 
 import uPlot from "uplot";
 import { css, make } from "./dom.js";
-import { clock, fixed } from "./format.js";
+import { clock, fixed, value_range } from "./format.js";
 import { Legend, reading } from "./plot_legend.js";
 
 const kSync = uPlot.sync("hapticd");
 const kStep = 8; // [px] a key press moves the cursor
+const kLabelGap = 4; // [px] on either side of a label of the upright axis
 
 /** Digits so that neighbouring labels differ. */
 function labels(plot, splits) {
@@ -16,18 +17,26 @@ function labels(plot, splits) {
   return splits.map((value) => fixed(value, digits));
 }
 
-/** A range that never collapses: of a line that stays at zero too, it is `least` high. */
-function value_range(low, high, least) {
-  if (low === null || !Number.isFinite(low)) return [0, least];
-  const span = Math.max(high - low, least);
-  const [a, b] = [low - 0.06 * span, high + 0.06 * span];
-  return low >= 0 && low < span ? [0, b] : [a, b];
+/** As wide as the widest of these labels, and never narrower than `least` [px]. */
+function width_of(plot, texts, font, least) {
+  plot.ctx.save();
+  plot.ctx.font = font;
+  const widest = Math.max(0, ...(texts ?? []).map((text) => plot.ctx.measureText(text).width));
+  plot.ctx.restore();
+  return Math.max(least, Math.ceil(widest) + 2 * kLabelGap);
 }
 
-function seconds(plot, splits) {
-  const step = (splits[1] ?? 1) - splits[0];
-  return splits.map((value) =>
-    step >= 1 ? clock(value).replace(/\.000$/, "") : fixed(value, step < 0.01 ? 3 : 2),
+/** Labels at round times of the session, whatever the clock began with: `origin` is its zero. */
+function round_times(origin, from, to, step) {
+  const first = Math.ceil((from - origin) / step - 1e-9);
+  const count = Math.max(Math.floor((to - origin) / step + 1e-9) - first + 1, 0);
+  return Array.from({ length: count }, (_, i) => origin + (first + i) * step);
+}
+
+function seconds(times) {
+  const step = (times[1] ?? 1) - times[0];
+  return times.map((value) =>
+    value < -1e-6 ? "" : step >= 0.999 ? clock(Math.round(value)).replace(/\.000$/, "") : fixed(value, step < 0.01 ? 3 : 2),
   );
 }
 
@@ -79,8 +88,22 @@ export class Plot {
         y: { range: (_, low, high) => value_range(low, high, this.definition.least) },
       },
       axes: [
-        { ...axis, size: 1.4 * rem, gap: 2, space: 4 * rem, values: seconds },
-        { ...axis, size: 3.2 * rem, gap: 4, space: 1.8 * rem, values: labels },
+        {
+          ...axis,
+          size: 1.4 * rem,
+          gap: 2,
+          space: 4 * rem,
+          splits: (_, axis_index, from, to, step) =>
+            round_times(this.owner.origin, from, to, step),
+          values: (_, splits) => seconds(splits.map((time) => time - this.owner.origin)),
+        },
+        {
+          ...axis,
+          size: (plot, texts) => width_of(plot, texts, font, 3.2 * rem),
+          gap: kLabelGap,
+          space: 1.8 * rem,
+          values: labels,
+        },
       ],
       series: [
         {},
@@ -205,7 +228,7 @@ export class Plot {
       reading(
         this.definition,
         this.lines,
-        data[0][index],
+        data[0][index] - this.owner.origin,
         data.slice(1).map((c) => c[index]),
       ),
     );

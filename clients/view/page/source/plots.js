@@ -11,7 +11,7 @@ export const kPlots = [
   {
     title: "Force",
     unit: "N",
-    least: 0.1,
+    least: 0.5,
     factor: 1,
     digits: 2,
     lines: [
@@ -25,7 +25,7 @@ export const kPlots = [
   {
     title: "Torque",
     unit: "mN·m",
-    least: 1,
+    least: 10,
     factor: 1e3,
     digits: 1,
     lines: [
@@ -39,7 +39,7 @@ export const kPlots = [
   {
     title: "Depth",
     unit: "mm",
-    least: 0.1,
+    least: 0.5,
     factor: 1e3,
     digits: 3,
     lines: [[8, "depth", "accent"]],
@@ -48,7 +48,7 @@ export const kPlots = [
   {
     title: "Wake lateness",
     unit: "µs",
-    least: 10,
+    least: 100,
     factor: 1e6,
     digits: 0,
     lines: [[9, "late", "accent"]],
@@ -57,7 +57,7 @@ export const kPlots = [
   {
     title: "Contact rate",
     unit: "Hz",
-    least: 10,
+    least: 100,
     factor: 1,
     digits: 0,
     lines: [[10, "rate", "accent"]],
@@ -95,6 +95,13 @@ export class Plots {
     this.frozen = null; // the tables of the moment of a pause
     this.plots = [];
     this.live = true;
+    this.origin = 0; // [s] of the session's clock, where its labels begin
+  }
+
+  set_origin(origin) {
+    if (origin === this.origin) return;
+    this.origin = origin;
+    this.redraw();
   }
 
   set_columns(columns, live) {

@@ -2,8 +2,12 @@
 // The pictures of one column: objects, the tool at the hand and at its proxy, contacts, arrows.
 
 import * as THREE from "three";
+import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { css } from "./dom.js";
 import { Arrow, Contacts, Trail } from "./scene_marks.js";
+
+const kCrease = 0.7; // [rad]: sides that meet in a sharper edge are shaded apart
+const kLeastTool = 6; // [px], radius that a tool has in the picture at least
 
 /** Position and quaternion (w x y z) of a pose of seven numbers. */
 export function place(object, pose) {
@@ -19,8 +23,10 @@ function geometry_of(eye) {
   geometry.setAttribute("position", new THREE.BufferAttribute(eye.vertices, 3));
   geometry.setAttribute("normal", new THREE.BufferAttribute(eye.normals, 3));
   geometry.setIndex(new THREE.BufferAttribute(eye.triangles, 1));
-  geometry.computeBoundingSphere();
-  return geometry;
+  // an eye file has one normal for each vertex; the sides of a block meet in an edge all the same
+  const creased = toCreasedNormals(geometry, kCrease);
+  creased.computeBoundingSphere();
+  return creased;
 }
 
 /** Dull in low quality: a software renderer pays three times as much for the other. */
@@ -85,7 +91,7 @@ export class Model {
     for (const group of [...this.objects, this.hand, this.proxy]) forget(group);
     this.scene.remove(...this.objects);
     this.objects = eyes.objects.map((eye) => this.add_object(eye));
-    this.set_tool(eyes.tool, Math.max(radius ?? 0, size * 0.012));
+    this.set_tool(eyes.tool, radius > 0 ? radius : size * 0.012);
     this.intent.scale.setScalar(size * 0.035);
     this.contacts.set_size(size);
     this.trail.clear();
@@ -125,6 +131,8 @@ export class Model {
   set_tool(eye, radius) {
     const shape =
       eye && eye.triangles.length > 0 ? geometry_of(eye) : new THREE.SphereGeometry(radius, 24, 16);
+    shape.computeBoundingSphere();
+    this.tool_radius = shape.boundingSphere.radius;
     this.hand.clear();
     this.proxy.clear();
     const ghost = material(this.low, {
@@ -176,6 +184,14 @@ export class Model {
     this.contacts.show(frame.contacts);
     this.trail.add(frame.tool);
     join_points(this.link, frame.tool, frame.proxy);
+  }
+
+  /** Draws tool and proxy larger where they would be lost; `metres_per_pixel(point)`. */
+  keep_seen(metres_per_pixel) {
+    for (const tool of [this.hand, this.proxy]) {
+      const least = kLeastTool * metres_per_pixel(tool.position.toArray());
+      tool.scale.setScalar(Math.max(1, least / this.tool_radius));
+    }
   }
 
   show_intent(intent, hand) {

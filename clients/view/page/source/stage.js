@@ -65,15 +65,16 @@ export class Stage {
     this.limits = limits;
     const frames = this.newest.filter(Boolean);
     this.placed = frames.length > 0;
-    this.measure(frames[0]?.objects.map(({ pose }) => pose) ?? []);
+    this.measure(frames[0]);
     if (!keep_view) this.view("start");
     for (const frame of frames) this.show(frame, null);
   }
 
-  measure(poses) {
+  /** Objects and tool where a frame has them. */
+  measure(frame) {
     this.box = bounds_of(
-      this.eyes.objects,
-      this.eyes.objects.map((_, i) => poses[i] ?? kNoPose),
+      [...this.eyes.objects, frame && this.eyes.tool],
+      [...this.eyes.objects.map((_, i) => frame?.objects[i]?.pose ?? kNoPose), frame?.tool],
     );
     this.size = Math.max(this.box.getSize(new THREE.Vector3()).length() * 0.7, 1e-4);
     this.scales = arrow_scales(this.size, this.limits);
@@ -112,7 +113,7 @@ export class Stage {
   /** Looks from a named side at the whole scene and the tool. */
   view(name) {
     const centre = this.box.getCenter(new THREE.Vector3());
-    const distance = this.size * 1.95 * Math.max(1, 1 / this.aspect());
+    const distance = this.size * 2.2 * Math.max(1, 1 / this.aspect());
     const from = new THREE.Vector3(...kViews[name]).normalize();
     this.camera.position.copy(centre).addScaledVector(from, distance);
     this.camera.near = this.size / 200;
@@ -155,7 +156,7 @@ export class Stage {
     const away = new THREE.Vector3(...point).sub(this.camera.position).dot(forward);
     return (
       (2 * Math.max(away, this.camera.near) * Math.tan((this.camera.fov * Math.PI) / 360)) /
-      this.canvas.clientHeight
+      this.cell(0).height
     );
   }
 
@@ -165,7 +166,7 @@ export class Stage {
     this.newest[index] = frame;
     if (!this.placed && frame.objects.length > 0) {
       this.placed = true;
-      this.measure(frame.objects.map(({ pose }) => pose));
+      this.measure(frame);
       this.view("start");
     }
     const step = frame.time - this.last_time[index];
@@ -214,6 +215,7 @@ export class Stage {
       this.renderer.setViewport(x, from_below, width, height);
       this.renderer.setScissor(x, from_below, width, height);
       model.light_from(this.camera, this.orbit.target);
+      model.keep_seen((point) => this.metres_per_pixel(point));
       this.renderer.render(model.scene, this.camera);
     });
     this.on_draw(this);

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <type_traits>
+
+#include "proto/config/config_names.h"
+#include "proto/config/device_config.h"
+#include "proto/config/scene_config.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/proxy_solver.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// A row of proto/wire/renderers.def; few need to know them (proto/wire/renderer.h).
+enum class Renderer : uint32_t;
+
+inline constexpr double kBandVoxels = 2;  // default band of a field beyond the force layer [voxels]
+
+/// How the proxy of a 6-DoF tool moves.
+struct ProxyConfig {
+  // none: the renderer's own; direct for direct6, quasi-static for voxel
+  std::optional<SoftSolver> solver;
+  Integrator integrator = Integrator::kImplicit;  // of penalty dynamics
+  double contact_stiffness = 1000;  // of contacts that give none: those of direct6 [N/m]
+  double contact_damping = 0;       // of each contact along its normal [N·s/m]
+};
+
+/// The two readings of the braking force of McNeely, Puterbaugh, Troy 1999.
+enum class Braking : uint32_t {
+  kAlongVelocity = 0,  // −b v (−n̂·v̂), the paper's
+  kAlongNormal = 1     // −b (v·n̂) n̂, a later review's
+};
+
+/// Maps, field and points of the detector `voxel`.
+struct VoxelConfig {
+  double size = 1e-3;           // edge of a voxel and of a cell of the field [m]
+  double band = 4e-3;           // distance from the surface within which the field is exact [m]
+  double point_spacing = 1e-3;  // of the tool's points [m]
+  double stiffness = 1000;      // per point [N/m]
+  double braking = 0;           // of approaching points [N·s/m]
+  Braking braking_along = Braking::kAlongVelocity;
+  uint32_t offset_layers = 2;  // distance of the felt surface outside the real one [voxels]
+  uint32_t field = 1;          // 1: a distance field is baked; 0: the voxel map alone
+  uint32_t open_as_sheet = 0;  // 1: an open mesh becomes a sheet one voxel thick
+  uint32_t budget = 30000;     // points looked up per step; 0: unlimited
+  uint32_t is_wanted = 0;      // 1: the section is present: baked even if another renderer starts
+};
+
+/// The verified pose of the renderers god-object6 and constrained6.
+struct RigidConfig {
+  double k_s = 2;      // of the paper: a move covers k_s/2 of the remaining way
+  double margin = 0;   // to every surface [m]; 0: 1e-4 of the tool's radius
+  uint32_t moves = 8;  // per step of contact, at most
+  RigidSolver solver = RigidSolver::kCoulomb;  // of constrained6
+};
+
+/// Default band of a field [m]: the force layer and two voxels beyond it.
+inline double default_band(const VoxelConfig& voxel) {
+  return (voxel.offset_layers + kBandVoxels) * voxel.size;
+}
+
+/// How the servo waits for the next tick.
+enum class Wake : uint32_t { kSleep = 0, kHybrid = 1 };
+
+struct CouplingConfig {
+  double translational_stiffness = 800;  // [N/m], scene units
+  double translational_damping = 0;      // [N·s/m]
+  double rotational_stiffness = 0;       // [N·m/rad]
+  double rotational_damping = 0;         // [N·m·s/rad]
+  double max_force = 0;                  // of the spring on a 6-DoF proxy; 0: no bound [N]
+  double max_torque = 0;                 // likewise [N·m]; 0: no bound
+};
+
+struct SafetyConfig {
+  double max_force = 6;          // [N], device units; the device's own limit applies too
+  double max_torque = 0.1;       // [N·m]
+  double soft_start = 0.5;       // ramp after start, fault and re-seeding [s]
+  double slew = 2000;            // of a force that grows without motion of the hand [N/s]
+  double velocity_limit = 2;     // of the handle [m/s]
+  int32_t dead_man_button = -1;  // bit that must be held; −1: none
+  uint32_t armed_at_start = 1;   // 0: waits for `hapt arm`, the default of a real device
+};
+
+/// A parsed and checked session. Trivially copyable: hapticd parses the file once and hands a copy
+/// to every process it starts, in a sealed memfd.
+struct SessionConfig {
+  Name name{};
+  Path file{};                      // path of the session file
+  double servo_rate = 1000;         // [Hz]
+  double contact_poll_rate = 4000;  // how often contact looks again for a late ServoFrame [Hz]
+  double sim_rate = 120;            // [Hz]
+  uint64_t mesh_memory_limit = uint64_t{4} << 30;  // limit while a mesh is baked [bytes]
+  uint32_t realtime = 1;                           // 0: no real-time priority or locked memory
+  Renderer renderer{};
+  double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
+  VoxelConfig voxel;
+  RigidConfig rigid;
+  ToolConfig tool;
+  ProxyConfig proxy;
+  DeviceMap map;
+  DeviceConfig device;
+  CouplingConfig coupling;
+  SafetyConfig safety;
+  uint32_t n_objects = 0;
+  Wake servo_wake = Wake::kSleep;
+  std::array<ObjectConfig, kMaxObjects> objects{};
+  uint32_t n_images = 0;
+  uint32_t contact_spare = 1;  // 0: no spare contact process
+  std::array<HeightImage, kMaxImages> images{};
+};
+static_assert(std::is_trivially_copyable_v<SessionConfig>);
+
+}  // namespace haptic

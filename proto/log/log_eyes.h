@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/log/mcap.h"
+
+/// How a scene is drawn, in its recording: an eye file (proto/ipc/eye_file.h) of the tool and of
+/// each object, as attachments of the names eye/tool, eye/0, eye/1 …
+namespace haptic {
+
+inline constexpr std::string_view kEyeMediaType = "application/x-haptic-eye";
+
+/// Name of the attachment of an object, by its index in the session file, or of the tool.
+std::string eye_attachment(uint32_t object);
+inline constexpr std::string_view kToolEyeAttachment = "eye/tool";
+
+/// Bytes of eye files, not checked.
+struct LogEyes {
+  std::vector<std::byte> tool;                         // empty: none
+  std::map<uint32_t, std::vector<std::byte>> objects;  // by index in the session file
+  std::string problem;                                 // the last one that cannot be read: why
+};
+
+/// Those of a recording; of several of one name the newest. One that is damaged is left out.
+LogEyes read_log_eyes(const McapReader& file);
+
+}  // namespace haptic
