@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/ipc/unix_socket.h"
+#include "proto/os/file_descriptor.h"
 
 namespace haptic {
 
@@ -21,7 +22,8 @@ class PrivateFile {
 
  private:
   std::string path_;
-  std::optional<FileIdentity> file_;  // what is there later may be somebody else's
+  FileDescriptor file_;  // open, so that no other file gets its number when it is removed
+  std::optional<FileIdentity> identity_;  // what is there later may be somebody else's
 };
 
 }  // namespace haptic
