@@ -138,8 +138,9 @@ std::optional<ShownMessage> plain_shown(std::string_view text) {
   const auto [at, error] = std::from_chars(begin, end, shown.sequence);
   if (error != std::errc() || end - at != 1 || *at != '}') return std::nullopt;
   const bool is_json = *begin != '0' || at - begin == 1;  // which has no leading zeros
-  return is_json && static_cast<double>(shown.sequence) <= kMostSequence ? std::optional(shown)
-                                                                         : std::nullopt;
+  // compared as integers: 2⁵³ + 1 is no double
+  const bool is_known = shown.sequence <= static_cast<uint64_t>(kMostSequence);
+  return is_json && is_known ? std::optional(shown) : std::nullopt;
 }
 
 }  // namespace

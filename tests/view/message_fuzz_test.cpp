@@ -24,6 +24,7 @@ const std::vector<std::string> kPageTexts{
     R"({"type":"token","token":"0123456789abcdef0123456789abcdef"})",
     R"({"type":"shown","sequence":41})",
     R"({"type":"shown","sequence":9007199254740992})",
+    R"({"type":"shown","sequence":9007199254740993})",
     R"({"type":"rate","hz":120})",
     R"({"type":"command","id":1,"line":"set stiffness 500"})",
     R"({"type":"command","id":"a","line":"clear-fault"})",
