@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any bytes for what the bridge reads once a request or a message is complete: targets, hosts,
 // messages of pages and of Foxglove, answers of hapticd. In this process, so that ten million
-// inputs are an hour of one processor; web_fuzz_test.cpp has the sockets.
+// inputs are two minutes of one processor; web_fuzz_test.cpp has the sockets.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
