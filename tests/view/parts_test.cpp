@@ -2,6 +2,8 @@
 // The parts of the bridge that know no socket: frames, rules, messages, metrics, Foxglove.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "clients/view/foxglove.h"
@@ -98,9 +100,11 @@ TEST_CASE("view: a viewer gets the newest frame, and is told what it has not see
   const auto view = full_view();
   Viewer viewer;
   view->now_ns = 1'000'000'000;
-  const auto common = common_frame(*view);
   const LayoutReader layout(layout_json());
-  const auto next = [&] { return LayoutReader::numbers(next_frame(viewer, common, *view)); };
+  const auto next = [&] {
+    const WebMessage message = InstantFrames(*view).next(viewer);
+    return LayoutReader::numbers(message.own + message.bytes->substr(message.own.size()));
+  };
   view->ticks = 50;
   CHECK(layout.one(next(), "unseen") == 0);
   CHECK(!is_ready(viewer));  // until it has shown that
@@ -344,6 +348,55 @@ TEST_CASE("view: Foxglove clients get the newest record of what they subscribe t
     CHECK(hear_foxglove(client, text) != "");
   }
   CHECK(hear_foxglove(client, R"({"op":"fetchAsset"})") == "");
+}
+
+TEST_CASE("view: the metrics are Prometheus text, version 0.0.4") {
+  auto view = full_view();
+  view->processes[0] = {"servo0", 7, 3, true, 0, 0};
+  view->processes[1] = {"contact0", 8, 1, true, 0, 0};
+  // what has no number yet, and what a ring could hold
+  for (const double odd : {0.0, std::nan(""), HUGE_VAL, -HUGE_VAL, 1e-310}) {
+    view->rate_servo = view->servo.depth = odd;
+    view->has_contacts = odd == 0;
+    const std::string text = metrics_text(*view, {}, true);
+    REQUIRE(text.ends_with('\n'));
+    // as the format's description has it: exposition_formats.md of Prometheus
+    const std::string name = "[a-zA-Z_:][a-zA-Z0-9_:]*";
+    const std::regex help("# HELP (" + name + ") ([^\\\\]|\\\\\\\\|\\\\n)*");
+    const std::regex type("# TYPE (" + name + ") (counter|gauge|summary)");
+    const std::regex sample("(" + name +
+                            R"re()(\{[a-zA-Z_]\w*="([^"\\]|\\["\\n])*"\})? ([^ ]+))re");
+    const std::regex number(R"([+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|NaN|[+-]Inf)");
+    std::set<std::string> helped, typed, said;
+    std::string family, kind;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      std::smatch parts;
+      if (std::regex_match(line, parts, help)) {
+        CHECK(helped.insert(parts[1]).second);
+        continue;
+      }
+      if (std::regex_match(line, parts, type)) {
+        family = parts[1];
+        kind = parts[2];
+        CHECK(typed.insert(family).second);
+        CHECK((kind == "counter") == family.ends_with("_total"));
+        continue;
+      }
+      REQUIRE(std::regex_match(line, parts, sample));
+      const std::string of = parts[1];
+      if (kind == "summary") {
+        CHECK((of == family + "_sum" || of == family + "_count"));
+      } else {
+        CHECK(of == family);
+      }
+      CHECK(said.insert(of + parts[2].str()).second);
+      CHECK(std::regex_match(parts[4].str(), number));
+    }
+    CHECK(helped == typed);
+    CHECK(said.count("haptic_process_restarts_total{process=\"servo0\"}") == 1);
+  }
 }
 
 }  // namespace haptic
