@@ -188,6 +188,8 @@ describe("the page on the real bridge", { skip: lack }, () => {
     ]) {
       const was = await latest(field);
       for (const value of [1 - was, was]) {
+        const label = { pause: ["Resume", "Pause"], arm: ["Arm", "Disarm"] }[button][value];
+        await until(([id, text]) => document.getElementById(id).textContent === text, [button, label]);
         await page.focus(`#${button}`);
         await page.keyboard.press("Enter");
         await until(([name, wanted]) => window.hapticd.latest[name] === wanted, [field, value]);

@@ -18,11 +18,11 @@ const kShare = 0.6; // of the greatest force allowed, that the picture shows at 
 const kScenes = [
   ["bunny", ["bunny"], { nearer: 1.1, face: true }],
   ["peg", ["peg"], { nearer: 1.15, turn: [0, 0.1] }],
-  ["gears", ["gears"], { nearer: 1.1, turn: [-0.4, -0.2], shell: true }],
+  ["gears", ["gears"], { nearer: 1.3, turn: [0.4, -0.1], shell: true }],
   ["teeth", ["teeth"], { nearer: 1.15 }],
   ["bunnies", ["bunnies"], { nearer: 0.85, face: true }],
-  ["rigid-peg", ["rigid-peg"], { nearer: 1.2, turn: [0.3, 0.1] }],
-  ["rigid-bunnies", ["rigid-bunnies"], { nearer: 0.85, face: true }],
+  ["rigid-peg", ["rigid-peg"], { nearer: 1.1, turn: [0, 0.1] }],
+  ["rigid-bunnies", ["rigid-bunnies"], { nearer: 0.75, face: true }],
   ["plane", ["--config", "plane.toml"], { face: true }],
   ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], { face: true }],
 ];
@@ -30,15 +30,21 @@ const kScenes = [
 /** Goes to the firmest touch of the recording that is not at the limit of the force. */
 async function go_to_touch(page) {
   await page.waitForFunction(() => window.hapticd.plots.tables?.[0]?.[0].length > 100);
-  const time = await page.evaluate((share) => {
+  const time = await page.evaluate(async (share) => {
     const { plots, state } = window.hapticd;
-    const [times, , , , forces] = plots.tables[0];
-    const most = share * state.scene.limits.max_force;
-    // two points for each step of the plot, its least value first: a force that lasts over a step
-    const is_better = (f, at) => f <= most && (at < 0 || f > forces[at]);
-    const best = forces.reduce((at, f, i) => (i % 2 === 0 && is_better(f, at) ? i : at), -1);
-    plots.on_pick(times[best]);
-    return times[best];
+    const { first_time, last_time, limits } = state.scene;
+    const most = share * limits.max_force;
+    const firmest = async (from, to, columns) => {
+      const reply = await fetch(`/overview.json?from=${from}&to=${to}&columns=${columns}`);
+      const { time: times, columns: all } = await reply.json();
+      const is_better = (f, at) => f <= most && (at < 0 || f > all[0].force.max[at]);
+      return times[all[0].force.max.reduce((at, f, i) => (is_better(f, at) ? i : at), -1)];
+    };
+    const about = await firmest(first_time, last_time, 400);
+    const step = (last_time - first_time) / 400;
+    const best = await firmest(about - step, about + step, 100);
+    plots.on_pick(best);
+    return best;
   }, kShare);
   await page.waitForFunction((t) => Math.abs(window.hapticd.latest.time - t) < 0.02, time);
 }
