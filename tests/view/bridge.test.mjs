@@ -188,7 +188,7 @@ describe("the page on the real bridge", { skip: lack }, () => {
     ]) {
       const was = await latest(field);
       for (const value of [1 - was, was]) {
-        const label = { pause: ["Resume", "Pause"], arm: ["Arm", "Disarm"] }[button][value];
+        const label = { pause: ["Resume", "Pause"], arm: ["Disarm", "Arm"] }[button][value];
         await until(([id, text]) => document.getElementById(id).textContent === text, [button, label]);
         await page.focus(`#${button}`);
         await page.keyboard.press("Enter");

@@ -27,26 +27,32 @@ const kScenes = [
   ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], { face: true }],
 ];
 
-/** Goes to the firmest touch of the recording that is not at the limit of the force. */
+/** Goes to the firmest touch of the recording that lasts and is not at the limit of the force; where
+ *  all are short, to the firmest of them. */
 async function go_to_touch(page) {
   await page.waitForFunction(() => window.hapticd.plots.tables?.[0]?.[0].length > 100);
-  const time = await page.evaluate(async (share) => {
+  const [time, force] = await page.evaluate((share) => {
     const { plots, state } = window.hapticd;
-    const { first_time, last_time, limits } = state.scene;
-    const most = share * limits.max_force;
-    const firmest = async (from, to, columns) => {
-      const reply = await fetch(`/overview.json?from=${from}&to=${to}&columns=${columns}`);
-      const { time: times, columns: all } = await reply.json();
-      const is_better = (f, at) => f <= most && (at < 0 || f > all[0].force.max[at]);
-      return times[all[0].force.max.reduce((at, f, i) => (is_better(f, at) ? i : at), -1)];
-    };
-    const about = await firmest(first_time, last_time, 400);
-    const step = (last_time - first_time) / 400;
-    const best = await firmest(about - step, about + step, 100);
-    plots.on_pick(best);
-    return best;
+    const [times, , , , forces] = plots.tables[0];
+    const most = share * state.scene.limits.max_force;
+    // two points for each step of the plot, its least value and then its greatest
+    const firmest = (odd) =>
+      forces.reduce((at, f, i) => (i % 2 === odd && f <= most && !(f <= forces[at]) ? i : at), -1);
+    const lasting = firmest(0);
+    const best = forces[lasting] > 0.3 ? lasting : firmest(1) - 1;
+    plots.on_pick(times[best]);
+    return [times[best], Math.max(forces[best], forces[best + 1])];
   }, kShare);
   await page.waitForFunction((t) => Math.abs(window.hapticd.latest.time - t) < 0.02, time);
+  for (let ticks = 0; ticks < 60; ticks += 1) {
+    const { tick, felt } = await page.evaluate(() => {
+      const { tick: now, force: f } = window.hapticd.latest;
+      return { tick: now, felt: Math.hypot(...f) };
+    });
+    if (felt > 0.7 * force) return;
+    await page.click("#step-on");
+    await page.waitForFunction((was) => window.hapticd.latest.tick > was, tick);
+  }
 }
 
 function look(page, camera) {
