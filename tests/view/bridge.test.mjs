@@ -223,6 +223,7 @@ describe("the page on the real bridge", { skip: lack }, () => {
 
   test("a body: its mesh, voxel points, and a solver to choose", { skip: is_short }, async () => {
     await sessions.run("hapt", "stop");
+    await sessions.end(hapticd); // it holds its name until it is gone
     write_session(sessions.file("plane.toml"), "peg-in-hole");
     await start();
     await until(() => window.hapticd.state.scene.tool.mesh && window.hapticd.stage.has_shell);
