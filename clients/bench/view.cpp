@@ -17,8 +17,8 @@
 #include "clients/lab/forked_process.h"
 #include "clients/library/client.h"
 #include "clients/report/median.h"
-#include "clients/report/progress.h"
 #include "proto/config/command_line.h"
+#include "proto/os/progress.h"
 
 namespace haptic {
 namespace {
