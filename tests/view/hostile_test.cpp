@@ -21,7 +21,7 @@ using namespace test;
 using Json = nlohmann::json;
 
 /// Seconds of processor time that a process has taken.
-double cpu_of(pid_t pid) {
+[[maybe_unused]] double cpu_of(pid_t pid) {
   clockid_t clock;
   timespec t{};
   REQUIRE(clock_getcpuclockid(pid, &clock) == 0);
@@ -172,6 +172,8 @@ TEST_CASE("hapt view: requests and frames that mean ill get an error each") {
   CHECK(owner.answer_to(++id, "pause")["ok"] == true);
 }
 
+// the sanitizer checks an address through a pipe: without a descriptor every object looks broken
+#ifndef __SANITIZE_ADDRESS__
 TEST_CASE("hapt view: without descriptors it waits, and does not spin") {
   const Viewed session;
   BridgeProcess bridge(session.folder.path());
@@ -186,12 +188,16 @@ TEST_CASE("hapt view: without descriptors it waits, and does not spin") {
   for (int i = 0; i < 100; ++i) many.push_back(std::make_unique<SocketClient>(bridge.port));
   const double before = cpu_of(bridge.pid());
   const int64_t begin_ns = now_ns();
-  while (now_ns() - begin_ns < kNsPerSecond) CHECK(!honest.frame().empty());
+  while (now_ns() - begin_ns < kNsPerSecond) {
+    INFO(bridge.log());
+    REQUIRE(!honest.frame().empty());
+  }
   // one page takes less than a hundredth, a loop without a pause all of it
   CHECK(cpu_of(bridge.pid()) - before < 0.5);
   many.clear();
   CHECK(eventually([&] { return get(bridge.port, "/layout.json").status == 200; }));
 }
+#endif
 
 TEST_CASE("hapt view: who reads nothing shares what is sent to all") {
   const Viewed session;
