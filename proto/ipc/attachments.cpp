@@ -18,6 +18,10 @@ namespace {
 
 constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have left old generations
 
+bool is_of_another_version(SegmentFault fault) {
+  return fault == SegmentFault::kWrongAbi || fault == SegmentFault::kWrongLayout;
+}
+
 }  // namespace
 
 Attachments::Attachments(FileDescriptor socket, AttachOptions options)
@@ -71,9 +75,11 @@ void Attachments::run() {
 
 bool Attachments::receive() {
   ReceivedMessage message = receive_message(socket_.get());
-  if (message.kind == Received::kMessage) attach(message.announcement, std::move(message.fd));
+  if (message.kind == Received::kMessage) {
+    return attach(message.announcement, std::move(message.fd));
+  }
   if (message.kind == Received::kRefusal) refusal_ = std::move(message.why);
-  return message.kind == Received::kMessage || message.kind == Received::kNothing;
+  return message.kind == Received::kNothing;
 }
 
 void Attachments::take_eye(const Announcement& announcement, FileDescriptor fd) {
@@ -85,15 +91,19 @@ void Attachments::take_eye(const Announcement& announcement, FileDescriptor fd) 
   }
 }
 
-void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
-  if (is_eye(announcement.id)) return take_eye(announcement, std::move(fd));
+bool Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
+  if (is_eye(announcement.id)) {
+    take_eye(announcement, std::move(fd));
+    return true;
+  }
   const auto found = feeds_.find(announcement.id);
-  if (found == feeds_.end()) return;
+  if (found == feeds_.end()) return true;
   detail::Feed& feed = found->second;
   detail::Generation* last =
       feed.generations.empty() ? feed.before_first.get() : feed.generations.back().get();
   // an announcement may come twice
-  if (last->mapping != nullptr && last->mapping->generation() >= announcement.generation) return;
+  if (last->mapping != nullptr && last->mapping->generation() >= announcement.generation)
+    return true;
   try {
     auto next = std::make_unique<detail::Generation>();
     next->mapping = std::make_unique<SegmentMapping>(
@@ -105,9 +115,17 @@ void Attachments::attach(const Announcement& announcement, FileDescriptor fd) {
     next->serial = last->serial + 1;
     feed.generations.push_back(std::move(next));
     last->next.store(feed.generations.back().get(), std::memory_order_release);
+  } catch (const SegmentError& error) {
+    // nothing that this session announces can be read: waiting for it would show nothing for ever
+    if (!options_.on_error && is_of_another_version(error.fault)) {
+      refusal_ = error.what();
+      return false;
+    }
+    if (options_.on_error) options_.on_error(error.what());
   } catch (const std::exception& error) {
     if (options_.on_error) options_.on_error(error.what());
   }
+  return true;
 }
 
 bool Attachments::free_retired() {

@@ -321,7 +321,9 @@ struct AttachOptions {
   bool lock_memory = false;  // mlock each segment
   int fifo_priority = 0;     // of the attach thread, if granted; 0: normal
   /// All run on the attach thread.
-  std::function<void(const std::string&)> on_error = {};  // a segment was refused: one line
+  // a segment cannot be read: one line. Without it, one of another version ends the connection,
+  // with that line as refusal()
+  std::function<void(const std::string&)> on_error = {};
   std::function<void(const Announcement&, FileDescriptor)> on_eye = {};  // an eye file; may throw
   std::function<void()> on_closed = {};  // hapticd is gone or dropped this client
 };
@@ -367,7 +369,7 @@ class Attachments {
   detail::ReaderMark* add_reader(detail::Feed& feed);
   void run();
   bool receive();
-  void attach(const Announcement& announcement, FileDescriptor fd);
+  bool attach(const Announcement& announcement, FileDescriptor fd);
   void take_eye(const Announcement& announcement, FileDescriptor fd);
   bool free_retired();  // true: some are left
 

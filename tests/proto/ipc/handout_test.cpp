@@ -208,6 +208,18 @@ TEST_CASE(
   CHECK(errors == 1);
 }
 
+TEST_CASE("handout: a client of another version is told so, and does not wait for ever") {
+  const TemporaryRuntimeFolder folder;
+  HandoutServer server("version");
+  SegmentWriter<SimChannels> other(1);
+  const_cast<SegmentHeader&>(other.header()).abi_major = kAbiMajor + 1;
+  announce(server, other);
+  Client client("version");
+  REQUIRE(serve_until(server, [&] { return !client.attachments.is_connected(); }));
+  CHECK(contains(client.attachments.refusal(), "segment 'sim': version "));
+  CHECK(contains(client.attachments.refusal(), "this program speaks"));
+}
+
 TEST_CASE("handout: losses are exact across generations") {
   const TemporaryRuntimeFolder folder;
   HandoutServer server("losses");
