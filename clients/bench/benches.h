@@ -77,7 +77,7 @@ BenchRun bench_ring(Command& command);
 /// hybrid : grid : tree : naive.
 BenchRun bench_segment(Command& command);
 
-/// What viewers of `hapt view` cost: the servo's work and the bridge's own time of the processor,
+/// The cost of viewers of `hapt view`: the servo's work and the bridge's own time of the processor,
 /// with none, with many at 120 Hz, with one that is stopped and with one that reads a byte now and
 /// then, in turns in one session; a figure is the median over the rounds.
 BenchRun bench_view(Command& command);

@@ -79,7 +79,7 @@ double cpu_of(pid_t pid) {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// What one window of one case has shown.
+/// The measurements of one window of one case.
 struct Window {
   double busy_p99 = 0, wake_p99 = 0;  // of the servo [s]
   double bridge = 0;                  // of a core

@@ -235,7 +235,7 @@ std::optional<double> instant_of(const std::string& option, const std::string& t
   }
 }
 
-/// How long a part of a recording is played [s].
+/// The time that a part of a recording takes to play [s].
 double played_time(const ReplayConfig& replay, double duration) {
   const double end = replay.to > 0 ? std::min(replay.to, duration) : duration;
   return (end - replay.from) / replay.speed;

@@ -75,7 +75,7 @@ std::string config_of(const std::string& session) {
   return "";
 }
 
-/// Where the base of the device is; none where the session file is not known, or not read here.
+/// The pose X_WB of the device's base; none if the session file is unknown or cannot be read.
 std::optional<Pose> base_of(const std::string& config) {
   try {
     if (!config.empty()) return parse_config(config, "session.toml").map.X_WB;

@@ -50,7 +50,7 @@ class Client {
   /// is_connected() is false.
   const std::string& refusal() const { return attachments_.refusal(); }
 
-  /// Whether hapticd ended as it was told to; false: it was killed, and may come back. Valid once
+  /// True: hapticd was stopped by command; false: it was killed, and may come back. Valid once
   /// is_connected() is false; on the thread that reads the rings.
   bool has_ended() noexcept;
   void sleep(double seconds) const;
@@ -79,7 +79,7 @@ class Reconnect {
   /// gone.
   Client* next(const std::function<bool()>& stop = {});
 
-  /// How long there was no session before the present client [s]; 0: it is the first.
+  /// The time without a session before the present client [s]; 0: it is the first.
   double missed() const { return missed_; }
   const std::string& session() const { return session_; }
 
@@ -89,7 +89,7 @@ class Reconnect {
   double missed_ = 0;
 };
 
-/// Whether hapticd has ended as it was told to, by the header of its segment, which may be null.
+/// True if hapticd was stopped by command, by the header of its segment, which may be null.
 bool has_ended(const SegmentHeader* control) noexcept;
 
 /// Connects once hapticd is back; a closed descriptor: `stop` said true.

@@ -47,7 +47,7 @@ class Recorder {
   /// The meshes that the session hands out are written too, when they come and when they change:
   /// as attachments (proto/log/log_eyes.h), and as markers beside the StandardMessages.
   void follow(const EyeBook& eyes) { eyes_ = &eyes; }
-  /// Where the base of the device is in the scene, for the StandardMessages.
+  /// The pose X_WB of the device's base, for the StandardMessages.
   void set_base(const Pose& X_WB) { X_WB_ = X_WB; }
   /// Goes on with the session of another hapticd, after the last drain of the one before, whose
   /// attachments may end then: what it has published so far belongs to the recording too. A
@@ -66,7 +66,7 @@ class Recorder {
   /// One for each of kTopics, in that order.
   std::array<TopicCount, 5> counts() const { return counts_; }
 
-  /// Whether hapticd has ended as it was told to, once the attachments are no longer connected.
+  /// True if hapticd was stopped by command. Valid once the attachments are no longer connected.
   bool has_ended() const noexcept;
 
   /// Header of the newest servo's segment; null until one has been attached.

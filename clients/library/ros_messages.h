@@ -28,7 +28,7 @@ Message pose_stamped(int64_t realtime_ns, std::string_view frame, const Pose& po
 /// A wrench expressed in a frame, about its origin.
 Message wrench_stamped(int64_t realtime_ns, std::string_view frame, const Wrench& wrench);
 
-/// Where a frame is in its parent.
+/// The pose of a frame in its parent.
 struct Transform {
   std::string parent, child;
   Pose X;

@@ -32,7 +32,7 @@ class StandardMessages {
 
   /// A servo frame, with the newest scene or null; writes if one is due.
   void add(const ServoFrame& frame, const SceneFrame* scene);
-  /// Where the base of the device is in the scene; without it /tf has no "base".
+  /// The pose X_WB of the device's base; without it /tf has no "base".
   void set_base(const Pose& X_WB) { X_WB_ = X_WB; }
   /// A mesh, when it comes or has changed; its topic is named after its frame.
   void add_mesh(const ros::MeshMarker& mesh, const Stamp& stamp);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the bridge does for a recording: each page its own slider, and long reads on a thread.
+// The bridge plays a recording: each page has its own slider, and long reads run on a thread.
 #include "clients/view/bridge.h"
 #include "proto/os/realtime.h"
 

@@ -81,7 +81,7 @@ std::unique_ptr<PrivateFile> write_token(const ViewCommand& options, uint16_t po
   }
 }
 
-/// Whether the argument is a recording: a file that is there, or a name like that of one.
+/// True if the argument is a recording: an existing file, or a name that ends like one.
 bool names_log(const std::string& argument) {
   std::error_code error;
   return argument.ends_with(".mcap") || fs::is_regular_file(argument, error);

@@ -20,7 +20,7 @@ enum class SourceNews {
 
 class LogSource;
 
-/// Where frames come from: a running session, or a log that is played. The bridge calls these
+/// A source of frames: a running session, or a log that is played. The bridge calls these
 /// functions on its one thread, and they never wait. All viewers of a session see the same view;
 /// of a log each page has its own, of the columns that there are.
 struct FrameSource {

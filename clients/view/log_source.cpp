@@ -82,7 +82,7 @@ void LogSource::look() {
   describe();
 }
 
-/// What does not change while it is played.
+/// Fills in what stays the same while the log is played: session file, meshes, columns.
 void LogSource::describe() {
   const McapReader& file = index_->trace().mcap();
   const auto recording = file.metadata().find("recording");

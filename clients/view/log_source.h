@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// What one page sees of a log: each page has its own slider.
+/// One page's view of a log: each page has its own slider.
 struct LogPage {
   struct Column {
     View view;

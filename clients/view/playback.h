@@ -15,12 +15,12 @@ struct LogTicks {
   double rate = 1000;
 };
 
-/// Where a page is in a log: the state of its slider, as a function of the time that is given.
+/// The place of a page in a log: the state of its slider, as a function of the time that is given.
 class Playback {
  public:
   explicit Playback(uint64_t tick) : tick_(static_cast<double>(tick)) {}
 
-  /// What a page wishes; `now_ns` as in at(). NextMessage is for who knows the marks.
+  /// Carries out a page's request; `now_ns` as in at(). NextMessage is for who knows the marks.
   void take(const SeekMessage& seek) { tick_ = static_cast<double>(seek.tick); }
   void take(const PlayMessage& play) { speed_ = play.speed; }
   void take(const StopMessage&) { speed_ = 0; }

@@ -88,7 +88,7 @@ void add_device(Json& scene, const SessionConfig& config) {
                      {"stiffness", config.coupling.translational_stiffness}};
 }
 
-/// Of very many marks of a kind a page gets every n-th: more than it has pixels are no help.
+/// A page gets every n-th mark of a kind that has very many: it has fewer pixels than marks.
 Json marks_json(const std::vector<LogMark>& marks) {
   constexpr size_t kMostMarks = 4000;  // of a kind
   std::array<size_t, kMarkKinds.size()> counts{}, seen{};

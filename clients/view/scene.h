@@ -19,7 +19,7 @@ struct EyeFiles {
   std::vector<SharedText> objects;
 };
 
-/// What a log has that a session has not.
+/// The properties that only a log has.
 struct LogFacts {
   uint64_t first_tick = 0, last_tick = 0;
   double first_time = 0, last_time = 0;  // [s], of the session's clock

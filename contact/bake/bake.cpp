@@ -153,7 +153,7 @@ BakedShape make_shape(std::span<const std::byte> bytes, std::shared_ptr<const vo
           std::move(storage)};
 }
 
-/// How much of the time of baking a file has passed after each part, of meshes of 50,000 to 90,000
+/// The share of the time of baking that has passed after each part, of meshes of 50,000 to 90,000
 /// triangles; of half a million the mesh for the eye takes four fifths.
 struct BakedShare {
   double read = 0.05, repaired = 0.4, searchable = 0.5;

@@ -25,7 +25,7 @@ class RecordedMotion {
   DeviceState at(int64_t elapsed_ns) const;
 
   const HandCurve& curve() const { return curve_; }
-  /// Of one round as it is played, without the return [ns].
+  /// The duration of one round as it is played, without the return [ns].
   int64_t length_ns() const { return length_ns_; }
   int64_t return_ns() const { return return_ns_; }
 

@@ -51,7 +51,7 @@ inline void use_trace(SessionConfig& config, const std::string& trace) {
 /// Slower shows a hand at rest, faster no hand can move.
 inline constexpr Range kReplaySpeeds{0.1, 4};
 
-/// How a recording is played, where that is not as the session file says.
+/// Options of a replay that override the session file.
 struct ReplayChoice {
   std::string trace;                                 // empty: the session file's
   std::optional<double> speed, from, to, stiffness;  // as in ReplayConfig; [N/m]

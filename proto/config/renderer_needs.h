@@ -27,7 +27,7 @@ inline bool has_springs(const ProxyConfig& proxy, Renderer renderer) {
   return has_springs(solver_of(proxy, renderer), renderer);
 }
 
-/// Whether contact bakes voxels of the objects and points of the tool, if there is one.
+/// True if contact bakes voxels of the objects and points of the tool, should there be a tool.
 inline bool has_maps(const SessionConfig& config) {
   return row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
 }

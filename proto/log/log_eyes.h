@@ -10,8 +10,8 @@
 
 #include "proto/log/mcap.h"
 
-/// How a scene is drawn, in its recording: an eye file (proto/ipc/eye_file.h) of the tool and of
-/// each object, as attachments of the names eye/tool, eye/0, eye/1 …
+/// The meshes that draw a scene, in its recording: an eye file (proto/ipc/eye_file.h) of the tool
+/// and of each object, as attachments of the names eye/tool, eye/0, eye/1 …
 namespace haptic {
 
 inline constexpr std::string_view kEyeMediaType = "application/x-haptic-eye";

@@ -69,7 +69,7 @@ struct LogStep {
   std::array<double, kNumPlotted> low{}, high{};
 };
 
-/// What a viewer shows of a whole recording: marks, and smallest and largest values in steps of
+/// The overview of a whole recording: marks, and smallest and largest values in steps of
 /// kStepTicks. It has to read every frame, so it is done piece by piece, on a thread or between two
 /// requests; it has a reader of its own.
 class LogSurvey {

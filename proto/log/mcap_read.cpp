@@ -106,7 +106,7 @@ McapChunkIndex parse_chunk_index(const Buffer& content) {
   return index;
 }
 
-/// What is before the data in an attachment record.
+/// The fields before the data in an attachment record.
 McapAttachment parse_attachment(Parser& in) {
   McapAttachment attachment;
   in.take(attachment.log_time_ns, attachment.create_time_ns);

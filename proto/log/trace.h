@@ -34,7 +34,7 @@ struct Topic {
 inline constexpr HandNames kServoTopics = names_of_hands("/servo", "/frame");
 inline constexpr HandNames kContactTopics = names_of_hands("/contact", "/set");
 
-/// Of the servo and the contact of a hand.
+/// The topics of a hand's servo and contact.
 constexpr Topic<ServoFrame> servo_topic(uint32_t hand) {
   return {kServoTopics[hand].data()};
 }

@@ -46,7 +46,7 @@ struct Mortal {
   }
 };
 
-/// How often each number goes back. It may stay: the frame in which a servo lets go has the time of
+/// Counts how often the number goes back. It may stay: the last frame of a servo has the time of
 /// the tick before it.
 template <typename T, typename Number>
 size_t steps_back(const std::vector<T>& records, Number number) {

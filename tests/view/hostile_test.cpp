@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who means ill to the bridge of a running session, or only behaves so: others are served all the
+// Hostile and broken clients of the bridge of a running session: others are served all the
 // while, nobody gets more than is theirs.
 #include <sys/resource.h>
 #include <sys/wait.h>

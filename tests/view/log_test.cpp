@@ -27,7 +27,7 @@ using Json = nlohmann::json;
 constexpr int64_t kMs = 1'000'000;
 constexpr uint64_t kFirst = 100;
 
-/// Of each tick and column another; ticks 600 to 699 touch, 900 has a fault.
+/// A frame that differs in each tick and column; ticks 600 to 699 touch, 900 has a fault.
 ServoFrame frame_of(uint64_t tick, size_t column = 0) {
   ServoFrame frame{};
   const auto t = static_cast<double>(tick), c = static_cast<double>(column);

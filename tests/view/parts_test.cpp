@@ -59,7 +59,7 @@ class Pattern {
   ~Pattern() { regfree(&compiled_); }
   Pattern(const Pattern&) = delete;
 
-  /// Whether the whole text matches; parts[0] is all of it, then each group.
+  /// True if the whole text matches; parts[0] is all of it, then each group.
   bool matches(const std::string& text, std::array<std::string, 5>& parts) const {
     std::array<regmatch_t, 6> found{};
     if (regexec(&compiled_, text.c_str(), found.size(), found.data(), 0) != 0) return false;

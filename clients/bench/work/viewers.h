@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What viewers count, in memory that they share with who watches them.
+/// Counters of the viewers, in memory that they share with the bench.
 struct ViewerCounts {
   std::atomic<uint32_t> connected;
   std::atomic<uint64_t> frames;

@@ -218,7 +218,8 @@ std::unique_ptr<TraceWriter> open_output(const CompareEval& eval,
   return trace;
 }
 
-/// How the scene is drawn. What cannot be drawn is left out, as in a session.
+/// The eye files of the scene, as a session hands them out; a mesh that cannot be drawn is left
+/// out.
 void write_eyes(TraceWriter& trace, const SessionConfig& config, const BakedSession& baked) {
   const auto add = [&](uint32_t object) {
     try {

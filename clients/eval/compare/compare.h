@@ -41,7 +41,7 @@ struct CompareFigures {
 /// if the session lacks what it needs.
 SessionConfig config_of_column(const SessionConfig& config, const std::string& column);
 
-/// Where a column stands among the ways of rendering (Otaduy & Lin): direct or by a virtual
+/// The place of a column in the taxonomy of renderers (Otaduy & Lin): direct or by a virtual
 /// coupling, by penalty or by constraint.
 std::string way_of_column(const SessionConfig& config);
 

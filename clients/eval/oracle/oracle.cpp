@@ -43,7 +43,7 @@ GodObjectOracle::Stop GodObjectOracle::first_stop(const Long3& from, const Long3
   return first;
 }
 
-/// How far it comes on the way to the goal: it stands off what stops it.
+/// The end of the sweep towards the goal: kStandOff before the facet that stops it.
 Long3 GodObjectOracle::reached_towards(const Long3& goal, const Stop& stop) const {
   if (stop.facet == nullptr) return goal;
   const Long3 d = goal - g_;

@@ -25,7 +25,7 @@ struct End {
   uint16_t port = 0;
 };
 
-/// Which end a function of the kernel gives: getsockname() ours, getpeername() the other.
+/// One end of a connection: getsockname() gives ours, getpeername() the other.
 End end_of(int socket, int (*name)(int, sockaddr*, socklen_t*)) {
   sockaddr_storage storage{};
   socklen_t size = sizeof storage;

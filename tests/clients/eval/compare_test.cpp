@@ -84,7 +84,7 @@ std::string bytes_of(const std::string& path) {
   return all.str();
 }
 
-/// How deep the tool's lower face is in the wall at the proxy.
+/// The depth of the tool's lower face in the wall, at the proxy.
 double depth_of(const ServoFrame& frame) {
   return kTop - (frame.X_WP.p.z - kHalf);
 }
