@@ -36,18 +36,19 @@ size_t index_of(std::string_view topic) {
 
 }  // namespace
 
-// control state and events change rarely: those older than the recording belong to it too
+Recorder::Rings::Rings(Attachments& attachments, Start start)
+    : newest_servo(attachments.source<ServoChannels>()),
+      servo{attachments.ring<&ServoChannels::frames>(start),
+            attachments.ring<&ServoChannels::events>(Start::kOldest)},
+      contact{attachments.ring<&ContactChannels::sets>(start),
+              attachments.ring<&ContactChannels::events>(Start::kOldest)},
+      sim{attachments.ring<&SimChannels::frames>(start),
+          attachments.ring<&SimChannels::events>(Start::kOldest)},
+      control{attachments.ring<&ControlChannels::frames>(Start::kOldest),
+              attachments.ring<&ControlChannels::events>(Start::kOldest)} {}
+
 Recorder::Recorder(Attachments& attachments, Start start, double standard_rate)
-    : newest_servo_(attachments.source<ServoChannels>()),
-      servo_{attachments.ring<&ServoChannels::frames>(start),
-             attachments.ring<&ServoChannels::events>(Start::kOldest)},
-      contact_{attachments.ring<&ContactChannels::sets>(start),
-               attachments.ring<&ContactChannels::events>(Start::kOldest)},
-      sim_{attachments.ring<&SimChannels::frames>(start),
-           attachments.ring<&SimChannels::events>(Start::kOldest)},
-      control_{attachments.ring<&ControlChannels::frames>(Start::kOldest),
-               attachments.ring<&ControlChannels::events>(Start::kOldest)},
-      standard_rate_(standard_rate) {
+    : rings_(attachments, start), standard_rate_(standard_rate) {
   for (size_t i = 0; i < counts_.size(); ++i) counts_[i].topic = kTopics[i].name;
 }
 
@@ -94,15 +95,7 @@ void Recorder::drain_ring(RingSource<kMember>& ring, const Topic<T>& topic, uint
 
 void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
   const double gap = 1e-9 * static_cast<double>(now_ns() - last_servo_ns_);
-  newest_servo_ = attachments.source<ServoChannels>();
-  servo_ = {attachments.ring<&ServoChannels::frames>(Start::kOldest),
-            attachments.ring<&ServoChannels::events>(Start::kOldest)};
-  contact_ = {attachments.ring<&ContactChannels::sets>(Start::kOldest),
-              attachments.ring<&ContactChannels::events>(Start::kOldest)};
-  sim_ = {attachments.ring<&SimChannels::frames>(Start::kOldest),
-          attachments.ring<&SimChannels::events>(Start::kOldest)};
-  control_ = {attachments.ring<&ControlChannels::frames>(Start::kOldest),
-              attachments.ring<&ControlChannels::events>(Start::kOldest)};
+  rings_ = Rings(attachments, Start::kOldest);
   scene_.reset();
   write(trace, kEventTopic,
         Event{now_ns(),
@@ -112,13 +105,13 @@ void Recorder::go_on(Attachments& attachments, TraceWriter& trace) {
 }
 
 bool Recorder::has_ended() const noexcept {
-  return haptic::has_ended(control_.frames.header());
+  return haptic::has_ended(rings_.control.frames.header());
 }
 
 const SegmentHeader* Recorder::servo_header() noexcept {
-  while (newest_servo_.advance()) {
+  while (rings_.newest_servo.advance()) {
   }
-  return newest_servo_.header();
+  return rings_.newest_servo.header();
 }
 
 bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
@@ -133,10 +126,10 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
     drain_ring(feed.frames, topic, feed.lost_frames, writer, trace);
     drain_ring(feed.events, kEventTopic, feed.lost_events, writer, trace);
   };
-  drain_feed(control_, kControlTopic, ControlChannels::kId);
-  drain_feed(sim_, kSimTopic, SimChannels::kId);
-  drain_feed(contact_, contact_topic(kFirstHand), ContactChannels::kId);
-  drain_feed(servo_, servo_topic(kFirstHand), ServoChannels::kId);
+  drain_feed(rings_.control, kControlTopic, ControlChannels::kId);
+  drain_feed(rings_.sim, kSimTopic, SimChannels::kId);
+  drain_feed(rings_.contact, contact_topic(kFirstHand), ContactChannels::kId);
+  drain_feed(rings_.servo, servo_topic(kFirstHand), ServoChannels::kId);
   if (flushed_ns_ == 0) flushed_ns_ = t_ns;
   if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
     flushed_ns_ = t_ns;

@@ -97,11 +97,18 @@ class Recorder {
   void write_eye_file(TraceWriter& trace, const EyeMesh& mesh);
   void count_what_is_there(const TraceWriter& trace);
 
-  Source<ServoChannels> newest_servo_;
-  Feed<&ServoChannels::frames, &ServoChannels::events> servo_;
-  Feed<&ContactChannels::sets, &ContactChannels::events> contact_;
-  Feed<&SimChannels::frames, &SimChannels::events> sim_;
-  Feed<&ControlChannels::frames, &ControlChannels::events> control_;
+  /// All rings of a session, frames from `start` on; control state and events change rarely, and
+  /// those older than the recording belong to it too.
+  struct Rings {
+    Rings(Attachments& attachments, Start start);
+    Source<ServoChannels> newest_servo;
+    Feed<&ServoChannels::frames, &ServoChannels::events> servo;
+    Feed<&ContactChannels::sets, &ContactChannels::events> contact;
+    Feed<&SimChannels::frames, &SimChannels::events> sim;
+    Feed<&ControlChannels::frames, &ControlChannels::events> control;
+  };
+
+  Rings rings_;
   std::array<TopicCount, 5> counts_;
   int64_t last_servo_ns_ = 0;  // of the newest frame in the recording
   uint64_t last_tick_ = 0;
