@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "clients/library/client.h"
 #include "proto/config/renderer_needs.h"
@@ -146,14 +147,16 @@ class Connector {
         const std::lock_guard lock(mutex_);
         made_ = std::move(made);
         return;
-      } catch (const std::exception&) {
-        // there is no session yet, or its writer is half dead
+      } catch (const std::exception& error) {
+        // it may come yet; each reason is told once
+        const std::string why = one_line(error.what());
+        if (std::exchange(told_, why) != why) std::cerr << "haptic-view: waits: " << why << '\n';
       }
       sleep_until(now_ns() + kRetryPeriod);
     }
   }
 
-  std::string session_;
+  std::string session_, told_;
   std::atomic<bool> stop_{false};
   std::mutex mutex_;
   std::unique_ptr<Connection> made_;
