@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <random>
 #include <vector>
 
@@ -22,6 +23,23 @@ class FuzzRandom {
 
  private:
   std::mt19937_64 engine_;
+};
+
+/// The inputs of a run: the environment's HAPTIC_FUZZ_SEED and HAPTIC_FUZZ_FIRST, so that a long
+/// run can go on where another ended, and an input can be run again alone.
+struct FuzzInputs {
+  FuzzInputs(uint64_t given_seed, size_t n)
+      : seed(from_environment("HAPTIC_FUZZ_SEED", given_seed)),
+        first(from_environment("HAPTIC_FUZZ_FIRST", 0)),
+        end(first + n) {}
+
+  uint64_t seed, first, end;
+
+ private:
+  static uint64_t from_environment(const char* name, uint64_t otherwise) {
+    const char* text = std::getenv(name);
+    return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+  }
 };
 
 }  // namespace haptic::test

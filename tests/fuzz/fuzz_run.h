@@ -40,8 +40,8 @@ class FuzzRun {
   /// `short_form` inputs, times HAPTIC_TORTURE_SCALE, with a sanitizer or without.
   FuzzRun(std::string name, uint64_t seed, size_t short_form)
       : name_(std::move(name)),
-        seed_(seed),
-        inputs_(static_cast<size_t>(static_cast<double>(short_form) * torture_scale())) {}
+        inputs_(static_cast<size_t>(static_cast<double>(short_form) * torture_scale())),
+        range_(seed, inputs_) {}
 
   /// Calls `use` with the choices of each input. It returns whether the input was accepted and
   /// throws std::exception if it was refused.
@@ -49,14 +49,14 @@ class FuzzRun {
   void run(const Use& use) {
     const size_t descriptors = entries_of("/proc/self/fd"), threads = entries_of("/proc/self/task");
     const long memory_kib = peak_kib();
-    for (uint64_t input = 0; input < inputs_; ++input) {
-      FuzzRandom random(seed_, input);
+    for (uint64_t input = range_.first; input < range_.end; ++input) {
+      FuzzRandom random(range_.seed, input);
       const int64_t start_ns = cpu_ns();
       const std::string refusal = refusal_of(use, random);
       const int64_t took_ns = cpu_ns() - start_ns;
       slowest_ns_ = std::max(slowest_ns_, took_ns);
       if (took_ns < kMostNs && (refusal.empty() || is_one_line(refusal))) continue;
-      CAPTURE(name_, seed_, input, took_ns);
+      CAPTURE(name_, range_.seed, input, took_ns);
       CHECK(took_ns < kMostNs);
       CHECK("said: " + refusal == "one line");
     }
@@ -99,15 +99,17 @@ class FuzzRun {
   }
   void tell() const {
     std::printf(
-        "%s: %zu inputs, seed %llu, %zu accepted, %zu refused, slowest %.1f ms, "
-        "memory +%ld MiB\n",
-        name_.c_str(), inputs_, static_cast<unsigned long long>(seed_), accepted_,
-        inputs_ - accepted_, 1e-6 * static_cast<double>(slowest_ns_), grown_kib_ / 1024);
+        "%s: %zu inputs from %llu on, seed %llu, %zu accepted, %zu refused, slowest %.1f ms, "
+        "memory +%ld MiB, %.0f s of the processor\n",
+        name_.c_str(), inputs_, static_cast<unsigned long long>(range_.first),
+        static_cast<unsigned long long>(range_.seed), accepted_, inputs_ - accepted_,
+        1e-6 * static_cast<double>(slowest_ns_), grown_kib_ / 1024,
+        1e-9 * static_cast<double>(cpu_ns()));
   }
 
   std::string name_;
-  uint64_t seed_;
   size_t inputs_, accepted_ = 0;
+  FuzzInputs range_;
   int64_t slowest_ns_ = 0;
   long grown_kib_ = 0;
 };
