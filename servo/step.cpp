@@ -283,6 +283,8 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   const Rendered rendered = render(model, state, input, scene, frame);
   if (!rendered.converged) frame.flags |= kServoSolverLimit;
   frame.F_coupling_W = rendered.F_W;
+  frame.translational_stiffness = state.coupling.translational_stiffness;
+  frame.rotational_stiffness = state.coupling.rotational_stiffness;
   frame.X_WP = rendered.X_WP;
   frame.depth = norm(rendered.X_WP.p - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);
