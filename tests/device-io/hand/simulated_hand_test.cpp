@@ -114,11 +114,11 @@ TEST_CASE("simulated hand: a force above the limit is shortened and keeps its di
   read_at(hand, 0);
   const Vec3 wanted_B{12, -16, 5};
   hand.write({wanted_B, {}});
-  CHECK(norm(hand.held_force()) == Approx(8).epsilon(tol(kAlgebra)));
-  CHECK_THAT(normalized(hand.held_force()), IsNear(normalized(wanted_B), kAlgebra));
+  CHECK(norm(hand.held().f) == Approx(8).epsilon(tol(kAlgebra)));
+  CHECK_THAT(normalized(hand.held().f), IsNear(normalized(wanted_B), kAlgebra));
   CHECK((read_at(hand, kMs).flags & kDeviceSaturated) != 0);
   hand.write({{3, 0, 4}, {}});
-  CHECK(hand.held_force() == Vec3{3, 0, 4});
+  CHECK(hand.held().f == Vec3{3, 0, 4});
   CHECK((read_at(hand, 2 * kMs).flags & kDeviceSaturated) == 0);
 }
 
@@ -126,9 +126,9 @@ TEST_CASE("simulated hand: a force that is not a number is held as zero", "[devi
   SimulatedHand hand{DeviceConfig{}};
   read_at(hand, 0);
   hand.write({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}});
-  CHECK(hand.held_force() == Vec3{});
+  CHECK(hand.held().f == Vec3{});
   hand.write({{0, std::numeric_limits<double>::infinity(), 0}, {}});
-  CHECK(hand.held_force() == Vec3{});
+  CHECK(hand.held().f == Vec3{});
   CHECK(is_finite(read_at(hand, kMs).X_BH));
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("simulated hand: stop holds zero", "[device-io]") {
   device->write({{1, 2, 3}, {}});
   device->stop();
   device->stop();
-  CHECK(dynamic_cast<SimulatedHand&>(*device).held_force() == Vec3{});
+  CHECK(dynamic_cast<SimulatedHand&>(*device).held().f == Vec3{});
   CHECK(device->caps().simulated);
   CHECK_FALSE(device->caps().open_loop);
 }
