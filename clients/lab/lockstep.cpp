@@ -106,7 +106,7 @@ bool Lockstep::step() {
   input.control = &control_;
   frame_ = servo_step(servo_model_, servo_state_, input);
   device_.write(frame_.F_device_B);
-  device_.lead(led_handle(config_.map, servo_state_.clutch, input.device, input.control, t_ns));
+  device_.lead(led_handle(config_.map, servo_state_.clutch, input.control, t_ns));
   if (asks && options_.contact_latency > 0) answer(frame_, tick_ + options_.contact_latency);
 
   add_frame(hash_, frame_);

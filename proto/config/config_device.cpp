@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_device.h"
 
+#include <numbers>
 #include <string>
 
 #include "proto/config/devices.h"
@@ -17,7 +18,8 @@ namespace {
 constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
-constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
+constexpr Range kTurns{0, std::numbers::pi};  // [rad]; farther is the shorter way round
+constexpr Range kCurrents{0, 6, true};        // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
   auto section = hand.section("intent");
@@ -30,7 +32,23 @@ void read_intent(Section& hand, IntentConfig& intent) {
   section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
   section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
                          intent.tremor_amplitude);
+  section->read_quantity("turn_angle", Dimension::kAngle, kTurns, intent.turn_angle);
+  section->read_direction("turn_axis", intent.turn_axis_B);
   section->finish();
+}
+
+void read_turning(Section& section, SimulatedHandConfig& hand) {
+  constexpr Dimension kDamping = Dimension::kRotationalDamping;
+  section.read_quantity("inertia", Dimension::kInertia, kNotNegative, hand.inertia);
+  section.read_quantity("rotational_damping", kDamping, kNotNegative, hand.rotational_damping);
+  section.read_quantity("rotational_friction", Dimension::kTorque, kNotNegative,
+                        hand.rotational_friction);
+  section.read_quantity("angle_step", Dimension::kAngle, kNotNegative, hand.angle_step);
+  section.read_quantity("hand_inertia", Dimension::kInertia, kNotNegative, hand.hand_inertia);
+  section.read_quantity("hand_rotational_damping", kDamping, kNotNegative,
+                        hand.hand_rotational_damping);
+  section.read_quantity("hand_rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
+                        hand.hand_rotational_stiffness);
 }
 
 }  // namespace
@@ -52,6 +70,7 @@ void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
   section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
                          hand.hand_stiffness);
   section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  read_turning(*section, hand);
   read_intent(*section, hand.intent);
   section->finish();
 }

@@ -36,8 +36,11 @@ CoupledAxis linear_axis(const SessionConfig& config) {
 }
 
 CoupledAxis angular_axis(const SessionConfig& config) {
+  const DeviceConfig& device = config.device;
+  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
   const double gain = config.map.force_scale;
-  return {config.device.inertia, config.device.rotational_damping,
+  return {is_simulated ? device.hand.inertia : device.inertia,
+          is_simulated ? device.hand.rotational_damping : device.rotational_damping,
           gain * config.coupling.rotational_stiffness, gain * config.coupling.rotational_damping,
           1 / config.servo_rate};
 }
@@ -83,7 +86,15 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
     linear.coupling_damping = 0;
     check_axis(linear, by_points ? kPoints : kContact, lines);
   }
-  if (config.device.max_torque > 0 && !is_direct) check_axis(angular_axis(config), kAngular, lines);
+  const bool is_held_still =
+      config.device.kind == DeviceKind::kSimulatedHand && !(config.device.hand.inertia > 0);
+  if (config.device.max_torque > 0 && is_held_still) {
+    lines.push_back(
+        "max_torque in [device] has no effect: the simulated hand's handle cannot turn; give "
+        "inertia in [device.hand], as \"1e-4 kg·m²\"");
+  } else if (config.device.max_torque > 0 && !is_direct) {
+    check_axis(angular_axis(config), kAngular, lines);
+  }
   return lines;
 }
 
