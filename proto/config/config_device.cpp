@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_device.h"
 
+#include <numbers>
 #include <string>
 
 #include "proto/config/devices.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Range kTurns{0, std::numbers::pi, true};  // [rad]; farther no rotation is from another
 constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
@@ -109,9 +111,15 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
   section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("continuous_torque", Dimension::kTorque, kPositive,
+                        device.continuous_torque);
   section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_quantity("max_rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.max_rotational_damping);
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
   section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_rotation("workspace_rest", device.workspace_rest_B);
+  section.read_quantity("workspace_turn", Dimension::kAngle, kTurns, device.workspace_turn);
   section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
   section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
