@@ -18,8 +18,10 @@ namespace {
 constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
-constexpr Range kTurns{0, std::numbers::pi};  // [rad]; farther is the shorter way round
-constexpr Range kCurrents{0, 6, true};        // [A]; the firmware treats larger values as zero
+// farther is the shorter way round [rad]
+constexpr Range kIntendedTurns{0, std::numbers::pi};
+constexpr Range kWorkspaceTurns{0, std::numbers::pi, true};
+constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
   auto section = hand.section("intent");
@@ -32,7 +34,7 @@ void read_intent(Section& hand, IntentConfig& intent) {
   section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
   section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
                          intent.tremor_amplitude);
-  section->read_quantity("turn_angle", Dimension::kAngle, kTurns, intent.turn_angle);
+  section->read_quantity("turn_angle", Dimension::kAngle, kIntendedTurns, intent.turn_angle);
   section->read_direction("turn_axis", intent.turn_axis_B);
   section->finish();
 }
@@ -128,9 +130,16 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
   section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("continuous_torque", Dimension::kTorque, kPositive,
+                        device.continuous_torque);
   section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_quantity("max_rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.max_rotational_damping);
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
   section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_rotation("workspace_rest", device.workspace_rest_B);
+  section.read_quantity("workspace_turn", Dimension::kAngle, kWorkspaceTurns,
+                        device.workspace_turn);
   section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
   section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "proto/config/config_names.h"
-#include "proto/math/vec3.h"
+#include "proto/math/quat.h"
 
 namespace haptic {
 
@@ -75,12 +75,17 @@ struct SerialConfig {
 struct DeviceConfig {
   DeviceKind kind{};
   uint32_t reserved = 0;
-  double max_force = 8;         // of the actuators [N], device units
-  double max_torque = 0;        // [N·m]
-  double continuous_force = 0;  // continuous (stall) rating of the motors [N]; 0: max_force
-  double max_damping = 2;       // largest damper the device renders stably [N·s/m]
-  Vec3 workspace_centre_B;      // [m]
-  double workspace_radius = 0;  // [m]; 0: no edge
+  double max_force = 8;          // of the actuators [N], device units
+  double max_torque = 0;         // [N·m]
+  double continuous_force = 0;   // continuous (stall) rating of the motors [N]; 0: max_force
+  double continuous_torque = 0;  // the same for torque [N·m]; 0: max_torque
+  // largest damper the device renders stably
+  double max_damping = 2;                // [N·s/m]
+  double max_rotational_damping = 0.01;  // [N·m·s/rad]; 2 N·s/m at 70 mm
+  Vec3 workspace_centre_B;               // [m]
+  double workspace_radius = 0;           // [m]; 0: no edge
+  Quat workspace_rest_B;                 // orientation of the handle in the middle of its range
+  double workspace_turn = 0;             // largest rotation away from it [rad]; 0: no edge
   // properties of a real device at its handle, for the margins of the coupling; 0: unknown
   double mass = 0;                // [kg]
   double damping = 0;             // [N·s/m]
