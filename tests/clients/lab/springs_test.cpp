@@ -15,6 +15,8 @@
 namespace haptic {
 namespace {
 
+using test::IsNear;
+
 constexpr double kHalf = 0.01;    // half a side of the cube that is the tool [m]
 constexpr double kTilt = 0.15;    // of the hand, about y [rad]
 constexpr double kHandZ = 0.007;  // of the hand above the block [m]
