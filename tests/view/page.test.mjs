@@ -260,7 +260,8 @@ describe("the page", { skip: lack }, () => {
     const up = await page.evaluate(() => window.hapticd.stage.plane().up.toArray());
     const [w, ...vector] = first.orientation;
     const [w2, ...vector2] = newest().orientation;
-    const cross = (a, b) => [0, 1, 2].map((i) => a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]);
+    const cross = (a, b) =>
+      [1, 2, 0].map((i, k) => a[i] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[i]);
     const turn = vector2.map((part, i) => w * part - w2 * vector[i] - cross(vector2, vector)[i]);
     const along = turn.reduce((sum, part, i) => sum + part * up[i], 0);
     assert.ok(Math.abs(along - Math.sin(0.2)) < 1e-6, "to the right about up");
