@@ -318,7 +318,7 @@ TEST_CASE("safety: torque changes nothing of the force where there is none", "[s
     handle->input.stiffness.translational = 800;
   }
   for (int k = 0; k < 5000; ++k) {
-    plain.input.F_B.f = any(8);
+    plain.input.F_B = {any(8), {}};
     plain.input.device.X_BH.p += any(1e-3);
     turned.input.F_B = {plain.input.F_B.f, any(3)};
     turned.input.device.X_BH.p = plain.input.device.X_BH.p;
