@@ -18,9 +18,7 @@ namespace {
 constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
-// farther is the shorter way round [rad]
-constexpr Range kIntendedTurns{0, std::numbers::pi};
-constexpr Range kWorkspaceTurns{0, std::numbers::pi, true};
+constexpr Range kIntendedTurns{0, std::numbers::pi};  // [rad]; farther is the shorter way round
 constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
@@ -122,6 +120,7 @@ void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
 }
 
 void read_device(Section& root, const fs::path& config_folder, DeviceConfig& device) {
+  constexpr Range kHalfTurn{0, std::numbers::pi, true};  // no rotation is farther from another
   root.require("device", "[device] with kind = \"simulated-hand\"");
   Section section = *root.section("device");
   section.require("kind", "kind = \"simulated-hand\"");
@@ -138,8 +137,7 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
   section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
   section.read_rotation("workspace_rest", device.workspace_rest_B);
-  section.read_quantity("workspace_turn", Dimension::kAngle, kWorkspaceTurns,
-                        device.workspace_turn);
+  section.read_quantity("workspace_turn", Dimension::kAngle, kHalfTurn, device.workspace_turn);
   section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
   section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);

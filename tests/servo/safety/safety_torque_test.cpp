@@ -206,6 +206,27 @@ TEST_CASE("safety: the torque's slew is its own, and counts the time that has pa
   CHECK(handle.tick().F_B.t.z == Approx(0.01 + 0.2 / 5));
 }
 
+TEST_CASE("safety: a slap or a twist against a stiff wall is not slowed", "[servo]") {
+  // the tool is off the handle: force and torque grow with the way and the turn of the hand
+  const double stiffness = 3000, rotational = 4, lever = 0.05;
+  Handle handle;
+  handle.limits = {
+      .max_force = 40, .max_torque = 3, .soft_start = 0, .slew = 1, .torque_slew = 0.01};
+  handle.input.stiffness = {stiffness, 0, rotational, lever};
+  handle.input.F_B = {};
+  handle.tick();
+  for (int k = 1; k <= 8; ++k) {
+    handle.input.device.X_BH.p.z = -1.5e-3 * k;
+    handle.turn({15e-3, 0, 0});
+    handle.input.F_B.f.z = stiffness * 1.5e-3 * k;
+    handle.input.F_B.t = {-rotational * 15e-3 * k, -lever * handle.input.F_B.f.z, 0};
+    const SafetyOutput out = handle.tick();
+    CAPTURE(k);
+    CHECK(out.F_B == handle.input.F_B);
+    CHECK((out.flags & kServoSlewing) == 0);
+  }
+}
+
 TEST_CASE("safety: a torque is let go no faster than it may grow", "[servo]") {
   Handle handle;
   handle.limits.torque_slew = 1;
@@ -215,6 +236,22 @@ TEST_CASE("safety: a torque is let go no faster than it may grow", "[servo]") {
   CHECK(handle.tick().F_B.t.z == Approx(0.098));
   for (int k = 0; k < 98; ++k) handle.tick();
   CHECK(handle.tick().F_B.t.z == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("safety: a torque that gives energy away is damped, but not where contacts fade",
+          "[servo]") {
+  Handle handle;
+  handle.input.device.flags = kGood;
+  handle.limits.max_rotational_damping = 0.002;
+  handle.input.F_B = {{}, {0, 0, 0.1}};
+  handle.tick();
+  // 4 mJ in a tick, at 40 rad/s, where no jump is looked for
+  handle.limits.angular_velocity_limit = 100;
+  handle.input.fading = GENERATE(false, true);
+  handle.turn({0, 0, 0.04});
+  const SafetyOutput out = handle.tick();
+  CHECK(out.F_B.t.z == Approx(handle.input.fading ? 0.1 : 0.1 - 0.002 * 40));
+  CHECK(((out.flags & kServoPassivity) != 0) == !handle.input.fading);
 }
 
 TEST_CASE("safety: torque has a thermal budget of its own", "[servo]") {
@@ -273,6 +310,7 @@ TEST_CASE("safety: torque changes nothing of the force where there is none", "[s
   for (Handle* handle : {&plain, &turned}) {
     handle->limits.max_torque = 0;
     handle->limits.slew = 500;
+    handle->limits.torque_slew = 0;
     handle->limits.continuous_force = 2;
     handle->limits.workspace_radius = 0.01;
     handle->limits.workspace_turn = 0.1;
@@ -280,12 +318,13 @@ TEST_CASE("safety: torque changes nothing of the force where there is none", "[s
     handle->input.stiffness.translational = 800;
   }
   for (int k = 0; k < 5000; ++k) {
-    plain.input.F_B.f = any(8);
+    plain.input.F_B = {any(8), {}};
     plain.input.device.X_BH.p += any(1e-3);
     turned.input.F_B = {plain.input.F_B.f, any(3)};
     turned.input.device.X_BH.p = plain.input.device.X_BH.p;
     turned.turn(any(0.5));
     turned.input.device.V_BH.w = any(100);
+    plain.input.letting_go = turned.input.letting_go = k % 500 > 450;
     const SafetyOutput a = plain.tick(), b = turned.tick();
     REQUIRE(a.F_B.f == b.F_B.f);
     REQUIRE(b.F_B.t == Vec3{});
