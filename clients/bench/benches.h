@@ -77,6 +77,11 @@ BenchRun bench_ring(Command& command);
 /// hybrid : grid : tree : naive.
 BenchRun bench_segment(Command& command);
 
+/// What viewers of `hapt view` cost: the servo's work and the bridge's own time of the processor,
+/// with none, with many at 120 Hz, with one that is stopped and with one that reads a byte now and
+/// then, in turns in one session; a figure is the median over the rounds.
+BenchRun bench_view(Command& command);
+
 /// Points of a shell tested per microsecond of CPU time on one core in maps of a bumpy sphere:
 /// Morton order and shuffled, scalar, SIMD, and in the 512-tree; compared with a ceiling that does
 /// the same arithmetic and loads only. Then for an object with many more triangles, the share of

@@ -61,6 +61,10 @@ constexpr std::array kBenches{
     Bench{"proximity",
           "Pairs of triangles within a band and their reduction to contacts, compared with FCL",
           bench_proximity},
+    Bench{"view",
+          "What viewers of hapt view cost servo and bridge",
+          bench_view,
+          {5, 1000, "of all cases in turn; medians are reported"}},
     Bench{"rigid",
           "A tool that never enters an object, shaken against one; compared with FCL's distance",
           bench_rigid}};

@@ -7,10 +7,13 @@
 namespace haptic {
 namespace {
 
-constexpr double kJamForce = 0.1;       // [N] beyond the exact force
-constexpr double kJamShare = 0.1;       // of the tool's motion in a tick
-constexpr double kLeastWay = 1e-6;      // [m]; a smaller motion of the tool is rest, not a jam
-constexpr double kLostDepth = 1e-5;     // [m]; see "lost"
+constexpr double kJamForce = 0.1;    // [N] beyond the exact force
+constexpr double kJamShare = 0.1;    // of the tool's motion in a tick
+constexpr double kLeastWay = 1e-6;   // [m]; a smaller motion of the tool is rest, not a jam
+constexpr double kLostDepth = 1e-5;  // [m]; see "lost"
+// [m]; a proxy leaves a saddle vertex only once that leads a few thousand of its own distances from
+// the surface further (point_proxy.h); closer, rounding decides which way is free
+constexpr double kLeaveLag = 20e-6;
 constexpr double kLeastDescent = 1e-6;  // [N]; see "not a local minimum"
 
 double percentile(std::vector<double> values, double share) {
@@ -47,7 +50,14 @@ void EvalJudge::add(const ServoFrame& frame, uint32_t contact_flags, const Oracl
 
   squared_error_ += error * error;
   squared_ripple_ += ripple * ripple;
-  if (!(error <= found_.worst_error)) found_.worst_error = error, found_.worst_tick = frame.tick;
+  const bool is_leaving = truth.has_left && norm(proxy - truth.proxy_O) <= kLeaveLag;
+  found_.leaving += is_leaving;
+  if (is_leaving) {
+    found_.worst_leaving = std::max(found_.worst_leaving, error);
+  } else if (!(error <= found_.worst_error)) {
+    found_.worst_error = error;
+    found_.worst_tick = frame.tick;
+  }
   found_.worst_ripple = std::max(found_.worst_ripple, ripple);
   found_.deepest_behind = std::max(found_.deepest_behind, place.behind.depth);
   const bool rests = stiffness_ * place.descent <= kLeastDescent;
@@ -80,6 +90,8 @@ std::vector<Row> EvalJudge::rows(const std::string& name, const EvalGoals& goals
   rows.at_most("force error, rms", rms_error(), "N", goals.rms_force_error);
   rows.add("force error, p99", percentile(trace_.error, 0.99), "N");
   rows.at_most("force error, max", found_.worst_error, "N", goals.max_force_error);
+  rows.add("ticks in which the exact one leaves a saddle vertex", found_.leaving);
+  rows.add("force error in these, max", found_.worst_leaving, "N");
   rows.add("ripple, rms", std::sqrt(squared_ripple_ / n), "N");
   rows.at_most("ripple, max", found_.worst_ripple, "N", goals.max_ripple);
   rows.at_most("jammed ticks", found_.jammed, "", no_jams);

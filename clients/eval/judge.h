@@ -27,7 +27,9 @@ struct JudgedPlace {
 /// Compares a run with the exact god-object in every tick. Forces are those of the coupling before
 /// the safety stages, k times the vector from tool to proxy: the output of the renderer itself.
 ///
-/// - force error: |F − F*|, F* = k (proxy* − tool) of the oracle at the same tick
+/// - force error: |F − F*|, F* = k (proxy* − tool) of the oracle at the same tick. Where the oracle
+///   has just left a vertex that is neither convex nor concave the proxy may lag by kLeaveLag, and
+///   these ticks are counted for themselves
 /// - ripple: |ΔF − ΔF*| from tick to tick
 /// - jammed: the force exceeds the oracle's by more than kJamForce while the proxy moves by less
 ///   than a tenth of the tool's motion
@@ -52,9 +54,11 @@ class EvalJudge {
 
   struct Found {
     uint64_t ticks = 0, touching = 0, jammed = 0, longest_jam = 0, longest_stuck = 0, lost = 0;
-    uint64_t not_finite = 0, not_minimal = 0, limits = 0, oracle_open = 0, worst_tick = 0;
-    double worst_error = 0, worst_ripple = 0, largest_force = 0, largest_held = 0;  // [N]
-    double deepest_behind = 0, deepest_tool = 0, largest_descent = 0;               // [m]
+    uint64_t leaving = 0, not_finite = 0, not_minimal = 0, limits = 0, oracle_open = 0,
+             worst_tick = 0;
+    double worst_error = 0, worst_leaving = 0, worst_ripple = 0, largest_force = 0,
+           largest_held = 0;                                           // [N]
+    double deepest_behind = 0, deepest_tool = 0, largest_descent = 0;  // [m]
   };
   const Found& found() const { return found_; }
   double rms_error() const;

@@ -115,13 +115,21 @@ WebAnswer Bridge::mesh(const std::string& name) const {
   return {200, "application/octet-stream", eye};
 }
 
-WebAnswer Bridge::file(const std::string& path) const {
+WebAnswer Bridge::file(const std::string& path) {
   const std::string name = path == "/" ? "/index.html" : path;
-  std::string text;
   if (!is_page_path(name)) return plain(404, "there is nothing of that name");
+  const auto sent = files_.find(name);
+  if (sent != files_.end()) {
+    if (SharedText same = sent->second.lock()) return {200, media_type(name), same};
+  }
+  std::string text;
   const bool is_there = !options_.page_folder.empty() &&
                         read_regular_file(options_.page_folder + name, kLargestFile, text).empty();
-  if (is_there) return {200, media_type(name), shared_text(std::move(text))};
+  if (is_there) {
+    const SharedText shared = shared_text(std::move(text));
+    files_[name] = shared;
+    return {200, media_type(name), shared};
+  }
   if (path != "/") return plain(404, "there is nothing of that name");
   return plain(404,
                "the page is not built: `cmake --build build/dev --target view_page` does it (it "
@@ -170,34 +178,34 @@ void Bridge::open(SocketId id, const std::string& protocol) {
   viewer.seen_ticks = source_.view().ticks;
   const std::string& session = source_.scene().session;
   if (viewer.is_foxglove) {
-    tell(id, viewer, shared_text(foxglove_server_info(session)));
-    return tell(id, viewer, shared_text(foxglove_advertise()));
+    tell(id, viewer, {shared_text(foxglove_server_info(session))});
+    return tell(id, viewer, {shared_text(foxglove_advertise())});
   }
   if (is_connected_) open_log(viewer);
-  tell(id, viewer, shared_text(hello(-1)));
-  tell(id, viewer, shared_text(is_connected_ ? scene(false) : gone()));
+  tell(id, viewer, {shared_text(hello(-1))});
+  tell(id, viewer, {shared_text(is_connected_ ? scene(false) : gone())});
 }
 
-void Bridge::tell(SocketId id, Viewer& viewer, SharedText bytes, bool is_text) {
+void Bridge::tell(SocketId id, Viewer& viewer, WebMessage message) {
   if (viewer.waiting.size() >= kMostWaiting) {
     return server_.close(id, CloseCode::kPolicy, "too much waits for this viewer to be read");
   }
-  viewer.waiting.push_back({std::move(bytes), is_text});
+  viewer.waiting.push_back(std::move(message));
   say_next(id, viewer);
 }
 
 void Bridge::tell_pages(const SharedText& text) {
   for (auto& [id, viewer] : viewers_) {
-    if (!viewer.is_foxglove) tell(id, viewer, text);
+    if (!viewer.is_foxglove) tell(id, viewer, {text});
   }
 }
 
 void Bridge::say_next(SocketId id, Viewer& viewer) {
   if (viewer.is_writing || viewer.waiting.empty()) return;
-  const Outgoing next = std::move(viewer.waiting.front());
+  WebMessage next = std::move(viewer.waiting.front());
   viewer.waiting.pop_front();
   viewer.is_writing = true;
-  server_.send(id, next.bytes, next.is_text);
+  server_.send(id, std::move(next));
 }
 
 void Bridge::hear(SocketId id, std::string_view text) {
@@ -205,7 +213,7 @@ void Bridge::hear(SocketId id, std::string_view text) {
   if (found == viewers_.end()) return;
   if (!found->second.is_foxglove) return hear_page(id, found->second, text);
   const std::string problem = hear_foxglove(found->second.foxglove, text);
-  if (!problem.empty()) tell(id, found->second, shared_text(foxglove_warning(problem)));
+  if (!problem.empty()) tell(id, found->second, {shared_text(foxglove_warning(problem))});
 }
 
 void Bridge::hear_page(SocketId id, Viewer& viewer, std::string_view text) {
@@ -235,24 +243,24 @@ void Bridge::hear_page(SocketId id, Viewer& viewer, std::string_view text) {
 void Bridge::check_token(SocketId id, Viewer& viewer, const std::string& token) {
   viewer.may_control = is_same_secret(token, options_.token);
   if (viewer.may_control) {
-    tell(id, viewer, shared_text(control_message(true, "")));
-    if (is_connected_) tell(id, viewer, shared_text(scene(true)));
+    tell(id, viewer, {shared_text(control_message(true, ""))});
+    if (is_connected_) tell(id, viewer, {shared_text(scene(true))});
     return;
   }
   if (++viewer.wrong_tokens >= kMostWrongTokens) {
     return server_.close(id, CloseCode::kPolicy, "too many wrong tokens");
   }
   tell(id, viewer,
-       shared_text(control_message(false,
-                                   "the token is not that of this bridge; open the address "
-                                   "that it printed")));
+       {shared_text(control_message(false,
+                                    "the token is not that of this bridge; open the address "
+                                    "that it printed"))});
 }
 
 void Bridge::command(SocketId id, const Viewer& viewer, const CommandMessage& said) {
   const auto reply = [this, id, number = said.id](bool ok, const std::string& text) {
     const auto found = viewers_.find(id);
     if (found == viewers_.end()) return;
-    tell(id, found->second, shared_text(answer_message(number, ok, text)));
+    tell(id, found->second, {shared_text(answer_message(number, ok, text))});
   };
   if (!viewer.may_control) {
     return reply(false, "this page may only watch; open the address that the bridge printed");
@@ -335,7 +343,7 @@ void Bridge::hear_source(SourceNews news) {
 void Bridge::tell_scene() {
   const SharedText watching = shared_text(scene(false)), controlling = shared_text(scene(true));
   for (auto& [id, viewer] : viewers_) {
-    if (!viewer.is_foxglove) tell(id, viewer, viewer.may_control ? controlling : watching);
+    if (!viewer.is_foxglove) tell(id, viewer, {viewer.may_control ? controlling : watching});
   }
 }
 
@@ -363,23 +371,22 @@ void Bridge::tell_status() {
       shared_text(status_message(source_.view(), words_, viewers_.size(), source_.view().lost));
   for (auto& [id, viewer] : viewers_) {
     // the next one is as good
-    if (!viewer.is_foxglove && viewer.waiting.empty()) tell(id, viewer, status);
+    if (!viewer.is_foxglove && viewer.waiting.empty()) tell(id, viewer, {status});
   }
 }
 
 void Bridge::send_frames(int64_t now) {
   const View& view = source_.view();
   if (!view.has_servo) return;
-  std::vector<double> common;  // made once, if anybody needs it
+  InstantFrames frames(view);
   for (auto& [id, viewer] : viewers_) {
     if (viewer.is_foxglove || !is_due(viewer, now)) continue;
     if (!is_ready(viewer)) {
       ++counts_.frames_skipped;
       continue;
     }
-    if (common.empty()) common = common_frame(view);
     ++counts_.frames_sent;
-    tell(id, viewer, shared_text(next_frame(viewer, common, view)), false);
+    tell(id, viewer, frames.next(viewer));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -44,7 +45,7 @@ class Bridge {
  private:
   WebHandlers handlers();
   WebAnswer answer(const WebRequest& request);
-  WebAnswer file(const std::string& path) const;
+  WebAnswer file(const std::string& path);
   WebAnswer mesh(const std::string& name) const;
   UpgradeAnswer upgrade(const WebRequest& request) const;
   void open(SocketId id, const std::string& protocol);
@@ -55,7 +56,7 @@ class Bridge {
   void lead(const std::string& line);
   void next_lead();
   void say_next(SocketId id, Viewer& viewer);
-  void tell(SocketId id, Viewer& viewer, SharedText bytes, bool is_text = true);
+  void tell(SocketId id, Viewer& viewer, WebMessage message);
   void tell_pages(const SharedText& text);
   std::string scene(bool with_config) const;
 
@@ -82,6 +83,8 @@ class Bridge {
   std::map<SocketId, Viewer> viewers_;
   BridgeCounts counts_;
   SessionWords words_;
+  // files that are being sent: their readers share them
+  std::map<std::string, std::weak_ptr<const std::string>> files_;
   bool is_connected_ = false, is_asking_ = false, is_leading_ = false;
   int64_t asked_ns_ = 0, records_ns_ = 0;
   std::optional<std::string> next_lead_;

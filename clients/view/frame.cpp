@@ -221,6 +221,8 @@ std::vector<double> common_frame(const View& view) {
   return out;
 }
 
+static_assert(place_of("sequence") == 0, "viewer.cpp puts that of each viewer there");
+
 std::string frame_bytes(const std::vector<double>& common, const View& view, const FrameOf& of) {
   std::vector<double> numbers;
   const uint64_t n_samples = of.end_sample - of.first_sample;

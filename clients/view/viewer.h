@@ -14,12 +14,6 @@
 
 namespace haptic {
 
-/// A message that waits to be sent.
-struct Outgoing {
-  SharedText bytes;
-  bool is_text = true;
-};
-
 inline constexpr int64_t kTickPeriod = 8'333'333;  // [ns]: 120 Hz, the fastest that a page may ask
 inline constexpr size_t kMostWaiting = 32;         // messages for one viewer
 
@@ -28,7 +22,7 @@ inline constexpr size_t kMostWaiting = 32;         // messages for one viewer
 struct Viewer {
   bool is_foxglove = false;
   FoxgloveClient foxglove;
-  std::deque<Outgoing> waiting;  // texts, and the messages of one instant for Foxglove
+  std::deque<WebMessage> waiting;  // texts, and the messages of one instant for Foxglove
   bool is_writing = false;
   bool may_control = false;
   int wrong_tokens = 0;
@@ -52,8 +46,25 @@ inline bool is_ready(const Viewer& viewer) {
   return !viewer.is_writing && viewer.waiting.empty() && viewer.has_shown;
 }
 
-/// The frame of now for this viewer, and that it has been sent.
-std::string next_frame(Viewer& viewer, const std::vector<double>& common, const View& view);
+/// The frames of one instant. Viewers that have seen the same are sent the same bytes but for the
+/// sequence, so that a frame is made once for all of them.
+class InstantFrames {
+ public:
+  explicit InstantFrames(const View& view) : view_(view) {}
+  /// The frame for this viewer, and that it has been sent.
+  WebMessage next(Viewer& viewer);
+
+ private:
+  struct Made {
+    FrameOf of;
+    SharedText bytes;
+  };
+  SharedText bytes_of(const FrameOf& of);
+
+  const View& view_;
+  std::vector<double> common_;  // made once anybody needs it
+  std::vector<Made> made_;
+};
 
 /// The frames of what its log page shows, one for each column, and that they have been sent.
 std::vector<std::string> next_log_frames(Viewer& viewer, int64_t now_ns);

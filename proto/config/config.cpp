@@ -13,6 +13,7 @@
 #include "proto/config/renderer_needs.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
+#include "proto/os/source_tree.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -214,8 +215,9 @@ std::string read_config_text(const std::string& path) {
   std::string text;
   const std::string problem = read_regular_file(path, kMostConfigText, text);
   if (!problem.empty()) {
-    throw ConfigError(path + ": " + problem +
-                      "; name a session file (.toml), examples are in configs/");
+    const std::filesystem::path ours = shared_folder("configs");
+    throw ConfigError(path + ": " + problem + "; name a session file (.toml), examples are in " +
+                      (ours.empty() ? "configs/" : ours.string() + "/"));
   }
   return text;
 }

@@ -24,6 +24,13 @@ const kTicks = 100; // that are compared with the log
 const kSame = 1e-6; // [m, N] between page and log
 const kMostUnreceived = 1e-3; // of the frames sent
 
+/** `count` of a list's elements, or all, each once, chosen at random. */
+function some_of(list, count) {
+  const left = [...list];
+  const draw = () => left.splice(Math.floor(Math.random() * left.length), 1)[0];
+  return Array.from({ length: Math.min(count, left.length) }, draw);
+}
+
 /** A scene without real-time priority, always under one name; a contact that is stopped is not
  *  replaced by a spare. */
 function write_session(path, scene = "plane") {
@@ -122,8 +129,7 @@ describe("the page on the real bridge", { skip: lack }, () => {
     );
     const both = frames.filter(([tick]) => rows.has(tick));
     assert.ok(both.length >= (is_short ? 10 : kTicks), `${both.length} ticks are in both`);
-    for (let i = 0; i < kTicks; i += 1) {
-      const [tick, values] = both[Math.floor(Math.random() * both.length)];
+    for (const [tick, values] of some_of(both, kTicks)) {
       const logged = rows.get(tick).split(",").map(Number);
       values.forEach((vector, kind) =>
         vector.forEach((value, axis) => {
@@ -182,6 +188,8 @@ describe("the page on the real bridge", { skip: lack }, () => {
     ]) {
       const was = await latest(field);
       for (const value of [1 - was, was]) {
+        const label = { pause: ["Resume", "Pause"], arm: ["Disarm", "Arm"] }[button][value];
+        await until(([id, text]) => document.getElementById(id).textContent === text, [button, label]);
         await page.focus(`#${button}`);
         await page.keyboard.press("Enter");
         await until(([name, wanted]) => window.hapticd.latest[name] === wanted, [field, value]);
@@ -215,6 +223,7 @@ describe("the page on the real bridge", { skip: lack }, () => {
 
   test("a body: its mesh, voxel points, and a solver to choose", { skip: is_short }, async () => {
     await sessions.run("hapt", "stop");
+    await sessions.end(hapticd); // it holds its name until it is gone
     write_session(sessions.file("plane.toml"), "peg-in-hole");
     await start();
     await until(() => window.hapticd.state.scene.tool.mesh && window.hapticd.stage.has_shell);
@@ -225,7 +234,7 @@ describe("the page on the real bridge", { skip: lack }, () => {
       return [objects[0], proxy, hand].map((group) => ({
         points: points(group) ?? 0,
         seen: group.getObjectByName("shell")?.visible ?? false,
-        triangles: group.children[0].geometry.index.count / 3,
+        triangles: group.children[0].geometry.attributes.position.count / 3, // three corners each
       }));
     });
     assert.ok(shells.some(({ points, seen }) => points > 100 && seen), JSON.stringify(shells));

@@ -2,11 +2,12 @@
 // Real sessions and the real bridge for tests and pictures of the page. BIN: folder of the programs.
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-const kPatience = 60000; // [ms]; a busy machine takes its time
+const kWaiting = 60000; // [ms]; a busy machine takes its time
+export const kPatience = 240000; // [ms] of a picture: OpenGL in software, on a busy machine
 
 export const pause = (ms) =>
   new Promise((done) => {
@@ -15,7 +16,7 @@ export const pause = (ms) =>
 
 /** Waits until `condition()` gives something true, and gives it. */
 export async function eventually(condition, what = String(condition)) {
-  for (const end = Date.now() + kPatience; ; await pause(50)) {
+  for (const end = Date.now() + kWaiting; ; await pause(50)) {
     const got = await condition();
     if (got) return got;
     if (Date.now() > end) throw new Error(`waited in vain for ${what}`);
@@ -81,4 +82,23 @@ export class Sessions {
     }
     rmSync(this.folder, { recursive: true, force: true });
   }
+}
+
+/** Records 20 s of `hapt demo` with these options. Whether the figures of the demo are good does not
+ *  matter here: a machine that draws pictures has no time to keep. */
+export async function record(sessions, log, ...options) {
+  const demo = sessions.start("hapt", "demo", ...options, "--overwrite", "-o", log);
+  await once(demo, "close");
+  if (!existsSync(log)) throw new Error(demo.said);
+}
+
+/** The page on a recording, when the first picture is drawn. */
+export async function open_log(browser, sessions, log, view, options) {
+  const bridge = sessions.start("hapt", "view", log, "--no-open", "--port", "0", "--page", view);
+  const [address] = await eventually(() => bridge.said.match(/http:\S+/), "the bridge's address");
+  const page = await browser.newPage({ colorScheme: "light", ...options });
+  page.setDefaultTimeout(kPatience);
+  await page.goto(address, { waitUntil: "commit", timeout: kPatience });
+  await page.waitForFunction(() => window.hapticd?.drawn);
+  return page;
 }

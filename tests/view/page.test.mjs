@@ -192,7 +192,7 @@ describe("the page", { skip: lack }, () => {
     await until(
       () => window.hapticd.latest.renderer === 2 && window.hapticd.latest.stiffness === 750,
     );
-    assert.ok(await page.isHidden("#solver-reason"));
+    await until(() => document.querySelector("#solver-reason").hidden);
     await page.selectOption("#solver", "quasi-static");
     await page.press("#solver", "Tab");
     await page.keyboard.press("Enter");

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The parts of the bridge that know no socket: frames, rules, messages, metrics, Foxglove.
+#include <regex.h>
+
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "clients/view/foxglove.h"
@@ -44,6 +48,33 @@ std::unique_ptr<View> full_view() {
   last.feature = uint64_t{2} << 62;
   return view;
 }
+
+/// An extended regular expression of POSIX: GCC 12 warns about its own std::regex under a
+/// sanitizer.
+class Pattern {
+ public:
+  explicit Pattern(const std::string& text) {
+    REQUIRE(regcomp(&compiled_, ("^(" + text + ")$").c_str(), REG_EXTENDED) == 0);
+  }
+  ~Pattern() { regfree(&compiled_); }
+  Pattern(const Pattern&) = delete;
+
+  /// Whether the whole text matches; parts[0] is all of it, then each group.
+  bool matches(const std::string& text, std::array<std::string, 5>& parts) const {
+    std::array<regmatch_t, 6> found{};
+    if (regexec(&compiled_, text.c_str(), found.size(), found.data(), 0) != 0) return false;
+    for (size_t i = 0; i < parts.size(); ++i) {
+      const regmatch_t& at = found[i + 1];
+      parts[i] = at.rm_so < 0 ? ""
+                              : text.substr(static_cast<size_t>(at.rm_so),
+                                            static_cast<size_t>(at.rm_eo - at.rm_so));
+    }
+    return true;
+  }
+
+ private:
+  regex_t compiled_{};
+};
 
 }  // namespace
 
@@ -98,9 +129,11 @@ TEST_CASE("view: a viewer gets the newest frame, and is told what it has not see
   const auto view = full_view();
   Viewer viewer;
   view->now_ns = 1'000'000'000;
-  const auto common = common_frame(*view);
   const LayoutReader layout(layout_json());
-  const auto next = [&] { return LayoutReader::numbers(next_frame(viewer, common, *view)); };
+  const auto next = [&] {
+    const WebMessage message = InstantFrames(*view).next(viewer);
+    return LayoutReader::numbers(message.own + message.bytes->substr(message.own.size()));
+  };
   view->ticks = 50;
   CHECK(layout.one(next(), "unseen") == 0);
   CHECK(!is_ready(viewer));  // until it has shown that
@@ -344,6 +377,56 @@ TEST_CASE("view: Foxglove clients get the newest record of what they subscribe t
     CHECK(hear_foxglove(client, text) != "");
   }
   CHECK(hear_foxglove(client, R"({"op":"fetchAsset"})") == "");
+}
+
+TEST_CASE("view: the metrics are Prometheus text, version 0.0.4") {
+  auto view = full_view();
+  view->processes[0] = {"servo0", 7, 3, true, 0, 0};
+  view->processes[1] = {"contact0", 8, 1, true, 0, 0};
+  // what has no number yet, and what a ring could hold
+  for (const double odd : {0.0, std::nan(""), HUGE_VAL, -HUGE_VAL, 1e-310}) {
+    view->rate_servo = view->servo.depth = odd;
+    view->has_contacts = odd == 0;
+    const std::string text = metrics_text(*view, {}, true);
+    REQUIRE(text.ends_with('\n'));
+    // as the format's description has it: exposition_formats.md of Prometheus
+    const std::string name = "[a-zA-Z_:][a-zA-Z0-9_:]*";
+    const Pattern help("# HELP (" + name + R"re() ([^\]|\\\\|\\n)*)re");
+    const Pattern type("# TYPE (" + name + ") (counter|gauge|summary)");
+    const Pattern sample("(" + name +
+                         R"re()(\{[a-zA-Z_][a-zA-Z0-9_]*="([^"\]|\\["\n])*"\})? ([^ ]+))re");
+    const Pattern number(R"([+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?|NaN|[+-]Inf)");
+    std::set<std::string> helped, typed, said;
+    std::string family, kind;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      std::array<std::string, 5> parts;
+      if (help.matches(line, parts)) {
+        CHECK(helped.insert(parts[1]).second);
+        continue;
+      }
+      if (type.matches(line, parts)) {
+        family = parts[1];
+        kind = parts[2];
+        CHECK(typed.insert(family).second);
+        CHECK((kind == "counter") == family.ends_with("_total"));
+        continue;
+      }
+      REQUIRE(sample.matches(line, parts));
+      const std::string of = parts[1];
+      if (kind == "summary") {
+        CHECK((of == family + "_sum" || of == family + "_count"));
+      } else {
+        CHECK(of == family);
+      }
+      CHECK(said.insert(of + parts[2]).second);
+      const std::string value = parts[4];
+      CHECK(number.matches(value, parts));
+    }
+    CHECK(helped == typed);
+    CHECK(said.count("haptic_process_restarts_total{process=\"servo0\"}") == 1);
+  }
 }
 
 }  // namespace haptic

@@ -1,61 +1,90 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The pictures of docs/pictures from real sessions: node scenes.mjs BIN VIEW OUT [NAME…]
-// Needs Debian's `webp` (cwebp, img2webp) and chromium; "clip" is the moving picture of the bunny.
-// HAPTICD_MESHES: where the meshes of bunny and teeth are.
+// Each scene is played in a session and recorded, and the page shows the recording at a firm touch:
+// so a picture has all its plots however slowly this machine draws. OUT/NAME.mcap is used where it exists.
+// Needs chromium and Debian's package `webp`. HAPTICD_MESHES: where the meshes are (`./run meshes`).
 import { execFileSync } from "node:child_process";
-import { mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { launch } from "./browser.mjs";
-import { eventually, pause, Sessions } from "./live.mjs";
+import { kPatience, open_log, record, Sessions } from "./live.mjs";
 
 const [bin, view, out, ...wanted] = process.argv.slice(2);
-const kSize = { width: 1120, height: 680 };
-const kSession = "scene"; // the same for all, so that one page sees them one after the other
+const kSize = { width: 1120, height: 900 };
+const kShare = 0.6; // of the greatest force allowed, that the picture shows at most
 
-/** picture | what `hapt demo` is told | how the camera is moved from its first view */
+/** picture | what `hapt demo` is told | how the camera is moved from its first view; `face`: the side
+ *  that is touched is turned to the viewer */
 const kScenes = [
-  ["bunny", ["bunny"], { nearer: 1.05 }],
-  ["peg", ["peg"], { nearer: 1.2, turn: [0, 0.1] }],
-  ["gears", ["gears"], { nearer: 1.1, turn: [-0.4, -0.2] }],
+  ["bunny", ["bunny"], { nearer: 1.1, face: true }],
+  ["peg", ["peg"], { nearer: 1.15, turn: [0, 0.1] }],
+  ["gears", ["gears"], { nearer: 1.3, turn: [0.4, -0.1], shell: true }],
   ["teeth", ["teeth"], { nearer: 1.15 }],
-  ["bunnies", ["bunnies"], { nearer: 1.1 }],
-  ["rigid-peg", ["rigid-peg"], { nearer: 1.2, turn: [0.3, 0.1] }],
-  ["rigid-bunnies", ["rigid-bunnies"], { nearer: 1.1 }],
-  ["plane", ["--config", "plane.toml"], {}],
-  ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], {}],
-  ["clip", ["bunny"], { nearer: 1.05 }],
+  ["bunnies", ["bunnies"], { nearer: 0.85, face: true }],
+  ["rigid-peg", ["rigid-peg"], { nearer: 1.1, turn: [0, 0.1] }],
+  ["rigid-bunnies", ["rigid-bunnies"], { nearer: 0.75, face: true }],
+  ["plane", ["--config", "plane.toml"], { face: true }],
+  ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], { face: true }],
 ];
-const kShells = ["gears"]; // shown with their voxel points
 
-const kClip = { seconds: 4, rate: 10, width: 480, height: 270 };
-
-/** The newest frame has a contact that is felt, is on the picture, and no banner is in the way. */
-const is_pressing = () =>
-  document.querySelector("#banner").hidden &&
-  window.hapticd.latest.n_pushing > 0 &&
-  Math.hypot(...window.hapticd.latest.force) > 0.5;
-
-async function show(page, camera, shell) {
-  await page.evaluate(
-    ([moves, points]) => {
-      const { stage } = window.hapticd;
-      stage.view("start");
-      stage.move(moves);
-      const box = document.querySelector("#shell");
-      if (box.checked !== points && !box.disabled) box.click();
-    },
-    [camera, shell],
-  );
+/** Goes to the firmest touch of the recording that lasts and is not at the limit of the force; where
+ *  all are short, to the firmest of them. */
+async function go_to_touch(page) {
+  await page.waitForFunction(() => window.hapticd.plots.tables?.[0]?.[0].length > 100);
+  const [time, force] = await page.evaluate((share) => {
+    const { plots, state } = window.hapticd;
+    const [times, , , , forces] = plots.tables[0];
+    const most = share * state.scene.limits.max_force;
+    // two points for each step of the plot, its least value and then its greatest
+    const firmest = (odd) =>
+      forces.reduce((at, f, i) => (i % 2 === odd && f <= most && !(f <= forces[at]) ? i : at), -1);
+    const lasting = firmest(0);
+    const best = forces[lasting] > 0.3 ? lasting : firmest(1) - 1;
+    plots.on_pick(times[best]);
+    return [times[best], Math.max(forces[best], forces[best + 1])];
+  }, kShare);
+  await page.waitForFunction((t) => Math.abs(window.hapticd.latest.time - t) < 0.02, time);
+  for (let ticks = 0; ticks < 60; ticks += 1) {
+    const { tick, felt } = await page.evaluate(() => {
+      const { tick: now, force: f } = window.hapticd.latest;
+      return { tick: now, felt: Math.hypot(...f) };
+    });
+    if (felt > 0.7 * force) return;
+    await page.click("#step-on");
+    await page.waitForFunction((was) => window.hapticd.latest.tick > was, tick);
+  }
 }
 
-/** Draws no picture until it is wanted: where OpenGL is software, that takes all the time there is. */
-const hold = (page, on) =>
-  page.evaluate((held) => {
-    const { stage } = window.hapticd;
-    if (held) stage.draw = () => false;
-    else delete stage.draw;
-    stage.dirty = true;
-  }, on);
+function look(page, camera) {
+  return page.evaluate(({ face, shell, ...moves }) => {
+    const { stage, latest } = window.hapticd;
+    stage.view("start");
+    const [x, , z] = latest.force;
+    if (face && Math.hypot(x, z) > 0.1) {
+      const oblique = 0.9; // [rad] between the force and the direction to the viewer
+      const { position } = stage.camera;
+      const now = Math.atan2(position.x - stage.orbit.target.x, position.z - stage.orbit.target.z);
+      const apart = (angle) => Math.atan2(Math.sin(now - angle), Math.cos(now - angle));
+      const turns = [oblique, -oblique].map((angle) => apart(Math.atan2(x, z) + angle));
+      const [nearest] = turns.sort((a, b) => Math.abs(a) - Math.abs(b));
+      stage.move({ turn: [nearest, 0] });
+    }
+    stage.move(moves);
+    if (shell) document.querySelector("#shell").click();
+  }, camera);
+}
+
+/** When the numbers, the plots and the picture are those of the tick. */
+const settled = (page) =>
+  page.evaluate(
+    () =>
+      new Promise((done) => {
+        const { stage } = window.hapticd;
+        const wait = (left) =>
+          requestAnimationFrame(() => (stage.dirty || left > 0 ? wait(left - 1) : done()));
+        setTimeout(() => wait(3), 1500); // a slow picture is drawn late, and texts every 0.1 s
+      }),
+  );
 
 function to_webp(png, path) {
   writeFileSync(`${path}.png`, png);
@@ -63,100 +92,36 @@ function to_webp(png, path) {
   rmSync(`${path}.png`);
 }
 
-/** Frames as they came, drawn again at even steps of the session's time: so the clip runs at the
- *  speed of the hand however slowly this machine draws. */
-async function clip(page, path) {
-  await hold(page, true);
-  await page.evaluate(() => window.hapticd.kept.splice(0));
-  await eventually(
-    () =>
-      page.evaluate(
-        (seconds) => window.hapticd.kept.at(-1)?.time > window.hapticd.kept[0]?.time + seconds,
-        kClip.seconds,
-      ),
-    "the frames of the clip",
-  );
-  const pictures = await page.evaluate(async ({ seconds, rate, width, height }) => {
-    const { stage, kept } = window.hapticd;
-    const frames = [...kept];
-    delete stage.draw;
-    stage.renderer.setPixelRatio(width / stage.canvas.clientWidth);
-    const list = [];
-    const small = new OffscreenCanvas(width, height);
-    const pen = small.getContext("2d");
-    for (let i = 0; i < seconds * rate; i += 1) {
-      const time = frames[0].time + i / rate;
-      stage.show(frames.findLast((frame) => frame.time <= time), null);
-      stage.draw();
-      const { width: w, height: h } = stage.canvas;
-      const scale = Math.max(width / w, height / h);
-      pen.drawImage(stage.canvas, (width - w * scale) / 2, (height - h * scale) / 2, w * scale, h * scale);
-      const bytes = new Uint8Array(await (await small.convertToBlob({ type: "image/png" })).arrayBuffer());
-      list.push(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
-    }
-    return list;
-  }, kClip);
-  const files = pictures.map((bytes, i) => {
-    const file = `${path}-${String(i).padStart(3, "0")}.png`;
-    writeFileSync(file, Buffer.from(bytes, "latin1"));
-    return file;
-  });
-  const step = String(Math.round(1000 / kClip.rate)); // [ms]
-  execFileSync("img2webp", [
-    "-loop",
-    "0",
-    ...files.flatMap((file) => ["-d", step, "-lossy", "-q", "70", file]),
-    "-o",
-    `${path}.webp`,
-  ]);
-  files.forEach((file) => rmSync(file));
+async function take(browser, name, options, camera) {
+  const sessions = new Sessions(resolve(bin));
+  const log = resolve(out, `${name}.mcap`);
+  try {
+    if (!existsSync(log)) await record(sessions, log, ...options);
+    const page = await open_log(browser, sessions, log, resolve(view), { viewport: kSize });
+    page.on("pageerror", (error) => console.log(name, error.stack));
+    await go_to_touch(page);
+    await look(page, camera);
+    await settled(page);
+    to_webp(await page.screenshot({ timeout: kPatience }), join(out, name));
+    await page.close();
+  } finally {
+    await sessions.close();
+  }
 }
 
 mkdirSync(out, { recursive: true });
-const sessions = new Sessions(resolve(bin));
 const browser = await launch();
 try {
-  let page = null;
-  for (const [name, options, camera] of kScenes) {
+  for (const [name, ...scene] of kScenes) {
     if (wanted.length > 0 && !wanted.includes(name)) continue;
-    const demo = sessions.start("hapt", "demo", ...options, "--session", kSession, "--for", "600s");
-    demo.stderr.resume();
-    try {
-      await eventually(() => sessions.run("hapt", "status", "--session", kSession).catch(() => ""));
-      if (page === null) {
-        const address = await sessions.bridge(kSession, resolve(view));
-        page = await browser.newPage({ viewport: kSize, colorScheme: "light" });
-        page.setDefaultTimeout(240000);
-        page.on("pageerror", (error) => console.log(name, error.stack));
-        const quality = process.env.QUALITY ? `&quality=${process.env.QUALITY}` : "";
-        const url = address.replace("#", `?keep=1000${quality}#`);
-        await page.goto(url, { waitUntil: "commit", timeout: 240000 });
-        await page.waitForFunction(() => window.hapticd?.drawn);
-        await hold(page, true);
-      }
-      await page.waitForFunction(
-        (servo) => window.hapticd.state.status?.processes.some(({ pid }) => pid === servo),
-        JSON.parse(await sessions.run("hapt", "status", "--json")).processes.find(
-          ({ name: process }) => process.startsWith("servo"),
-        ).pid,
-      );
-      await show(page, camera, kShells.includes(name));
-      await pause(2000); // of plots
-      await page.waitForFunction(is_pressing);
-      await hold(page, false);
-      await page.evaluate(
-        () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
-      );
-      if (name === "clip") await clip(page, join(out, name));
-      else to_webp(await page.screenshot({ timeout: 240000 }), join(out, name));
-      console.log(name, new Date().toTimeString().slice(0, 8));
-    } catch (error) {
-      console.log(`${name}: ${error.message}`);
-    }
-    if (page !== null) await hold(page, true);
-    await sessions.end(demo, "SIGINT");
+    await take(browser, name, ...scene).then(
+      () => console.log(name),
+      (error) => {
+        console.log(`${name}: ${error.message}`);
+        process.exitCode = 1;
+      },
+    );
   }
 } finally {
   await browser.close();
-  await sessions.close();
 }

@@ -2,6 +2,7 @@
 // Any bytes for the bridge's socket, as a request and as frames of a WebSocket: nothing leaks, and
 // an honest page is served all the while.
 #include <catch2/catch.hpp>
+#include <ctime>
 #include <thread>
 
 #include "clients/view/bridge.h"
@@ -70,23 +71,29 @@ std::vector<std::string> requests(uint16_t port) {
 }
 
 const std::vector<std::string> kMessages{
-    R"({"type":"token","token":"secret"})",
-    R"({"type":"shown","sequence":0})",
-    R"({"type":"rate","hz":120})",
-    R"({"type":"command","id":1,"line":"pause"})",
-    R"({"type":"lead","position":[0,0,0],"orientation":[1,0,0,0]})",
-    R"({"type":"release"})",
+    R"({"type":"token","token":"secret"})", R"({"type":"shown","sequence":0})",
+    R"({"type":"rate","hz":120})", R"({"type":"command","id":1,"line":"pause"})",
+    R"({"type":"lead","position":[0,0,0],"orientation":[1,0,0,0]})", R"({"type":"release"})",
     R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})",
-    "",
-    std::string(9000, 'x')};
+    R"({"op":"unsubscribe","subscriptionIds":[1]})",
+    // as a client of Foxglove publishes: opcode, channel, data
+    std::string("\x01\x01\0\0\0data", 9), "", std::string(9000, 'x')};
 
 /// Frames of a WebSocket: good ones, ones of any kind, and damaged ones.
 std::string frames(FuzzRandom& random, const test::Damage& damage) {
   std::string bytes;
   for (size_t n = random.below(6) + 1; n > 0; --n) {
     const int opcode = random.below(2) == 0 ? test::kText : static_cast<int>(random.below(16));
-    bytes += SocketClient::frame(opcode, random.pick(kMessages), random.below(4) > 0,
-                                 random.below(8) > 0);
+    // damaged before the mask, so that the parser of JSON sees it
+    const std::string& good = random.pick(kMessages);
+    const std::string payload = random.below(2) == 0 ? good : damage.apply(good, random, 9000);
+    std::string frame =
+        SocketClient::frame(opcode, payload, random.below(4) > 0, random.below(8) > 0);
+    // reserved bits, as of a compressed frame; another opcode; another length than there is
+    if (random.below(8) == 0) frame[0] = static_cast<char>(frame[0] | (1 << (4 + random.below(3))));
+    if (random.below(8) == 0) frame[0] = static_cast<char>(random.below(256));
+    if (random.below(8) == 0) frame[1] = static_cast<char>(random.below(256));
+    bytes += frame;
   }
   return random.below(2) == 0 ? damage.apply(bytes, random) : bytes;
 }
@@ -132,9 +139,9 @@ TEST_CASE("view: any bytes on the bridge's socket") {
   const size_t descriptors = test::entries_of("/proc/self/fd");
   const test::Damage damage({"\r\n", "Content-Length: ", "Transfer-Encoding: chunked",
                              "Upgrade: websocket", "\"type\"", "..", "%00", "[[[["});
-  const size_t inputs = test::sweep(400);
-  for (size_t input = 0; input < inputs; ++input) {
-    FuzzRandom random(20261123, input);
+  const test::FuzzInputs inputs(20261123, test::sweep(400));
+  for (uint64_t input = inputs.first; input < inputs.end; ++input) {
+    FuzzRandom random(inputs.seed, input);
     say_anything(bridge.port(), random, damage);
     if (input % 100 == 99) {
       CAPTURE(input);
@@ -142,7 +149,11 @@ TEST_CASE("view: any bytes on the bridge's socket") {
     }
   }
   CHECK(test::eventually([&] { return test::entries_of("/proc/self/fd") <= descriptors; }));
-  std::printf("bridge: %zu inputs\n", inputs);
+  std::printf("bridge, sockets: inputs %llu to %llu, seed %llu, %.0f s of the processor\n",
+              static_cast<unsigned long long>(inputs.first),
+              static_cast<unsigned long long>(inputs.end),
+              static_cast<unsigned long long>(inputs.seed),
+              static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
 }
 
 }  // namespace haptic

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "clients/eval/oracle/walls.h"
+#include "contact/query/triangle/closest_on_triangle.h"
 
 namespace haptic {
 namespace {
@@ -12,6 +12,8 @@ constexpr int kOracleSweeps = 4000;         // limit of sweeps per tick
 constexpr long double kStandOff = 1e-12L;   // [m]; a sweep stops this far before a facet
 constexpr long double kStill = 1e-15L;      // [m]; a shorter step is no progress
 constexpr long double kEdgeSlack = 1e-16L;  // [m]; facets are this much larger: no cracks
+constexpr double kTouch = 1e-9;             // [m]; a facet this close is touched
+constexpr long double kWay = 1e-9L;         // [m]; a shorter way away from a vertex is rounding
 
 }  // namespace
 
@@ -41,6 +43,62 @@ GodObjectOracle::Stop GodObjectOracle::first_stop(const Long3& from, const Long3
   return first;
 }
 
+/// How far it comes on the way to the goal: it stands off what stops it.
+Long3 GodObjectOracle::reached_towards(const Long3& goal, const Stop& stop) const {
+  if (stop.facet == nullptr) return goal;
+  const Long3 d = goal - g_;
+  const long double height = dot(stop.facet->normal, g_ - stop.facet->a);
+  const long double t = (height - kStandOff) / -dot(stop.facet->normal, d);
+  return g_ + std::clamp(t, 0.0L, stop.t) * d;
+}
+
+/// The exact minimum over these planes, from g: outside the stand-off, but never lifted off.
+std::optional<NearestInWalls> GodObjectOracle::nearest_on(const std::vector<const Facet*>& planes,
+                                                          const Long3& tool,
+                                                          long double stand_off) const {
+  std::vector<Wall> walls;
+  for (const Facet* f : planes) {
+    const long double height = dot(f->normal, g_ - f->a);
+    walls.push_back({f->normal, std::min(stand_off, height) - height});
+  }
+  return nearest_in(walls, tool - g_);
+}
+
+std::vector<const Facet*> GodObjectOracle::touched() const {
+  std::vector<const Facet*> touched;
+  const Vec3 here = rounded(g_);
+  for (const uint32_t t : near_) {
+    const Vec3 nearest_O = closest_on_triangle(facets_.mesh(), t, here).point;
+    if (norm(nearest_O - here) <= kTouch) touched.push_back(&facets_[t]);
+  }
+  return touched;
+}
+
+/// Takes the steepest of the free ways along one or two of the facets that it touches; false: there
+/// is none.
+bool GodObjectOracle::leave(const Long3& tool) {
+  const std::vector<const Facet*> around = touched();
+  long double steepest = 0;
+  Long3 end = g_;
+  const auto try_along = [&](const std::vector<const Facet*>& planes) {
+    const std::optional<NearestInWalls> next = nearest_on(planes, tool, kStandOff);
+    if (!next || norm(next->y) <= kWay) return;
+    const long double reach = dot(tool - g_, normalized(next->y));
+    if (reach <= steepest) return;
+    const Long3 goal = g_ + next->y;
+    const Long3 reached = reached_towards(goal, first_stop(g_, goal));
+    if (norm(reached - g_) <= kWay) return;
+    steepest = reach;
+    end = reached;
+  };
+  for (size_t i = 0; i < around.size(); ++i) {
+    try_along({around[i]});
+    for (size_t k = 0; k < i; ++k) try_along({around[i], around[k]});
+  }
+  g_ = end;
+  return steepest > 0;
+}
+
 OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
   const Long3 tool = widened(tool_O);
   constexpr double kBallSlack = 1e-9;
@@ -48,28 +106,13 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
   std::vector<const Facet*> stops;  // facets that stopped it at its present place
   Long3 goal = tool;
   OracleAnswer answer;
-  // the exact minimum over the planes of `stops`: outside the stand-off, but never lifted off
-  const auto minimum = [&](long double stand_off) {
-    std::vector<Wall> walls;
-    for (const Facet* f : stops) {
-      const long double height = dot(f->normal, g_ - f->a);
-      walls.push_back({f->normal, std::min(stand_off, height) - height});
-    }
-    return nearest_in(walls, tool - g_);
-  };
   for (;; ++answer.sweeps) {
     if (answer.sweeps == kOracleSweeps) {
       answer.converged = false;
       break;
     }
     const Stop stop = first_stop(g_, goal);
-    Long3 reached = goal;
-    if (stop.facet != nullptr) {
-      const Long3 d = goal - g_;
-      const long double height = dot(stop.facet->normal, g_ - stop.facet->a);
-      const long double t = (height - kStandOff) / -dot(stop.facet->normal, d);
-      reached = g_ + std::clamp(t, 0.0L, stop.t) * d;
-    }
+    const Long3 reached = reached_towards(goal, stop);
     const bool moved = norm(reached - g_) > kStill;
     g_ = reached;
     if (stop.facet == nullptr && (stops.empty() || !moved)) break;
@@ -80,15 +123,19 @@ OracleAnswer GodObjectOracle::follow(const Vec3& tool_O) {
       continue;
     }
     stops.push_back(stop.facet);
-    const std::optional<NearestInWalls> next = minimum(kStandOff);
+    const std::optional<NearestInWalls> next = nearest_on(stops, tool, kStandOff);
     if (!next) {
       answer.converged = false;
       break;
     }
     goal = g_ + next->y;
-    if (norm(next->y) <= kStill) break;
+    if (norm(next->y) > kStill) continue;
+    if (!leave(tool)) break;
+    answer.has_left = true;
+    stops.clear();
+    goal = tool;
   }
-  const std::optional<NearestInWalls> on_surface = minimum(0);
+  const std::optional<NearestInWalls> on_surface = nearest_on(stops, tool, 0);
   if (!on_surface) answer.converged = false;
   const Long3 proxy = on_surface ? g_ + on_surface->y : g_;
   answer.n_active = on_surface ? static_cast<int>(on_surface->n_active) : 0;

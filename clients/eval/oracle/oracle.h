@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "clients/eval/oracle/facets.h"
+#include "clients/eval/oracle/walls.h"
 
 namespace haptic {
 
@@ -12,14 +14,17 @@ struct OracleAnswer {
   Vec3 proxy_O;           // on the surface, or the tool itself if it is free
   int n_active = 0;       // size of the active set: 0 (free), 1, 2 or 3
   bool converged = true;  // false: sweep limit reached, or no feasible point
+  bool has_left = false;  // it took a way away from a vertex that is neither convex nor concave
   int sweeps = 0;
 };
 
 /// The god-object of Zilles & Salisbury 1995 by brute force: no tree, no look-ahead, no cache. It
 /// slides towards the tool along straight sweeps and stops 1e-12 m before the first of all facets
 /// it would enter; there, the next goal is the exact minimum of |x − tool| over the planes that
-/// stopped it (every subset of up to three is tried). The answer lies on the planes themselves. It
-/// shares only the mesh with the detector under test.
+/// stopped it (every subset of up to three is tried). The answer lies on the planes themselves. At
+/// a vertex that is neither convex nor concave the free space is no intersection of half-spaces,
+/// and those of all its facets may hold where a way along one or two of them is free: of these ways
+/// it takes the steepest. It shares only the mesh with the detector under test.
 ///
 /// Looking facets up in bins loses none: each sweep ends nearer to the tool than it began, so the
 /// whole path lies in the ball around the tool through the old proxy, and every facet that meets
@@ -40,6 +45,11 @@ class GodObjectOracle {
     long double t = 1;
   };
   Stop first_stop(const Long3& from, const Long3& to) const;
+  Long3 reached_towards(const Long3& goal, const Stop& stop) const;
+  std::optional<NearestInWalls> nearest_on(const std::vector<const Facet*>& planes,
+                                           const Long3& tool, long double stand_off) const;
+  std::vector<const Facet*> touched() const;
+  bool leave(const Long3& tool);
 
   const FacetBins& facets_;
   std::vector<uint32_t> near_;  // facets of the current ball

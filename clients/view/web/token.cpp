@@ -30,17 +30,18 @@ std::string make_token() {
 
 PrivateFile::PrivateFile(std::string path, const std::string& text) : path_(std::move(path)) {
   unlink(path_.c_str());
-  const FileDescriptor file(
+  file_ = FileDescriptor(
       open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.is_open() ||
-      write(file.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
+  if (!file_.is_open() ||
+      write(file_.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
     throw MessageError(shown(path_) + ": the token cannot be written (" +
                        std::string(std::strerror(errno)) + "); choose a place with --token-file");
   }
+  identity_ = identity_of(path_);
 }
 
 PrivateFile::~PrivateFile() {
-  unlink(path_.c_str());
+  if (identity_ && identity_of(path_) == identity_) unlink(path_.c_str());
 }
 
 }  // namespace haptic

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
+
+#include "proto/ipc/unix_socket.h"
+#include "proto/os/file_descriptor.h"
 
 namespace haptic {
 
@@ -18,6 +22,8 @@ class PrivateFile {
 
  private:
   std::string path_;
+  FileDescriptor file_;  // open, so that no other file gets its number when it is removed
+  std::optional<FileIdentity> identity_;  // what is there later may be somebody else's
 };
 
 }  // namespace haptic

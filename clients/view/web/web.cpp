@@ -2,6 +2,7 @@
 // The only file that includes Boost.Beast, which takes half a minute to compile.
 #include "clients/view/web/web.h"
 
+#include <array>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -12,6 +13,8 @@
 #include <map>
 #include <optional>
 #include <utility>
+
+#include "clients/view/web/places.h"
 
 namespace haptic {
 namespace {
@@ -28,7 +31,7 @@ using TcpSocket = asio::basic_stream_socket<tcp, Executor>;
 using TcpStream = beast::basic_stream<tcp, Executor>;
 using Socket = websocket::stream<TcpStream>;
 
-constexpr size_t kRefusals = 64;  // peers above the limit that are told so, at a time
+constexpr size_t kRefusals = 64, kRefusalsOfOne = 32;          // peers at a time that are told so
 constexpr auto kAcceptPause = std::chrono::milliseconds(100);  // when descriptors are exhausted
 constexpr size_t kLongestReason = 120;  // of a close frame, which holds 123 bytes
 
@@ -45,6 +48,17 @@ std::string text_of(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
+/// Why two readers could understand the request differently, as a proxy and this server; empty:
+/// they cannot.
+template <typename Request>
+std::string ambiguity_of(const Request& request) {
+  for (const http::field once : {http::field::host, http::field::origin}) {
+    if (request.count(once) > 1) return "a request has one " + text_of(to_string(once));
+  }
+  if (request.count(http::field::transfer_encoding) > 0) return "a request here has no body";
+  return "";
+}
+
 template <typename Request>
 WebRequest plain(const Request& request) {
   return {text_of(request.method_string()), text_of(request.target()),
@@ -59,7 +73,12 @@ struct WebServer::Impl {
   class Channel;
 
   Impl(const WebOptions& given, WebHandlers told)
-      : options(given), handlers(std::move(told)), acceptor(io), pause(io), timer(io) {}
+      : options(given),
+        handlers(std::move(told)),
+        served(options.most_peers, options.most_of_one),
+        acceptor(io),
+        pause(io),
+        timer(io) {}
 
   void listen() {
     error_code error;
@@ -86,7 +105,7 @@ struct WebServer::Impl {
   WebHandlers handlers;
   std::function<int64_t()> step;
   SocketId next_id = 1;
-  size_t n_peers = 0;  // connections of both kinds
+  Places served, refused{kRefusals, kRefusalsOfOne};
   bool stopped = false;
   // what is above outlives the peers, which end with the operations that wait in here
   asio::io_context io{1};
@@ -98,9 +117,8 @@ struct WebServer::Impl {
 /// A WebSocket. It lives as long as an operation of it is under way.
 class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
  public:
-  Channel(Impl& server, TcpStream stream, SocketId id)
-      : server_(server), socket_(std::move(stream)), id_(id) {}
-  ~Channel() { --server_.n_peers; }
+  Channel(Impl& server, TcpStream stream, SocketId id, std::shared_ptr<void> place)
+      : server_(server), place_(std::move(place)), socket_(std::move(stream)), id_(id) {}
   Channel(const Channel&) = delete;
 
   template <typename Request>
@@ -113,6 +131,7 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
     socket_.set_option(websocket::stream_base::timeout{request_patience, patience, true});
     socket_.read_message_max(server_.options.longest_message);
     socket_.auto_fragment(false);
+    socket_.control_callback([this](websocket::frame_type, beast::string_view) { is_flooding(); });
     socket_.set_option(
         websocket::stream_base::decorator([protocol](websocket::response_type& response) {
           response.set(http::field::sec_websocket_protocol, protocol);
@@ -126,16 +145,17 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
     });
   }
 
-  void send(SharedText message, bool is_text) {
-    if (closing_ || message_ != nullptr) return;
+  void send(WebMessage message) {
+    if (closing_ || message_.bytes != nullptr) return;
     message_ = std::move(message);
-    socket_.text(is_text);
-    socket_.async_write(asio::buffer(*message_),
-                        [self = shared_from_this()](error_code error, size_t) {
-                          self->message_.reset();
-                          if (error) return self->end();
-                          if (!self->closing_) self->server_.handlers.sent(self->id_);
-                        });
+    const std::array<asio::const_buffer, 2> parts{
+        asio::buffer(message_.own), asio::buffer(*message_.bytes) + message_.own.size()};
+    socket_.text(message_.is_text);
+    socket_.async_write(parts, [self = shared_from_this()](error_code error, size_t) {
+      self->message_ = {};
+      if (error) return self->end();
+      if (!self->closing_) self->server_.handlers.sent(self->id_);
+    });
   }
 
   void close(CloseCode code, const std::string& reason) {
@@ -149,7 +169,7 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
   void read() {
     socket_.async_read(input_, [self = shared_from_this()](error_code error, size_t) {
       if (error) return self->end();
-      if (self->closing_) return;
+      if (self->closing_ || self->is_flooding()) return;
       const auto bytes = self->input_.cdata();
       self->server_.handlers.heard(self->id_,
                                    {static_cast<const char*>(bytes.data()), bytes.size()},
@@ -159,28 +179,42 @@ class WebServer::Impl::Channel : public std::enable_shared_from_this<Channel> {
     });
   }
 
+  /// Counts what the peer says; one that says more than a page ever does is closed.
+  bool is_flooding() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - second_ >= std::chrono::seconds(1)) {
+      second_ = now;
+      heard_ = 0;
+    }
+    if (++heard_ <= server_.options.most_heard) return false;
+    close(CloseCode::kPolicy, "too many messages a second");
+    return true;
+  }
+
   void end() {
     closing_ = true;
     if (server_.channels.erase(id_) > 0) server_.handlers.closed(id_);
   }
 
   Impl& server_;
+  std::shared_ptr<void> place_;
   Socket socket_;
   SocketId id_;
   beast::flat_buffer input_;
-  SharedText message_;  // being written
+  WebMessage message_;  // being written
   bool closing_ = false;
+  std::chrono::steady_clock::time_point second_;  // since which
+  size_t heard_ = 0;                              // so many messages and pings have come
 };
 
 /// A connection that speaks HTTP.
 class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
  public:
-  Peer(Impl& server, TcpSocket socket) : server_(server), stream_(std::move(socket)) {
-    ++server_.n_peers;
-  }
-  ~Peer() {
-    if (!upgraded_) --server_.n_peers;
-  }
+  Peer(Impl& server, TcpSocket socket, std::shared_ptr<void> place, bool is_served)
+      : server_(server),
+        place_(std::move(place)),
+        is_served_(is_served),
+        stream_(std::move(socket)) {}
   Peer(const Peer&) = delete;
 
   void read() {
@@ -208,14 +242,21 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
           false);
   }
 
+  WebAnswer refusal() const {
+    return {503, "text/plain; charset=utf-8",
+            shared_text("all connections are in use: of one user or address " +
+                        std::to_string(server_.options.most_of_one) + ", of all together " +
+                        std::to_string(server_.options.most_peers) +
+                        "; close another page, or try again\n")};
+  }
+
   void handle() {
     const auto& request = parser_->get();
-    if (server_.n_peers > server_.options.most_peers) {
-      return write({503, "text/plain; charset=utf-8",
-                    shared_text("all " + std::to_string(server_.options.most_peers) +
-                                " connections are in use; close another page, or try again\n")},
-                   false);
+    const std::string problem = ambiguity_of(request);
+    if (!problem.empty()) {
+      return write({400, "text/plain; charset=utf-8", shared_text(problem + "\n")}, false);
     }
+    if (!is_served_) return write(refusal(), false);
     if (!websocket::is_upgrade(request)) {
       WebAnswer answer = server_.handlers.answer(plain(request));
       if (answer.later) return wait_for(answer, request.keep_alive());
@@ -223,8 +264,7 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
     }
     const UpgradeAnswer upgrade = server_.handlers.upgrade(plain(request));
     if (upgrade.protocol.empty()) return write(upgrade.refusal, false);
-    upgraded_ = true;  // its place now belongs to the channel
-    std::make_shared<Channel>(server_, std::move(stream_), server_.next_id++)
+    std::make_shared<Channel>(server_, std::move(stream_), server_.next_id++, std::move(place_))
         ->open(request, upgrade.protocol);
   }
 
@@ -251,7 +291,8 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
     if (answer.status == 405) response_.set(http::field::allow, "GET, HEAD");
     const bool is_head = parser_->is_header_done() && parser_->get().method() == http::verb::head;
     response_.content_length(answer.body->size());
-    if (!is_head) response_.body() = *answer.body;
+    body_ = answer.body;  // not a copy: many slow readers of one mesh share it
+    if (!is_head) response_.body() = {body_->data(), body_->size()};
     response_.keep_alive(keep_alive);
     stream_.expires_after(std::chrono::seconds(server_.options.write_patience));
     http::async_write(stream_, response_,
@@ -280,12 +321,14 @@ class WebServer::Impl::Peer : public std::enable_shared_from_this<Peer> {
   static constexpr size_t kMostLingering = 64;  // reads
 
   Impl& server_;
+  std::shared_ptr<void> place_;
+  const bool is_served_;
   TcpStream stream_;
   beast::flat_buffer input_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  http::response<http::string_body> response_;
+  SharedText body_;  // outlives the answer that is being written
+  http::response<http::span_body<const char>> response_;
   std::array<char, 4096> rest_{};
-  bool upgraded_ = false;
 };
 
 void WebServer::Impl::accept() {
@@ -298,8 +341,12 @@ void WebServer::Impl::accept() {
       });
       return;
     }
-    if (n_peers < options.most_peers + kRefusals) {
-      std::make_shared<Peer>(*this, std::move(socket))->read();
+    const std::string person = person_behind(socket.native_handle());
+    std::shared_ptr<void> place = served.take(person);
+    const bool is_served = place != nullptr;
+    if (!is_served) place = refused.take(person);
+    if (place != nullptr) {
+      std::make_shared<Peer>(*this, std::move(socket), std::move(place), is_served)->read();
     }
     accept();
   });
@@ -330,12 +377,12 @@ uint16_t WebServer::port() const {
 }
 
 size_t WebServer::peers() const {
-  return impl_->n_peers;
+  return impl_->served.taken();
 }
 
-void WebServer::send(SocketId id, SharedText message, bool is_text) {
+void WebServer::send(SocketId id, WebMessage message) {
   const auto channel = impl_->channels.find(id);
-  if (channel != impl_->channels.end()) channel->second->send(std::move(message), is_text);
+  if (channel != impl_->channels.end()) channel->second->send(std::move(message));
 }
 
 void WebServer::close(SocketId id, CloseCode code, const std::string& reason) {

@@ -30,6 +30,13 @@ inline SharedText shared_text(std::string text) {
   return std::make_shared<const std::string>(std::move(text));
 }
 
+/// A message to a peer.
+struct WebMessage {
+  SharedText bytes;
+  bool is_text = true;
+  std::string own = {};  // of this peer alone, in place of the first bytes
+};
+
 struct WebAnswer {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
@@ -64,7 +71,9 @@ struct WebOptions {
   std::string address = "127.0.0.1";
   uint16_t port = 0;              // 0: any that is free
   size_t most_peers = 128;        // connections at a time; others are told so
+  size_t most_of_one = 96;        // of them of one user or address
   size_t longest_message = 8192;  // from a WebSocket [bytes]
+  size_t most_heard = 1000;       // messages and pings of a WebSocket a second
   size_t longest_header = 8192;   // of a request [bytes]
   int request_patience = 5;       // [s], for a whole request
   int write_patience = 20;        // [s], for an answer, a message and a silent WebSocket
@@ -81,7 +90,7 @@ class WebServer {
   size_t peers() const;
 
   /// Sends a message; the one before must be out.
-  void send(SocketId id, SharedText message, bool is_text);
+  void send(SocketId id, WebMessage message);
   void close(SocketId id, CloseCode code, const std::string& reason);
 
   /// Calls `step` on the thread of run(), again after as many nanoseconds as it returns.

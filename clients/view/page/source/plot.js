@@ -10,10 +10,11 @@ const kSync = uPlot.sync("hapticd");
 const kStep = 8; // [px] a key press moves the cursor
 const kLabelGap = 4; // [px] on either side of a label of the upright axis
 
-/** Digits so that neighbouring labels differ. */
+/** Digits so that each label is its value: steps are 1, 2, 2.5 or 5 times a power of ten. */
 function labels(plot, splits) {
   const step = Math.abs((splits[1] ?? 1) - splits[0]) || 1;
-  const digits = Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)));
+  const whole = (digits) => Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) < 1e-6;
+  const digits = [0, 1, 2, 3, 4, 5].find(whole) ?? 6;
   return splits.map((value) => fixed(value, digits));
 }
 
@@ -81,7 +82,7 @@ export class Plot {
       width: 200,
       height: 100,
       legend: { show: false },
-      padding: [6, 8, 0, 0],
+      padding: [6, 1.2 * rem, 0, 0], // half of the last label of time
       pxAlign: 1,
       scales: {
         x: { time: false, auto: false },
@@ -101,7 +102,7 @@ export class Plot {
           ...axis,
           size: (plot, texts) => width_of(plot, texts, font, 3.2 * rem),
           gap: kLabelGap,
-          space: 1.8 * rem,
+          space: 1.4 * rem,
           values: labels,
         },
       ],

@@ -195,7 +195,10 @@ export class Plots {
   set_now(time) {
     if (this.now === time) return;
     this.now = time;
-    for (const plot of this.plots) plot.redraw();
+    for (const plot of this.plots) {
+      plot.redraw();
+      plot.read();
+    }
   }
 
   redraw() {

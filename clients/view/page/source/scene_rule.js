@@ -47,7 +47,7 @@ function letter(text, colour) {
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
   return new THREE.Sprite(
-    new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false }),
+    new THREE.SpriteMaterial({ map, alphaTest: 0.3, sizeAttenuation: false }), // hidden with its axis
   );
 }
 

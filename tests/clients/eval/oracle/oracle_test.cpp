@@ -2,6 +2,7 @@
 // The oracle against closed forms only: it checks the renderers, so they cannot check it.
 #include "clients/eval/oracle/oracle.h"
 
+#include "clients/eval/oracle/rest_cgal.h"
 #include "clients/eval/scenes/workload.h"
 #include "tests/support/near.h"
 #include "tests/support/scenes.h"
@@ -95,4 +96,24 @@ TEST_CASE("eval oracle: a thin plate holds it on its own side", "[lab][trap]") {
   oracle.seed({0, 0, 1e-3});
   const OracleAnswer answer = oracle.follow({0.01, 0.02, -0.04});
   CHECK(norm(answer.proxy_O - Vec3{0.01, 0.02, 0.5e-4}) <= kExact);
+}
+
+TEST_CASE("eval oracle: where it has left a saddle vertex no straight way leads nearer", "[lab]") {
+  const MeshShapeData sphere = haptic::build_shape(haptic::make_bumpy_sphere(118));
+  const FacetBins facets(sphere.view().mesh);
+  const WayJudge ways(sphere.view().mesh);
+  GodObjectOracle oracle(facets);
+  oracle.seed(haptic::sphere_slide(0, 0));
+  constexpr double kLeastGain = 1e-6;  // [m]
+  constexpr int kDirections = 2000;
+  int left = 0;
+  for (uint64_t k = 0; k < 20000; ++k) {
+    const Vec3 tool = haptic::sphere_slide(1e-3 * static_cast<double>(k), 0);
+    const OracleAnswer answer = oracle.follow(tool);
+    if (!answer.has_left) continue;
+    ++left;
+    CAPTURE(k, answer.n_active, norm(answer.proxy_O - tool));
+    CHECK_FALSE(ways.free_way(answer.proxy_O, tool, kLeastGain, kDirections, k).found);
+  }
+  CHECK(left > 0);
 }
