@@ -17,7 +17,7 @@ using Hand = SimulatedHandConfig;
 struct AxisKey {
   const char *name, *help;
   Dimension moving, turning;
-  const char *moving_unit, *turning_unit;  // of a bare number
+  const char *moving_unit, *turning_unit;  // of a bare number, as in quantity.cpp
   Range range;
 };
 
@@ -30,15 +30,15 @@ constexpr Range kFrom0{0, 1e9}, kAbove0{0, 1e9, true};
 
 const std::array kDeviceKeys{
     DeviceKey{{"--mass", "of the device, or its handle's inertia", Dimension::kMass,
-               Dimension::kInertia, "kg", "kg·m²", kAbove0},
+               Dimension::kInertia, "kg", "kgm²", kAbove0},
               &Hand::mass,
               &Hand::inertia},
     DeviceKey{{"--device-damping", "of the device itself", Dimension::kDamping,
-               Dimension::kRotationalDamping, "N·s/m", "N·m·s/rad", kFrom0},
+               Dimension::kRotationalDamping, "Ns/m", "Nms/rad", kFrom0},
               &Hand::damping,
               &Hand::rotational_damping},
     DeviceKey{{"--friction", "Coulomb's, of the device", Dimension::kForce, Dimension::kTorque, "N",
-               "N·m", kFrom0},
+               "Nm", kFrom0},
               &Hand::coulomb_friction,
               &Hand::rotational_friction},
     DeviceKey{{"--encoder", "step of the encoder; 0: none", Dimension::kLength, Dimension::kAngle,
@@ -51,14 +51,14 @@ const AxisKey kStiffnessKey{"--stiffness",
                             Dimension::kStiffness,
                             Dimension::kRotationalStiffness,
                             "N/m",
-                            "N·m/rad",
+                            "Nm/rad",
                             kFrom0};
 const AxisKey kDampingKey{"--damping",
                           "of the coupling, at the device",
                           Dimension::kDamping,
                           Dimension::kRotationalDamping,
-                          "N·s/m",
-                          "N·m·s/rad",
+                          "Ns/m",
+                          "Nms/rad",
                           kFrom0};
 
 void add(Command& command, const AxisKey& key, AxisOptions& options) {

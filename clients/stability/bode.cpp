@@ -63,9 +63,9 @@ Complex coefficient(const std::vector<double>& samples, int multiple) {
 }
 
 /// The motion of the bench: to the middle of it, then the sines.
-class Path {
+class LedPath {
  public:
-  Path(bool turning, const std::vector<double>& sines, double peak)
+  LedPath(bool turning, const std::vector<double>& sines, double peak)
       : turning_(turning), sines_(sines), peak_(peak) {}
 
   /// Excursion from the middle [m or rad].
@@ -75,7 +75,7 @@ class Path {
     const double depth = turning_ ? kPress / 1000 : kDepth;
     const double z = kOutside - s * s * (3 - 2 * s) * (kOutside + depth);
     if (!turning_) return {{0, 0, z + swing(tick)}, {}};
-    return {{0, 0, kHalfCube + z}, from_rotation_vector({0, swing(tick), 0})};
+    return {{0, 0, z}, from_rotation_vector({0, swing(tick), 0})};
   }
 
  private:
@@ -111,7 +111,7 @@ Bode measure_bode(const ProbeScene& scene, const ProbeSetting& setting, int peri
   const std::vector<int> odd = harmonics();
   const std::vector<double> sines = multi_sine(odd);
   const double reach = turning ? linear_limit(true) / setting.stiffness : kDepth;
-  const Path path(turning, sines, kPeak * reach);
+  const LedPath path(turning, sines, kPeak * reach);
   const SessionConfig config = scene.session(setting);
   LedHandle handle(
       config.device.hand, [&](int64_t tick) { return path.at(tick); }, setting.delay);

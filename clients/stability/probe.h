@@ -34,7 +34,8 @@ struct ProbedBody {
 ProbedBody probed_body(const ProbeSetting& setting);
 
 /// The scene of the bench: a block whose top is the plane z = 0. A point presses on it along z; to
-/// turn, a cube lies flat on it, and the hand turns that about y.
+/// turn, a cube lies flat on it, and the hand turns that about y. A handle at the origin of B is
+/// just outside.
 class ProbeScene {
  public:
   explicit ProbeScene(bool turning);

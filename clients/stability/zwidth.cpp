@@ -8,9 +8,10 @@
 namespace haptic {
 namespace {
 
-constexpr double kRise = 0.4;     // the press grows this long [s]
-constexpr double kKnockAt = 0.5;  // [s]
-constexpr double kKnock = 0.2;    // amplitude of the knock, of the rest depth
+constexpr double kRise = 0.4;      // the press grows this long [s]
+constexpr double kKnockAt = 0.5;   // [s]
+constexpr double kKnock = 0.2;     // amplitude of the knock, of the rest depth
+constexpr double kKnockSteps = 5;  // and at least so many steps of the encoder
 
 constexpr double kWithin = 1.005;  // ratio of the bounds at which the bisection ends
 constexpr double kFirst = 0.2;     // of Gil's limit, where it begins
@@ -54,11 +55,9 @@ Ringing ring(const ProbeScene& scene, const ProbeSetting& setting) {
   Ringing out;
   out.step = turning ? setting.hand.angle_step : setting.hand.encoder_step;
   out.rest = linear_limit(turning) / whole_stiffness(setting);
-  // begins just outside, where the encoder shows it outside too
-  Intent start;
-  start.p_B.z = turning ? kHalfCube + 1e-5 : out.step + 1e-6;
+  // the hand means to stay where it is
   PushedHand hand(
-      config.device, [start](double) { return start; }, setting.delay);
+      config.device, [](double) { return Intent{}; }, setting.delay);
   Lockstep lockstep(config, scene.shapes(), hand, {1, 0});
 
   const auto tick_at = [&](double seconds) { return std::llround(seconds * setting.rate); };
@@ -68,7 +67,9 @@ Ringing ring(const ProbeScene& scene, const ProbeSetting& setting) {
     const double t = static_cast<double>(tick) / setting.rate;
     hand.push_B = {{0, 0, -kPress * eased(t / kRise)}, {}};
     if (tick == knock_at) {
-      hand.push_B = hand.push_B + along_axis(turning, knock(setting, kKnock * out.rest));
+      hand.push_B =
+          hand.push_B +
+          along_axis(turning, knock(setting, std::max(kKnock * out.rest, kKnockSteps * out.step)));
     }
     lockstep.step();
     const HandPlant& plant = hand.plant();
@@ -82,9 +83,10 @@ Ringing ring(const ProbeScene& scene, const ProbeSetting& setting) {
 }
 
 bool dies_out(const Ringing& r) {
-  constexpr double kSteps = 3, kQuiet = 1e-3, kSteadier = 0.9;
+  constexpr double kSteps = 3, kFelt = 0.1, kQuiet = 1e-3, kSteadier = 0.9;
   if (!(r.late <= r.rest)) return false;
-  if (r.late <= (r.step > 0 ? kSteps * r.step : kQuiet * r.rest)) return true;
+  const double quiet = r.step > 0 ? std::min(kSteps * r.step, kFelt * r.rest) : kQuiet * r.rest;
+  if (r.late <= quiet) return true;
   return r.late < (r.step > 0 ? kSteadier : 1) * r.early;
 }
 

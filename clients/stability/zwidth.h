@@ -17,14 +17,17 @@ struct Ringing {
 inline constexpr double kRinging = 5;
 
 /// Presses the handle on the block with kPress and knocks it, such that it swings by a fifth of
-/// its depth; in lockstep through the servo's own step. A handle that turns rests flat, and the
+/// its depth, and by five steps of the encoder at least, for friction holds a smaller swing at any
+/// stiffness; in lockstep through the servo's own step. A handle that turns rests flat, and the
 /// knock turns it by a fifth of what tips the cube over.
 Ringing ring(const ProbeScene& scene, const ProbeSetting& setting);
 
-/// Whether the oscillation dies out. It is sustained where, in the last second, it has more than
-/// half of the amplitude at which contact is lost, or has more than three steps of the encoder
-/// (more than a thousandth of the press, where there is none) and is not smaller than before: with
-/// an encoder by a tenth at least, for a limit cycle is never steady to the last bit.
+/// Whether the oscillation dies out. It is sustained where it has, in the last second,
+///  - more than half of the amplitude at which contact is lost, or
+///  - more than three steps of the encoder or a tenth of the press (without an encoder: a
+///  thousandth
+///    of the press), peak to peak, and is not smaller than before. With an encoder it must be so by
+///    a tenth, for a limit cycle is never steady to the last bit.
 bool dies_out(const Ringing& ringing);
 
 /// A limit found by bisection.

@@ -81,5 +81,11 @@ TEST_CASE("bode: an encoder's steps are averaged out", "[lab]") {
     CAPTURE(point.frequency, point.rendered, exact);
     CHECK(std::abs(point.rendered - exact) < 0.05 * std::abs(exact));
   }
-  CHECK(bode.distortion > 1e-6);
+}
+
+TEST_CASE("bode: a wall that lets go is not linear", "[lab]") {
+  const ProbeScene scene(false);
+  const ProbeSetting setting = setting_of(false, 800, 0), clamped = setting_of(false, 800, 100);
+  CHECK(measure_bode(scene, setting, 1).distortion < 1e-9);
+  CHECK(measure_bode(scene, clamped, 1).distortion > 0.01);
 }

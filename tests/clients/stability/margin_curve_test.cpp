@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "clients/stability/zwidth.h"
-#include "tests/support/near.h"
+#include "tests/support/meshes.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -82,7 +82,7 @@ TEST_CASE("margin curve: up to the largest stiffness there is a margin, and not 
 TEST_CASE("margin curve: what has a margin is stable in the servo, in every hand", "[lab]") {
   const ProbeScene scene(false);
   Random random(24);
-  for (int i = 0; i < static_cast<int>(trials(30)); ++i) {
+  for (int i = 0; i < static_cast<int>(trials(20)); ++i) {
     const CoupledAxis axis = any_axis(random);
     ProbeSetting setting;
     setting.hand.mass = axis.mass;

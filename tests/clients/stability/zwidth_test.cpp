@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/support/near.h"
+#include "tests/support/meshes.h"
 
 using namespace haptic;
 using namespace haptic::test;
@@ -100,12 +100,12 @@ TEST_CASE("zwidth: stiffness rises with damping, then falls", "[lab]") {
   const double none = largest_at(0), some = largest_at(60), much = largest_at(180);
   CAPTURE(none, some, much);
   CHECK(some > 10 * none);
-  CHECK(much < 0.5 * some);
+  CHECK(much < 0.9 * some);
 }
 
 TEST_CASE("zwidth: inside the bound of Gil nothing rings", "[lab]") {
   Random random(11);
-  for (int i = 0; i < static_cast<int>(trials(40)); ++i) {
+  for (int i = 0; i < static_cast<int>(trials(20)); ++i) {
     // the bound holds for small b T/m and B T/m; of the latter it knows nothing, so the share of
     // it that is kept away from is as large
     ProbeSetting setting = bare(random.uniform(0.05, 1), 1);
@@ -124,7 +124,7 @@ TEST_CASE("zwidth: inside the bound of Gil nothing rings", "[lab]") {
 TEST_CASE("zwidth: inside the bound of Abbott and Okamura nothing rings, far outside all does",
           "[lab]") {
   Random random(12);
-  for (int i = 0; i < static_cast<int>(trials(40)); ++i) {
+  for (int i = 0; i < static_cast<int>(trials(20)); ++i) {
     ProbeSetting setting = bare(random.uniform(0.05, 0.5), random.uniform(0.3, 3));
     setting.hand.encoder_step = random.uniform(5e-6, 60e-6);
     setting.hand.coulomb_friction = random.uniform(0.02, 0.3);
@@ -146,6 +146,9 @@ TEST_CASE("zwidth: what is sustained and what dies out", "[lab]") {
   CHECK_FALSE(dies_out({1e-3, 61e-6, 61e-6, 20e-6}));
   CHECK(dies_out({1e-3, 400e-6, 300e-6, 20e-6}));
   CHECK_FALSE(dies_out({1e-3, 400e-6, 390e-6, 20e-6}));
+  // two steps, but a fifth of the press
+  CHECK_FALSE(dies_out({2e-4, 40e-6, 40e-6, 20e-6}));
+  CHECK(dies_out({2e-4, 400e-6, 19e-6, 20e-6}));
   // without one
   CHECK(dies_out({1e-3, 400e-6, 390e-6, 0}));
   CHECK_FALSE(dies_out({1e-3, 400e-6, 401e-6, 0}));
