@@ -62,7 +62,7 @@ const AxisKey kDampingKey{"--damping",
                           kFrom0};
 
 void add(Command& command, const AxisKey& key, AxisOptions& options) {
-  command.option(key.name, options.given[key.name],
+  command.option(std::string(key.name) + " VALUE", options.given[key.name],
                  std::string(key.help) + ", as \"" + std::string(example_of(key.moving)) +
                      "\", with --turning \"" + std::string(example_of(key.turning)) +
                      "\"; else the session's");

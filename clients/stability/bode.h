@@ -29,7 +29,7 @@ struct Bode {
 /// that the motors hold over each tick, as the continuous signal that it is, is compared with the
 /// motion by their Fourier coefficients. The sines are odd multiples of a thousandth of the servo's
 /// rate up to nine tenths of half of it, about evenly spaced in the logarithm, with Schroeder's
-/// phases, which keep the sum from having peaks (Schroeder 1970; Pintelon & Schoukens 2012).
+/// phases, which keep the sum from having peaks (Schroeder 1970).
 /// Nothing moves by the force, so a coupling that no hand could hold is measured as well; hand and
 /// device have no part in it except the encoder and the filter of the velocity. `periods` of a
 /// thousand ticks are averaged.

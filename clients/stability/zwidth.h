@@ -41,8 +41,7 @@ struct LargestStiffness {
 /// stiffnesses have gaps, it is below the first.
 LargestStiffness largest_stiffness(const ProbeScene& scene, ProbeSetting setting);
 
-/// (b + B)/(T/2 + t_d), for small b T/m and B T/m; hand and device together (Gil et al. 2004;
-/// Hulin et al. 2006).
+/// (b + B)/(T/2 + t_d), for small b T/m and B T/m; hand and device together (Gil et al. 2009).
 double gil_limit(const ProbeSetting& setting);
 
 /// min(2b/T, 2c/Δ) with the device's own damping and friction: what is rendered without damping and

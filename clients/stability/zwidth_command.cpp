@@ -135,7 +135,7 @@ void add_zwidth_command(Command& app) {
               "ticks by which each force comes late; several may be given")
       .range(0, 1000)
       .show_default("0");
-  command.option("--damping", options->dampings,
+  command.option("--damping VALUE", options->dampings,
                  "of the coupling, as \"2 N·s/m\", with --turning \"0.01 N·m·s/rad\"; several may "
                  "be given; else multiples of the device's own");
   command.flag("--with-controller", options->is_controlled,
