@@ -117,6 +117,8 @@ TEST_CASE("plot: over a logarithmic axis decades are equally wide", "[clients]")
     CHECK(svg.find(text) != std::string::npos);
   }
   CHECK(svg.find("time [s]") == std::string::npos);
+  // the tick of ten stands under its sample
+  CHECK(svg.find("<text x=\"374.7\" y=\"252.0\" class=\"tick mid\">10<") != std::string::npos);
   // what has no logarithm is not drawn
   const Series from_zero{"gain", {0, 1, 10}, {5, 1, 2}};
   CHECK(line_of(svg_document("zero", {{"gain", "", {from_zero}}}, {"f", true})).size() == 2);
