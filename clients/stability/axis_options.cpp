@@ -62,10 +62,12 @@ const AxisKey kDampingKey{"--damping",
                           kFrom0};
 
 void add(Command& command, const AxisKey& key, AxisOptions& options) {
-  command.option(std::string(key.name) + " VALUE", options.given[key.name],
-                 std::string(key.help) + ", as \"" + std::string(example_of(key.moving)) +
-                     "\", with --turning \"" + std::string(example_of(key.turning)) +
-                     "\"; else the session's");
+  command
+      .option(std::string(key.name) + " VALUE", options.given[key.name],
+              std::string(key.help) + ", as \"" + std::string(example_of(key.moving)) +
+                  "\", with --turning \"" + std::string(example_of(key.turning)) +
+                  "\"; else the session's")
+      .expected(1);
 }
 
 double parsed(const AxisKey& key, const std::string& text, bool turning) {
@@ -80,7 +82,7 @@ double parsed(const AxisKey& key, const std::string& text, bool turning) {
 std::optional<double> given(const AxisOptions& options, const AxisKey& key) {
   const auto found = options.given.find(key.name);
   if (found == options.given.end() || found->second.empty()) return std::nullopt;
-  return parsed(key, found->second, options.turning);
+  return parsed(key, found->second[0], options.turning);
 }
 
 /// The device of a session: of a real one what [device] says, in nobody's hand, and nothing is

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "clients/stability/probe.h"
 #include "proto/config/command_line.h"
@@ -23,9 +24,9 @@ constexpr AxisUnits units_of(bool turning) {
 struct AxisOptions {
   std::string config = "plane.toml";
   bool turning = false;
-  std::map<std::string, std::string> given;  // words by name of the option
-  double rate = 0;                           // [Hz]; 0: the session's
-  std::string output;                        // an SVG
+  std::map<std::string, std::vector<std::string>> given;  // by name of the option: its word, if any
+  double rate = 0;                                        // [Hz]; 0: the session's
+  std::string output;                                     // an SVG
   bool overwrite = false, json = false;
 };
 
