@@ -108,7 +108,7 @@ void add_axis_options(Command& command, AxisOptions& options) {
   command.flag("--turning", options.turning,
                "the axis that turns: inertia for mass, torque for force, angles for lengths");
   for (const DeviceKey& key : kDeviceKeys) add(command, key, options);
-  command.quantity("--rate", options.rate, Dimension::kFrequency, {10, 1e5},
+  command.quantity("--rate", options.rate, Dimension::kFrequency, {20, 1e5},
                    "of the servo, as 1kHz; else the session's", "Hz");
   command.option("-o,--output FILE.svg", options.output, "draws it into this file")
       .check([](const std::string& name) {

@@ -76,8 +76,11 @@ Series curve(const ProbeScene& scene, ProbeSetting setting, const std::vector<do
     setting.damping = damping;
     const LargestStiffness found = largest_stiffness(scene, setting);
     const std::string what = found.is_at_the_end ? "stable up to at least" : "largest stiffness";
-    rows.add_beside(what + at(damping), found.stiffness, units.stiffness, "(b+B)/(T/2+d)",
-                    gil_limit(setting));
+    const double rule = gil_limit(setting);
+    // without any damping there is nothing to compare with
+    rule > 0 ? rows.add_beside(what + at(damping), found.stiffness, units.stiffness,
+                               "(b+B)/(T/2+d)", rule)
+             : rows.add(what + at(damping), found.stiffness, units.stiffness);
     out.x.push_back(damping);
     out.y.push_back(found.stiffness);
     progress.step();
