@@ -10,8 +10,8 @@ namespace haptic {
 
 /// Intended motion of a hand, in the device's base frame.
 struct Intent {
-  Vec3 p_B;  // [m]
-  Vec3 v_B;  // [m/s], the derivative of p_B
+  Vec3 p_B;    // [m]
+  Vec3 v_B;    // [m/s], the derivative of p_B
   Quat q_B{};  // of the handle
   Vec3 w_B{};  // angular velocity of q_B [rad/s]
 };
