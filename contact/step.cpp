@@ -2,6 +2,7 @@
 #include "contact/step.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
@@ -59,7 +60,8 @@ ContactSet begin_set(const ContactModel& model, const ServoFrame& servo, const S
 
 bool is_usable(const ServoFrame& servo, const PointScene& now) {
   bool usable = is_finite(servo.X_WT) && is_finite(servo.held_back_W) && is_finite(servo.X_WP) &&
-                is_finite(servo.V_WP);
+                is_finite(servo.V_WP) && std::isfinite(servo.translational_stiffness) &&
+                std::isfinite(servo.rotational_stiffness);
   for (size_t i = 0; i < now.shapes.size(); ++i) usable &= is_finite(now.X_WO[i]);
   return usable;
 }

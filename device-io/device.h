@@ -48,9 +48,9 @@ class Device {
   /// the device's confirmation.
   virtual void stop() = 0;
 
-  /// Where the hand is to mean to go from now on: position of the handle in B; none: where it means
-  /// to go by itself. Only a simulated hand can be led; others go where a person moves them.
-  virtual void lead(const std::optional<Vec3>& /*p_BH*/) {}
+  /// Where the hand is to mean to go from now on: pose of the handle in B; none: where it means to
+  /// go by itself. Only a simulated hand can be led; others go where a person moves them.
+  virtual void lead(const std::optional<Pose>& /*X_BH*/) {}
 
   /// The bytes that do so when written to the node by another process; empty: there is no node.
   virtual DeviceRelease release() const { return {}; }

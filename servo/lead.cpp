@@ -3,16 +3,15 @@
 
 namespace haptic {
 
-std::optional<Vec3> led_handle(const DeviceMap& map, const Clutch& clutch,
-                               const DeviceState& device, const ControlFrame* control,
-                               int64_t now_ns) {
+std::optional<Pose> led_handle(const DeviceMap& map, const Clutch& clutch,
+                               const ControlFrame* control, int64_t now_ns) {
   if (control == nullptr || control->leading == 0) return std::nullopt;
   const int64_t t_ns = control->intent_t_ns;
   // a command may be given after the tick's wake-up
   if (t_ns < now_ns - kLeadNs || t_ns > now_ns + kLeadNs) return std::nullopt;
-  const Vec3 p_BH = handle_position(map, clutch, control->X_WT_intent.p, device.X_BH.q);
-  if (!is_finite(p_BH)) return std::nullopt;
-  return p_BH;
+  const Pose X_BH = handle_pose(map, clutch, control->X_WT_intent);
+  if (!is_finite(X_BH) || !is_unit(X_BH.q)) return std::nullopt;
+  return X_BH;
 }
 
 }  // namespace haptic

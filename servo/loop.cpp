@@ -62,7 +62,7 @@ void ServoLoop::tick(const Tick& tick) {
   dropped_ = now_ns() - woke_ns >= patience_ns_;
   if (dropped_) frame_.F_device_B = {};
   device_.write(frame_.F_device_B);
-  device_.lead(led_handle(model_.map, state_.clutch, input_.device, input_.control, woke_ns));
+  device_.lead(led_handle(model_.map, state_.clutch, input_.control, woke_ns));
   frame_.busy_ns = now_ns() - woke_ns;
   channels_.frames.publish(frame_);
   publish_changes();

@@ -77,10 +77,17 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
   follow_soft_solver(state, input);
 }
 
-/// The velocity of a surface in W, seen at the handle in B.
-Vec3 surface_in_device(const DeviceMap& map, const Vec3& v_W) {
-  HAPTIC_ASSERT(map.motion_scale > 0);
-  return rotate(conjugate(map.X_WB.q), v_W) / map.motion_scale;
+/// The velocity of the touched surface, seen at the handle in B. A handle that feels torque is
+/// carried as a body by an object that turns; one that feels none, by the tool's origin.
+Twist surface_in_device(const ServoModel& model, const Rendered& rendered, const Pose& X_WT) {
+  HAPTIC_ASSERT(model.map.motion_scale > 0);
+  const Quat q_BW = conjugate(model.map.X_WB.q);
+  Twist V_W{rendered.surface_W, {}};
+  if (model.limits.max_torque > 0) {
+    V_W.w = rendered.surface_turning_W;
+    V_W.v = velocity_at(V_W, (X_WT * inverse(model.map.X_HT)).p - X_WT.p);
+  }
+  return {rotate(q_BW, V_W.v) / model.map.motion_scale, rotate(q_BW, V_W.w)};
 }
 
 /// The coupling in force as the handle would feel it.
@@ -260,11 +267,17 @@ ServoModel build_servo_model(const SessionConfig& config, const ActuatorLimits& 
   limits.max_torque = std::min(config.safety.max_torque, device.max_torque);
   limits.soft_start = config.safety.soft_start;
   limits.continuous_force = config.device.continuous_force;
+  limits.continuous_torque = config.device.continuous_torque;
   limits.slew = config.safety.slew;
+  limits.torque_slew = config.safety.torque_slew;
   limits.velocity_limit = config.safety.velocity_limit;
+  limits.angular_velocity_limit = config.safety.angular_velocity_limit;
   limits.workspace_centre_B = config.device.workspace_centre_B;
   limits.workspace_radius = config.device.workspace_radius;
+  limits.workspace_rest_B = config.device.workspace_rest_B;
+  limits.workspace_turn = config.device.workspace_turn;
   limits.max_damping = config.device.max_damping;
+  limits.max_rotational_damping = config.device.max_rotational_damping;
   return model;
 }
 
@@ -283,6 +296,8 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   const Rendered rendered = render(model, state, input, scene, frame);
   if (!rendered.converged) frame.flags |= kServoSolverLimit;
   frame.F_coupling_W = rendered.F_W;
+  frame.translational_stiffness = state.coupling.translational_stiffness;
+  frame.rotational_stiffness = state.coupling.rotational_stiffness;
   frame.X_WP = rendered.X_WP;
   frame.depth = norm(rendered.X_WP.p - frame.X_WT.p);
   frame.n_contacts = static_cast<uint32_t>(rendered.n_pushing);
@@ -295,7 +310,9 @@ ServoFrame servo_step(const ServoModel& model, ServoState& state, const ServoInp
   safety.contacts_finite = rendered.finite;
   safety.letting_go = state.letting_go;
   safety.fading = (age.flags & (kServoFading | kServoStale)) != 0;
-  safety.surface_velocity_B = surface_in_device(model.map, rendered.surface_W);
+  const Twist surface_B = surface_in_device(model, rendered, frame.X_WT);
+  safety.surface_velocity_B = surface_B.v;
+  safety.surface_turning_B = surface_B.w;
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
   hold_wrench(state, rendered, safe, frame);
   // a closed force pushes nothing

@@ -10,12 +10,14 @@ class Command;
 
 void add_bake_command(Command& app);
 void add_bench_command(Command& app);
+void add_bode_command(Command& app);
 void add_control_commands(Command& app);
 void add_demo_command(Command& app);
 void add_diff_command(Command& app);
 void add_eval_command(Command& app);
 void add_export_command(Command& app);
 void add_info_command(Command& app);
+void add_passivity_command(Command& app);
 void add_record_command(Command& app);
 void add_recover_command(Command& app);
 void add_replay_command(Command& app);
@@ -23,5 +25,6 @@ void add_selftest_command(Command& app);
 void add_top_command(Command& app);
 void add_torture_command(Command& app);
 void add_view_command(Command& app);
+void add_zwidth_command(Command& app);
 
 }  // namespace haptic

@@ -7,6 +7,8 @@
 #include <memory>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
@@ -76,8 +78,9 @@ void add_set(Command& app) {
 
 struct LeadOptions {
   std::string session;
-  std::array<double, 3> place{};  // [m]
-  double duration = 2;            // [s]
+  std::array<double, 3> place{};    // [m]
+  std::vector<double> orientation;  // w x y z; empty: as at rest
+  double duration = 2;              // [s]
 };
 
 /// Repeats the command as a viewer does; without it the servo ends the lead.
@@ -85,6 +88,7 @@ void lead(const LeadOptions& options) {
   constexpr int64_t kPeriodNs = kNsPerSecond / 60;
   std::string line = "lead";
   for (const double x : options.place) line += " " + number_text(x);
+  for (const double x : options.orientation) line += " " + number_text(x);
   const int64_t begin_ns = now_ns();
   const auto end_ns = begin_ns + static_cast<int64_t>(options.duration * 1e9);
   for (int64_t t_ns = begin_ns; t_ns < end_ns; t_ns += kPeriodNs) {
@@ -104,6 +108,10 @@ void add_lead(Command& app) {
                   "where the tool is led to, in metres or with a unit", "m")
         .required();
   }
+  command
+      .numbers("--orientation QW QX QY QZ", options->orientation, {-1, 1},
+               "of the tool in the scene, where the handle can turn (default: as at rest)")
+      .expected(4);
   add_duration(command, "--for TIME", options->duration, "how long (default: 2 s)");
   add_session(command, options->session);
   command.example("hapt lead 0.02 0 0.05 --for 5s");

@@ -24,9 +24,16 @@ inline constexpr LabCommand kTortureCommand{
     "torture",
     "Fault injection: break a private test session at random and check the forces sent to the "
     "device"};
+inline constexpr LabCommand kZwidthCommand{
+    "zwidth", "Largest stable stiffness of a device in a hand, over damping, by bisection"};
+inline constexpr LabCommand kPassivityCommand{
+    "passivity", "Margin of stability of a coupling in any hand and at any object, over frequency"};
+inline constexpr LabCommand kBodeCommand{
+    "bode", "Impedance that the servo renders, over frequency, against the intended one"};
 inline constexpr LabCommand kViewCommand{
     "view", "Show a running session or a recording in a browser", "haptic-view"};
-inline constexpr std::array kLabCommands{&kEvalCommand, &kBenchCommand, &kSelftestCommand,
-                                         &kTortureCommand, &kViewCommand};
+inline constexpr std::array kLabCommands{&kEvalCommand,    &kBenchCommand,  &kSelftestCommand,
+                                         &kTortureCommand, &kZwidthCommand, &kPassivityCommand,
+                                         &kBodeCommand,    &kViewCommand};
 
 }  // namespace haptic

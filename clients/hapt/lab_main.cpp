@@ -9,5 +9,8 @@ int main(int argc, char** argv) {
     haptic::add_bench_command(app);
     haptic::add_selftest_command(app);
     haptic::add_torture_command(app);
+    haptic::add_zwidth_command(app);
+    haptic::add_passivity_command(app);
+    haptic::add_bode_command(app);
   });
 }

@@ -56,6 +56,9 @@ void add_commands(Command& app) {
   add_recover_command(app);
   add_export_command(app);
   add_of_lab(kEvalCommand);
+  add_of_lab(kZwidthCommand);
+  add_of_lab(kPassivityCommand);
+  add_of_lab(kBodeCommand);
   add_bake_command(app);
   add_of_lab(kBenchCommand);
   add_of_lab(kSelftestCommand);

@@ -65,6 +65,9 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   question.flags = kServoNoContactSet;
   question.renderer = static_cast<uint32_t>(config_.renderer);
   question.held_back_W = frame_.held_back_W;
+  // as of the last tick: 0, not known, before the first
+  question.translational_stiffness = frame_.translational_stiffness;
+  question.rotational_stiffness = frame_.rotational_stiffness;
   // a 6-DoF proxy with springs is where the last tick left it, any other at the tool
   question.X_WP = question.X_WT;
   if (tick_ > 0 && is_of_body(config_.renderer) && has_springs(config_.proxy, config_.renderer)) {
@@ -103,7 +106,7 @@ bool Lockstep::step() {
   input.control = &control_;
   frame_ = servo_step(servo_model_, servo_state_, input);
   device_.write(frame_.F_device_B);
-  device_.lead(led_handle(config_.map, servo_state_.clutch, input.device, input.control, t_ns));
+  device_.lead(led_handle(config_.map, servo_state_.clutch, input.control, t_ns));
   if (asks && options_.contact_latency > 0) answer(frame_, tick_ + options_.contact_latency);
 
   add_frame(hash_, frame_);

@@ -154,16 +154,45 @@ std::string grid_line(double x1, double y1, double x2, double y2, const char* st
   return format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", style, x1, y1, x2, y2);
 }
 
-std::string axes(const Frame& frame, bool with_time) {
+struct TickX {
+  double at;  // on the axis
+  std::string text;
+};
+
+std::vector<TickX> even_ticks(const Range& range) {
+  std::vector<TickX> out;
+  const double step = tick_step(range, kTicksX);
+  const auto last = std::llround(std::floor(range.high / step));
+  for (auto k = std::llround(std::ceil(range.low / step - 1e-9)); k <= last; ++k) {
+    const double value = static_cast<double>(k) * step;
+    out.push_back({value, tick_text(value, step)});
+  }
+  return out;
+}
+
+/// 1, 2 and 5 times the powers of ten, on an axis of logarithms.
+std::vector<TickX> decade_ticks(const Range& range) {
+  std::vector<TickX> out;
+  for (double power = std::floor(range.low); power <= range.high; ++power) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double at = power + std::log10(factor);
+      if (at < range.low - 1e-9 || at > range.high + 1e-9) continue;
+      const double value = factor * std::pow(10, power);
+      out.push_back({at, format("%.6g", value)});
+    }
+  }
+  return out;
+}
+
+std::string axes(const Frame& frame, const std::vector<TickX>& ticks, bool with_text) {
   const double bottom = frame.top + kPanelHeight, right = kLeft + kPlotWidth;
   std::string out;
-  const double step_x = tick_step(frame.x, kTicksX), step_y = tick_step(frame.y, kTicksY);
-  const auto last_x = std::llround(std::floor(frame.x.high / step_x));
-  for (auto k = std::llround(std::ceil(frame.x.low / step_x - 1e-9)); k <= last_x; ++k) {
-    const double value = static_cast<double>(k) * step_x, x = frame.px(value);
+  for (const TickX& tick : ticks) {
+    const double x = frame.px(tick.at);
     out += grid_line(x, frame.top, x, bottom, "grid");
-    if (with_time) out += text_at(x, bottom + 18, "tick mid", tick_text(value, step_x));
+    if (with_text) out += text_at(x, bottom + 18, "tick mid", tick.text);
   }
+  const double step_y = tick_step(frame.y, kTicksY);
   const auto last_y = std::llround(frame.y.high / step_y);
   for (auto k = std::llround(frame.y.low / step_y); k <= last_y; ++k) {
     const double value = static_cast<double>(k) * step_y, y = frame.py(value);
@@ -186,11 +215,12 @@ std::string legend(const Panel& panel, double baseline) {
   return out + "</text>\n";
 }
 
-std::string panel_body(const Panel& panel, const Frame& frame, bool last) {
+std::string panel_body(const Panel& panel, const Frame& frame, const std::vector<TickX>& ticks,
+                       bool last) {
   const std::string unit = panel.unit.empty() ? "" : " [" + panel.unit + "]";
   std::string out = text_at(kLeft, frame.top - 10, "label", panel.label + unit);
   if (panel.series.size() > 1) out += legend(panel, frame.top - 10);
-  out += axes(frame, last);
+  out += axes(frame, ticks, last);
   for (size_t i = 0; i < panel.series.size(); ++i) {
     out += format("<path class=\"line\" stroke=\"%s\" d=\"", kColours[i % kColours.size()]) +
            line_path(frame, panel.series[i]) + "\"/>\n";
@@ -206,7 +236,7 @@ Range range_of(const std::vector<Series>& all, std::vector<double> Series::*valu
   return range;
 }
 
-Range time_range(const std::vector<Panel>& panels) {
+Range shared_range(const std::vector<Panel>& panels) {
   Range range;
   for (const Panel& panel : panels) {
     for (const Series& series : panel.series) {
@@ -224,6 +254,18 @@ Range time_range(const std::vector<Panel>& panels) {
   return range;
 }
 
+/// The same over the decimal logarithms of x.
+std::vector<Panel> with_logarithms(std::vector<Panel> panels) {
+  for (Panel& panel : panels) {
+    for (Series& series : panel.series) {
+      for (double& x : series.x) {
+        x = x > 0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+  }
+  return panels;
+}
+
 constexpr const char* kStyle =
     "<style>text{font-family:'DejaVu Sans',Verdana,sans-serif;fill:#222}"
     ".title{font-size:18px;font-weight:bold}.label{font-size:13px;font-weight:bold}"
@@ -233,8 +275,11 @@ constexpr const char* kStyle =
 
 }  // namespace
 
-std::string svg_document(const std::string& title, const std::vector<Panel>& panels) {
-  const Range time = time_range(panels);
+std::string svg_document(const std::string& title, const std::vector<Panel>& given,
+                         const PlotAxis& axis) {
+  const std::vector<Panel> panels = axis.is_logarithmic ? with_logarithms(given) : given;
+  const Range shared = shared_range(panels);
+  const std::vector<TickX> ticks = axis.is_logarithmic ? decade_ticks(shared) : even_ticks(shared);
   const double count = static_cast<double>(panels.size());
   const double height =
       kTitleHeight + count * (kPanelHead + kPanelHeight + kPanelGap) - kPanelGap + kFootHeight;
@@ -247,16 +292,16 @@ std::string svg_document(const std::string& title, const std::vector<Panel>& pan
       "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" + text_at(kLeft, 34, "title", title);
   double top = kTitleHeight + kPanelHead;
   for (size_t i = 0; i < panels.size(); ++i) {
-    const Frame frame{top, time, axis_range(range_of(panels[i].series, &Series::y))};
-    out += panel_body(panels[i], frame, i + 1 == panels.size());
+    const Frame frame{top, shared, axis_range(range_of(panels[i].series, &Series::y))};
+    out += panel_body(panels[i], frame, ticks, i + 1 == panels.size());
     top += kPanelHead + kPanelHeight + kPanelGap;
   }
-  return out + text_at(kLeft + kPlotWidth / 2, height - 10, "tick mid", "time [s]") + "</svg>\n";
+  return out + text_at(kLeft + kPlotWidth / 2, height - 10, "tick mid", axis.label) + "</svg>\n";
 }
 
-void write_svg(const std::string& path, const std::string& title,
-               const std::vector<Panel>& panels) {
-  const std::string document = svg_document(title, panels);
+void write_svg(const std::string& path, const std::string& title, const std::vector<Panel>& panels,
+               const PlotAxis& axis) {
+  const std::string document = svg_document(title, panels, axis);
   std::ofstream file(path, std::ios::binary);
   file << document << std::flush;
   if (!file) {

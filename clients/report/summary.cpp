@@ -192,7 +192,9 @@ PortEnergy port_energy(std::span<const ServoFrame> frames) {
   PortEnergy energy;
   for (size_t k = 0; k + 1 < frames.size(); ++k) {
     const Vec3 step_B = frames[k + 1].device.X_BH.p - frames[k].device.X_BH.p;
-    const double work = dot(frames[k].F_device_B.f, step_B);
+    const Quat turn = frames[k + 1].device.X_BH.q * conjugate(frames[k].device.X_BH.q);
+    const double work =
+        dot(frames[k].F_device_B.f, step_B) + dot(frames[k].F_device_B.t, to_rotation_vector(turn));
     (work < 0 ? energy.into_device : energy.returned) += std::fabs(work);
   }
   return energy;
@@ -259,13 +261,15 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   const auto& frames = data.frames;
   const auto ticks = static_cast<double>(frames.size());
   const double limit = std::min(config.safety.max_force, config.device.max_force);
-  double peak = 0, peak_torque = 0, deepest = 0;
+  const double torque_limit = std::min(config.safety.max_torque, config.device.max_torque);
+  double peak = 0, peak_torque = 0, felt_torque = 0, deepest = 0;
   size_t touching = 0, faults = 0, lost_time = 0;
   int64_t first_touch_ns = 0;
   for (const ServoFrame& f : frames) {
     const double force = norm(f.F_device_B.f);
     peak = std::max(peak, force);
     peak_torque = std::max(peak_torque, norm(f.F_coupling_W.t));
+    felt_torque = std::max(felt_torque, norm(f.F_device_B.t));
     if (is_touching(f) && ++touching == 1) first_touch_ns = f.t_ns - frames.front().t_ns;
     faults += (f.flags & kServoFault) != 0;
     lost_time += (f.device.flags & kDeviceLostTime) != 0;
@@ -290,6 +294,7 @@ std::vector<Row> summarize(const std::string& name, const SessionData& data,
   rows.at_most("peak force at the device", peak, "N", limit);
   if (is_of_body(config.renderer)) {
     rows.add("peak torque on the tool", peak_torque, "N·m");
+    rows.at_most("peak torque at the device", felt_torque, "N·m", torque_limit);
     rows.add("largest distance from the hand to its proxy", deepest, "m");
   } else {
     rows.add("deepest push of the hand behind the surface", deepest, "m");

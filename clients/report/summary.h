@@ -36,9 +36,9 @@ struct SessionData {
 /// Reads the servo, contact and sim topics of a recording. Throws McapError.
 SessionData load_session(const std::string& log);
 
-/// Work through the port between hand and device, in device units: F_k, held from tick k to k+1, is
-/// paired with the displacement over that same step; any other pairing hides the energy leak of the
-/// zero-order hold (Hannaford & Ryu 2002).
+/// Work of force and torque through the port between hand and device, in device units: F_k, held
+/// from tick k to k+1, is paired with the displacement and the turn over that same step; any other
+/// pairing hides the energy leak of the zero-order hold (Hannaford & Ryu 2002).
 struct PortEnergy {
   double into_device = 0;                                // the hand moved against the force [J]
   double returned = 0;                                   // the force moved the hand [J]

@@ -57,7 +57,7 @@ void EmulatedDevice::pass_time(int64_t t_ns) {
     for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
     solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
     const Vec3 force_B = tip_force(options_.geometry, joint_angles_, amperes);
-    advance(options_.hand, intention_, plant_, force_B, step_ns);
+    advance(options_.hand, intention_, plant_, {force_B, {}}, step_ns);
     t_ns_ += step_ns;
   }
 }

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hand/intent.h"
 
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <numbers>
 
+#include "device-io/hand/portable_turn.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kReachShare = 0.25;                // of stroke_time, for reach and for lift each
-constexpr double kTravelShare = 0.5;                // of stroke_time, in addition to it
-constexpr double kCycleShare = 1 + kTravelShare;    // period of a cycle over stroke_time
-constexpr double kTremorLow = 8, kTremorHigh = 12;  // [Hz]
-constexpr uint64_t kTremorStream = ~uint64_t{0};    // number of no stroke
+constexpr double kReachShare = 0.25;                 // of stroke_time, for reach and for lift each
+constexpr double kTravelShare = 0.5;                 // of stroke_time, in addition to it
+constexpr double kCycleShare = 1 + kTravelShare;     // period of a cycle over stroke_time
+constexpr double kTremorLow = 8, kTremorHigh = 12;   // [Hz]
+constexpr uint64_t kTremorStream = ~uint64_t{0};     // number of no stroke
+constexpr uint64_t kTurnStream = uint64_t{1} << 63;  // added to a stroke's number, for its turn
 
 /// splitmix64 (Steele, Lea, Flood 2014): a stream of 64-bit hashes.
 struct SplitMix {
@@ -33,31 +33,6 @@ struct SplitMix {
 
 SplitMix stream_of(uint64_t seed, uint64_t number) {
   return {SplitMix{seed}.next() ^ SplitMix{number}.next()};
-}
-
-/// Coefficients (−1)ⁿ/(2n+1)! of sin x / x in x².
-constexpr auto kSinSeries = [] {
-  std::array<double, 10> series{1};
-  for (size_t n = 1; n < series.size(); ++n) {
-    series[n] = -series[n - 1] / static_cast<double>(2 * n * (2 * n + 1));
-  }
-  return series;
-}();
-
-/// sin by its Taylor series to x¹⁹, accurate to 3e-16 on the folded quarter; the last bit of libm's
-/// sin differs between machines.
-double portable_sin(double x) {
-  double r = x - 2 * kPi * std::floor(x / (2 * kPi) + 0.5);
-  if (r > kPi / 2) r = kPi - r;
-  if (r < -kPi / 2) r = -kPi - r;
-  const double r2 = r * r;
-  double sum = 0;
-  for (size_t n = kSinSeries.size(); n-- > 0;) sum = sum * r2 + kSinSeries[n];
-  return r * sum;
-}
-
-double portable_cos(double x) {
-  return portable_sin(x + kPi / 2);
 }
 
 /// By rejection from the cube, without transcendental functions.
@@ -153,6 +128,31 @@ Intent tremor(double amplitude, uint64_t seed, double t) {
   return out;
 }
 
+/// Rotation vector of the whole turn of a stroke [rad].
+Vec3 turn_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
+  SplitMix random = stream_of(seed, number + kTurnStream);
+  if (config.turn_axis_B == Vec3{}) return config.turn_angle * random_direction(random);
+  return (random.uniform() < 0.5 ? -config.turn_angle : config.turn_angle) * config.turn_axis_B;
+}
+
+/// Orientation and angular velocity at t.
+void put_turn(const IntentConfig& config, uint64_t seed, double t, Intent& intent) {
+  const IntentPhase phase = intent_phase(config, t);
+  if (phase.part == IntentPart::kReach) return;
+  const Progress progress = minimum_jerk(phase.fraction, phase.duration);
+  const Vec3 turn = turn_at(config, seed, phase.stroke);
+  // about one axis: the angular velocity is the derivative of the rotation vector
+  double share = 1;
+  if (phase.part == IntentPart::kSlide) {
+    share = progress.s;
+    intent.w_B = progress.rate * turn;
+  } else if (phase.part == IntentPart::kTravel) {
+    share = 1 - progress.s;
+    intent.w_B = -progress.rate * turn;
+  }
+  intent.q_B = portable_turn(share * turn);
+}
+
 }  // namespace
 
 IntentPhase intent_phase(const IntentConfig& config, double t) {
@@ -178,8 +178,11 @@ Intent intent_at(const IntentConfig& config, uint64_t seed, double t) {
   const double elapsed = std::fmax(t, 0);
   const Intent stroke = stroke_motion(config, seed, elapsed);
   const Intent shake = tremor(config.tremor_amplitude, seed, elapsed);
-  const Vec3 p_B = config.centre_B + stroke.p_B + shake.p_B;
-  return {p_B, t < 0 ? Vec3{} : stroke.v_B + shake.v_B};
+  Intent intent;
+  intent.p_B = config.centre_B + stroke.p_B + shake.p_B;
+  intent.v_B = t < 0 ? Vec3{} : stroke.v_B + shake.v_B;
+  if (config.turn_angle != 0) put_turn(config, seed, elapsed, intent);
+  return intent;
 }
 
 }  // namespace haptic

@@ -4,14 +4,16 @@
 #include <cstdint>
 
 #include "proto/config/config.h"
-#include "proto/math/vec3.h"
+#include "proto/math/quat.h"
 
 namespace haptic {
 
-/// Intended position and velocity of a hand, in the device's base frame.
+/// Intended motion of a hand, in the device's base frame.
 struct Intent {
-  Vec3 p_B;  // [m]
-  Vec3 v_B;  // [m/s], the derivative of p_B
+  Vec3 p_B;    // [m]
+  Vec3 v_B;    // [m/s], the derivative of p_B
+  Quat q_B{};  // of the handle
+  Vec3 w_B{};  // angular velocity of q_B [rad/s]
 };
 
 /// The parts of a cycle, in order; each starts and ends at rest.
@@ -36,8 +38,11 @@ IntentPhase intent_phase(const IntentConfig& config, double t);
 ///   - travels on the sphere of hover_radius, by the shorter arc, to the u1 of stroke k + 1.
 /// The directions are a hash of (seed, k), uniform on the sphere; u1 is direction_B if the config
 /// gives one (with stroke_angle zero the hand then presses on one spot). A tremor of 8 to 12 Hz per
-/// axis is added, at most tremor_amplitude long. A pure function of time, C¹, made of exactly
-/// rounded operations only, so bit-identical on every machine.
+/// axis is added, at most tremor_amplitude long.
+/// The handle is at the identity while it reaches, turns by turn_angle while it slides (about
+/// turn_axis_B, to either side by the hash, or about a random axis), stays so while it lifts, and
+/// turns back while it travels, by the same progress s. A pure function of time, C¹, made of
+/// exactly rounded operations only, so bit-identical on every machine.
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t);
 
 }  // namespace haptic

@@ -3,15 +3,41 @@
 
 #include <algorithm>
 
+#include "device-io/hand/portable_turn.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kBack = 1e-9;  // offset [m] and rate [m/s] that are none
+constexpr double kBack = 1e-9;  // offset [m, rad] and rate [m/s, rad/s] that are none
 
 Intent reference(const LedIntent& led, const Intent& own) {
-  return led.target_B ? Intent{*led.target_B, {}} : own;
+  return led.target_B ? Intent{led.target_B->p, {}, led.target_B->q, {}} : own;
+}
+
+/// The offset from the reference `now` that leaves orientation and angular velocity as they were
+/// with the offset `turn` from `before`.
+LedOffset turn_from(const LedOffset& turn, const Intent& before, const Intent& now) {
+  const Quat q_offset = portable_turn(turn.value);
+  const Vec3 w_B = angular_velocity_of(turn.value, turn.rate) + rotate(q_offset, before.w_B);
+  const Quat q_new = q_offset * before.q_B * conjugate(now.q_B);
+  const Vec3 value = portable_rotation_vector(q_new);
+  return {value, rotation_vector_rate(value, w_B - rotate(q_new, now.w_B))};
+}
+
+/// One step of the spring, its rate bounded.
+void relax(LedOffset& offset, double most, double h) {
+  // a hand that was faster when it was led is not braked at once
+  most = std::max(most, norm(offset.rate));
+  const double grown = 1 + h * kLedRate;
+  offset.rate = (offset.rate - h * kLedRate * kLedRate * offset.value) / (grown * grown);
+  const double speed = norm(offset.rate);
+  if (speed > most) offset.rate *= most / speed;
+  offset.value += h * offset.rate;
+}
+
+bool is_over(const LedOffset& offset) {
+  return norm(offset.value) < kBack && norm(offset.rate) < kBack;
 }
 
 }  // namespace
@@ -22,27 +48,23 @@ Vec3 nearest_in(const Ball& ball, const Vec3& p_B) {
   return far > ball.radius ? ball.centre_B + ball.radius / far * way_B : p_B;
 }
 
-void retarget(LedIntent& led, const std::optional<Vec3>& target_B, const Intent& own) {
+void retarget(LedIntent& led, const std::optional<Pose>& target_B, const Intent& own) {
   const Intent before = reference(led, own);
   led.target_B = target_B;
   led.is_away = true;
   const Intent now = reference(led, own);
-  led.offset_B += before.p_B - now.p_B;
-  led.rate_B += before.v_B - now.v_B;
+  led.way_B.value += before.p_B - now.p_B;
+  led.way_B.rate += before.v_B - now.v_B;
+  led.turn_B = turn_from(led.turn_B, before, now);
 }
 
-Vec3 follow(LedIntent& led, const Vec3& r_B, double h) {
+Pose follow(LedIntent& led, const Pose& X_B, double h) {
   HAPTIC_ASSERT(h > 0);
-  // a hand that was faster when it was led is not braked at once
-  const double most = std::max(kMostLedSpeed, norm(led.rate_B));
-  const double grown = 1 + h * kLedRate;
-  led.rate_B = (led.rate_B - h * kLedRate * kLedRate * led.offset_B) / (grown * grown);
-  const double speed = norm(led.rate_B);
-  if (speed > most) led.rate_B *= most / speed;
-  led.offset_B += h * led.rate_B;
-  const bool is_back = !led.target_B && norm(led.offset_B) < kBack && norm(led.rate_B) < kBack;
+  relax(led.way_B, kMostLedSpeed, h);
+  relax(led.turn_B, kMostLedSpin, h);
+  const bool is_back = !led.target_B && is_over(led.way_B) && is_over(led.turn_B);
   if (is_back) led = {};
-  return r_B + led.offset_B;
+  return {X_B.p + led.way_B.value, normalized(portable_turn(led.turn_B.value) * X_B.q)};
 }
 
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "device-io/hand/intent.h"
-#include "proto/math/vec3.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 
@@ -17,6 +17,9 @@ inline constexpr double kLedRate = 30;
 /// quarter of the velocity limit beyond which safety closes the force.
 inline constexpr double kMostLedSpeed = 0.5;
 
+/// The same for turning [rad/s]: a quarter of the limit of angular velocity.
+inline constexpr double kMostLedSpin = 5;
+
 /// A place in B within which a hand can be led.
 struct Ball {
   Vec3 centre_B;
@@ -24,25 +27,31 @@ struct Ball {
 };
 Vec3 nearest_in(const Ball& ball, const Vec3& p_B);
 
+/// A quantity that follows its reference: its offset from it, d, dies out like a critically damped
+/// spring, d̈ = −2ω ḋ − ω² d, ω = kLedRate.
+struct LedOffset {
+  Vec3 value;  // d [m or rad]
+  Vec3 rate;   // ḋ [m/s or rad/s]
+};
+
 /// The intent of a hand that is led, or on its way back to its own motion: x = r + d with the
-/// reference r, the place it is led to or its own motion, and an offset that dies out like a
-/// critically damped spring, d̈ = −2ω ḋ − ω² d, ω = kLedRate. A new reference changes d and ḋ such
-/// that x and ẋ stay: the intent is C¹ whatever the commands, at their begin and end too. The
-/// response to a step is never negative, so from rest the intent stays in the convex hull of the
-/// places it is led to.
+/// reference r, the pose it is led to or its own motion. Of the orientation d is the rotation
+/// vector from the reference, q = exp(d) q_r. A new reference changes d and ḋ such that pose and
+/// velocity stay: the intent is C¹ whatever the commands, at their begin and end too. The response
+/// to a step is never negative, so from rest the position stays in the convex hull of the places it
+/// is led to, and a turn goes by the shorter arc and never past its end.
 struct LedIntent {
   bool is_away = false;          // from its own motion
-  std::optional<Vec3> target_B;  // none: its own motion
-  Vec3 offset_B;                 // d [m]
-  Vec3 rate_B;                   // ḋ [m/s]
+  std::optional<Pose> target_B;  // none: its own motion
+  LedOffset way_B, turn_B;
 };
 
 /// Another reference from now on; `own` is the hand's own motion now.
-void retarget(LedIntent& led, const std::optional<Vec3>& target_B, const Intent& own);
+void retarget(LedIntent& led, const std::optional<Pose>& target_B, const Intent& own);
 
-/// The intent after h seconds more, where the reference will then be at r_B. Implicit Euler: it
+/// The intent after h seconds more, where the reference will then be at X_B. Implicit Euler: it
 /// never overshoots at any step, and needs exactly rounded operations only. The hand is back in its
-/// own motion when it is a nanometre away.
-Vec3 follow(LedIntent& led, const Vec3& r_B, double h);
+/// own motion when it is a nanometre and a nanoradian away.
+Pose follow(LedIntent& led, const Pose& X_B, double h);
 
 }  // namespace haptic

@@ -34,10 +34,13 @@ bool Replay::read(const TickTime& tick, DeviceState& state) {
 }
 
 ClosedLoopReplay::ClosedLoopReplay(const DeviceConfig& config)
-    : motion_(load_curve(config.replay), config.replay), hand_(config, [this](double t) {
-        const DeviceState intended = motion_.at(std::llround(t * 1e9));
-        return Intent{intended.X_BH.p, intended.V_BH.v};
-      }) {
+    : motion_(load_curve(config.replay), config.replay),
+      hand_(config,
+            [this](double t) {
+              const DeviceState intended = motion_.at(std::llround(t * 1e9));
+              return Intent{intended.X_BH.p, intended.V_BH.v, intended.X_BH.q, intended.V_BH.w};
+            }),
+      turns_(can_turn(config.hand)) {
   if (!(config.hand.hand_stiffness > 0)) {
     throw std::runtime_error(
         "[device.replay] closed_loop needs a hand that holds the device: hand_stiffness in "
@@ -53,8 +56,10 @@ bool ClosedLoopReplay::read(const TickTime& tick, DeviceState& state) {
   const bool is_new = hand_.read(tick, state);
   // what is felt begins and ends with the recording; where the hand is, the plant says
   const DeviceState intended = motion_.at(hand_.plant().t_ns);
-  state.X_BH.q = intended.X_BH.q;
-  state.V_BH.w = intended.V_BH.w;
+  if (!turns_) {
+    state.X_BH.q = intended.X_BH.q;
+    state.V_BH.w = intended.V_BH.w;
+  }
   state.grip = intended.grip;
   state.buttons = intended.buttons;
   if ((intended.flags & kDeviceHomed) == 0) state.flags &= ~uint32_t{kDeviceHomed};

@@ -33,8 +33,9 @@ class Replay final : public Device {
 };
 
 /// A recorded motion as the intention of a simulated hand: the hand of [device.hand] holds the
-/// device and is drawn towards the recorded place by its spring and damper, and forces push it
-/// back. The orientation is the recorded one: torque has no effect.
+/// device and is drawn towards the recorded pose by its springs and dampers, and forces and torques
+/// push it back. Where the handle has no inertia its orientation is the recorded one: torque has no
+/// effect.
 class ClosedLoopReplay final : public Device {
  public:
   /// As Replay; the hand needs a stiffness.
@@ -52,6 +53,7 @@ class ClosedLoopReplay final : public Device {
  private:
   RecordedMotion motion_;
   SimulatedHand hand_;
+  bool turns_;
 };
 
 }  // namespace haptic

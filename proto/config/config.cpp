@@ -107,7 +107,10 @@ void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   section->read_quantity("max_torque", kTorque, kNotNegative, safety.max_torque);
   section->read_quantity("soft_start", kTime, kNotNegative, safety.soft_start);
   section->read_quantity("slew", kForceRate, kPositive, safety.slew);
+  section->read_quantity("torque_slew", kTorqueRate, kPositive, safety.torque_slew);
   section->read_quantity("velocity_limit", kSpeed, kPositive, safety.velocity_limit);
+  section->read_quantity("angular_velocity_limit", kAngularSpeed, kPositive,
+                         safety.angular_velocity_limit);
   section->read_integer("dead_man_button", 0, kButtons - 1, safety.dead_man_button);
   section->read_flag("armed_at_start", safety.armed_at_start);
   section->finish();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_device.h"
 
+#include <numbers>
 #include <string>
 
 #include "proto/config/devices.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
+constexpr Range kIntendedTurns{0, std::numbers::pi};  // [rad]; farther is the shorter way round
 constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
@@ -30,7 +32,23 @@ void read_intent(Section& hand, IntentConfig& intent) {
   section->read_quantity("stroke_time", Dimension::kTime, kPositive, intent.stroke_time);
   section->read_quantity("tremor_amplitude", Dimension::kLength, kNotNegative,
                          intent.tremor_amplitude);
+  section->read_quantity("turn_angle", Dimension::kAngle, kIntendedTurns, intent.turn_angle);
+  section->read_direction("turn_axis", intent.turn_axis_B);
   section->finish();
+}
+
+void read_turning(Section& section, SimulatedHandConfig& hand) {
+  constexpr Dimension kDamping = Dimension::kRotationalDamping;
+  section.read_quantity("inertia", Dimension::kInertia, kNotNegative, hand.inertia);
+  section.read_quantity("rotational_damping", kDamping, kNotNegative, hand.rotational_damping);
+  section.read_quantity("rotational_friction", Dimension::kTorque, kNotNegative,
+                        hand.rotational_friction);
+  section.read_quantity("angle_step", Dimension::kAngle, kNotNegative, hand.angle_step);
+  section.read_quantity("hand_inertia", Dimension::kInertia, kNotNegative, hand.hand_inertia);
+  section.read_quantity("hand_rotational_damping", kDamping, kNotNegative,
+                        hand.hand_rotational_damping);
+  section.read_quantity("hand_rotational_stiffness", Dimension::kRotationalStiffness, kNotNegative,
+                        hand.hand_rotational_stiffness);
 }
 
 }  // namespace
@@ -52,6 +70,7 @@ void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
   section->read_quantity("hand_stiffness", Dimension::kStiffness, kNotNegative,
                          hand.hand_stiffness);
   section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
+  read_turning(*section, hand);
   read_intent(*section, hand.intent);
   section->finish();
 }
@@ -101,6 +120,7 @@ void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
 }
 
 void read_device(Section& root, const fs::path& config_folder, DeviceConfig& device) {
+  constexpr Range kHalfTurn{0, std::numbers::pi, true};  // no rotation is farther from another
   root.require("device", "[device] with kind = \"simulated-hand\"");
   Section section = *root.section("device");
   section.require("kind", "kind = \"simulated-hand\"");
@@ -109,9 +129,15 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.read_quantity("max_force", Dimension::kForce, kPositive, device.max_force);
   section.read_quantity("max_torque", Dimension::kTorque, kNotNegative, device.max_torque);
   section.read_quantity("continuous_force", Dimension::kForce, kPositive, device.continuous_force);
+  section.read_quantity("continuous_torque", Dimension::kTorque, kPositive,
+                        device.continuous_torque);
   section.read_quantity("max_damping", Dimension::kDamping, kNotNegative, device.max_damping);
+  section.read_quantity("max_rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                        device.max_rotational_damping);
   section.read_lengths("workspace_centre", kAny, device.workspace_centre_B);
   section.read_quantity("workspace_radius", Dimension::kLength, kPositive, device.workspace_radius);
+  section.read_rotation("workspace_rest", device.workspace_rest_B);
+  section.read_quantity("workspace_turn", Dimension::kAngle, kHalfTurn, device.workspace_turn);
   section.read_quantity("mass", Dimension::kMass, kPositive, device.mass);
   section.read_quantity("damping", Dimension::kDamping, kNotNegative, device.damping);
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);

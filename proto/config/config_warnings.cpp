@@ -24,24 +24,6 @@ constexpr AxisWords kPoints{"ten points' stiffness in [contact.voxel]", "damping
 constexpr AxisWords kAngular{"rotational_stiffness in [coupling]", "rotational_damping", "N·m/rad",
                              "N·m·s/rad"};
 
-CoupledAxis linear_axis(const SessionConfig& config) {
-  const DeviceConfig& device = config.device;
-  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
-  // the scene moves s times as far, and the device exerts φ times the force
-  const double gain = config.map.motion_scale * config.map.force_scale;
-  return {is_simulated ? device.hand.mass : device.mass,
-          is_simulated ? device.hand.damping : device.damping,
-          gain * config.coupling.translational_stiffness,
-          gain * config.coupling.translational_damping, 1 / config.servo_rate};
-}
-
-CoupledAxis angular_axis(const SessionConfig& config) {
-  const double gain = config.map.force_scale;
-  return {config.device.inertia, config.device.rotational_damping,
-          gain * config.coupling.rotational_stiffness, gain * config.coupling.rotational_damping,
-          1 / config.servo_rate};
-}
-
 void check_axis(const CoupledAxis& axis, const AxisWords& words, std::vector<std::string>& lines) {
   if (!(axis.damping > 0) || axis.stiffness == 0) return;
   const double most = passive_stiffness(axis);
@@ -71,7 +53,7 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
   // a replay has no hand in the loop and cannot oscillate
   if (row_of(config.device.kind).is_recorded) return lines;
   const bool is_direct = is_of_body(config.renderer) && !has_springs(config.proxy, config.renderer);
-  CoupledAxis linear = linear_axis(config);
+  CoupledAxis linear = moving_axis(config);
   if (!is_direct) {
     check_axis(linear, kLinear, lines);
   } else {
@@ -83,7 +65,15 @@ std::vector<std::string> config_warnings(const SessionConfig& config) {
     linear.coupling_damping = 0;
     check_axis(linear, by_points ? kPoints : kContact, lines);
   }
-  if (config.device.max_torque > 0 && !is_direct) check_axis(angular_axis(config), kAngular, lines);
+  const bool is_held_still =
+      config.device.kind == DeviceKind::kSimulatedHand && !(config.device.hand.inertia > 0);
+  if (config.device.max_torque > 0 && is_held_still) {
+    lines.push_back(
+        "max_torque in [device] has no effect: the simulated hand's handle cannot turn; give "
+        "inertia in [device.hand], as \"1e-4 kg·m²\"");
+  } else if (config.device.max_torque > 0 && !is_direct) {
+    check_axis(turning_axis(config), kAngular, lines);
+  }
   return lines;
 }
 

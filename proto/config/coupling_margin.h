@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "proto/config/session_config.h"
+
 namespace haptic {
 
 /// One linear or angular axis of a device with its virtual coupling, in device units.
@@ -25,5 +27,17 @@ double passive_stiffness(const CoupledAxis& axis);
 /// backward difference gives it a damping m (1 − cos ωT)/T that real devices lack. So check
 /// passive_stiffness as well.
 double two_port_margin(const CoupledAxis& axis);
+/// That expression at one frequency, ω T in (0, π).
+double two_port_margin_at(const CoupledAxis& axis, double omega_t);
+/// The lowest and the highest ω T that the minimum is taken over.
+struct MarginBand {
+  double lowest, highest;
+};
+MarginBand margin_band();
+
+/// The axes of a session: the device of [device.hand] or the one that [device] describes, and the
+/// coupling as it is felt at the handle, s·φ times that of the scene for moving, φ for turning.
+CoupledAxis moving_axis(const SessionConfig& config);
+CoupledAxis turning_axis(const SessionConfig& config);
 
 }  // namespace haptic

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "proto/config/config_names.h"
-#include "proto/math/vec3.h"
+#include "proto/math/quat.h"
 
 namespace haptic {
 
@@ -24,19 +24,28 @@ struct IntentConfig {
   Vec3 direction_B;                // initial direction of each stroke; zero: random for each
   double stroke_time = 1.2;        // of reach, slide and lift together [s]
   double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
+  double turn_angle = 0;           // of the handle in each stroke [rad]
+  Vec3 turn_axis_B;                // of that turn, to either side; zero: random for each
 };
 
-/// Mass–damper device held by a human arm (Hogan 1989).
+/// Mass–damper device held by a human arm (Hogan 1989), moving and turning.
 struct SimulatedHandConfig {
   uint64_t seed = 1;
-  double mass = 0.1;               // moving mass of the device [kg]
-  double damping = 1.0;            // [N·s/m]
-  double coulomb_friction = 0.05;  // [N]
-  double encoder_step = 2e-5;      // position quantum [m]; 0: none
-  double hand_mass = 0.5;          // rigid grip [kg]
-  double hand_damping = 5;         // [N·s/m]
-  double hand_stiffness = 300;     // [N/m]
-  double velocity_cutoff = 100;    // low-pass of the differentiated position [Hz]
+  double mass = 0.1;                  // moving mass of the device [kg]
+  double damping = 1.0;               // [N·s/m]
+  double coulomb_friction = 0.05;     // [N]
+  double encoder_step = 2e-5;         // position quantum [m]; 0: none
+  double hand_mass = 0.5;             // rigid grip [kg]
+  double hand_damping = 5;            // [N·s/m]
+  double hand_stiffness = 300;        // [N/m]
+  double velocity_cutoff = 100;       // low-pass of the differentiated pose [Hz]
+  double inertia = 0;                 // of the handle about every axis [kg·m²]; 0: it cannot turn
+  double rotational_damping = 5e-3;   // [N·m·s/rad]
+  double rotational_friction = 5e-4;  // Coulomb's [N·m]
+  double angle_step = 2e-4;           // quantum of the rotation vector [rad]; 0: none
+  double hand_inertia = 1e-3;         // of the hand with its grip [kg·m²]
+  double hand_rotational_damping = 0.02;  // [N·m·s/rad]
+  double hand_rotational_stiffness = 2;   // [N·m/rad]
   IntentConfig intent;
 };
 
@@ -66,12 +75,17 @@ struct SerialConfig {
 struct DeviceConfig {
   DeviceKind kind{};
   uint32_t reserved = 0;
-  double max_force = 8;         // of the actuators [N], device units
-  double max_torque = 0;        // [N·m]
-  double continuous_force = 0;  // continuous (stall) rating of the motors [N]; 0: max_force
-  double max_damping = 2;       // largest damper the device renders stably [N·s/m]
-  Vec3 workspace_centre_B;      // [m]
-  double workspace_radius = 0;  // [m]; 0: no edge
+  double max_force = 8;          // of the actuators [N], device units
+  double max_torque = 0;         // [N·m]
+  double continuous_force = 0;   // continuous (stall) rating of the motors [N]; 0: max_force
+  double continuous_torque = 0;  // the same for torque [N·m]; 0: max_torque
+  // largest damper the device renders stably
+  double max_damping = 2;                // [N·s/m]
+  double max_rotational_damping = 0.01;  // [N·m·s/rad]; 2 N·s/m at 70 mm
+  Vec3 workspace_centre_B;               // [m]
+  double workspace_radius = 0;           // [m]; 0: no edge
+  Quat workspace_rest_B;                 // orientation of the handle in the middle of its range
+  double workspace_turn = 0;             // largest rotation away from it [rad]; 0: no edge
   // properties of a real device at its handle, for the margins of the coupling; 0: unknown
   double mass = 0;                // [kg]
   double damping = 0;             // [N·s/m]

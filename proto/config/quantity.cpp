@@ -21,16 +21,18 @@ struct Kind {
   double most = kMost;  // in SI units, either sign
 };
 
-constexpr std::array<Kind, 17> kKinds{{
+constexpr std::array<Kind, 19> kKinds{{
     {Dimension::kLength, "a length", "100 mm", kMostLength},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
     {Dimension::kFrequency, "a rate", "1 kHz"},
     {Dimension::kSpeed, "a speed", "2 m/s"},
+    {Dimension::kAngularSpeed, "an angular velocity", "20 rad/s"},
     {Dimension::kAngle, "an angle", "90 deg"},
     {Dimension::kForce, "a force", "8 N"},
     {Dimension::kForceRate, "a rise of force", "2000 N/s"},
     {Dimension::kTorque, "a torque", "0.1 N·m"},
+    {Dimension::kTorqueRate, "a rise of torque", "30 N·m/s"},
     {Dimension::kStiffness, "a stiffness", "800 N/m"},
     {Dimension::kDamping, "a damping", "1 N·s/m"},
     {Dimension::kRotationalStiffness, "a rotational stiffness", "2 N·m/rad"},
@@ -68,6 +70,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"kHz", Dimension::kFrequency, 1e3},
     {"m/s", Dimension::kSpeed, 1},
     {"mm/s", Dimension::kSpeed, 1e-3},
+    {"rad/s", Dimension::kAngularSpeed, 1},
+    {"deg/s", Dimension::kAngularSpeed, kDegree},
     {"rad", Dimension::kAngle, 1},
     {"mrad", Dimension::kAngle, 1e-3},
     {"deg", Dimension::kAngle, kDegree},
@@ -80,6 +84,9 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"Nm", Dimension::kTorque, 1},
     {"mNm", Dimension::kTorque, 1e-3},
     {"Nmm", Dimension::kTorque, 1e-3},
+    {"Nm/s", Dimension::kTorqueRate, 1},
+    {"mNm/s", Dimension::kTorqueRate, 1e-3},
+    {"Nm/ms", Dimension::kTorqueRate, 1e3},
     {"N/m", Dimension::kStiffness, 1},
     {"N/mm", Dimension::kStiffness, 1e3},
     {"kN/m", Dimension::kStiffness, 1e3},

@@ -76,13 +76,16 @@ struct CouplingConfig {
 };
 
 struct SafetyConfig {
-  double max_force = 6;          // [N], device units; the device's own limit applies too
-  double max_torque = 0.1;       // [N·m]
-  double soft_start = 0.5;       // ramp after start, fault and re-seeding [s]
-  double slew = 2000;            // of a force that grows without motion of the hand [N/s]
-  double velocity_limit = 2;     // of the handle [m/s]
-  int32_t dead_man_button = -1;  // bit that must be held; −1: none
-  uint32_t armed_at_start = 1;   // 0: waits for `hapt arm`, the default of a real device
+  double max_force = 6;     // [N], device units; the device's own limit applies too
+  double max_torque = 0.1;  // [N·m]
+  double soft_start = 0.5;  // ramp after start, fault and re-seeding [s]
+  double slew = 2000;       // of a force that grows without motion of the hand [N/s]
+  // of a torque that does [N·m/s]; 0: to its limit in as long as the force to its own
+  double torque_slew = 0;
+  double velocity_limit = 2;           // of the handle [m/s]
+  double angular_velocity_limit = 20;  // [rad/s]
+  int32_t dead_man_button = -1;        // bit that must be held; −1: none
+  uint32_t armed_at_start = 1;         // 0: waits for `hapt arm`, the default of a real device
 };
 
 /// A parsed and checked session. Trivially copyable: hapticd parses the file once and hands a copy

@@ -20,7 +20,10 @@ struct Default {
 };
 
 // a new field of proto/wire/wire.h gets a row: without one older recordings are refused
-constexpr std::array<Default, 15> kDefaults{{
+constexpr std::array<Default, 17> kDefaults{{
+    // since layout 9
+    {"ServoFrame", "translational_stiffness", 0, "the coupling in force was not recorded"},
+    {"ServoFrame", "rotational_stiffness", 0, "the coupling in force was not recorded"},
     // since layout 8
     {"ControlFrame", "X_WT_intent", 0, "nobody led the hand"},
     {"ControlFrame", "intent_t_ns", 0, "nobody led the hand"},

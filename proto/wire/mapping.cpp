@@ -12,11 +12,11 @@ Pose tool_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_BH) {
   return Pose{X_WH.p + clutch.offset_W, X_WH.q} * map.X_HT;
 }
 
-Vec3 handle_position(const DeviceMap& map, const Clutch& clutch, const Vec3& tool_W,
-                     const Quat& q_BH) {
+Pose handle_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_WT) {
   HAPTIC_ASSERT(map.motion_scale > 0);
-  const Vec3 arm_W = rotate(map.X_WB.q * q_BH, map.X_HT.p);
-  return (inverse(map.X_WB) * (tool_W - arm_W - clutch.offset_W)) / map.motion_scale;
+  const Quat q_WH = X_WT.q * conjugate(map.X_HT.q);
+  const Vec3 p_WH = X_WT.p - rotate(q_WH, map.X_HT.p) - clutch.offset_W;
+  return {(inverse(map.X_WB) * p_WH) / map.motion_scale, conjugate(map.X_WB.q) * q_WH};
 }
 
 Twist tool_twist(const DeviceMap& map, const Pose& X_BH, const Twist& V_BH) {

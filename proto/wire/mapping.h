@@ -25,10 +25,8 @@ struct Clutch {
 /// X_WT of a device pose: p_WH = X_WB · (s·p_BH) + offset; the orientation is not scaled.
 Pose tool_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_BH);
 
-/// The inverse, for a handle with the orientation q_BH: position p_BH at which the tool's origin is
-/// at tool_W.
-Vec3 handle_position(const DeviceMap& map, const Clutch& clutch, const Vec3& tool_W,
-                     const Quat& q_BH);
+/// The inverse: X_BH of a handle whose tool is at X_WT.
+Pose handle_pose(const DeviceMap& map, const Clutch& clutch, const Pose& X_WT);
 
 /// V_WT: velocity of the tool's origin and its angular velocity, in W.
 Twist tool_twist(const DeviceMap& map, const Pose& X_BH, const Twist& V_BH);

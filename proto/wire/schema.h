@@ -70,6 +70,8 @@ geometry_msgs/Wrench F_coupling_W # on the tool at its origin, in W, before safe
 geometry_msgs/Wrench F_device_B   # on the handle at its origin, in B: what the device holds
 geometry_msgs/Wrench[16] object_impulse_W  # [N·s, N·m·s] pushed into each object since start
 geometry_msgs/Vector3 held_back_W  # [m] how far friction holds the proxy back
+float64 translational_stiffness   # [N/m] of the coupling in force
+float64 rotational_stiffness      # [N·m/rad] likewise
 float64 depth                     # [m] distance from tool to proxy
 float64 fade                      # weight of the contacts, 0 to 1
 int64 wake_late_ns                # [ns] wake-up after the deadline

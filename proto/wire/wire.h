@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
-inline constexpr uint32_t kAbiMajor = 8;      // raise it when any struct below changes
+inline constexpr uint32_t kAbiMajor = 9;      // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
@@ -100,15 +100,18 @@ struct ServoFrame {
   std::array<Wrench, kMaxObjects>
       object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
   Vec3 held_back_W;      // offset of the proxy by friction; contact follows the tool plus this
-  double depth;          // distance from tool to proxy [m]
-  double fade;           // weight of the contacts, 0 to 1
-  int64_t wake_late_ns;  // wake-up after the deadline
-  int64_t busy_ns;       // from wake-up to force sent
-  uint64_t skipped;      // grid points skipped since start
-  uint32_t n_contacts;   // planes that push
-  uint32_t flags;        // ServoFlag
-  uint32_t fault;        // Fault; latched
-  uint32_t renderer;     // Renderer wanted from contact
+  // of the coupling in force; contact compares poses by them
+  double translational_stiffness;  // [N/m]
+  double rotational_stiffness;     // [N·m/rad]
+  double depth;                    // distance from tool to proxy [m]
+  double fade;                     // weight of the contacts, 0 to 1
+  int64_t wake_late_ns;            // wake-up after the deadline
+  int64_t busy_ns;                 // from wake-up to force sent
+  uint64_t skipped;                // grid points skipped since start
+  uint32_t n_contacts;             // planes that push
+  uint32_t flags;                  // ServoFlag
+  uint32_t fault;                  // Fault; latched
+  uint32_t renderer;               // Renderer wanted from contact
 };
 
 /// One constraint, in the frame of the object it belongs to. Penetration is n·(object − tool) > 0.
@@ -251,7 +254,7 @@ static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1392);
+static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1408);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);

@@ -103,7 +103,11 @@ Command lead(std::string_view line, const SessionConfig& config, ControlFrame& w
   if (std::fabs(dot(q, q) - 1) > kUnitQuaternion) {
     return refused("lead: QW QX QY QZ is no rotation; its length has to be 1");
   }
-  wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]}, normalized(q)};
+  // without an orientation, and where the handle cannot turn: the tool as the handle holds it at
+  // rest
+  const bool turns = n == 7 && config.device.hand.inertia > 0;
+  const Quat at_rest = config.map.X_WB.q * config.map.X_HT.q;
+  wanted.X_WT_intent = {{numbers[0], numbers[1], numbers[2]}, turns ? normalized(q) : at_rest};
   wanted.leading = 1;
   return {CommandKind::kLead, false, ""};
 }

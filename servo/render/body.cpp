@@ -96,6 +96,7 @@ Rendered rendered_body(const ServoModel& model, const RenderQuestion& question,
   if (const uint32_t carrier = carrier_of(solution); carrier != kNoObject) {
     const Vec3 arm_W = solution.proxy.X_WT.p - question.scene.X_WO[carrier].p;
     out.surface_W = velocity_at(question.scene.V_WO[carrier], arm_W);
+    out.surface_turning_W = question.scene.V_WO[carrier].w;
   }
   out.held_back_W = solution.held_back_W;
   out.n_pushing = solution.n_pushing;

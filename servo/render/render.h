@@ -50,7 +50,8 @@ struct Rendered {
   Pose X_WP;                  // the proxy
   std::optional<Twist> V_WP;  // where its solver knows it
   Wrench F_W;                 // of the coupling on the tool, at its origin
-  Vec3 surface_W;             // velocity of what carries the proxy
+  Vec3 surface_W;             // velocity of what carries the proxy, at the tool's origin
+  Vec3 surface_turning_W;     // its angular velocity, where the tool is a body
   Vec3 held_back_W;           // how far friction holds the proxy back
   int n_pushing = 0;          // contacts
   bool finite = true;         // the contacts were

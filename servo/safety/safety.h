@@ -5,45 +5,23 @@
 
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
+#include "servo/safety/handle_motion.h"
+#include "servo/safety/limits.h"
 #include "servo/safety/passivity.h"
 
 namespace haptic {
-
-/// Limits of what the hand may feel, in device units: the smaller of the device's and the config's.
-struct SafetyLimits {
-  double max_force = 0;         // [N]
-  double max_torque = 0;        // [N·m]; 0: torque is dropped and flagged
-  double soft_start = 0.5;      // ramp from zero to full force [s]
-  double continuous_force = 0;  // continuous rating of the motors [N]; 0: max_force
-  double slew = 2000;           // of a force that grows without motion of the hand [N/s]
-  double velocity_limit = 2;    // of the handle [m/s]
-  Vec3 workspace_centre_B{};    // [m]
-  double workspace_radius = 0;  // a soft edge pushes back beyond it [m]; 0: none
-  double max_damping = 2;       // bound of the passivity controller [N·s/m]
-};
 
 struct SafetyState {
   double gain = 0;  // of the soft start, 0 to 1
   Fault fault = Fault::kNone;
   uint64_t fault_clears = 0;  // number of the clear request carried out last
   bool too_fast = false;      // true until the handle has slowed down
-  double heat = 0;            // low-passed |F|² [N²]
-  Wrench held_B;              // wrench held over the last tick
-  int64_t woke_ns = 0;        // wake-up of the last tick
-  Pose X_BH;                  // last fresh sample
-  int64_t measured_ns = 0;    // its instant
-  bool any_sample = false;
+  MotorHeat heat;
+  Wrench held_B;        // wrench held over the last tick
+  int64_t woke_ns = 0;  // wake-up of the last tick
+  LastSample sample;
   bool jumped = false;  // this sample is farther than the hand can have moved
   PassivityState passivity;
-};
-
-/// Largest change of the coupling's wrench per motion of the handle, in device units, while nothing
-/// else moves.
-struct HandleStiffness {
-  double translational = 0;  // [N/m]
-  double turning = 0;        // of the force by a rotation, when the tool is off the handle [N/rad]
-  double rotational = 0;     // [N·m/rad]
-  double lever = 0;          // distance from handle to tool, by which the force makes a torque [m]
 };
 
 struct SafetyInput {
@@ -59,7 +37,8 @@ struct SafetyInput {
   bool letting_go = false;      // the solver changes: the gain of the soft start falls to zero
   bool released = false;        // the device may have been set to zero since the last tick
   bool fading = false;          // contacts are too old: the force fades or is gone
-  Vec3 surface_velocity_B;      // of the touched surface, in device units [m/s]
+  Vec3 surface_velocity_B;      // of the touched surface at the handle, in device units [m/s]
+  Vec3 surface_turning_B;       // its angular velocity [rad/s]
   uint64_t fault_clears = 0;    // of the ControlFrame in force
 };
 
@@ -68,28 +47,28 @@ struct SafetyOutput {
   uint32_t flags = 0;  // ServoFlag
 };
 
-/// The last stage before the device; runs after every solver and cannot be switched off. In this
+/// The last stage before the device; runs after every solver and cannot be switched off. What
+/// holds for force and moving holds for torque and turning, each with its own limits. In this
 /// order:
 ///
-/// 1. faults: a value that is not finite, a force over 1000 times the limit, a pose farther from
-///    the last sample than twice the velocity limit allows, or a device whose driver reports
-///    stale or noisy answers. A fault latches: zero wrench until ControlFrame::fault_clears asks
-///    for it and the handle is slower than 0.1 m/s; then soft start.
-/// 2. closed (not armed, clutch, pause, no free pose, or faster than the velocity limit and not yet
-///    slower than 0.1 m/s again): zero wrench, then soft start.
+/// 1. faults: a value that is not finite, a force or torque over 1000 times the limit, a pose that
+///    jumps (handle_motion.h), or a device whose driver reports stale or noisy answers. A fault
+///    latches: zero wrench until ControlFrame::fault_clears asks for it and the handle is calm,
+///    slower than 0.1 m/s and 1 rad/s; then soft start.
+/// 2. closed (not armed, clutch, pause, no free pose, or faster than a velocity limit and not yet
+///    calm again): zero wrench, then soft start.
 ///    While the solver is about to change, that gain falls to zero, within 50 ms and no faster than
-///    `slew`, instead of rising.
-/// 3. soft edge of the workspace: a spring inwards, at most 30 % of max_force; soft start applies.
+///    the slews, instead of rising.
+/// 3. soft edge of the workspace (edge_wrench in limits.h); soft start applies.
 /// 4. saturation, direction kept.
-/// 5. thermal budget: |F|² low-passed over 10 s; over the last fifth below continuous_force² the
-///    limit falls from max_force to continuous_force.
+/// 5. thermal budget (sustainable in limits.h): |F|² low-passed over 10 s.
 /// 6. growth (force_growth.h), whatever contact says: at most slew·dt + k·|motion of the handle
 ///    since its last sample|, k the coupling's stiffness; after a late tick dt is the time that has
 ///    passed since. A wall at rest asks for no more at any speed of the hand, so it is never
-///    slowed. The force shrinks at once.
-/// 7. passivity observer and controller on the force that is held (passivity.h). Not for an
-///    open-loop device, where the force moves nothing; without damping while contacts fade or are
-///    stale, where the wanted force is already the most that may remain.
+///    slowed. The wrench shrinks at once.
+/// 7. passivity observer and controller on the wrench that is held (passivity.h). Not for an
+///    open-loop device, where it moves nothing; without damping while contacts fade or are
+///    stale, where the wanted wrench is already the most that may remain.
 /// 8. growth and saturation of the sum.
 ///
 /// The fade of stale contacts comes before this, in weigh_contacts; the clamp of the motors'

@@ -76,7 +76,8 @@ TEST_CASE("hapt without its lab says what is missing and goes on with everything
   const std::filesystem::path alone = std::filesystem::path(folder.path()) / "bin" / "hapt";
   std::filesystem::create_directory(alone.parent_path());
   std::filesystem::copy_file(test::program_folder() / "hapt", alone);
-  for (const char* words : {"bench ring", "bench --help", "--help eval", "selftest", "torture"}) {
+  for (const char* words :
+       {"bench ring", "bench --help", "--help eval", "selftest", "torture", "zwidth"}) {
     const Ran ran = test::shell("./bin/hapt " + std::string(words), folder.path());
     INFO(ran.output);
     CHECK(ran.code == 1);
@@ -89,6 +90,29 @@ TEST_CASE("hapt without its lab says what is missing and goes on with everything
   CHECK(help.code == 0);
   CHECK(has(help.output, "  torture  "));
   CHECK(test::shell("./bin/hapt bake --help", folder.path()).code == 0);
+}
+
+TEST_CASE("hapt zwidth, passivity, bode: rows as JSON, and a drawing") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  for (const char* words : {"zwidth --damping 0 --hand none --friction 0 --encoder 0",
+                            "passivity --stiffness 500", "bode --periods 1 --delay 1"}) {
+    const std::string each = std::string(words) + " --json -o drawn.svg --overwrite";
+    const Ran ran = hapt(each, folder.path());
+    INFO(each << ran.output);
+    CHECK(ran.code == 0);
+    CHECK(has(ran.output, "\"metric\": "));
+    std::ifstream file(folder.path() + "/drawn.svg");
+    const std::string svg((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    CHECK(has(svg, "</svg>"));
+    CHECK(has(svg, "[Hz]") == !has(each, "zwidth"));
+  }
+  // twice the limit 2 (b - b_c)/T of a device with 1 N·s/m
+  const Ran stiff = hapt("passivity --stiffness 4000 --damping 0", folder.path());
+  CHECK(stiff.code == 1);
+  CHECK(has(stiff.output, "MISSED (goal 2000 N/m)"));
+  CHECK(hapt("passivity --stiffness \"3 kg\"", folder.path()).code == 2);
+  CHECK(hapt("zwidth --turning", folder.path()).code == 2);
 }
 
 TEST_CASE("hapt bench segment: every row on a tiny mesh, and what was left out") {

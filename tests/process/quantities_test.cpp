@@ -36,6 +36,7 @@ const std::vector<Door> kDoors{
     {"hapt demo --config missing.toml --for", "s", true},
     {"hapt top --session missing -d", "s", true},
     {"hapt record --session missing -o x.mcap --for", "s", true},
+    {"hapt passivity --stiffness", "N/m", true},
     {"hapt torture --minutes", "min", true},
     {"haptic-emulator --hover", "mm"},
 };

@@ -443,3 +443,22 @@ TEST_CASE("servo: 64 random contacts always give a finite bounded wrench", "[ser
     REQUIRE(norm(f.F_device_B.f) <= 6);
   }
 }
+
+TEST_CASE("servo: the limits of torque and turning come from the configuration", "[servo]") {
+  haptic::SessionConfig config;
+  config.safety.max_torque = 0.2;
+  config.safety.torque_slew = 30;
+  config.safety.angular_velocity_limit = 12;
+  config.device.continuous_torque = 0.05;
+  config.device.max_rotational_damping = 0.03;
+  config.device.workspace_turn = 1.2;
+  config.device.workspace_rest_B = haptic::from_rotation_vector({0, 0.3, 0});
+  const haptic::SafetyLimits limits = haptic::build_servo_model(config, {8, 0.15}).limits;
+  CHECK(limits.max_torque == 0.15);
+  CHECK(limits.torque_slew == 30);
+  CHECK(limits.angular_velocity_limit == 12);
+  CHECK(limits.continuous_torque == 0.05);
+  CHECK(limits.max_rotational_damping == 0.03);
+  CHECK(limits.workspace_turn == 1.2);
+  CHECK(limits.workspace_rest_B == config.device.workspace_rest_B);
+}

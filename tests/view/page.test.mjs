@@ -237,6 +237,39 @@ describe("the page", { skip: lack }, () => {
     assert.equal(sent("lead").length, count, "nothing is led after the release");
   });
 
+  test("with Shift the drag turns the tool and leaves its place", async () => {
+    await open();
+    await page.click("#touch");
+    const box = await page.locator("#stage").boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await eventually(() => sent("lead").length > 1);
+    const [first] = sent("lead");
+    await page.keyboard.down("Shift");
+    await page.mouse.move(x + 50, y, { steps: 5 });
+    const newest = () => sent("lead").at(-1);
+    const angle = () => {
+      const parts = newest().orientation.map((part, i) => part * first.orientation[i]);
+      return 2 * Math.acos(Math.min(1, Math.abs(parts.reduce((sum, part) => sum + part))));
+    };
+    await eventually(() => Math.abs(angle() - 50 * 0.008) < 1e-6);
+    assert.deepEqual(newest().position, first.position);
+    assert.ok(Math.abs(Math.hypot(...newest().orientation) - 1) < 1e-12);
+    // about the picture's upward direction
+    const up = await page.evaluate(() => window.hapticd.stage.plane().up.toArray());
+    const [w, ...vector] = first.orientation;
+    const [w2, ...vector2] = newest().orientation;
+    const cross = (a, b) =>
+      [1, 2, 0].map((i, k) => a[i] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[i]);
+    const turn = vector2.map((part, i) => w * part - w2 * vector[i] - cross(vector2, vector)[i]);
+    const along = turn.reduce((sum, part, i) => sum + part * up[i], 0);
+    assert.ok(Math.abs(along - Math.sin(0.2)) < 1e-6, "to the right about up");
+    await page.keyboard.up("Shift");
+    await page.mouse.up();
+    await eventually(() => sent("release").length === 1);
+  });
+
   test("by keyboard alone: camera, touch, help, plots; no trap", async () => {
     await open();
     const seen = [];

@@ -64,6 +64,19 @@ GodObject6::GodObject6(std::span<const MeshShape> objects, const MeshShape& tool
   contacts_.reserve(kMaxContacts);
 }
 
+void GodObject6::set_springs(double translational, double rotational) {
+  HAPTIC_ASSERT(translational > 0 && rotational > 0);
+  if (translational == options_.translational_stiffness &&
+      rotational == options_.rotational_stiffness) {
+    return;
+  }
+  const MotionMetric metric = factor_metric(spring_matrix(translational, rotational));
+  if (!metric.valid) return;
+  options_.translational_stiffness = translational;
+  options_.rotational_stiffness = rotational;
+  metric_ = metric;
+}
+
 double GodObject6::length_of(const Twist& motion) const {
   return norm(motion.v) + reach_ * norm(motion.w);
 }

@@ -19,7 +19,8 @@ struct GodObject6Options {
   double k_s = 2;  // a move covers k_s/2 of the remaining way (Ortega, Redon & Coquillart 2007)
   double margin = 1e-6;  // kept from every surface [m]
   uint32_t moves = 8;    // per step, at most
-  // weights of the metric in which poses are compared, about the origin of T
+  // weights of the metric in which poses are compared, about the origin of T, until the servo says
+  // which springs are in force
   double translational_stiffness = 800;  // [N/m]
   double rotational_stiffness = 2;       // [N·m/rad]
 };
@@ -44,7 +45,7 @@ struct GodObjectMove {
 /// the constraints allow. Each of several moves computes
 ///   a_u = ½ k_s (x_target − x), a = argmin ½ (a − a_u)ᵀ M (a − a_u) s.t. J a ≥ −(gap − margin),
 ///   x ← x ⊕ a, as far as continuous collision detection proves it free,
-/// with M = diag(k_T, k_R) about the tool's origin, from the stiffness of the config. What a motion
+/// with M = diag(k_T, k_R) about the tool's origin, the stiffness of the coupling. What a motion
 /// meets becomes a constraint of the following moves; what held it back is retained as well, or it
 /// would chatter. It slides within the same step, as the paper permits; a step that ends early
 /// leaves at most a few margins.
@@ -74,6 +75,9 @@ class GodObject6 {
   /// directions, the shortest first; never one behind an object of which this pose is free, since
   /// the force would pull across it.
   bool place_near(std::span<const Pose> X_WO, const Pose& X_WT);
+
+  /// Compares poses by these springs from now on [N/m], [N·m/rad]; above zero.
+  void set_springs(double translational, double rotational);
 
   bool is_placed() const { return is_placed_; }
   void lose() { is_placed_ = false; }

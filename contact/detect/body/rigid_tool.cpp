@@ -106,6 +106,10 @@ void RigidTool::answer(const RigidToolModel& model, const ServoFrame& servo,
   set.tool = model.body;
   set.X_WG = set.X_WT = led_to(model, servo);
   if ((servo.flags & kServoClosed) != 0) god_object_.lose();
+  // the servo projects in the metric of its springs; another one here gives other planes
+  if (servo.translational_stiffness > 0 && servo.rotational_stiffness > 0) {
+    god_object_.set_springs(servo.translational_stiffness, servo.rotational_stiffness);
+  }
   if (!god_object_.is_placed()) place(servo, X_WO, set);
   if (!god_object_.is_placed()) return;
   const GodObjectMove move = god_object_.move(X_WO, set.X_WT, reach);

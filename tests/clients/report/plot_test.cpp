@@ -103,6 +103,27 @@ TEST_CASE("plot: every vertex lies where its sample says", "[clients]") {
   }
 }
 
+TEST_CASE("plot: over a logarithmic axis decades are equally wide", "[clients]") {
+  const Series decades{"gain", {1, 10, 100, 1000}, {0, 1, 2, 3}};
+  const std::string svg =
+      svg_document("bode", {{"gain", "dB", {decades}}}, {"frequency [Hz]", true});
+  const auto points = line_of(svg);
+  REQUIRE(points.size() == 4);
+  for (size_t i = 0; i < 4; ++i) {
+    CHECK(points[i].first == Approx(76 + 896.0 / 3 * static_cast<double>(i)).margin(0.06));
+  }
+  for (const char* text : {">1<", ">2<", ">50<", ">1000<", ">frequency [Hz]<"}) {
+    CAPTURE(text);
+    CHECK(svg.find(text) != std::string::npos);
+  }
+  CHECK(svg.find("time [s]") == std::string::npos);
+  // the tick of ten stands under its sample
+  CHECK(svg.find("<text x=\"374.7\" y=\"252.0\" class=\"tick mid\">10<") != std::string::npos);
+  // what has no logarithm is not drawn
+  const Series from_zero{"gain", {0, 1, 10}, {5, 1, 2}};
+  CHECK(line_of(svg_document("zero", {{"gain", "", {from_zero}}}, {"f", true})).size() == 2);
+}
+
 TEST_CASE("plot: time goes forward along every line", "[clients]") {
   std::mt19937 random(7);
   Series noise = ramp(20'000, 20);

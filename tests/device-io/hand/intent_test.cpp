@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <set>
 
 #include "tests/support/near.h"
@@ -29,13 +30,27 @@ double cycle_of(const IntentConfig& config) {
   return 1.5 * config.stroke_time;
 }
 
-uint64_t hash_of(const IntentConfig& config, uint64_t seed) {
-  uint64_t hash = 14695981039346656037u;  // FNV-1a over the bits
+/// FNV-1a over the bits of these numbers.
+void add_bits(uint64_t& hash, std::initializer_list<double> numbers) {
+  for (const double number : numbers) {
+    unsigned char bytes[sizeof number];
+    std::memcpy(bytes, &number, sizeof number);
+    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211u;
+  }
+}
+
+/// Of the positions and velocities; `turns`: of the orientations and angular velocities.
+uint64_t hash_of(const IntentConfig& config, uint64_t seed, bool turns = false) {
+  uint64_t hash = 14695981039346656037u;
   for (int i = 0; i < 5000; ++i) {
     const Intent intent = intent_at(config, seed, 0.0137 * i);
-    unsigned char bytes[sizeof intent];
-    std::memcpy(bytes, &intent, sizeof intent);
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211u;
+    const Vec3 &p = intent.p_B, &v = intent.v_B, &w = intent.w_B;
+    const Quat& q = intent.q_B;
+    if (turns) {
+      add_bits(hash, {q.x, q.y, q.z, q.w, w.x, w.y, w.z});
+    } else {
+      add_bits(hash, {p.x, p.y, p.z, v.x, v.y, v.z});
+    }
   }
   return hash;
 }
@@ -174,5 +189,61 @@ TEST_CASE("intent: with a direction and no arc the hand presses on one spot", "[
     } else if (phase.part == IntentPart::kTravel) {
       REQUIRE(norm(arm_B) == Approx(config.hover_radius).epsilon(tol(kAlgebra)));
     }
+  }
+}
+
+TEST_CASE("intent: a turn leaves the positions as they are, to the bit", "[device-io]") {
+  IntentConfig config;
+  const uint64_t alone = hash_of(config, 1);
+  config.turn_angle = 0.4;
+  CHECK(hash_of(config, 1) == alone);
+  CHECK(hash_of(config, 1, true) != hash_of(config, 2, true));
+  // pinned: every machine and compiler must give these bits
+  CHECK(hash_of(config, 1, true) == 0x6818d56947bf0ed9u);
+}
+
+TEST_CASE("intent: the handle turns while it slides, by the angle, and back while it travels",
+          "[device-io]") {
+  IntentConfig config;
+  config.turn_angle = 0.5;
+  const bool has_axis = GENERATE(false, true);
+  if (has_axis) config.turn_axis_B = {0, 0.6, -0.8};
+  bool to_one_side = false, to_the_other = false;
+  for (int stroke = 0; stroke < 30; ++stroke) {
+    const double begin = stroke * 1.5 * config.stroke_time;
+    const auto turned = [&](double share) {
+      return to_rotation_vector(intent_at(config, 7, begin + share * config.stroke_time).q_B);
+    };
+    CHECK(norm(turned(0.01)) == 0);
+    CHECK(norm(turned(0.25)) <= tol(1e-12));
+    const Vec3 whole = turned(0.76);
+    CHECK(norm(whole) == Approx(0.5).epsilon(1e-12));
+    CHECK_THAT(turned(0.99), IsNear(whole, 1e-12));
+    CHECK_THAT(turned(0.5), IsNear(whole / 2, 1e-12));
+    CHECK_THAT(turned(1.25), IsNear(whole / 2, 1e-12));
+    CHECK(norm(turned(1.4999999)) <= 1e-9);
+    if (has_axis) CHECK(norm(cross(whole, config.turn_axis_B)) <= tol(1e-12));
+    to_one_side |= dot(whole, config.turn_axis_B) > 0;
+    to_the_other |= dot(whole, config.turn_axis_B) < 0;
+  }
+  CHECK(to_one_side == has_axis);
+  CHECK(to_the_other == has_axis);
+}
+
+TEST_CASE("intent: the angular velocity is the derivative of the orientation, without steps",
+          "[device-io]") {
+  IntentConfig config;
+  config.turn_angle = 1.2;
+  constexpr double kStep = 1e-6;  // [s]
+  Vec3 before_B;
+  for (int i = 1; i < 40000; ++i) {
+    const double t = 2.5e-4 * i;
+    const Quat from = intent_at(config, 3, t - kStep).q_B, to = intent_at(config, 3, t + kStep).q_B;
+    const Vec3 w_B = intent_at(config, 3, t).w_B;
+    // the third derivative is below 60·1.2/0.6³, and rounding of 1e-16 over the step
+    REQUIRE_THAT(to_rotation_vector(to * conjugate(from)) / (2 * kStep), IsNear(w_B, 1e-8));
+    // peak acceleration 5.77·angle/time², over the sampling
+    REQUIRE(norm(w_B - before_B) <= 5.8 * 1.2 / (0.6 * 0.6) * 2.5e-4);
+    before_B = w_B;
   }
 }

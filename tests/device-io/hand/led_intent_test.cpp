@@ -33,9 +33,9 @@ double largest_velocity_step(double h) {
   double largest = 0;
   for (int command = 0; command < 30; ++command) {
     const Vec3 to_B{0.03 * std::cos(0.15 * command) - 0.03, 0.03 * std::sin(0.15 * command), 0};
-    retarget(led, to_B, kAtRest);
+    retarget(led, Pose{to_B, {}}, kAtRest);
     for (double t = 0; t < 1.0 / 60; t += h) {
-      const Vec3 next_B = follow(led, to_B, h);
+      const Vec3 next_B = follow(led, {to_B, {}}, h).p;
       const Vec3 velocity_B = (next_B - at_B) / h;
       largest = std::max(largest, norm(velocity_B - v_B));
       at_B = next_B;
@@ -50,11 +50,11 @@ double largest_velocity_step(double h) {
 TEST_CASE("led intent: a step is answered as by a critically damped spring", "[device-io]") {
   LedIntent led;
   const Vec3 to_B{0.02, -0.01, 0.005};
-  retarget(led, to_B, kAtRest);
+  retarget(led, Pose{to_B, {}}, kAtRest);
   const double h = 1e-5;
   double t = 0;
   for (int k = 0; k < 30000; ++k) {
-    const Vec3 p_B = follow(led, to_B, h);
+    const Vec3 p_B = follow(led, {to_B, {}}, h).p;
     t += h;
     const double left = (1 + kLedRate * t) * std::exp(-kLedRate * t);
     // first order in the step
@@ -72,10 +72,10 @@ TEST_CASE("led intent: the velocity has no steps, whatever the commands", "[devi
 TEST_CASE("led intent: its speed is bounded, and it never overshoots", "[device-io]") {
   LedIntent led;
   const Vec3 to_B{0.3, 0.4, 0};
-  retarget(led, to_B, kAtRest);
+  retarget(led, Pose{to_B, {}}, kAtRest);
   double fastest = 0, before = 0;
   for (int k = 0; k < 3000; ++k) {
-    const double p = dot(follow(led, to_B, 1e-3), normalized(to_B));
+    const double p = dot(follow(led, {to_B, {}}, 1e-3).p, normalized(to_B));
     fastest = std::max(fastest, (p - before) / 1e-3);
     REQUIRE(p >= before);
     REQUIRE(p <= 0.5 + tol(1e-12));
@@ -97,7 +97,7 @@ TEST_CASE("simulated hand: led, it begins and ends without a jump and goes on as
     const bool leads = k >= 700 && k < 2000;
     const DeviceState state = read_at(led, k);
     read_at(alone, k);
-    led.lead(leads ? std::optional(place_B) : std::nullopt);
+    led.lead(leads ? std::optional(Pose{place_B, {}}) : std::nullopt);
     if (k > 0) {
       const Vec3 now_v_B = (led.plant().intent_B - before_B) / 1e-3;
       fastest = std::max(fastest, norm(now_v_B));
@@ -130,8 +130,8 @@ TEST_CASE("simulated hand: nobody is led by what is no place, and never out of t
     read_at(hand, k);
     read_at(alone, k);
     read_at(far, k);
-    hand.lead(k % 2 == 0 ? std::nullopt : std::optional(Vec3{nan, 0, 0}));
-    far.lead(Vec3{0.01, 1e6, 0});
+    hand.lead(k % 2 == 0 ? std::nullopt : std::optional(Pose{{nan, 0, 0}, {}}));
+    far.lead(Pose{{0.01, 1e6, 0}, {}});
     REQUIRE(hand.plant().p_B == alone.plant().p_B);
     REQUIRE(norm(far.plant().intent_B - config.workspace_centre_B) <= 0.15 + tol(1e-12));
   }
@@ -144,7 +144,7 @@ TEST_CASE("simulated hand: a device that no hand holds is not led", "[device-io]
   SimulatedHand hand(config);
   for (int64_t k = 0; k < 100; ++k) {
     CHECK((read_at(hand, k).flags & kDeviceLed) == 0);
-    hand.lead(Vec3{0.1, 0, 0});
+    hand.lead(Pose{{0.1, 0, 0}, {}});
   }
   CHECK(hand.plant().p_B == Vec3{});
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hand/simulated_hand.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "tests/support/near.h"
@@ -114,11 +116,11 @@ TEST_CASE("simulated hand: a force above the limit is shortened and keeps its di
   read_at(hand, 0);
   const Vec3 wanted_B{12, -16, 5};
   hand.write({wanted_B, {}});
-  CHECK(norm(hand.held_force()) == Approx(8).epsilon(tol(kAlgebra)));
-  CHECK_THAT(normalized(hand.held_force()), IsNear(normalized(wanted_B), kAlgebra));
+  CHECK(norm(hand.held().f) == Approx(8).epsilon(tol(kAlgebra)));
+  CHECK_THAT(normalized(hand.held().f), IsNear(normalized(wanted_B), kAlgebra));
   CHECK((read_at(hand, kMs).flags & kDeviceSaturated) != 0);
   hand.write({{3, 0, 4}, {}});
-  CHECK(hand.held_force() == Vec3{3, 0, 4});
+  CHECK(hand.held().f == Vec3{3, 0, 4});
   CHECK((read_at(hand, 2 * kMs).flags & kDeviceSaturated) == 0);
 }
 
@@ -126,9 +128,9 @@ TEST_CASE("simulated hand: a force that is not a number is held as zero", "[devi
   SimulatedHand hand{DeviceConfig{}};
   read_at(hand, 0);
   hand.write({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}});
-  CHECK(hand.held_force() == Vec3{});
+  CHECK(hand.held().f == Vec3{});
   hand.write({{0, std::numeric_limits<double>::infinity(), 0}, {}});
-  CHECK(hand.held_force() == Vec3{});
+  CHECK(hand.held().f == Vec3{});
   CHECK(is_finite(read_at(hand, kMs).X_BH));
 }
 
@@ -175,7 +177,157 @@ TEST_CASE("simulated hand: stop holds zero", "[device-io]") {
   device->write({{1, 2, 3}, {}});
   device->stop();
   device->stop();
-  CHECK(dynamic_cast<SimulatedHand&>(*device).held_force() == Vec3{});
+  CHECK(dynamic_cast<SimulatedHand&>(*device).held().f == Vec3{});
   CHECK(device->caps().simulated);
   CHECK_FALSE(device->caps().open_loop);
+}
+
+namespace {
+
+/// A handle that turns, held by a wrist that stands still.
+DeviceConfig turning_device() {
+  DeviceConfig config;
+  config.max_torque = 0.3;
+  config.hand.inertia = 1e-4;
+  config.hand.intent.stroke_time = 1e6;  // stands still
+  config.hand.intent.tremor_amplitude = 0;
+  return config;
+}
+
+}  // namespace
+
+TEST_CASE("simulated hand: without an inertia nothing of turning is seen, to the bit",
+          "[device-io]") {
+  DeviceConfig plain, other;
+  other.max_torque = 0.3;
+  other.hand.rotational_damping = 1;
+  other.hand.hand_rotational_stiffness = 100;
+  other.hand.intent.turn_angle = 1;
+  SimulatedHand first(plain), second(other);
+  CHECK(second.caps().max_torque == 0);
+  for (int k = 0; k < 1000; ++k) {
+    const DeviceState a = read_at(first, k * kMs), b = read_at(second, k * kMs);
+    REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
+    first.write({{0.1, 0, -0.2}, {}});
+    second.write({{0.1, 0, -0.2}, {1, 2, 3}});
+  }
+  CHECK(second.held().t == Vec3{});
+}
+
+TEST_CASE("simulated hand: turning leaves the positions as they are, to the bit", "[device-io]") {
+  DeviceConfig plain, turning;
+  turning.hand.inertia = 1e-4;
+  turning.hand.intent.turn_angle = 0.5;
+  turning.max_torque = 0.3;
+  SimulatedHand first(plain), second(turning);
+  for (int k = 0; k < 2000; ++k) {
+    const DeviceState a = read_at(first, k * kMs), b = read_at(second, k * kMs);
+    REQUIRE(a.X_BH.p == b.X_BH.p);
+    REQUIRE(a.V_BH.v == b.V_BH.v);
+    first.write({{0.1, 0, -0.2}, {}});
+    second.write({{0.1, 0, -0.2}, {0.01, 0, 0.02}});
+  }
+}
+
+TEST_CASE("simulated hand: it turns under the held torque by torque over stiffness",
+          "[device-io]") {
+  DeviceConfig config = turning_device();
+  config.hand.rotational_friction = 0;
+  config.hand.angle_step = 0;
+  SimulatedHand hand(config);
+  const Vec3 torque{0.05, -0.1, 0.08};
+  DeviceState state{};
+  for (int k = 0; k < 3000; ++k) {
+    state = read_at(hand, k * kMs);
+    hand.write({{}, torque});
+  }
+  CHECK(hand.caps().max_torque == 0.3);
+  CHECK_THAT(to_rotation_vector(state.X_BH.q),
+             IsNear(torque / config.hand.hand_rotational_stiffness, 1e-9));
+  CHECK((state.flags & kDeviceSaturated) == 0);
+}
+
+TEST_CASE("simulated hand: torque is shortened for itself, and flagged", "[device-io]") {
+  SimulatedHand hand(turning_device());
+  read_at(hand, 0);
+  const Vec3 wanted{0.3, -0.4, 0};
+  hand.write({{1, 2, 3}, wanted});
+  CHECK(hand.held().f == Vec3{1, 2, 3});
+  CHECK_THAT(hand.held().t, IsNear(0.6 * wanted, kAlgebra));
+  CHECK((read_at(hand, kMs).flags & kDeviceSaturated) != 0);
+  hand.write({{1, 2, 3}, 0.5 * wanted});
+  CHECK((read_at(hand, 2 * kMs).flags & kDeviceSaturated) == 0);
+  hand.write({{}, {0, std::numeric_limits<double>::quiet_NaN(), 0}});
+  CHECK(hand.held().t == Vec3{});
+  const DeviceState state = read_at(hand, 3 * kMs);
+  CHECK((state.flags & kDeviceSaturated) != 0);
+  CHECK(is_finite(state.X_BH));
+}
+
+TEST_CASE("simulated hand: the rotation vector is the encoder's step below the true one",
+          "[device-io]") {
+  DeviceConfig config = turning_device();
+  config.hand.angle_step = 1e-3;
+  SimulatedHand hand(config);
+  for (int k = 0; k < 500; ++k) {
+    const Vec3 read = to_rotation_vector(read_at(hand, k * kMs).X_BH.q);
+    const Vec3 there = to_rotation_vector(hand.plant().q_B);
+    for (int i = 0; i < 3; ++i) {
+      REQUIRE(there[i] - read[i] >= -tol(kAlgebra));
+      REQUIRE(there[i] - read[i] < 1e-3 + tol(kAlgebra));
+      REQUIRE(std::fabs(std::remainder(read[i], 1e-3)) <= tol(kAlgebra));
+    }
+    hand.write({{}, {0.2, -0.1, 0.05}});
+  }
+  CHECK(norm(to_rotation_vector(hand.plant().q_B)) > 0.05);
+}
+
+TEST_CASE("simulated hand: the angular velocity follows a ramp as the velocity does",
+          "[device-io]") {
+  DeviceConfig config = turning_device();
+  SimulatedHandConfig& h = config.hand;
+  h.angle_step = h.rotational_friction = h.rotational_damping = 0;
+  h.hand_rotational_stiffness = h.hand_rotational_damping = h.hand_inertia = 0;
+  SimulatedHand hand(config);
+  // a constant torque: ω = a t, seen late by the pole and half a period of differencing
+  const double a = 20, T = 1e-3, pole = 1 / (2 * std::numbers::pi * 100);
+  const Vec3 axis = normalized(Vec3{2, -1, 2});
+  DeviceState state{};
+  for (int k = 0; k <= 100; ++k) {
+    state = read_at(hand, k * kMs);
+    hand.write({{}, a * h.inertia * axis});
+  }
+  CHECK_THAT(hand.plant().w_B, IsNear(a * 0.1 * axis, 1e-9));
+  CHECK_THAT(state.V_BH.w, IsNear(a * (0.1 - T / 2 - pole) * axis, 1e-4));
+}
+
+TEST_CASE("simulated hand: led, the handle turns to the orientation, by the shorter arc and back",
+          "[device-io]") {
+  DeviceConfig config = turning_device();
+  config.hand.intent.stroke_time = 1.2;
+  config.hand.intent.turn_angle = 0.4;
+  SimulatedHand led(config), alone(config);
+  const Quat wanted = from_rotation_vector({0.5, 0.2, -2.8});
+  Quat before;
+  Vec3 w_before;
+  double fastest = 0, jerked = 0;
+  for (int k = 0; k < 6000; ++k) {
+    read_at(led, k * kMs);
+    read_at(alone, k * kMs);
+    const bool leads = k >= 700 && k < 3000;
+    led.lead(leads ? std::optional(Pose{{0.05, 0, 0}, wanted}) : std::nullopt);
+    const Quat now = led.plant().intent_q_B;
+    const Vec3 w = to_rotation_vector(now * conjugate(before)) / 1e-3;
+    if (k > 1) fastest = std::max(fastest, norm(w));
+    if (k > 2) jerked = std::max(jerked, norm(w - w_before));
+    before = now;
+    w_before = w;
+    if (k == 2999) CHECK(norm(to_rotation_vector(now * conjugate(wanted))) < 1e-6);
+    if (k <= 700 || k > 5500) REQUIRE(now == alone.plant().intent_q_B);
+  }
+  // its own turn, at most 1.875·0.4/0.6 s, and that of the lead
+  CHECK(fastest < kMostLedSpin + 1.25);
+  CHECK(fastest > 0.9 * kMostLedSpin);
+  // a jump of a tenth of a degree would be 1.7 rad/s; the filter's acceleration is at most ω²·3 rad
+  CHECK(jerked < kLedRate * kLedRate * 3 * 1e-3);
 }

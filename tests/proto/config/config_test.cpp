@@ -136,6 +136,8 @@ TEST_CASE("config: every section reaches its field") {
                               "clutch_button = 3\n"
                               "tool_on_grip = {position = [\"7 m\", \"8 m\", \"9 m\"]}\n"
                               "[safety]\nmax_force = \"3 N\"\nsoft_start = \"1 s\"\n"
+                              "torque_slew = \"30 N·m/s\"\n"
+                              "angular_velocity_limit = \"720 deg/s\"\n"
                               "[coupling]\n"
                               "damping = \"2 Ns/m\"\n"),
                    "x.toml");
@@ -157,8 +159,34 @@ TEST_CASE("config: every section reaches its field") {
   CHECK(config.map.X_HT.p == Vec3{7, 8, 9});
   CHECK(config.safety.max_force == 3);
   CHECK(config.safety.soft_start == 1);
+  CHECK(config.safety.torque_slew == 30);
+  CHECK(config.safety.angular_velocity_limit == Approx(4 * std::numbers::pi));
   CHECK(config.coupling.translational_damping == 2);
   CHECK(config.coupling.translational_stiffness == 800);
+}
+
+TEST_CASE("config: what bounds torque and turning at the device") {
+  const std::string kind = "kind = \"simulated-hand\"\n";
+  const auto with = [&](const std::string& keys) { return scene_with(kind, kind + keys); };
+  const DeviceConfig plain = parse_config(kScene, "x.toml").device;
+  CHECK(plain.continuous_torque == 0);
+  CHECK(plain.max_rotational_damping == 0.01);
+  CHECK(plain.workspace_turn == 0);
+  CHECK(plain.workspace_rest_B == Quat{});
+  const DeviceConfig device =
+      parse_config(with("continuous_torque = \"50 mN·m\"\n"
+                        "max_rotational_damping = \"0.02 N·m·s/rad\"\n"
+                        "workspace_turn = \"80 deg\"\n"
+                        "workspace_rest = {axis = [0, 0, 2], angle = \"90 deg\"}\n"),
+                   "x.toml")
+          .device;
+  CHECK(device.continuous_torque == Approx(0.05));
+  CHECK(device.max_rotational_damping == 0.02);
+  CHECK(device.workspace_turn == Approx(80 * std::numbers::pi / 180));
+  CHECK(device.workspace_rest_B.z == Approx(std::sqrt(0.5)));
+  // no rotation is farther from another than half a turn
+  CHECK(error_of(with("workspace_turn = \"181 deg\"\n")).find("x.toml:5") == 0);
+  CHECK(error_of(with("continuous_torque = \"0 N·m\"\n")).find("x.toml:5") == 0);
 }
 
 TEST_CASE("config: each kind of mistake is told with file, line and column") {

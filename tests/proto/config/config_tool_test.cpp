@@ -180,12 +180,16 @@ TEST_CASE("config: a coupling too stiff for its device is warned of with the num
   CHECK(felt("2 kN/m")[0].find("contact_stiffness in [proxy]") != std::string::npos);
   // rotation has its own margin if the device has torque and states its inertia
   const std::string torque =
-      "max_torque = \"0.1 N·m\"\ninertia = \"1e-4 kg·m²\"\n"
+      "max_torque = \"0.1 N·m\"\n[device.hand]\ninertia = \"1e-4 kg·m²\"\n"
       "rotational_damping = \"1e-3 N·m·s/rad\"\n";
   CHECK(warned(torque, "rotational_stiffness = \"1 N·m/rad\"\n").empty());
   const auto turning = warned(torque, "rotational_stiffness = \"3 N·m/rad\"\n");
   REQUIRE(turning.size() == 1);
   CHECK(turning[0].find("rotational_stiffness in [coupling] is 3 N·m/rad") != std::string::npos);
+  // a handle that cannot turn feels none of it
+  const auto still = warned("max_torque = \"0.1 N·m\"\n", "rotational_stiffness = \"1 N·m/rad\"\n");
+  REQUIRE(still.size() == 1);
+  CHECK(still[0].find("inertia in [device.hand]") != std::string::npos);
 }
 
 TEST_CASE("config: parts of machines are read with their dimensions") {

@@ -136,9 +136,19 @@ TEST_CASE("command: a simulated hand is led and released", "[servo]") {
   CHECK(wanted.X_WT_intent.p == haptic::Vec3{0.01, -0.02, 0.03});
   CHECK(wanted.X_WT_intent.q == haptic::Quat{});
   // the order of the words is w x y z
-  CHECK(apply_command("lead 0 0 0 0 0 0 1", kSession, wanted).kind == CommandKind::kLead);
-  CHECK(wanted.X_WT_intent.q.z == 1);
-  CHECK(wanted.X_WT_intent.q.w == 0);
+  haptic::SessionConfig turning = kSession;
+  turning.device.hand.inertia = 1e-4;
+  turning.map.X_WB.q = haptic::Quat{1, 0, 0, 0};
+  turning.map.X_HT.q = haptic::Quat{0, 1, 0, 0};
+  CHECK(apply_command("lead 0 0 0 0.6 0 0.8 0", turning, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.X_WT_intent.q == haptic::Quat{0, 0.8, 0, 0.6});
+  // without them, and of a handle that cannot turn: as the handle holds the tool at rest
+  const haptic::Quat at_rest{0, 0, 1, 0};
+  CHECK(apply_command("lead 0 0 0", turning, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.X_WT_intent.q == at_rest);
+  turning.device.hand.inertia = 0;
+  CHECK(apply_command("lead 0 0 0 0.6 0 0.8 0", turning, wanted).kind == CommandKind::kLead);
+  CHECK(wanted.X_WT_intent.q == at_rest);
   CHECK(apply_command("release", kSession, wanted).kind == CommandKind::kLead);
   CHECK(wanted.leading == 0);
 }

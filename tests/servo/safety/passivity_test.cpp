@@ -17,12 +17,17 @@ namespace {
 constexpr double kDt = 1e-3;
 constexpr int64_t kTickNs = 1'000'000;
 
+PassivityInput moving(const Vec3& p, int64_t t_ns, const Vec3& surface, const Vec3& force,
+                      double max_damping) {
+  return {{p, {}}, t_ns, {surface, {}}, {force, {}}, max_damping, 0};
+}
+
 /// One tick of the port: the controller's output for a force at this position.
 haptic::PassivityOutput pass(PassivityState& state, int64_t tick, const Vec3& p, const Vec3& force,
                              double max_damping, const Vec3& surface = {}) {
   const auto out =
-      haptic::keep_passive(state, {p, tick * kTickNs, surface, force, max_damping}, kDt);
-  haptic::note_held(state, out.force_B, kDt);
+      haptic::keep_passive(state, moving(p, tick * kTickNs, surface, force, max_damping), kDt);
+  haptic::note_held(state, out.F_B, kDt);
   return out;
 }
 
@@ -59,7 +64,7 @@ Run on_wall(double stiffness, double max_damping, bool controlled, double push =
   for (int k = 0; k < ticks; ++k) {
     Vec3 force{std::max(-stiffness * mass.x, 0.0), 0, 0};
     const Vec3 p{mass.x, 0, 0};
-    if (controlled) force = pass(state, k, p, force, max_damping).force_B;
+    if (controlled) force = pass(state, k, p, force, max_damping).F_B.f;
     const double before = mass.x;
     mass.advance(force.x - push, kDt);
     run.energy -= force.x * (mass.x - before);
@@ -129,15 +134,15 @@ TEST_CASE("passivity: the damper stays within its bound and against the motion",
   const auto out = pass(state, 1, step, {5, 0, 0}, 0.1);
   CHECK(out.damped);
   CHECK(state.energy == Approx(-0.05));
-  CHECK(out.force_B.x == Approx(5 - 0.1 * 0.01 / kDt));
+  CHECK(out.F_B.f.x == Approx(5 - 0.1 * 0.01 / kDt));
 }
 
 TEST_CASE("passivity: a wall that is left pulls no more than it pushed", "[servo]") {
   PassivityState state;
   pass(state, 0, {}, {3, 0, 0}, 5);
   // at 10 m/s the damper alone would give 50 N
-  CHECK(pass(state, 1, {0.01, 0, 0}, {}, 5).force_B.x == Approx(-2.9).margin(0.11));
-  CHECK(pass(state, 2, {0.02, 0, 0}, {}, 0).force_B.x == 0);
+  CHECK(pass(state, 1, {0.01, 0, 0}, {}, 5).F_B.f.x == Approx(-2.9).margin(0.11));
+  CHECK(pass(state, 2, {0.02, 0, 0}, {}, 0).F_B.f.x == 0);
 }
 
 TEST_CASE("passivity: after a gap the way is divided by the time that it took", "[servo]") {
@@ -147,14 +152,14 @@ TEST_CASE("passivity: after a gap the way is divided by the time that it took", 
   pass(state, 0, {}, {4, 0, 0}, 0);
   // stale samples change nothing
   for (int k = 1; k <= 4; ++k) {
-    const auto held = haptic::keep_passive(state, {{}, 0, {}, {4, 0, 0}, 2}, kDt);
+    const auto held = haptic::keep_passive(state, moving({}, 0, {}, {4, 0, 0}, 2), kDt);
     CHECK_FALSE(held.damped);
-    haptic::note_held(state, held.force_B, kDt);
+    haptic::note_held(state, held.F_B, kDt);
   }
   const double before = state.energy;
   const auto out = pass(state, 5, {5 * kDt * speed, 0, 0}, {2.75, 0, 0}, 2);
   CHECK(state.energy == Approx(before - 4 * 5 * kDt * speed));
-  CHECK(out.force_B.x == Approx(2.75 - 2 * speed));
+  CHECK(out.F_B.f.x == Approx(2.75 - 2 * speed));
 }
 
 TEST_CASE("passivity: a moving object may push, that work is its own", "[servo]") {

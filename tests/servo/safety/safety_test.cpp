@@ -406,6 +406,7 @@ TEST_CASE("safety: a torque grows no faster than the force, and shrinks with it"
   turned.device.flags = haptic::kDeviceFresh | haptic::kDeviceHomed | haptic::kDeviceOpenLoop;
   make_safe(limits, state, turned, kDt);
   turned.F_B.t = {0, 0, 0.05};
+  turned.device.t_ns = turned.now_ns = 1'000'000;
   turned.device.X_BH.q = haptic::from_rotation_vector({0, 0, -0.05});
   CHECK(make_safe(limits, state, turned, kDt).F_B == turned.F_B);
 }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Touch without a device: mouse, fingers or keys lead where the simulated hand means to go.
+// Touch without a device: mouse, fingers or keys lead where the simulated hand means to go, and with
+// Shift how it means to hold the tool.
 
 const kPeriod = 1000 / 60; // [ms] between two `lead`
 const kKeySpeed = 0.35; // of the scene's size in a second
 const kWheel = 0.0006; // of the scene's size for a pixel of the wheel
 const kPinch = 0.004; // the same for a pixel between two fingers
+const kKeyTurn = 1; // [rad/s]
+const kDragTurn = 0.008; // [rad] for a pixel
+const kWheelTurn = 0.001; // [rad] for a pixel of the wheel
 
 /** Direction in the picture: [right, up, forward]. */
 const kKeys = {
@@ -22,6 +26,18 @@ const kKeys = {
   q: [0, 0, -1],
 };
 
+/** Product of quaternions [w, x, y, z], normalised. */
+function product(a, b) {
+  const q = [
+    a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+    a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+    a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+    a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+  ];
+  const length = Math.hypot(...q);
+  return q.map((part) => part / length);
+}
+
 const key_of = (event) => (event.key.length === 1 ? event.key.toLowerCase() : event.key);
 
 /**
@@ -34,6 +50,8 @@ export class Touch {
     this.on = false;
     this.hold = false;
     this.intent = null;
+    this.orientation = null; // [w, x, y, z] of the tool in W
+    this.turning = false; // Shift is pressed
     this.pointers = new Map();
     this.keys = new Set();
     this.sent = 0;
@@ -80,8 +98,9 @@ export class Touch {
   begin() {
     if (this.intent !== null) return true;
     const pose = this.hand();
-    if (!this.on || !pose || !Array.from(pose.slice(0, 3)).every(Number.isFinite)) return false;
+    if (!this.on || !pose || !Array.from(pose).every(Number.isFinite)) return false;
     this.intent = [pose[0], pose[1], pose[2]];
+    this.orientation = product([1, 0, 0, 0], Array.from(pose.slice(3, 7)));
     this.last = performance.now();
     this.timer = setInterval(() => this.tick(), kPeriod);
     this.changed();
@@ -107,26 +126,44 @@ export class Touch {
     const now = performance.now();
     const dt = Math.min((now - this.last) / 1000, 0.1);
     this.last = now;
-    const step = kKeySpeed * this.stage.size * dt;
-    for (const key of this.keys) this.shift(...kKeys[key].map((part) => part * step));
-    if (this.send({ type: "lead", position: this.intent })) this.sent += 1;
+    const step = this.turning ? kKeyTurn * dt : kKeySpeed * this.stage.size * dt;
+    for (const key of this.keys) {
+      const way = kKeys[key].map((part) => part * step);
+      if (this.turning) this.turn(...way);
+      else this.shift(...way);
+    }
+    const { intent: position, orientation } = this;
+    if (this.send({ type: "lead", position, orientation })) this.sent += 1;
     this.changed();
+  }
+
+  /** The vector in W with these parts to the right, up and away in the picture. */
+  in_scene(right, up, forward) {
+    const plane = this.stage.plane();
+    return [0, 1, 2].map(
+      (axis) =>
+        right * plane.right.getComponent(axis) +
+        up * plane.up.getComponent(axis) +
+        forward * plane.forward.getComponent(axis),
+    );
   }
 
   /** Moves the intent by metres to the right, up and away in the picture. */
   shift(right, up, forward) {
     if (this.intent === null) return;
-    const plane = this.stage.plane();
-    const parts = [
-      [plane.right, right],
-      [plane.up, up],
-      [plane.forward, forward],
-    ];
-    this.intent = this.intent.map(
-      (value, axis) =>
-        value +
-        parts.reduce((sum, [direction, size]) => sum + size * direction.getComponent(axis), 0),
-    );
+    const way = this.in_scene(right, up, forward);
+    this.intent = this.intent.map((value, axis) => value + way[axis]);
+  }
+
+  /** Turns the tool such that its near side goes to the right and up, and clockwise [rad]. */
+  turn(right, up, clockwise) {
+    if (this.intent === null) return;
+    const axis = this.in_scene(-up, right, clockwise);
+    const angle = Math.hypot(...axis);
+    if (!(angle > 0)) return;
+    const share = Math.sin(angle / 2) / angle;
+    const by = [Math.cos(angle / 2), ...axis.map((part) => share * part)];
+    this.orientation = product(by, this.orientation);
   }
 
   down(event) {
@@ -140,16 +177,17 @@ export class Touch {
 
   moved(event) {
     const before = this.pointers.get(event.pointerId);
-    if (!before || this.intent === null) return;
+    if (!before || this.intent === null) return undefined;
     const apart = this.distance();
     const now = [event.clientX, event.clientY];
     this.pointers.set(event.pointerId, now);
     if (this.pointers.size >= 2) {
-      this.shift(0, 0, (this.distance() - apart) * kPinch * this.stage.size);
-      return;
+      return this.shift(0, 0, (this.distance() - apart) * kPinch * this.stage.size);
     }
+    const [right, up] = [now[0] - before[0], before[1] - now[1]];
+    if (event.shiftKey) return this.turn(right * kDragTurn, up * kDragTurn, 0);
     const scale = this.stage.metres_per_pixel(this.intent);
-    this.shift((now[0] - before[0]) * scale, (before[1] - now[1]) * scale, 0);
+    return this.shift(right * scale, up * scale, 0);
   }
 
   distance() {
@@ -165,8 +203,11 @@ export class Touch {
   wheel(event) {
     if (!this.on || this.intent === null) return;
     event.preventDefault();
-    const pixels = event.deltaMode === 1 ? event.deltaY * 16 : event.deltaY;
-    this.shift(0, 0, -pixels * kWheel * this.stage.size);
+    // with Shift some browsers turn the wheel sideways
+    const turned = event.deltaY || event.deltaX;
+    const pixels = event.deltaMode === 1 ? turned * 16 : turned;
+    if (event.shiftKey) this.turn(0, 0, pixels * kWheelTurn);
+    else this.shift(0, 0, -pixels * kWheel * this.stage.size);
   }
 
   key_down(event) {
@@ -176,6 +217,7 @@ export class Touch {
       event.preventDefault();
       return event.repeat ? undefined : this.set_hold(!this.hold);
     }
+    this.turning = event.shiftKey;
     const key = key_of(event);
     if (!(key in kKeys)) return undefined;
     event.preventDefault();
@@ -184,6 +226,7 @@ export class Touch {
   }
 
   key_up(event) {
+    this.turning = event.shiftKey;
     if (this.keys.delete(key_of(event))) this.end_if_idle();
   }
 }
