@@ -12,12 +12,19 @@
 
 namespace haptic {
 
+/// What a device takes and what it gives (Adams, Hannaford 1999).
+enum class Causality {
+  kImpedance,   // measures the pose, is commanded a wrench
+  kAdmittance,  // measures the hand's wrench, is commanded a pose
+};
+
 /// Abilities of a device, in its own units.
 struct DeviceCaps {
   double max_force = 0;    // [N]
   double max_torque = 0;   // [N·m]; 0: no torque actuators
   bool open_loop = false;  // the wrench has no effect on the motion
   bool simulated = false;
+  Causality causality = Causality::kImpedance;
 };
 
 /// Two instants on one clock: CLOCK_MONOTONIC, or virtual time in lockstep.
@@ -44,8 +51,12 @@ class Device {
   /// Commands this wrench (on the handle at its origin, in B) until the next write.
   virtual void write(const Wrench& F_B) = 0;
 
-  /// Commands a zero wrench. Idempotent; called whenever the loop ends. May wait at most 40 ms for
-  /// the device's confirmation.
+  /// Commands an admittance device to reach this pose of the handle in B one tick from now, where
+  /// it rests until the next command. Others are never asked.
+  virtual void move(const Pose& /*X_BH*/) {}
+
+  /// Commands a zero wrench, or to rest where it is. Idempotent; called whenever the loop ends. May
+  /// wait at most 40 ms for the device's confirmation.
   virtual void stop() = 0;
 
   /// Where the hand is to mean to go from now on: pose of the handle in B; none: where it means to

@@ -196,6 +196,7 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
 void hold_wrench(ServoState& state, const Rendered& rendered, const SafetyOutput& safe,
                  ServoFrame& frame) {
   frame.F_device_B = safe.F_B;
+  frame.X_command_B = frame.device.X_BH;
   frame.flags |= safe.flags;
   frame.fault = static_cast<uint32_t>(state.safety.fault);
   frame.renderer = static_cast<uint32_t>(state.renderer);

@@ -49,6 +49,15 @@ struct SimulatedHandConfig {
   IntentConfig intent;
 };
 
+/// The virtual body that an admittance device shows to the hand: M dV/dt = F_hand + F_scene − D V.
+struct AdmittanceConfig {
+  double mass = 2;                   // [kg]
+  double damping = 5;                // [N·s/m]
+  double inertia = 4e-3;             // about every axis [kg·m²]
+  double rotational_damping = 0.01;  // [N·m·s/rad]
+  double arm_delay = 0;              // of a simulated arm, from command to motion [s]
+};
+
 struct ReplayConfig {
   Path path{};
   Resampling resampling = Resampling::kCubic;
@@ -92,6 +101,7 @@ struct DeviceConfig {
   double inertia = 0;             // [kg·m²]
   double rotational_damping = 0;  // [N·m·s/rad]
   SimulatedHandConfig hand;
+  AdmittanceConfig admittance;
   ReplayConfig replay;
   SerialConfig serial;
 };

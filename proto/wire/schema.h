@@ -25,6 +25,7 @@ struct Schema<DeviceState> {
       R"(int64 t_ns                # [ns] CLOCK_MONOTONIC at which the pose was true
 geometry_msgs/Pose X_BH   # handle in device base
 geometry_msgs/Twist V_BH  # velocity of the handle, in B
+geometry_msgs/Wrench F_hand_B  # of the hand on the handle at its origin, in B; zero: not measured
 float64 grip              # gripper opening, 0 closed to 1 open
 uint32 buttons            # one bit a button
 uint32 flags              # DeviceFlag
@@ -68,6 +69,7 @@ geometry_msgs/Pose X_WP           # proxy pose of this tick
 geometry_msgs/Twist V_WP          # its velocity, in W
 geometry_msgs/Wrench F_coupling_W # on the tool at its origin, in W, before safety
 geometry_msgs/Wrench F_device_B   # on the handle at its origin, in B: what the device holds
+geometry_msgs/Pose X_command_B    # commanded to an admittance device; of others the measured one
 geometry_msgs/Wrench[16] object_impulse_W  # [N·s, N·m·s] pushed into each object since start
 geometry_msgs/Vector3 held_back_W  # [m] how far friction holds the proxy back
 float64 translational_stiffness   # [N/m] of the coupling in force

@@ -19,18 +19,19 @@ inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
 enum DeviceFlag : uint32_t {
-  kDeviceFresh = 1u << 0,      // measured for this tick
-  kDeviceHeld = 1u << 1,       // the previous sample, repeated (no new one from the source)
-  kDeviceHomed = 1u << 2,      // position is absolute
-  kDeviceSaturated = 1u << 3,  // the actuator clipped the last wrench
-  kDeviceEnded = 1u << 4,      // a replay has no more samples
-  kDeviceOpenLoop = 1u << 5,   // no effect of the force on the motion (replay)
-  kDeviceSimulated = 1u << 6,  // no hardware behind it
-  kDeviceLostTime = 1u << 7,   // a simulated hand was stalled longer than it can catch up with
-  kDeviceLost = 1u << 8,       // not answering or unplugged: nothing may be rendered
-  kDeviceStale = 1u << 9,      // its answers do not match the requests
-  kDeviceNoisy = 1u << 10,     // its encoders reverse direction faster than a hand can
-  kDeviceLed = 1u << 11,       // a simulated hand means to go where a ControlFrame leads it
+  kDeviceFresh = 1u << 0,        // measured for this tick
+  kDeviceHeld = 1u << 1,         // the previous sample, repeated (no new one from the source)
+  kDeviceHomed = 1u << 2,        // position is absolute
+  kDeviceSaturated = 1u << 3,    // the actuator clipped the last wrench
+  kDeviceEnded = 1u << 4,        // a replay has no more samples
+  kDeviceOpenLoop = 1u << 5,     // no effect of the force on the motion (replay)
+  kDeviceSimulated = 1u << 6,    // no hardware behind it
+  kDeviceLostTime = 1u << 7,     // a simulated hand was stalled longer than it can catch up with
+  kDeviceLost = 1u << 8,         // not answering or unplugged: nothing may be rendered
+  kDeviceStale = 1u << 9,        // its answers do not match the requests
+  kDeviceNoisy = 1u << 10,       // its encoders reverse direction faster than a hand can
+  kDeviceLed = 1u << 11,         // a simulated hand means to go where a ControlFrame leads it
+  kDeviceAdmittance = 1u << 12,  // it measures the hand's wrench and is commanded a pose
 };
 
 /// What the device measured, in its own base frame.
@@ -38,6 +39,7 @@ struct DeviceState {
   int64_t t_ns;      // CLOCK_MONOTONIC at which the pose was true
   Pose X_BH;         // handle in base
   Twist V_BH;        // velocity of the handle, in B
+  Wrench F_hand_B;   // of the hand on the handle at its origin, in B; zero: not measured
   double grip;       // gripper opening [0 closed, 1 open]
   uint32_t buttons;  // one bit per button
   uint32_t flags;    // DeviceFlag
@@ -97,6 +99,7 @@ struct ServoFrame {
   Twist V_WP;           // its velocity, in W
   Wrench F_coupling_W;  // on the tool at its origin, in W, before safety; the proxy feels −F
   Wrench F_device_B;    // on the handle at its origin, in B; held until the next tick
+  Pose X_command_B;     // pose commanded to an admittance device; of others the measured one
   std::array<Wrench, kMaxObjects>
       object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
   Vec3 held_back_W;      // offset of the proxy by friction; contact follows the tool plus this
@@ -251,10 +254,10 @@ inline constexpr uint32_t kServoClosed =
 static_assert(kIsWire<Pose> && sizeof(Pose) == 56);
 static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
-static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 128);
+static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 176);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1408);
+static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1512);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
 static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
