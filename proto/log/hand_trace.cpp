@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "proto/log/csv.h"
+#include "proto/log/layout.h"
 #include "proto/log/trace.h"
 #include "proto/os/regular_file.h"
 
@@ -78,7 +79,10 @@ HandTrace load_export(CsvReader& csv) {
   for (const Field& field : flatten(Schema<ServoFrame>::text)) {
     if (!field.name.starts_with("device.")) continue;
     const size_t offset = field.offset - offsetof(ServoFrame, device);
-    parts.push_back({csv.require(column_name(field)), offset, field.type});
+    const std::string name = column_name(field);
+    // exported before the field was there: its bytes stay zero
+    if (csv.find(name) == CsvReader::npos && is_new_as_zero("ServoFrame", field.name)) continue;
+    parts.push_back({csv.require(name), offset, field.type});
   }
   const size_t tick = csv.find("tick");
   HandTrace trace;

@@ -25,7 +25,7 @@ constexpr std::array<Default, 19> kDefaults{{
     {"ServoFrame", "translational_stiffness", 0, "the coupling in force was not recorded"},
     {"ServoFrame", "rotational_stiffness", 0, "the coupling in force was not recorded"},
     {"ServoFrame", "X_command_B", 0, "no device was commanded a pose"},
-    {"DeviceState", "F_hand_B", 0, "no device measured the hand's wrench"},
+    {"ServoFrame", "device.F_hand_B", 0, "no device measured the hand's wrench"},
     // since layout 8
     {"ControlFrame", "X_WT_intent", 0, "nobody led the hand"},
     {"ControlFrame", "intent_t_ns", 0, "nobody led the hand"},
@@ -48,6 +48,15 @@ constexpr std::array<Default, 19> kDefaults{{
     // since layout 2
     {"ContactSet", "reseeds", 0, "not counted"},
 }};
+
+/// The default of a field, or of the one that it is a part of; null: it has none.
+const Default* default_of(std::string_view message, std::string_view path) {
+  const auto row = std::find_if(kDefaults.begin(), kDefaults.end(), [&](const Default& d) {
+    return d.schema == message && path.starts_with(d.field) &&
+           (path.size() == d.field.size() || path[d.field.size()] == '.');
+  });
+  return row == kDefaults.end() ? nullptr : &*row;
+}
 
 /// The path with another text for each of its indices: "a[3].b" becomes "a.b" or "a[0].b".
 std::string with_indices(std::string_view path, std::string_view index) {
@@ -122,11 +131,8 @@ class Translator {
 
   void add_default(const Field& field) {
     const std::string path = with_indices(field.name, "");
-    const auto row = std::find_if(kDefaults.begin(), kDefaults.end(), [&](const Default& d) {
-      return d.schema == schema_ && path.starts_with(d.field) &&
-             (path.size() == d.field.size() || path[d.field.size()] == '.');
-    });
-    if (row == kDefaults.end()) {
+    const Default* const row = default_of(schema_, path);
+    if (row == nullptr) {
       throw std::runtime_error("it lacks '" + field.name + "', which has no default");
     }
     std::byte* const to = &out_.defaults[field.offset];
@@ -151,6 +157,11 @@ class Translator {
 };
 
 }  // namespace
+
+bool is_new_as_zero(std::string_view message, std::string_view field) {
+  const Default* const row = default_of(message, field);
+  return row != nullptr && row->value == 0;
+}
 
 Translation translate(std::string_view schema, const std::vector<Field>& ours,
                       std::string_view stored) {

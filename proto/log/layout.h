@@ -30,6 +30,10 @@ struct Translation {
 Translation translate(std::string_view schema, const std::vector<Field>& ours,
                       std::string_view stored);
 
+/// True if records of an older layout lack this field, by its path without indices, and it is then
+/// zero.
+bool is_new_as_zero(std::string_view message, std::string_view field);
+
 /// `record` has stored_size bytes, `out` those of a record here.
 void apply(const Translation& translation, const std::byte* record, std::vector<std::byte>& out);
 

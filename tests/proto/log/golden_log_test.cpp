@@ -205,12 +205,17 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
     return TraceReader(golden(layout)).notice(*find_topic(topic.name));
   };
   CHECK(notice(kAbiMajor, contact_topic(kFirstHand)).empty());
-  CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6");
+  const std::string none = " (0: the coupling in force was not recorded)";
+  const std::string servo =
+      "device.F_hand_B (0: no device measured the hand's wrench), X_command_B (0: no device was "
+      "commanded a pose), translational_stiffness" +
+      none + ", rotational_stiffness" + none;
+  CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6; fields it lacks: " + servo);
   CHECK(notice(6, contact_topic(kFirstHand)) ==
         "recorded with layout 6; fields it lacks: clearance[] (one value for all)");
   CHECK(notice(5, contact_topic(kFirstHand)) ==
         "recorded with layout 5; fields it lacks: clearance (0: not known)");
-  CHECK(notice(5, servo_topic(kFirstHand)) == "recorded with layout 5");
+  CHECK(notice(5, servo_topic(kFirstHand)) == "recorded with layout 5; fields it lacks: " + servo);
   const std::string nobody = "(0: nobody led the hand), ";
   const std::string led = "X_WT_intent " + nobody + "intent_t_ns " + nobody + "leading " + nobody +
                           "solver (0: as the session's file said)";
