@@ -74,6 +74,7 @@ SimulatedHandConfig woodenhaptics_body() {
 SimulatedHandConfig six_motors_body() {
   SimulatedHandConfig body = woodenhaptics_body();
   body.mass = 0.25;
+  body.damping = 0.5;
   body.inertia = 1e-4;
   return body;
 }
