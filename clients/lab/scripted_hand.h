@@ -10,16 +10,17 @@
 namespace haptic {
 
 /// A hand that follows a given function regardless of force: position or pose of the tool at time
-/// t [s] after its first tick.
+/// t [s] after its first tick. Motors of `max_torque` [N·m] hold the torque that it is told.
 class ScriptedHand : public Device {
  public:
   explicit ScriptedHand(std::function<Vec3(double)> path)
       : path_([path = std::move(path)](double t) {
           return Pose{path(t), {}};
         }) {}
-  explicit ScriptedHand(std::function<Pose(double)> path) : path_(std::move(path)) {}
+  explicit ScriptedHand(std::function<Pose(double)> path, double max_torque = 0)
+      : path_(std::move(path)), max_torque_(max_torque) {}
 
-  DeviceCaps caps() const override { return {1e3, 0, true, true}; }
+  DeviceCaps caps() const override { return {1e3, max_torque_, true, true}; }
   std::string description() const override { return "scripted"; }
   bool read(const TickTime& tick, DeviceState& state) override {
     if (first_ns_ < 0) first_ns_ = tick.deadline_ns;
@@ -40,6 +41,7 @@ class ScriptedHand : public Device {
 
  private:
   std::function<Pose(double)> path_;
+  double max_torque_ = 0;
   int64_t first_ns_ = -1;
 };
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device-io/woodenhaptics/kinematics.h"
+#include "device-io/woodenhaptics/arm.h"
 
 namespace haptic {
 
@@ -13,10 +13,13 @@ enum class EmulatorFault : int {
   kJumpOnce = 1,  // one answer is off by kJumpCounts
   kJump = 2,      // every answer is, until the next order
   kHealthy = 3,
-  kFrozen = 4,    // always the same valid answer; the motors obey
-  kOldFirst = 5,  // each answer is preceded by one that is kLateAnswers old
-  kDelayed = 6,   // each answer belongs to the question kLateAnswers before
-  kNoise = 7,     // kNoiseCounts of noise on the second encoder
+  kFrozen = 4,        // always the same valid answer; the motors obey
+  kOldFirst = 5,      // each answer is preceded by one that is kLateAnswers old
+  kDelayed = 6,       // each answer belongs to the question kLateAnswers before
+  kNoise = 7,         // kNoiseCounts of noise on the second encoder
+  kTurnJumpOnce = 8,  // one answer is off by kTurnJumpCounts, of a device with six motors
+  kTurnJump = 9,      // every answer is, until the next order
+  kTurnNoise = 10,    // kNoiseCounts of noise on the last encoder of six: 11 mrad
 };
 
 /// [answers], one second at 1 kHz
@@ -26,5 +29,8 @@ inline constexpr int32_t kNoiseCounts = 60;  // largest deviation, uniform: 3 mm
 /// Half a turn of the first body, with the other two level: the tip jumps 0.67 m, the largest
 /// distance of this arm, from the middle of the workspace to the far side of the foot.
 inline constexpr MotorCounts kJumpCounts{16000, -4600, -3540};
+
+/// One radian of the handle about its own z, by the last motor of the wrist.
+inline constexpr MotorCounts kTurnJumpCounts{0, 0, 0, 0, 0, 5215};
 
 }  // namespace haptic

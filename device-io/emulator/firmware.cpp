@@ -12,9 +12,16 @@ namespace haptic {
 namespace {
 
 // error codes of the firmware
-constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotThree = 512, kNoNumbers = 1024;
+constexpr int kTrailing = 8, kTooLong = 128, kNoBegin = 256, kNotAsMany = 512, kNoNumbers = 1024;
 constexpr int64_t kLongestGapNs = 1'000'000'000;  // longer gaps are skipped
 constexpr int64_t kForceStepNs = 250'000;         // the arm turns little in this time
+
+/// As many numbers as motors; at the most six.
+bool read_currents(const char* line, size_t motors, Milliamperes& n) {
+  const int found =
+      std::sscanf(line, "[%d,%d,%d,%d,%d,%d]", &n[0], &n[1], &n[2], &n[3], &n[4], &n[5]);
+  return found == static_cast<int>(motors);
+}
 
 }  // namespace
 
@@ -25,9 +32,11 @@ EmulatedDevice::EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_n
       t_ns_(t_ns),
       started_ns_(t_ns),
       last_record_ns_(t_ns),
+      joint_angles_(options.arm->angles({})),
+      frozen_{.model = options.arm->model},
       calibrated_(options.button_ns == 0) {
   // switched on at home, so the counts are those of the geometry
-  encoders();
+  solve();
 }
 
 void EmulatedDevice::receive(std::span<const char> bytes) {
@@ -42,22 +51,25 @@ void EmulatedDevice::disturb(const MotorCounts& off_by, uint64_t answers) {
   disturbed_answers_ = answers;
 }
 
-/// Present encoder counts; the arm keeps its angles if the plant leaves its reach.
-MotorCounts EmulatedDevice::encoders() {
-  solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
-  return motor_counts(options_.geometry, joint_angles_);
+/// The arm follows its handle; it keeps its angles if the plant leaves its reach.
+void EmulatedDevice::solve() {
+  options_.arm->solve({plant_.p_B, plant_.q_B}, joint_angles_);
 }
 
-/// Advances arm and hand under the motors' force.
+MotorAmperes EmulatedDevice::amperes() const {
+  MotorAmperes amperes;
+  for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * record_.currents[i];
+  return amperes;
+}
+
+/// Advances arm and hand under the motors' wrench.
 void EmulatedDevice::pass_time(int64_t t_ns) {
   t_ns_ = std::max(t_ns_, t_ns - kLongestGapNs);
   while (t_ns_ < t_ns) {
     const int64_t step_ns = std::min(t_ns - t_ns_, kForceStepNs);
-    Vec3 amperes;
-    for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
-    solve_joint_angles(options_.geometry, plant_.p_B, joint_angles_);
-    const Vec3 force_B = tip_force(options_.geometry, joint_angles_, amperes);
-    advance(options_.hand, intention_, plant_, {force_B, {}}, step_ns);
+    solve();
+    const Wrench F_B = options_.arm->wrench(joint_angles_, amperes());
+    advance(options_.hand, intention_, plant_, F_B, step_ns);
     t_ns_ += step_ns;
   }
 }
@@ -73,7 +85,8 @@ bool EmulatedDevice::has_line() const {
 /// checked too: by this fault of the firmware two lines at once are both lost.
 int EmulatedDevice::read_line() {
   size_t taken = 0, size = 0;
-  int commas = 0, error = kTooLong;
+  size_t commas = 0;
+  int error = kTooLong;
   bool begun = false;
   while (taken < queued_ && taken < line_.size() - 1) {
     const char c = queue_[taken++];
@@ -84,7 +97,7 @@ int EmulatedDevice::read_line() {
     if (c == ',') ++commas;
     line_[size++] = c;
     if (c != ']') continue;
-    error = !begun ? kNoBegin : commas != 2 ? kNotThree : 0;
+    error = !begun ? kNoBegin : commas + 1 != options_.arm->motors ? kNotAsMany : 0;
     break;
   }
   line_[size] = '\0';
@@ -111,7 +124,7 @@ void EmulatedDevice::put(const EncoderReply& reply) {
 
 /// Answers, truthfully or with the ordered fault. counts_ then holds what was sent last.
 void EmulatedDevice::say(int error) {
-  const EncoderReply honest{kWoodenHapticsModel, counts_, error};
+  const EncoderReply honest{options_.arm->model, counts_, error};
   // the oldest entry is where the newest will be stored
   EncoderReply& kept = said_[n_said_ % said_.size()];
   const EncoderReply old = n_said_ < said_.size() ? said_.front() : kept;
@@ -139,30 +152,30 @@ void EmulatedDevice::say(int error) {
 }
 
 void EmulatedDevice::add_noise() {
-  if (lie_ != EmulatorFault::kNoise) return;
-  counts_[1] += std::uniform_int_distribution<int32_t>(-kNoiseCounts, kNoiseCounts)(noise_);
+  if (lie_ != EmulatorFault::kNoise && lie_ != EmulatorFault::kTurnNoise) return;
+  const size_t encoder = lie_ == EmulatorFault::kNoise ? 1 : kMostMotors - 1;
+  counts_[encoder] += std::uniform_int_distribution<int32_t>(-kNoiseCounts, kNoiseCounts)(noise_);
 }
 
 void EmulatedDevice::note(int64_t t_ns, EmulatorEvent event) {
   record_.t_ns = t_ns;
   record_.event = event;
+  solve();
+  const Wrench F_B = options_.arm->wrench(joint_angles_, amperes());
+  record_.force_B = F_B.f;
+  record_.torque_B = F_B.t;
   record_.p_B = plant_.p_B;
-  record_.answered = {counts_[0], counts_[1], counts_[2]};
-  record_.said_first = {said_first_[0], said_first_[1], said_first_[2]};
-  record_.counts = encoders();
-  Vec3 amperes;
-  for (int i = 0; i < 3; ++i) amperes[i] = 1e-3 * record_.currents[static_cast<size_t>(i)];
-  record_.force_B = tip_force(options_.geometry, joint_angles_, amperes);
+  record_.q_B = plant_.q_B;
+  record_.answered = counts_;
+  record_.said_first = said_first_;
+  record_.counts = options_.arm->counts(joint_angles_);
   last_record_ns_ = t_ns;
 }
 
 /// Obeys the line and answers. False: it was dropped.
 bool EmulatedDevice::obey(int error) {
   Milliamperes wanted{};
-  if (error == 0 &&
-      std::sscanf(line_.data(), "[%d,%d,%d]", &wanted[0], &wanted[1], &wanted[2]) != 3) {
-    error = kNoNumbers;
-  }
+  if (error == 0 && !read_currents(line_.data(), options_.arm->motors, wanted)) error = kNoNumbers;
   if (error != 0) {
     ++record_.rejected;
     say(error);
@@ -178,7 +191,7 @@ bool EmulatedDevice::obey(int error) {
   record_.motors_on = calibrated_ ? 1 : 0;
   // before the new answer: the record shows what the server knew when it sent this line
   note(t_ns_, EmulatorEvent::kCommand);
-  std::copy(record_.counts.begin(), record_.counts.end(), counts_.begin());
+  counts_ = record_.counts;
   if (disturbed_answers_ > 0) {
     --disturbed_answers_;
     for (size_t i = 0; i < off_by_.size(); ++i) counts_[i] += off_by_[i];

@@ -30,29 +30,31 @@ struct EmulatorRecord {
   uint64_t commands;       // valid lines so far
   uint64_t rejected;       // dropped lines so far
   uint64_t watchdog;       // times the watchdog switched the motors off
-  Vec3 force_B;            // at the tip, on the hand [N]
-  Vec3 p_B;                // of the tip [m]
+  Vec3 force_B;            // on the hand, at the tip or the handle's origin [N]
+  Vec3 torque_B;           // on the hand [N·m]
+  Vec3 p_B;                // of the tip or the handle's origin [m]
+  Quat q_B;                // of the handle
   MotorCounts counts;      // the encoders
   MotorCounts answered;    // counts of the previous answer: what the server knew
   MotorCounts said_first;  // counts of an old answer sent before that; else equal
   Milliamperes currents;   // of the motors, after the firmware's checks [mA]
   uint32_t motors_on;      // 0: switched off by the watchdog, or never on
   EmulatorEvent event;
-  uint32_t reserved;
 };
 static_assert(sizeof(EmulatorRecord) % 8 == 0);
 
 struct EmulatedDeviceOptions {
   SimulatedHandConfig hand;  // the device and the hand that holds it
-  WoodenHapticsGeometry geometry;
+  const Arm* arm = &woodenhaptics_arm();
   int64_t button_ns = 0;                  // instant of the calibration button; 0: not needed
   int64_t sample_period_ns = 10'000'000;  // between records without an event
 };
 
-/// A WoodenHaptics on virtual time: bytes in, bytes out. The firmware behaves as in protocol.h,
-/// faults included; the arm is a mass with damper and friction at the tip, held by a hand
-/// (HandPlant), sensed by encoders in the joints and driven by the motors' currents. Written from
-/// the description of the firmware, not from the driver; the two share only the kinematics.
+/// A WoodenHaptics, or another arm, on virtual time: bytes in, bytes out. The firmware behaves as
+/// in protocol.h, faults included; the arm is a mass with damper and friction at the handle, held
+/// by a hand (HandPlant), sensed by encoders in the joints and driven by the motors' currents.
+/// Written from the description of the firmware, not from the driver; the two share only the
+/// kinematics.
 class EmulatedDevice {
  public:
   EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_ns);
@@ -84,7 +86,8 @@ class EmulatedDevice {
   void put(const EncoderReply& reply);
   void add_noise();
   void note(int64_t t_ns, EmulatorEvent event);
-  MotorCounts encoders();
+  void solve();
+  MotorAmperes amperes() const;
 
   EmulatedDeviceOptions options_;
   Intention intention_;  // made once: each step asks it
@@ -94,15 +97,15 @@ class EmulatedDevice {
   int64_t started_ns_;
   int64_t last_command_ns_ = 0;
   int64_t last_record_ns_;
-  Vec3 joint_angles_;
-  std::array<int32_t, 6> counts_{};      // of the last valid line
-  std::array<int32_t, 6> said_first_{};  // of the first answer to it
+  JointAngles joint_angles_;
+  MotorCounts counts_{};      // of the last valid line
+  MotorCounts said_first_{};  // of the first answer to it
   MotorCounts off_by_{};
   uint64_t disturbed_answers_ = 0;  // remaining
   EmulatorFault lie_ = EmulatorFault::kHealthy;
   std::array<EncoderReply, kLateAnswers> said_{};  // last answers, sent or withheld
   uint64_t n_said_ = 0;
-  EncoderReply frozen_{.model = kWoodenHapticsModel};  // the last valid one
+  EncoderReply frozen_{};  // the last valid one
   std::minstd_rand noise_;
   bool calibrated_;
   uint64_t questions_ = 0;  // while not calibrated

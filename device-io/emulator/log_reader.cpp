@@ -21,6 +21,9 @@ struct Cells {
     good = good && error == std::errc() && end == cell.data() + cell.size();
     rest.remove_prefix(std::min(cell.size() + 1, rest.size()));
   }
+  void take(Vec3& out) {
+    for (double* x : {&out.x, &out.y, &out.z}) take(*x);
+  }
 };
 
 }  // namespace
@@ -34,8 +37,8 @@ EmulatorRecord parse_emulator_row(std::string_view row) {
   cells.take(r.motors_on);
   for (uint64_t* count : {&r.commands, &r.rejected, &r.watchdog}) cells.take(*count);
   for (int32_t& current : r.currents) cells.take(current);
-  for (int i = 0; i < 3; ++i) cells.take(r.force_B[i]);
-  for (int i = 0; i < 3; ++i) cells.take(r.p_B[i]);
+  for (Vec3* a : {&r.force_B, &r.torque_B, &r.p_B}) cells.take(*a);
+  for (double* x : {&r.q_B.x, &r.q_B.y, &r.q_B.z, &r.q_B.w}) cells.take(*x);
   for (int32_t& count : r.counts) cells.take(count);
   for (int32_t& count : r.answered) cells.take(count);
   for (int32_t& count : r.said_first) cells.take(count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-emulator: a simulated WoodenHaptics behind a pseudo-terminal, in its own process with its
-// own clock. A server sees only its bytes. It logs the force that it received.
+// haptic-emulator: a simulated WoodenHaptics, or a device with six motors, behind a
+// pseudo-terminal, in its own process with its own clock. A server sees only its bytes. It logs the
+// wrench that it received.
 #include <fcntl.h>
 #include <pty.h>
 #include <termios.h>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -23,6 +25,7 @@
 #include "device-io/emulator/log.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/hand/intent.h"
+#include "device-io/sixmotors/kinematics.h"
 #include "proto/config/command_line.h"
 #include "proto/config/quantity.h"
 #include "proto/ipc/process.h"
@@ -41,13 +44,15 @@ struct Options {
   std::string link, log, hand = "typical";
   double button = 0;                    // [s]
   std::vector<double> centre{0, 0, 0};  // [m]
-  std::vector<double> direction;
+  std::vector<double> direction, turn_axis;
   double hover = 0.05, press = 0.03;  // [m]
   double angle = 0.7;                 // [rad]
+  double turn = 0;                    // [rad]
   double time = 1.2;                  // [s]
   double tremor = 1e-4;               // [m]
   uint64_t seed = 1;
   bool realtime = false;
+  bool six = false;
 };
 
 std::vector<std::string> hand_names() {
@@ -57,7 +62,7 @@ std::vector<std::string> hand_names() {
 }
 
 /// Moving mass, damping and friction at the tip: estimates, not measured.
-SimulatedHandConfig woodenhaptics_arm() {
+SimulatedHandConfig woodenhaptics_body() {
   SimulatedHandConfig arm;
   arm.mass = 0.15;
   arm.damping = 0.3;
@@ -65,18 +70,31 @@ SimulatedHandConfig woodenhaptics_arm() {
   return arm;
 }
 
+/// The same arm with a wrist at its tip, whose handle turns.
+SimulatedHandConfig six_motors_body() {
+  SimulatedHandConfig body = woodenhaptics_body();
+  body.mass = 0.25;
+  body.damping = 0.5;
+  body.inertia = 1e-4;
+  return body;
+}
+
+/// A direction of the command line; zero: not given.
+Vec3 direction_of(const std::vector<double>& words) {
+  return words.empty() ? Vec3{} : normalized(Vec3{words[0], words[1], words[2]});
+}
+
 EmulatedDeviceOptions device_options(const Options& options) {
   EmulatedDeviceOptions device;
-  device.hand = woodenhaptics_arm();
+  device.hand = options.six ? six_motors_body() : woodenhaptics_body();
+  device.arm = options.six ? &six_motors_arm() : &woodenhaptics_arm();
   put_into_hand(*find_hand(options.hand), device.hand);
   device.hand.seed = options.seed;
   IntentConfig& intent = device.hand.intent;
-  for (int i = 0; i < 3; ++i) {
-    const size_t k = static_cast<size_t>(i);
-    intent.centre_B[i] = options.centre[k];
-    if (!options.direction.empty()) intent.direction_B[i] = options.direction[k];
-  }
-  intent.direction_B = normalized(intent.direction_B);
+  intent.centre_B = {options.centre[0], options.centre[1], options.centre[2]};
+  intent.direction_B = direction_of(options.direction);
+  intent.turn_axis_B = direction_of(options.turn_axis);
+  intent.turn_angle = options.turn;
   intent.hover_radius = options.hover;
   intent.press_radius = options.press;
   intent.stroke_angle = options.angle;
@@ -92,15 +110,21 @@ void check_reach(const EmulatedDeviceOptions& device) {
   if (!(intent.stroke_time > 0)) {
     throw UsageError("--stroke-time: is zero; write for example \"1.2 s\"");
   }
-  Vec3 angles;
+  if (intent.turn_angle != 0 && !can_turn(device.hand)) {
+    throw UsageError("--turn-angle: this device does not turn; give --six as well");
+  }
+  JointAngles angles;
   for (int i = 0; i < 1000; ++i) {
     const double t = 0.02 * i * intent.stroke_time;
-    if (solve_joint_angles(device.geometry, intent_at(intent, device.hand.seed, t).p_B, angles)) {
-      continue;
+    const Intent at = intent_at(intent, device.hand.seed, t);
+    if (!device.arm->solve({at.p_B, {}}, angles)) {
+      throw UsageError(
+          "the hand would go where the arm does not reach; move --centre to the origin, or make "
+          "--hover smaller");
     }
+    if (device.arm->solve({at.p_B, at.q_B}, angles)) continue;
     throw UsageError(
-        "the hand would go where the arm does not reach; move --centre to the origin, or make "
-        "--hover smaller");
+        "the hand would turn where the wrist does not reach; make --turn-angle smaller");
   }
 }
 
@@ -159,6 +183,10 @@ void obey_orders(EmulatedDevice& device) {
       return device.disturb(kJumpCounts, 1);
     case EmulatorFault::kJump:
       return device.disturb(kJumpCounts, std::numeric_limits<uint64_t>::max());
+    case EmulatorFault::kTurnJumpOnce:
+      return device.disturb(kTurnJumpCounts, 1);
+    case EmulatorFault::kTurnJump:
+      return device.disturb(kTurnJumpCounts, std::numeric_limits<uint64_t>::max());
     case EmulatorFault::kHealthy:
       device.disturb({}, 0);
       return device.lie(EmulatorFault::kHealthy);
@@ -166,6 +194,7 @@ void obey_orders(EmulatedDevice& device) {
     case EmulatorFault::kOldFirst:
     case EmulatorFault::kDelayed:
     case EmulatorFault::kNoise:
+    case EmulatorFault::kTurnNoise:
       return device.lie(order);
   }
 }
@@ -193,7 +222,8 @@ int run(const Options& options) {
   const Link link(options.link, pty.name);
   catch_stop_signals();
   catch_orders();
-  std::printf("haptic-emulator: SIMULATED WoodenHaptics at %s, hand: %s\n", pty.name.c_str(),
+  std::printf("haptic-emulator: SIMULATED %s at %s, hand: %s\n",
+              std::string(device_parameters.arm->name).c_str(), pty.name.c_str(),
               options.hand.c_str());
   std::fflush(stdout);
   // started first: a thread of normal priority
@@ -221,9 +251,11 @@ int run(const Options& options) {
 int main(int argc, char** argv) try {
   haptic::Options options;
   haptic::CommandLine line("haptic-emulator",
-                           "A simulated WoodenHaptics in a simulated hand, behind a serial node.");
+                           "A simulated WoodenHaptics in a simulated hand, behind a serial node; "
+                           "with --six one with six motors, whose handle turns.");
   line.option("--link PATH", options.link, "name of the node, for [device.serial] path");
   line.option("--log FILE.csv", options.log, "what the device received and where it was");
+  line.flag("--six", options.six, "six motors: a session with kind = \"six-motors\"");
   line.option("--hand HAND", options.hand, "impedance: none, light-grip, typical, firm, stiff-arm")
       .one_of(haptic::hand_names())
       .show_default();
@@ -231,6 +263,7 @@ int main(int argc, char** argv) try {
       .show_default();
   using haptic::Dimension;
   constexpr haptic::Range kDelays{0, 3600};  // longer than anybody waits
+  constexpr haptic::Range kHalfTurn{0, std::numbers::pi, true};
   const auto length = [&](const char* name, double& value, const char* help) {
     line.quantity(name, value, Dimension::kLength, haptic::kNotNegative, help).show_default();
   };
@@ -245,11 +278,17 @@ int main(int argc, char** argv) try {
                 "arc of a stroke; 0 deg: press on one spot");
   line.quantity("--stroke-time", options.time, Dimension::kTime, haptic::kNotNegative,
                 "reach (1/4), slide or press (1/2), lift (1/4)");
+  line.quantity("--turn-angle", options.turn, Dimension::kAngle, kHalfTurn,
+                "turn of the handle in each stroke")
+      .show_default();
+  line.numbers("--turn-axis X Y Z", options.turn_axis, haptic::kAny, "all turns about it")
+      .expected(3);
   length("--tremor", options.tremor, "amplitude");
   line.quantity("--button-after", options.button, Dimension::kTime, kDelays,
                 "calibration button; 0 s: is not needed");
   line.flag("--realtime", options.realtime, "real-time priority, where the kernel grants it");
   line.example("haptic-emulator --link /tmp/woodenhaptics --log received.csv");
+  line.example("haptic-emulator --six --link /tmp/six --turn-angle \"20 deg\"");
   if (const auto code = line.read(argc, argv)) return *code;
   return haptic::run(options);
 } catch (const std::exception& error) {

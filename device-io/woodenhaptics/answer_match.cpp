@@ -40,7 +40,7 @@ Challenge AnswerMatch::ask(bool may) noexcept {
   const bool due = !alone_ || asked_ >= apart_;
   const bool challenges = !awaited && may && due;
   if (challenges) {
-    echo_ = settled_ ? Challenge::kNotThree : Challenge::kNoBegin;
+    echo_ = settled_ ? Challenge::kNotAsMany : Challenge::kNoBegin;
     ahead_ = owed_;
     behind_ = 0;
   }

@@ -9,22 +9,20 @@
 namespace haptic {
 namespace {
 
-// [counts/ns²]: 100 m/s² at the tip, where a count is at least 33 µm. Arms reach half of that in a
-// throw; a slap of 1.5 m/s on 1000 N/m with 0.25 kg is 95 m/s²; the motors reach 5 N / 0.15 kg
-constexpr double kMostAcceleration = 3e-12;
 constexpr double kRounding = 1;           // quantisation of the steps [counts]
 constexpr int kDoubtOfTurn = 32;          // plausible samples that make up for one implausible one
 constexpr int kNoise = 8 * kDoubtOfTurn;  // eight implausible samples
 
 }  // namespace
 
-bool EncoderNoise::turns_too_fast(Change& last, int32_t count, int64_t asked_ns, int64_t heard_ns) {
+bool EncoderNoise::turns_too_fast(size_t i, int32_t count, int64_t asked_ns, int64_t heard_ns) {
+  Change& last = last_[i];
   const int32_t step = count - last.count;
   if (step == 0) return false;
   const int64_t took_ns = heard_ns - last.asked_ns;
   const bool turns = last.step != 0 && (step > 0) != (last.step > 0);
   const double back = std::min(std::abs(step), std::abs(last.step));
-  const double most = kRounding + kMostAcceleration / 2 * static_cast<double>(took_ns) *
+  const double most = kRounding + most_acceleration_[i] / 2 * static_cast<double>(took_ns) *
                                       static_cast<double>(last.took_ns);
   last = {count, step, asked_ns, took_ns};
   return turns && back > most;
@@ -35,7 +33,7 @@ void EncoderNoise::add(const MotorCounts& counts, int64_t asked_ns, int64_t hear
   bool implausible = false;
   for (size_t i = 0; i < last_.size(); ++i) {
     if (!started_) last_[i] = {counts[i], 0, asked_ns, 0};
-    implausible |= turns_too_fast(last_[i], counts[i], asked_ns, heard_ns);
+    implausible |= turns_too_fast(i, counts[i], asked_ns, heard_ns);
   }
   started_ = true;
   doubt_ = std::clamp(doubt_ + (implausible ? kDoubtOfTurn : -1), 0, kNoise);

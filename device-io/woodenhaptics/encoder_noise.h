@@ -4,9 +4,14 @@
 #include <array>
 #include <cstdint>
 
-#include "device-io/woodenhaptics/kinematics.h"
+#include "device-io/woodenhaptics/arm.h"
 
 namespace haptic {
+
+/// A of the motors of an arm's tip [counts/ns²]: 100 m/s², where a count is at least 33 µm. Arms
+/// reach half of that in a throw; a slap of 1.5 m/s on 1000 N/m with 0.25 kg is 95 m/s²; the motors
+/// reach 5 N / 0.15 kg.
+inline constexpr double kTipAcceleration = 3e-12;
 
 /// Detects encoders that reverse direction faster than a hand can.
 ///
@@ -18,6 +23,12 @@ namespace haptic {
 /// bound.
 class EncoderNoise {
  public:
+  /// With A of each encoder [counts/ns²].
+  explicit EncoderNoise(const std::array<double, kMostMotors>& most_acceleration)
+      : most_acceleration_(most_acceleration) {}
+  /// Of three motors that move a tip.
+  EncoderNoise() : EncoderNoise({kTipAcceleration, kTipAcceleration, kTipAcceleration}) {}
+
   /// A new sample, taken between the question and the answer [ns].
   void add(const MotorCounts& counts, int64_t asked_ns, int64_t heard_ns) noexcept;
 
@@ -35,9 +46,10 @@ class EncoderNoise {
     int64_t asked_ns = 0;  // of the sample with this count
     int64_t took_ns = 0;   // upper bound of the duration of the step
   };
-  static bool turns_too_fast(Change& last, int32_t count, int64_t asked_ns, int64_t heard_ns);
+  bool turns_too_fast(size_t i, int32_t count, int64_t asked_ns, int64_t heard_ns);
 
-  std::array<Change, 3> last_{};
+  std::array<double, kMostMotors> most_acceleration_;
+  std::array<Change, kMostMotors> last_{};
   int doubt_ = 0;
   bool started_ = false, noisy_ = false;
 };

@@ -5,12 +5,22 @@
 #include <cmath>
 #include <numbers>
 
+#include "device-io/woodenhaptics/encoder_noise.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kSingular = 1e-3;  // of the determinant at a right-angled elbow: nearly straight
+
+constexpr WoodenHapticsGeometry kGeometry;
+
+Vec3 three_of(const std::array<double, kMostMotors>& a) {
+  return {a[0], a[1], a[2]};
+}
+std::array<double, kMostMotors> six_of(const Vec3& a) {
+  return {a.x, a.y, a.z, 0, 0, 0};
+}
 
 /// Joint angle per count of the motor [rad].
 double angle_of_count(const WoodenHapticsGeometry& g, int i) {
@@ -43,7 +53,7 @@ Vec3 joint_angles(const WoodenHapticsGeometry& g, const MotorCounts& counts) {
 }
 
 MotorCounts motor_counts(const WoodenHapticsGeometry& g, const Vec3& q) {
-  MotorCounts counts;
+  MotorCounts counts{};
   for (int i = 0; i < 3; ++i) {
     const size_t k = static_cast<size_t>(i);
     counts[k] = static_cast<int32_t>(std::floor(q[i] / angle_of_count(g, i))) - g.home_counts[k];
@@ -82,22 +92,67 @@ Mat3 tip_jacobian(const WoodenHapticsGeometry& g, const Vec3& q) {
                       {c * cos_a * std::cos(q.z), c * sin_a * std::cos(q.z), c * std::sin(q.z)});
 }
 
-Vec3 motor_currents(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& F_B) {
-  const Vec3 torque = transpose(tip_jacobian(g, q)) * F_B;
+Vec3 currents_of_torques(const WoodenHapticsGeometry& g, const Vec3& torques) {
   Vec3 currents;
-  for (int i = 0; i < 3; ++i) currents[i] = torque[i] / torque_of_current(g, i);
+  for (int i = 0; i < 3; ++i) currents[i] = torques[i] / torque_of_current(g, i);
   return currents;
 }
 
-Vec3 tip_force(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& currents) {
+Vec3 torques_of_currents(const WoodenHapticsGeometry& g, const Vec3& currents) {
+  Vec3 torques;
+  for (int i = 0; i < 3; ++i) torques[i] = torque_of_current(g, i) * currents[i];
+  return torques;
+}
+
+Vec3 motor_currents(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& F_B) {
+  return currents_of_torques(g, transpose(tip_jacobian(g, q)) * F_B);
+}
+
+Vec3 force_of_torques(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& torques) {
   const Mat3 J = tip_jacobian(g, q);
   const Vec3 a = J.column(0), b = J.column(1), c = J.column(2);
-  Vec3 torque;
-  for (int i = 0; i < 3; ++i) torque[i] = torque_of_current(g, i) * currents[i];
   // Cramer's rule: τ_i = column_i · F
   const double determinant = dot(a, cross(b, c));
   if (std::fabs(determinant) < kSingular * g.upper_arm * g.forearm * g.forearm) return {};
-  return (torque.x * cross(b, c) + torque.y * cross(c, a) + torque.z * cross(a, b)) / determinant;
+  return (torques.x * cross(b, c) + torques.y * cross(c, a) + torques.z * cross(a, b)) /
+         determinant;
+}
+
+Vec3 tip_force(const WoodenHapticsGeometry& g, const Vec3& q, const Vec3& currents) {
+  return force_of_torques(g, q, torques_of_currents(g, currents));
+}
+
+const Arm& woodenhaptics_arm() {
+  static constexpr Arm kArm{
+      .name = "WoodenHaptics",
+      .model = 3,
+      .motors = 3,
+      .max_force = 5,
+      .max_torque = 0,
+      .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration},
+      .angles = [](const MotorCounts& n) { return six_of(joint_angles(kGeometry, n)); },
+      .counts = [](const JointAngles& q) { return motor_counts(kGeometry, three_of(q)); },
+      .pose =
+          [](const JointAngles& q) {
+            return Pose{tip_position(kGeometry, three_of(q)), {}};
+          },
+      .solve =
+          [](const Pose& X_BH, JointAngles& q) {
+            Vec3 angles;
+            if (!solve_joint_angles(kGeometry, X_BH.p, angles)) return false;
+            q = six_of(angles);
+            return true;
+          },
+      .currents =
+          [](const JointAngles& q, const Wrench& F_B) {
+            return six_of(motor_currents(kGeometry, three_of(q), F_B.f));
+          },
+      .wrench =
+          [](const JointAngles& q, const MotorAmperes& currents) {
+            return Wrench{tip_force(kGeometry, three_of(q), three_of(currents)), {}};
+          },
+  };
+  return kArm;
 }
 
 }  // namespace haptic

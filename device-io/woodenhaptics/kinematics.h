@@ -2,15 +2,12 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
+#include "device-io/woodenhaptics/arm.h"
 #include "proto/math/mat3.h"
 #include "proto/math/vec3.h"
 
 namespace haptic {
-
-/// Encoder counts of the three motors.
-using MotorCounts = std::array<int32_t, 3>;
 
 /// A serial arm of three bodies, each driven by a capstan: A turns about the vertical, B is the
 /// upper arm, C the forearm. The defaults are the WoodenHaptics of 2015, model 3 in its Teensy
@@ -46,15 +43,26 @@ bool solve_joint_angles(const WoodenHapticsGeometry& geometry, const Vec3& p_B, 
 /// J with v_B = J q̇.
 Mat3 tip_jacobian(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles);
 
-/// Motor currents [A] for the force F_B [N] of the tip on the hand: joint torques τ = Jᵀ F; a
-/// motor's torque is direction_i τ_i / ratio_i, divided by the torque constant. Friction and
-/// gravity are not compensated.
+/// Motor currents [A] for joint torques [N·m]: a motor's torque is direction_i τ_i / ratio_i,
+/// divided by the torque constant. Friction and gravity are not compensated.
+Vec3 currents_of_torques(const WoodenHapticsGeometry& geometry, const Vec3& torques);
+/// The inverse.
+Vec3 torques_of_currents(const WoodenHapticsGeometry& geometry, const Vec3& currents);
+
+/// Motor currents [A] for the force F_B [N] of the tip on the hand: joint torques τ = Jᵀ F.
 Vec3 motor_currents(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles,
                     const Vec3& F_B);
 
-/// The inverse: the force at the tip [N], F = J⁻ᵀ τ. Zero if the arm is stretched or folded, which
-/// no workspace includes.
+/// The force at the tip [N] of joint torques, F = J⁻ᵀ τ. Zero if the arm is stretched or folded,
+/// which no workspace includes.
+Vec3 force_of_torques(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles,
+                      const Vec3& torques);
+
+/// The same of motor currents.
 Vec3 tip_force(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles,
                const Vec3& currents);
+
+/// The device of these defaults.
+const Arm& woodenhaptics_arm();
 
 }  // namespace haptic

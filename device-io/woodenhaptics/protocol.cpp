@@ -23,17 +23,18 @@ bool parse_numbers(const char* at, const char* end, std::array<int32_t, N>& numb
 
 }  // namespace
 
-CommandText encode_currents(const Milliamperes& currents, Challenge before) {
+CommandText encode_currents(const Milliamperes& currents, Challenge before, size_t motors) {
+  HAPTIC_ASSERT(motors > 0 && motors <= currents.size());
   CommandText command;
   char* at = command.text.data();
   char* const end = at + command.text.size();
-  if (before == Challenge::kNotThree) *at++ = '[';
+  if (before == Challenge::kNotAsMany) *at++ = '[';
   if (before != Challenge::kNone) {
     *at++ = ']';
     *at++ = '\n';
   }
   *at++ = '[';
-  for (size_t i = 0; i < currents.size(); ++i) {
+  for (size_t i = 0; i < motors; ++i) {
     if (i > 0) *at++ = ',';
     at = std::to_chars(at, end, currents[i]).ptr;
   }

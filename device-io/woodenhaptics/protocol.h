@@ -6,9 +6,12 @@
 #include <cstdint>
 #include <string_view>
 
+#include "device-io/woodenhaptics/arm.h"
+
 /// The text protocol of a WoodenHaptics with a Teensy (firmware woody_teensy_mini, see
-/// docs/references.md). The host asks, the device answers:
-///   host    [mA,mA,mA]\n                           currents of the motors
+/// docs/references.md), for any number of motors up to six (docs/six-motors.md). The host asks, the
+/// device answers:
+///   host    [mA,mA,mA]\n                           currents, as many as there are motors
 ///   device  [model,e0,e1,e2,e3,e4,e5,error]\n      encoder counts
 /// A line followed by another before it is read is dropped by the firmware and answered with an
 /// error, so a line is sent only when the one before is answered. An answer with an error repeats
@@ -16,7 +19,6 @@
 /// off.
 namespace haptic {
 
-inline constexpr int32_t kWoodenHapticsModel = 3;            // 1: Polhem, 2: vintage Phantom
 inline constexpr int32_t kFirmwareMaxMilliamperes = 6000;    // larger values count as zero
 inline constexpr int64_t kFirmwareWatchdogNs = 100'000'000;  // without a valid line
 
@@ -24,32 +26,33 @@ inline constexpr int64_t kFirmwareWatchdogNs = 100'000'000;  // without a valid 
 /// e1 = the first current it was sent, and keep the motors off.
 inline constexpr int32_t kSineMiddle = 8000, kSineAmplitude = 4000;
 
-using Milliamperes = std::array<int32_t, 3>;
-
 /// An invalid line, named by the error the firmware answers it with; it has no other effect. The
 /// line that follows is read as usual.
 enum class Challenge : int32_t {
   kNone = 0,
-  kNoBegin = 256,   // "]": an end without a beginning
-  kNotThree = 512,  // "[]": not three numbers
+  kNoBegin = 256,    // "]": an end without a beginning
+  kNotAsMany = 512,  // "[]": not as many numbers as motors
 };
 
 /// One line to send; two with a challenge.
 struct CommandText {
-  std::array<char, 48> text;
+  std::array<char, 80> text;  // six times sign, ten digits and a comma, and the challenge
   size_t size;
   std::string_view view() const { return {text.data(), size}; }
 };
 
-CommandText encode_currents(const Milliamperes& currents, Challenge before = Challenge::kNone);
+/// The currents of the first `motors` motors.
+CommandText encode_currents(const Milliamperes& currents, Challenge before = Challenge::kNone,
+                            size_t motors = 3);
 
-/// The line for zero force: sent by stop(), and by hapticd if the servo cannot.
+/// The line for zero force of three motors, "[0,0,0,0,0,0]\n" of six: sent by stop(), and by
+/// hapticd if the servo cannot.
 inline constexpr std::string_view kZeroCommand = "[0,0,0]\n";
 
 /// An answer of the device.
 struct EncoderReply {
   int32_t model = 0;
-  std::array<int32_t, 6> counts{};
+  MotorCounts counts{};
   int32_t error = 0;  // not zero: the counts are old
 };
 

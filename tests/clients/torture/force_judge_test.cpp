@@ -38,7 +38,7 @@ double spring_at(double depth) {
 /// [mA]
 Milliamperes currents_for(const MotorCounts& counts, const Vec3& force_B) {
   const Vec3 amperes = motor_currents(kArm, joint_angles(kArm, counts), force_B);
-  Milliamperes out;
+  Milliamperes out{};
   for (int i = 0; i < 3; ++i) {
     out[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1e3 * amperes[i]));
   }

@@ -14,6 +14,7 @@ using haptic::test::IsNear;
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
+const WoodenHapticsGeometry kArm;
 
 /// An arm in a typical hand that aims at the origin.
 EmulatedDeviceOptions still_hand() {
@@ -161,8 +162,8 @@ TEST_CASE("emulator: the arm gives way to the motors as the hand lets it", "[dev
   options.hand.coulomb_friction = 0;
   EmulatedDevice device(options, 0);
   Vec3 q;
-  REQUIRE(solve_joint_angles(options.geometry, {}, q));
-  const Vec3 amperes = motor_currents(options.geometry, q, {0, 0, 1.5});
+  REQUIRE(solve_joint_angles(kArm, {}, q));
+  const Vec3 amperes = motor_currents(kArm, q, {0, 0, 1.5});
   Milliamperes currents;
   for (int i = 0; i < 3; ++i) {
     currents[static_cast<size_t>(i)] = static_cast<int32_t>(std::lround(1000 * amperes[i]));
@@ -181,10 +182,10 @@ TEST_CASE("emulator: encoders answer with whole counts of the joints", "[device-
   EmulatedDevice device(options, 0);
   tell(device, kZeroCommand, kMs);
   Vec3 q;
-  REQUIRE(solve_joint_angles(options.geometry, {0.03, -0.02, 0.05}, q));
-  CHECK(device.record().counts == motor_counts(options.geometry, q));
+  REQUIRE(solve_joint_angles(kArm, {0.03, -0.02, 0.05}, q));
+  CHECK(device.record().counts == motor_counts(kArm, q));
   // within the three steps of the encoders, each at most 2π/24000 · 0.3 m
-  CHECK_THAT(tip_position(options.geometry, joint_angles(options.geometry, device.record().counts)),
+  CHECK_THAT(tip_position(kArm, joint_angles(kArm, device.record().counts)),
              IsNear({0.03, -0.02, 0.05}, 150e-6));
   ReplyReader reader;
   EncoderReply reply;

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/woodenhaptics/motor_line.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <stdexcept>
+#include <utility>
+
+#include "proto/ipc/process.h"
+#include "proto/math/assert.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kAskAgainNs = 5 * kMs;        // an answer later than this is lost
+constexpr int64_t kAskAgainMostNs = 100 * kMs;  // for a silent device, which has to read them all
+constexpr int64_t kLetGoNs = kFirmwareWatchdogNs - 10 * kMs;  // margin: a line may be under way
+constexpr int64_t kGreetingNs = 2000 * kMs;                   // limit for the first answer
+constexpr int64_t kGreetingRoundNs = 50 * kMs;                // per attempt
+constexpr int64_t kStopNs = 40 * kMs;                         // within which zero force is promised
+constexpr int64_t kStopWaitNs = 5 * kMs;                      // per attempt
+constexpr int64_t kQuietNs = 2 * kMs;  // all errors of colliding lines are in
+constexpr int kReadsPerTick = 4;       // together at most 1 KiB: bounded work
+constexpr size_t kBytesPerRead = 256;
+constexpr int64_t kHeldUpNs = 5 * kMs;      // after it hapticd may have released the device
+constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
+constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no arm
+
+/// Whether the first encoder may report this before the calibration button is pressed.
+bool may_be_invented(int32_t count) {
+  return std::abs(count - kSineMiddle) <= kSineAmplitude;
+}
+
+/// Those of the motors; a firmware may report anything for encoders that are not there.
+MotorCounts counts_of(const EncoderReply& reply, size_t motors) {
+  MotorCounts counts{};
+  std::copy_n(reply.counts.begin(), motors, counts.begin());
+  return counts;
+}
+
+}  // namespace
+
+MotorLine::MotorLine(const Arm& arm, const std::string& path, FileDescriptor node)
+    : arm_(arm), node_(std::move(node)) {
+  HAPTIC_ASSERT(arm.motors > 0 && arm.motors <= kMostMotors);
+  greet(path);
+}
+
+bool MotorLine::is_plausible(const EncoderReply& reply) const {
+  return reply.model == arm_.model &&
+         std::all_of(reply.counts.begin(), reply.counts.end(),
+                     [](int32_t n) { return n >= -kMostCounts && n <= kMostCounts; });
+}
+
+/// Waits for the first answer, before anything is real time.
+void MotorLine::greet(const std::string& path) {
+  const std::string name(arm_.name);
+  EncoderReply reply;
+  const int64_t give_up_ns = haptic::now_ns() + kGreetingNs;
+  while (!gone_ && haptic::now_ns() < give_up_ns) {
+    ask({}, false);
+    // an error here is a remnant of an earlier program
+    if (!wait_for_answer(haptic::now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
+    if (reply.model != arm_.model) {
+      throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
+                               ", not " + std::to_string(arm_.model) + " (" + name +
+                               "); set 'path' in [device.serial] to the right node");
+    }
+    if (!is_plausible(reply)) continue;
+    homed_ = !may_be_invented(reply.counts[0]);
+    if (homed_) home_ = counts_of(reply, arm_.motors);
+    return;
+  }
+  throw DeviceError(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
+                    "; check that it is a " + name +
+                    " with its firmware, plug it out and in again");
+}
+
+bool MotorLine::wait_for_answer(int64_t until_ns, EncoderReply& newest) {
+  while (!gone_) {
+    if (receive(newest)) return true;
+    const int64_t left_ns = until_ns - haptic::now_ns();
+    if (left_ns <= 0) return false;
+    pollfd waiting{node_.get(), POLLIN, 0};
+    poll(&waiting, 1, static_cast<int>((left_ns + kMs - 1) / kMs));
+  }
+  return false;
+}
+
+/// Closes the node: its name is free for the device's return only when nobody holds it open.
+void MotorLine::hang_up() {
+  gone_ = true;
+  node_.reset();
+}
+
+/// Takes the newest answer to a question; false if none has come. Bounded work.
+bool MotorLine::receive(EncoderReply& newest) {
+  bool any = false, heard = false;
+  EncoderReply reply;
+  std::array<char, kBytesPerRead> bytes;
+  for (int i = 0; i < kReadsPerTick && !gone_; ++i) {
+    const ssize_t n = ::read(node_.get(), bytes.data(), bytes.size());
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) break;
+    // neither data nor EAGAIN: the node has hung up
+    if (n <= 0) hang_up();
+    for (ssize_t k = 0; k < n; ++k) {
+      if (!reader_.push(bytes[static_cast<size_t>(k)], reply)) continue;
+      heard = true;
+      any = !match_.hear(reply.error, now_ns_ < excused_ns_);
+      if (any) newest = reply;
+    }
+    if (n < static_cast<ssize_t>(bytes.size())) break;
+  }
+  if (heard) patience_ns_ = kAskAgainNs;
+  heard_ |= heard;
+  if (any && !match_.awaits_echo()) awaiting_ = false;
+  return any;
+}
+
+/// Whether this answer gives the present position of the arm.
+bool MotorLine::accept(const EncoderReply& reply) {
+  if (reply.error != 0 || !is_plausible(reply)) {
+    ++errors_;
+    return false;
+  }
+  // a firmware that waits for its button repeats the current it was sent
+  if (!homed_) homed_ = !(may_be_invented(reply.counts[0]) && reply.counts[1] == currents_[0]);
+  if (homed_ && !match_.is_settled()) {
+    if (doubted_ns_ == 0) doubted_ns_ = now_ns_;
+    return false;
+  }
+  doubted_ns_ = 0;
+  answered_ns_ = now_ns_;
+  return homed_;
+}
+
+bool MotorLine::is_stale() const {
+  return match_.is_distrusted() || (doubted_ns_ != 0 && now_ns_ - doubted_ns_ > kDeviceSilenceNs);
+}
+
+uint32_t MotorLine::flags() const {
+  const auto flag = [](bool holds, DeviceFlag which) { return holds ? uint32_t{which} : 0; };
+  return flag(homed_, kDeviceHomed) | flag(lost_, kDeviceLost) | flag(is_stale(), kDeviceStale);
+}
+
+std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
+  if (started_ && now_ns - now_ns_ > kHeldUpNs) {
+    excused_ns_ = now_ns + kExcusedNs;
+    doubted_ns_ = 0;
+  }
+  now_ns_ = now_ns;
+  if (!started_) answered_ns_ = now_ns;
+  started_ = true;
+  EncoderReply reply;
+  const bool answered = receive(reply) && accept(reply);
+  // after a silence the first answer may be to an old line; the next is to a zero, so the motors
+  // hold zero when the force returns
+  const bool fresh = answered && (!lost_ || returning_);
+  returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
+  std::optional<Sample> sample;
+  if (fresh) {
+    sample = Sample{counts_of(reply, arm_.motors), first_asked_ns_, asked_ns_, sampled_ && !lost_};
+    sampled_ = true;
+  }
+  const bool silent = now_ns - answered_ns_ > kDeviceSilenceNs;
+  // after such a delay the firmware has switched the motors off: no step back to full force
+  const bool let_go = sampled_ && now_ns - asked_ns_ > kLetGoNs;
+  lost_ = silent || gone_ || let_go || returning_;
+  return sample;
+}
+
+void MotorLine::say(Milliamperes currents) {
+  patience_ns_ = awaiting_ ? std::min(2 * patience_ns_, kAskAgainMostNs) : kAskAgainNs;
+  // a zero is then the last of the waiting lines, of which the firmware obeys at most the last
+  if (lost_) currents = {};
+  // an encoder is unlikely to repeat this number twice; the motors are off, and it is at most 13 mN
+  if (!homed_) currents = {static_cast<int32_t>(1 + ++probe_ % 7)};
+  // no challenge to a silent device, which must find a zero when it wakes, nor before that zero is
+  // answered
+  ask(currents, homed_ && !returning_ && (!awaiting_ || heard_));
+}
+
+bool MotorLine::ask(const Milliamperes& currents, bool may_challenge) {
+  const CommandText command = encode_currents(currents, match_.ask(may_challenge), arm_.motors);
+  heard_ = false;
+  const ssize_t n = ::write(node_.get(), command.text.data(), command.size);
+  if (n < 0 && errno != EAGAIN && errno != EINTR) hang_up();
+  // while one is unanswered, the next answer may be to either question
+  if (!awaiting_) first_asked_ns_ = now_ns_;
+  // a line truncated by a full queue is dropped by the firmware, as if never sent
+  awaiting_ = n > 0;
+  asked_ns_ = now_ns_;
+  if (n != static_cast<ssize_t>(command.size)) return false;
+  currents_ = currents;
+  return true;
+}
+
+/// Colliding lines are dropped and answered with errors: waits for what is under way, then sends
+/// zero until it is confirmed.
+void MotorLine::stop() {
+  EncoderReply reply;
+  const int64_t give_up_ns = haptic::now_ns() + kStopNs;
+  const auto wait = [&](int64_t patience_ns) {
+    return wait_for_answer(std::min(haptic::now_ns() + patience_ns, give_up_ns), reply);
+  };
+  if (awaiting_) wait(kStopWaitNs);
+  do {
+    ask({}, false);
+    if (wait(kStopWaitNs) && reply.error == 0) return;
+    while (wait(kQuietNs)) {
+    }
+  } while (!gone_ && haptic::now_ns() < give_up_ns);
+}
+
+DeviceRelease MotorLine::release() const {
+  const CommandText zero = encode_currents({}, Challenge::kNone, arm_.motors);
+  DeviceRelease release{.size = zero.size, .bytes = {}};
+  HAPTIC_ASSERT(zero.size <= release.bytes.size());
+  std::copy_n(zero.text.begin(), zero.size, release.bytes.begin());
+  return release;
+}
+
+}  // namespace haptic
