@@ -294,6 +294,9 @@ void print_rows(const PlayOptions& options, const SessionConfig& config,
 
 void play(PlayOptions options) {
   catch_stop_signals();
+  // before time goes into a mesh
+  if (options.view) program_path("haptic-view");
+  program_path("hapticd");
   options.config = find_config(options.config);
   SessionConfig config = load_config(options.config);
   if (!options.replay.trace.empty()) use_trace(config, options.replay.trace);

@@ -4,7 +4,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,6 +17,7 @@
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "proto/os/programs.h"
+#include "proto/os/source_tree.h"
 #include "servo/hapticd/supervisor.h"
 
 namespace {
@@ -41,8 +41,7 @@ struct Options {
   std::fflush(stdout);
   const std::string program = haptic::program_folder() + "/haptic-contact";
   execl(program.c_str(), "haptic-contact", "--check-config", path.c_str(), nullptr);
-  throw std::runtime_error(program + ": cannot be started (" + std::strerror(errno) +
-                           "); build it, or set HAPTICD_LIBEXEC to its folder");
+  throw std::runtime_error(haptic::cannot_start(program, errno));
 }
 
 int run(const Options& options) {

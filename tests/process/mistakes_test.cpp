@@ -143,9 +143,20 @@ const std::vector<Mistake> kOnCommandLines{
      "see haptic-emulator --help"},
     {"haptic-servo", 2,
      "haptic-servo: started by hapticd with *; start 'hapticd CONFIG.toml' instead"},
-    {"mkdir alone; cp $(command -v hapt) alone; alone/hapt eval", 1,
-     "hapt: */alone/hapt-lab: cannot be started (No such file or directory); `cmake --build * "
-     "--target hapt-lab` builds it"},
+    {"alone HAPTICD_SOURCE=$SOURCE eval", 1,
+     "hapt: */alone/hapt-lab: cannot be started (No such file or directory); `./run build` builds "
+     "it"},
+    {"alone HAPTICD_SOURCE=$SOURCE view", 1,
+     "hapt: */alone/haptic-view: cannot be started (No such file or directory); `./run demo "
+     "--view` builds it, as does `./run build`"},
+    {"alone HAPTICD_SOURCE=$SOURCE help view", 1,
+     "hapt: */alone/haptic-view: *`./run demo --view`*"},
+    {"alone HAPTICD_SOURCE=$SOURCE demo --view --config $PWD/plane.toml", 1,
+     "hapt: */alone/haptic-view: *`./run demo --view`*"},
+    {"alone A=1 view", 1,
+     "hapt: */alone/haptic-view: *; it belongs to the package hapticd; install that again"},
+    {"alone HAPTICD_LIBEXEC=$PWD/alone demo --config $PWD/plane.toml", 1,
+     "hapt: */alone/hapticd: *; HAPTICD_LIBEXEC has to name the folder of all programs"},
     {"hapt demo --config far.toml --for 1 -o far.mcap", 1,
      "FAILED: the object 'block' lies 4.9 m beyond what the hand reaches; move it to position = *",
      true},
@@ -201,6 +212,8 @@ unprivileged() {
 run_until() { word=$1; shift
   "$@" hapticd plane.toml 2>log & until grep -q "$word" log || ! kill -0 $!; do sleep 0.1; done
   hapt stop >/dev/null; wait $!; code=$?; cat log; return $code; }
+alone() { mkdir -p alone; cp -u "$(command -v hapt)" alone; set=$1; shift
+  env "$set" alone/hapt "$@"; }
 pid_of() { hapt status --json --session "$2" | grep -o "\"$1\", \"pid\": [0-9]*" | sed 's/.* //'; }
 )sh";
 
