@@ -343,6 +343,19 @@ TEST_CASE("hapt status: for people, and one object for scripts") {
   CHECK(has(json.output, "\"session\": \"asked\""));
 }
 
+TEST_CASE("hapt: --wait lets a command be typed before its session is up") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string command = GENERATE(as<std::string>(), "pause", "top -n 1 -d 100ms",
+                                       "record -o waited.mcap --for 100ms");
+  const Ran ran = shell("(sleep 0.3; exec hapticd " + plane_config() + " 2>log) & hapt " + command +
+                            " --wait 60s; code=$?; hapt status --json; hapt stop; wait; exit $code",
+                        folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(has(ran.output, "\"paused\": " + std::string(command == "pause" ? "true" : "false")));
+}
+
 TEST_CASE("hapt top: Ctrl-C ends it at once, however long its period") {
   if (!programs_are_built()) return;
   const TemporaryRuntimeFolder folder;

@@ -169,6 +169,8 @@ const std::vector<Mistake> kWithoutSession{
     {"hapt status", 1,
      "hapt: no session is running (looked in *; HAPTICD_RUNTIME_DIR names another folder); start "
      "one: hapticd CONFIG.toml"},
+    {"hapt arm --wait 200ms", 1, "hapt: no session is running (looked in *; start one: *"},
+    {"hapt pause --wait soon", 2, "hapt: --wait: *"},
     {"hapt top --session bunny", 1,
      "hapt: no session 'bunny' is running (looked in *; HAPTICD_RUNTIME_DIR names another folder); "
      "start one: hapticd CONFIG.toml --session bunny"},
@@ -186,6 +188,8 @@ const std::vector<Mistake> kWithTwoSessions{
     {"mkdir -m 700 other; HAPTICD_RUNTIME_DIR=$PWD/other hapt status", 1,
      "hapt: no session is running (looked in */other; HAPTICD_RUNTIME_DIR names another folder); "
      "start one: hapticd CONFIG.toml"},
+    {"hapt arm --wait 30s", 1,
+     "hapt: several sessions are running (one, two); choose one, as --session one"},
     {"hapt set renderer voxel --session one", 2, "hapt: renderer: 'voxel' *add [tool] to its file"},
     {"hapt set renderer godobject3 --session one", 2,
      "hapt: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
