@@ -178,12 +178,13 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   for (bool done = false; !done;) {
     sleep_until(now_ns() + kDrainPeriod);
     if (!recorder.drain(trace, now_ns())) break;
-    if (watched.latest(frame)) {
+    while (watched.next(frame)) {
       if (first_ns == 0) first_ns = frame.t_ns;
       news_ns = now_ns();
       shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
-      progress.show(frame, shown, news_ns);
+      progress.add(frame);
     }
+    progress.show(shown, now_ns());
     // baking before the first frame may take arbitrarily long
     const bool silent =
         first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
