@@ -80,7 +80,11 @@ const std::vector<Mistake> kInSessionFiles{
     {"{ printf '\\357\\273\\277'; cat plane.toml; } >bom.toml; hapticd --check-config bom.toml", 0,
      "bom.toml: ok, session 'plane', 1 object"},
     {"hapticd .", 2, "hapticd: .: is a folder*"},
-    {"hapticd none.toml", 2, "hapticd: none.toml: cannot be read (No such file or directory)*"},
+    {"hapticd none.toml", 2, "hapticd: none.toml: no such session file; looked at none.toml, *"},
+    {"hapticd plan", 2, "hapticd: plan: no such session file; looked at *did you mean 'plane'?"},
+    {"hapt demo --config rigidpeg", 2, "hapt: rigidpeg: no such *; did you mean 'rigid-peg'?"},
+    {"mkdir -p peg; hapticd --check-config peg", 0, "*peg-in-hole.toml: ok, session *", true},
+    {"cd /; hapticd --check-config plane", 0, "*plane.toml: ok, session 'plane', 1 object"},
     {"sed 's/$/\\r/' plane.toml >crlf.toml; hapticd --check-config crlf.toml", 0,
      "crlf.toml: ok, session 'plane', 1 object"},
     {"cp $SOURCE/configs/lever.toml .; hapticd lever.toml", 2,
@@ -98,9 +102,10 @@ const std::vector<Mistake> kWithoutRights{
 const std::vector<Mistake> kInMeshes{
     {"hapt bake inverted.off --unit mm", 0, "*turned*", true},
     {"hapt bake open.off --unit mm", 2,
-     "hapt: *open.off is not closed: 4 border edges, first near (*) mm; close the mesh, or set "
-     "open "
-     "= true (hapt bake: --allow-open) to use it as a one-sided surface"},
+     "hapt: *open.off is not closed: 4 border edges, first near (*) mm; close the mesh, or add "
+     "--allow-open (in a session file: open = true) to use it as a one-sided surface"},
+    {"hapt demo --mesh open.off --unit mm", 2,
+     "hapt: *open.off is not closed: *; close the mesh, or add --allow-open (in a session file: *"},
     {"hapt bake tab.stl --unit mm", 2, "hapt: *tab.stl is not closed: 3 border edges, *"},
     {"hapt bake cube.off --unit mm", 0,
      "cube.off: 12 triangles, 8 vertices, 80 x 80 x 80 mm, closed; *", true},
