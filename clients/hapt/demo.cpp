@@ -13,7 +13,6 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/hand_progress.h"
 #include "clients/hapt/mesh_scene.h"
 #include "clients/hapt/options.h"
@@ -34,6 +33,7 @@
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -298,7 +298,7 @@ void play(PlayOptions options) {
   // before time goes into a mesh
   if (options.view) program_path("haptic-view");
   program_path("hapticd");
-  options.config = find_config(options.config);
+  options.config = find_session_file(options.config);
   SessionConfig config = load_config(options.config);
   if (!options.replay.trace.empty()) use_trace(config, options.replay.trace);
   if (!options.renderer.empty()) use_renderer(config, options.renderer);

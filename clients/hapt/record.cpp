@@ -11,7 +11,6 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/session_choice.h"
 #include "clients/library/client.h"
@@ -22,6 +21,7 @@
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -201,7 +201,8 @@ class Recording {
 
 void run_record(const RecordOptions& options) {
   check_outputs({options.output}, {options.config}, options.overwrite);
-  std::string config = options.config.empty() ? "" : read_config_text(find_config(options.config));
+  std::string config =
+      options.config.empty() ? "" : read_config_text(find_session_file(options.config));
   FileDescriptor socket = connect_session(once_up(options.session));
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
