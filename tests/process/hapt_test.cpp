@@ -53,6 +53,11 @@ TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
   CHECK(figure(again.output, "samples lost") == 0);
   CHECK(figure(again.output, "ticks in contact") > 0);
   CHECK(has(again.output, "\"note\": \"RECORDED hand "));
+  // without a session file named, in the session that is inside
+  const Ran inside = hapt("replay run.mcap -o inside.mcap --for 1", folder.path());
+  CHECK(inside.code == 0);
+  CHECK(has(inside.output, "playing the session inside run.mcap"));
+  CHECK(has(inside.output, "with session 'plane'"));
   const Ran table = hapt("export again.mcap -o again.csv", folder.path());
   CHECK(table.code == 0);
   CHECK(std::filesystem::file_size(folder.path() + "/again.csv") > 100000);

@@ -121,6 +121,8 @@ const std::vector<Mistake> kInRecordings{
     {"hapt replay hand.csv --config plane.toml", 2,
      "hapt: hand.csv: cannot be read (No such file or directory); name a recording (.mcap or "
      ".csv)"},
+    {"hapt replay none.csv", 2,
+     "none.csv has no session file inside: playing bunny.toml; --config *", true},
     {"printf 'time,x,y,z\\n0,0,0,0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
      "hapt: h.csv:1: has no column 't_s'; it has time, x, y, z; rename or add the column"},
     {"printf 't_s;x_m;y_m;z_m\\n0;0;0;0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
