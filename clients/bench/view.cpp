@@ -12,13 +12,13 @@
 
 #include "clients/bench/benches.h"
 #include "clients/bench/work/viewers.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/session_process.h"
 #include "clients/lab/forked_process.h"
 #include "clients/library/client.h"
 #include "clients/report/median.h"
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -98,7 +98,7 @@ class Watched {
  public:
   explicit Watched(const Options& options)
       : options_(options),
-        hapticd_("hapticd", {find_config(options.config), "--session", kSession},
+        hapticd_("hapticd", {find_session_file(options.config), "--session", kSession},
                  folder_.path + "/hapticd.log") {
     wait_for("hapticd does not start", [&] { return !running_sessions().empty(); });
     bridge_.emplace("haptic-view",

@@ -22,7 +22,6 @@
 #include "clients/eval/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
 #include "clients/lab/lockstep.h"
@@ -38,6 +37,7 @@
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 #include "proto/wire/renderer.h"
 
 namespace haptic {
@@ -97,7 +97,7 @@ EvalRun run_lockstep(const SessionConfig& config, const ContactShapes& shapes,
 }
 
 void run_eval(const EvalOptions& options) {
-  const std::string file = find_config(options.config);
+  const std::string file = find_session_file(options.config);
   SessionConfig config = load_config(file);
   if (!options.trace.empty()) use_trace(config, options.trace);
   if (row_of(config.device.kind).has_node) {
@@ -313,7 +313,7 @@ std::vector<std::string> words_of(const std::string& list) {
 }
 
 void run_compare(const EvalOptions& options) {
-  const std::string file = find_config(options.config);
+  const std::string file = find_session_file(options.config);
   CompareEval eval;
   eval.config = load_config(file);
   eval.config_text = read_config_text(file);
@@ -340,7 +340,7 @@ void run_fingerprint(const EvalOptions& options, const Command& command) {
   namespace fs = std::filesystem;
   FingerprintEval eval{{}, 4, options.lockstep, options.forces};
   for (const auto& entry :
-       fs::directory_iterator(fs::path(find_config("bunny.toml")).parent_path())) {
+       fs::directory_iterator(fs::path(find_session_file("bunny.toml")).parent_path())) {
     if (entry.path().extension() == ".toml") eval.configs.push_back(entry.path());
   }
   std::sort(eval.configs.begin(), eval.configs.end());

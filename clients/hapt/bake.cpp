@@ -132,7 +132,7 @@ void run_bake(const BakeOptions& options) {
   std::cout << "for a session file:\n\n"
             << object_text({options.mesh, options.unit, is_scaled ? object.size : 0,
                             object.allow_open != 0},
-                           shape);
+                           0.5 * (shape.shape.mesh.lower + shape.shape.mesh.upper));
 }
 
 }  // namespace

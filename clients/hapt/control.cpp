@@ -12,6 +12,7 @@
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
+#include "clients/hapt/session_choice.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/os/message.h"
 #include "proto/os/realtime.h"
@@ -20,7 +21,8 @@ namespace haptic {
 namespace {
 
 struct ControlOptions {
-  std::string session, key, value;
+  SessionChoice session;
+  std::string key, value;
   bool json = false;
 };
 
@@ -34,7 +36,7 @@ std::string ask(const std::string& session, const std::string& line) {
 }
 
 void say(const ControlOptions& options, const std::string& line) {
-  const std::string answer = ask(options.session, line);
+  const std::string answer = ask(once_up(options.session), line);
   // the answer to `config` is a session file of many lines
   std::istringstream lines(answer);
   for (std::string one; std::getline(lines, one);) {
@@ -77,7 +79,7 @@ void add_set(Command& app) {
 }
 
 struct LeadOptions {
-  std::string session;
+  SessionChoice session;
   std::array<double, 3> place{};    // [m]
   std::vector<double> orientation;  // w x y z; empty: as at rest
   double duration = 2;              // [s]
@@ -86,16 +88,17 @@ struct LeadOptions {
 /// Repeats the command as a viewer does; without it the servo ends the lead.
 void lead(const LeadOptions& options) {
   constexpr int64_t kPeriodNs = kNsPerSecond / 60;
+  const std::string& session = once_up(options.session);
   std::string line = "lead";
   for (const double x : options.place) line += " " + number_text(x);
   for (const double x : options.orientation) line += " " + number_text(x);
   const int64_t begin_ns = now_ns();
   const auto end_ns = begin_ns + static_cast<int64_t>(options.duration * 1e9);
   for (int64_t t_ns = begin_ns; t_ns < end_ns; t_ns += kPeriodNs) {
-    ask(options.session, line);
+    ask(session, line);
     sleep_until(std::min(t_ns + kPeriodNs, end_ns));
   }
-  std::cout << ask(options.session, "release") << '\n';
+  std::cout << ask(session, "release") << '\n';
 }
 
 void add_lead(Command& app) {

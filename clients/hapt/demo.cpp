@@ -13,7 +13,6 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/hand_progress.h"
 #include "clients/hapt/mesh_scene.h"
 #include "clients/hapt/options.h"
@@ -31,9 +30,11 @@
 #include "proto/config/renderer_needs.h"
 #include "proto/ipc/process.h"
 #include "proto/log/hand_trace.h"
+#include "proto/log/trace.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -178,12 +179,13 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
   for (bool done = false; !done;) {
     sleep_until(now_ns() + kDrainPeriod);
     if (!recorder.drain(trace, now_ns())) break;
-    if (watched.latest(frame)) {
+    while (watched.next(frame)) {
       if (first_ns == 0) first_ns = frame.t_ns;
       news_ns = now_ns();
       shown = static_cast<double>(frame.t_ns - first_ns) * 1e-9;
-      progress.show(frame, shown, news_ns);
+      progress.add(frame);
     }
+    progress.show(shown, now_ns());
     // baking before the first frame may take arbitrarily long
     const bool silent =
         first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
@@ -294,7 +296,10 @@ void print_rows(const PlayOptions& options, const SessionConfig& config,
 
 void play(PlayOptions options) {
   catch_stop_signals();
-  options.config = find_config(options.config);
+  // before time goes into a mesh
+  if (options.view) program_path("haptic-view");
+  program_path("hapticd");
+  options.config = find_session_file(options.config);
   SessionConfig config = load_config(options.config);
   if (!options.replay.trace.empty()) use_trace(config, options.replay.trace);
   if (!options.renderer.empty()) use_renderer(config, options.renderer);
@@ -349,8 +354,34 @@ void play_mesh(PlayOptions options, const OwnMesh& own) {
   play(options);
 }
 
+/// The session file inside a recording; empty: it has none.
+std::string config_inside(const std::string& trace) {
+  if (!trace.ends_with(".mcap")) return "";
+  const TraceReader reader(trace);
+  const auto& all = reader.mcap().metadata();
+  const auto recording = all.find("recording");
+  if (recording == all.end()) return "";
+  const auto config = recording->second.find("config");
+  return config == recording->second.end() ? "" : config->second;
+}
+
+/// Plays a hand in the session in which it was recorded.
+void play_as_recorded(PlayOptions options) {
+  const std::string inside = config_inside(options.replay.trace);
+  if (inside.empty()) {
+    std::cerr << shown(options.replay.trace) << " has no session file inside: playing "
+              << options.config << "; --config names another\n";
+    return play(options);
+  }
+  const ScratchFolder scratch;
+  options.config = scratch.path() + "/recorded.toml";
+  std::ofstream(options.config) << inside;
+  std::cerr << "playing the session inside " << shown(options.replay.trace)
+            << "; --config names another\n";
+  play(options);
+}
+
 void add_common(Command& command, PlayOptions& options) {
-  add_config(command, options.config).show_default();
   command
       .option("--renderer", options.renderer, "instead of the session file's: " + renderer_names())
       .show_default("the session file's");
@@ -372,6 +403,7 @@ void add_demo_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
   Command command =
       app.subcommand("demo", "Run a simulated hand on a mesh, record it and print a report");
+  add_config(command, options->config).show_default();
   add_common(command, *options);
   const auto scene = std::make_shared<std::string>();
   command
@@ -419,6 +451,8 @@ void add_replay_command(Command& app) {
   Command command = app.subcommand(
       "replay", "Play a recorded hand through a session, open loop or as an intention");
   command.option("TRACE", options->replay.trace, "recorded hand: .mcap or .csv").required();
+  add_config(command, options->config)
+      .show_default("the one inside the recording, else bunny.toml");
   command.number("--speed", options->speed, kReplaySpeeds, "of the playback").show_default("1");
   const std::string instant = "a time from the first sample, as 2.5s, or the number of a tick";
   command.option("--from INSTANT", options->from, "where to begin: " + instant);
@@ -437,7 +471,7 @@ void add_replay_command(Command& app) {
   command.action([options, command] {
     if (command.was_given("--speed")) options->replay.speed = options->speed;
     if (command.was_given("--stiffness")) options->replay.stiffness = options->stiffness;
-    play(*options);
+    command.was_given("--config") ? play(*options) : play_as_recorded(*options);
   });
 }
 

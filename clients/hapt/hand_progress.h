@@ -3,6 +3,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 #include "clients/report/summary.h"
@@ -10,15 +13,10 @@
 
 namespace haptic {
 
-/// Names the phase of the hand's motion in one word: it approaches, presses or slides.
-inline const char* phase_of(const ServoFrame& frame) {
-  constexpr double kSliding = 0.01;  // of the proxy [m/s]
-  if (!is_touching(frame)) return "approaches";
-  return norm(frame.V_WP.v) > kSliding ? "slides" : "presses";
-}
-
-/// Shows the phase, the force and the late ticks while a session runs: on a terminal a line that
-/// overwrites itself, elsewhere a line every five seconds.
+/// Shows what the hand did while a session runs: the share of ticks in contact, the largest force,
+/// the late ticks. Elsewhere than on a terminal it is a line every five seconds, about the time
+/// since the last line. On a terminal one line overwrites itself four times a second; the share is
+/// then of the time since the start.
 class HandProgress {
  public:
   explicit HandProgress(double total) : total_(total), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -27,18 +25,34 @@ class HandProgress {
   }
   HandProgress(const HandProgress&) = delete;
 
-  void show(const ServoFrame& frame, double seconds, int64_t t_ns) {
+  /// Takes one frame after the other.
+  void add(const ServoFrame& frame) {
+    ++ticks_;
+    touching_ += is_touching(frame);
+    largest_ = std::max(largest_, norm(frame.F_device_B.f));
+    late_ = frame.skipped;
+  }
+
+  /// Writes the line when it is due, `seconds` after the first frame.
+  void show(double seconds, int64_t t_ns) {
     if (t_ns - last_ns_ < (terminal_ ? kNsPerSecond / 4 : 5 * kNsPerSecond)) return;
     last_ns_ = t_ns;
     shown_ = true;
-    std::fprintf(stderr, "%s%5.1f of %.0f s   the hand %-10s   force %4.1f N   late ticks %llu%s",
-                 terminal_ ? "\r" : "", seconds, total_, phase_of(frame), norm(frame.F_device_B.f),
-                 static_cast<unsigned long long>(frame.skipped), terminal_ ? "\033[K" : "\n");
+    const double share = static_cast<double>(touching_) / static_cast<double>(std::max(ticks_, 1L));
+    std::fprintf(stderr,
+                 "%s%5.1f of %.0f s   %3ld %% in contact   force up to %4.1f N   late ticks %llu%s",
+                 terminal_ ? "\r" : "", seconds, total_, std::lround(100 * share), largest_,
+                 static_cast<unsigned long long>(late_), terminal_ ? "\033[K" : "\n");
+    largest_ = 0;
+    if (!terminal_) ticks_ = touching_ = 0;
   }
 
  private:
   double total_;
   bool terminal_, shown_ = false;
+  int64_t ticks_ = 0, touching_ = 0;
+  double largest_ = 0;  // force [N], since the last line
+  uint64_t late_ = 0;   // ticks, since the start
   int64_t last_ns_ = now_ns();
 };
 

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -14,6 +12,7 @@
 #include "clients/hapt/run_hapt.h"
 #include "proto/ipc/process.h"
 #include "proto/os/programs.h"
+#include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -35,12 +34,9 @@ std::string program_for(const Command& app, int argc, char** argv) {
 
 /// Replaces this process by another program with the same arguments.
 [[noreturn]] void become(const std::string& program, char** argv) {
-  const std::filesystem::path folder = own_folder();
-  const std::string path = folder / program;
+  const std::string path = own_folder() + "/" + program;
   execv(path.c_str(), argv);
-  throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
-                           "); `cmake --build " + folder.parent_path().string() + " --target " +
-                           program + "` builds it");
+  throw std::runtime_error(cannot_start(path, errno));
 }
 
 /// In the order of `hapt --help`.

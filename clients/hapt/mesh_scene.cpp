@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/hapt/mesh_scene.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <numbers>
 #include <sstream>
 
+#include "clients/hapt/mesh_strokes.h"
+#include "contact/bake/bake.h"
 #include "proto/config/config_shape.h"
 #include "proto/config/quantity.h"
 
 namespace haptic {
 namespace {
-
-constexpr double kArm = 0.4;         // [m]; a hand strokes nothing larger
-constexpr double kClearance = 0.01;  // between the strokes, from the mesh [m]
-constexpr double kSpeed = 0.8;       // of the hand, at most [m/s]; half of the velocity limit
-constexpr double kPeak = 1.875;      // peak over mean speed of a minimum-jerk motion
 
 /// A string of TOML.
 std::string quoted(const std::string& text) {
@@ -64,9 +59,8 @@ std::string name_of(const OwnMesh& own) {
   return name.empty() ? "mesh" : name;
 }
 
-std::string object_text(const OwnMesh& own, const BakedShape& baked) {
-  const TriangleMesh& mesh = baked.shape.mesh;
-  const Vec3 p = -0.5 * (mesh.lower + mesh.upper);
+std::string object_text(const OwnMesh& own, const Vec3& middle_O) {
+  const Vec3 p = -middle_O;
   std::string text = "[[object]]\nname = " + quoted(name_of(own)) +
                      "\nmesh = " + quoted(std::filesystem::absolute(own.file).string()) +
                      "\nunit = " + quoted(unit_text(own)) + "\n";
@@ -84,19 +78,17 @@ std::string session_text(const OwnMesh& own) {
   shape.size = own.size;
   shape.allow_open = own.allow_open ? 1 : 0;
   const BakedShape baked = bake_object(shape, SessionConfig{}.mesh_memory_limit);
-  const TriangleMesh& mesh = baked.shape.mesh;
-  const Vec3 half = 0.5 * (mesh.upper - mesh.lower);
-  const double hover = std::min(norm(half) + kClearance, kArm);
-  const double press = 0.5 * std::min({half.x, half.y, half.z, hover});
-  // a quarter of a stroke reaches in; half of one more travels, half way round at most
-  const double stroke = std::max(
-      {2.0, 4 * kPeak * (hover - press) / kSpeed, 2 * kPeak * std::numbers::pi * hover / kSpeed});
-  std::ostringstream time;
-  time << stroke;
+  const MeshStrokes strokes = choose_strokes(baked.shape);
+  std::ostringstream intent;
+  intent << "hover_radius = " << millimetres(strokes.hover)
+         << "\npress_radius = " << millimetres(strokes.press) << "\nstroke_angle = \""
+         << strokes.angle << " rad\"\nstroke_time = \"" << strokes.time() << " s\"\n";
+  if (const Vec3& n = strokes.direction_O; n != Vec3{}) {
+    intent << std::fixed << "direction = [" << n.x << ", " << n.y << ", " << n.z << "]\n";
+  }
   return "[session]\nname = " + quoted(name_of(own)) +
-         "\n\n[device]\nkind = \"simulated-hand\"\n\n[device.hand.intent]\nhover_radius = " +
-         millimetres(hover) + "\npress_radius = " + millimetres(press) + "\nstroke_time = \"" +
-         time.str() + " s\"\n\n" + object_text(own, baked);
+         "\n\n[device]\nkind = \"simulated-hand\"\n\n[device.hand.intent]\n" + intent.str() + "\n" +
+         object_text(own, strokes.centre_O);
 }
 
 }  // namespace haptic

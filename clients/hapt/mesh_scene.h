@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "contact/bake/bake.h"
+#include "proto/math/vec3.h"
 
 /// A mesh of one's own, as the text of a session file.
 namespace haptic {
@@ -17,14 +17,14 @@ struct OwnMesh {
 /// Problem of a word for `--unit`; empty if it is one.
 std::string problem_of_unit(const std::string& text);
 
-/// The [[object]] of the mesh, with its middle at the origin of the scene.
-std::string object_text(const OwnMesh& own, const BakedShape& baked);
+/// The [[object]] of the mesh, with that place of it at the origin of the scene.
+std::string object_text(const OwnMesh& own, const Vec3& middle_O);
 
 /// A name made of that of the file, as sessions and objects may have it.
 std::string name_of(const OwnMesh& own);
 
-/// A session in which a simulated hand strokes the mesh from all sides. Bakes the mesh to know how
-/// large it is. Throws MeshError.
+/// A session in which a simulated hand strokes the mesh (mesh_strokes.h). Bakes the mesh to know
+/// how large it is. Throws MeshError.
 std::string session_text(const OwnMesh& own);
 
 }  // namespace haptic

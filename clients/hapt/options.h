@@ -20,10 +20,6 @@ inline Option add_config(Command& command, std::string& config) {
   return command.option("--config FILE", config, "session file, by path or by name");
 }
 
-inline Option add_session(Command& command, std::string& session) {
-  return command.option("--session NAME", session, "which session; needed only if several run");
-}
-
 inline Option add_json(Command& command, bool& json) {
   return command.flag("--json", json, "for scripts: JSON on standard output");
 }

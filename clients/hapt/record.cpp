@@ -11,8 +11,8 @@
 
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
+#include "clients/hapt/session_choice.h"
 #include "clients/library/client.h"
 #include "clients/library/recorder.h"
 #include "proto/config/command_line.h"
@@ -21,6 +21,7 @@
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -31,7 +32,8 @@ constexpr int64_t kDrainPeriodNs = 10'000'000;  // a hundredth of what the small
 constexpr int kFifoPriority = 10;
 
 struct RecordOptions {
-  std::string output, session, config;
+  std::string output, config;
+  SessionChoice session;
   double duration = std::numeric_limits<double>::infinity();  // [s]
   double standard_rate = kStandardRate;
   bool json = false, overwrite = false;
@@ -199,8 +201,9 @@ class Recording {
 
 void run_record(const RecordOptions& options) {
   check_outputs({options.output}, {options.config}, options.overwrite);
-  std::string config = options.config.empty() ? "" : read_config_text(find_config(options.config));
-  FileDescriptor socket = connect_session(options.session);
+  std::string config =
+      options.config.empty() ? "" : read_config_text(find_session_file(options.config));
+  FileDescriptor socket = connect_session(once_up(options.session));
   const std::string session = peer_of(socket).session;
   if (options.config.empty()) config = config_of(session);
   catch_stop_signals();

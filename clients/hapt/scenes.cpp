@@ -4,30 +4,20 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <stdexcept>
 
 #include "clients/hapt/session_process.h"
 #include "proto/config/config_shape.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 #include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
 
-struct Scene {
-  const char *config, *title;
-  bool has_bunny = false;
-};
-
-const std::map<std::string, Scene> kScenes{
-    {"bunny", {"bunny.toml", "the Stanford bunny", true}},
-    {"peg", {"peg-in-hole.toml", "a peg in a hole"}},
-    {"gears", {"gears.toml", "two gears"}},
-    {"teeth", {"teeth.toml", "a jaw that bites"}},
-    {"bunnies", {"bunny-on-bunny.toml", "a bunny on a bunny", true}},
-    {"rigid-peg", {"rigid-peg.toml", "a rigid peg in a tight hole"}},
-    {"rigid-bunnies", {"rigid-bunnies.toml", "a rigid bunny on a bunny", true}}};
+const Scene& scene_of(const std::string& name) {
+  return *std::ranges::find(kScenes, name, &Scene::name);
+}
 
 /// True in an installation that has not fetched the bunny yet, which its licence keeps out of the
 /// package. A checkout has `./run meshes`.
@@ -53,16 +43,17 @@ void fetch_meshes() {
 
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
-  for (const auto& [name, scene] : kScenes) names.push_back(name);
+  for (const Scene& scene : kScenes) names.emplace_back(scene.name);
   return names;
 }
 
 std::string scene_title(const std::string& name) {
-  return kScenes.at(name).title;
+  return scene_of(name).title;
 }
 
 void list_scenes(std::ostream& out) {
-  for (const auto& [name, scene] : kScenes) {
+  for (const Scene& scene : kScenes) {
+    const std::string name = scene.name;
     out << "hapt demo " << name << std::string(15 - name.size(), ' ') << scene.title << '\n';
   }
   out << "hapt demo --mesh part.stl --unit mm   a mesh of yours\n";
@@ -75,9 +66,9 @@ std::string default_scene() {
 }
 
 std::string prepare_scene(const std::string& name) {
-  const Scene& scene = kScenes.at(name);
+  const Scene& scene = scene_of(name);
   if (scene.has_bunny && lacks_bunny()) fetch_meshes();
-  return scene.config;
+  return scene.file;
 }
 
 }  // namespace haptic

@@ -14,6 +14,7 @@
 #include "proto/ipc/process.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
+#include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -23,14 +24,16 @@ constexpr int64_t kPollPeriod = 5'000'000;           // [ns]
 
 }  // namespace
 
+std::string program_path(const std::string& program) {
+  const std::string path = program_folder() + "/" + program;
+  if (access(path.c_str(), X_OK) != 0) throw std::runtime_error(cannot_start(path, errno));
+  return path;
+}
+
 SessionProcess::SessionProcess(const std::string& program,
                                const std::vector<std::string>& arguments,
                                const std::string& output) {
-  const std::string path = program_folder() + "/" + program;
-  if (access(path.c_str(), X_OK) != 0) {
-    throw std::runtime_error(path + ": cannot be started (" + std::strerror(errno) +
-                             "); build it, or set HAPTICD_LIBEXEC to its folder");
-  }
+  const std::string path = program_path(program);
   std::vector<std::string> words{path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;

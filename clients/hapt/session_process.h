@@ -9,6 +9,9 @@
 
 namespace haptic {
 
+/// Path of hapticd or another of these programs. Throws std::runtime_error if it cannot be started.
+std::string program_path(const std::string& program);
+
 /// hapticd or another of these programs as a child process, stopped with SIGTERM.
 class SessionProcess {
  public:

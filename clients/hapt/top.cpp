@@ -11,6 +11,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 #include "clients/hapt/realtime_line.h"
+#include "clients/hapt/session_choice.h"
 #include "clients/library/client.h"
 #include "clients/report/report.h"
 #include "proto/config/quantity.h"
@@ -25,7 +26,7 @@ constexpr int64_t kAttachTime = kNsPerSecond;  // [ns]; segments are attached wi
 constexpr int64_t kDeadAfter = 250'000'000;    // [ns]; age of a heartbeat that counts as stuck
 
 struct TopOptions {
-  std::string session;
+  SessionChoice session;
   double period = 1;  // [s]
   uint64_t screens = std::numeric_limits<uint64_t>::max();
   bool batch = false, json = false;
@@ -157,7 +158,7 @@ void print_screen_json(const std::vector<Line>& lines, const ServoFrame& frame, 
 
 void run_top(const TopOptions& options) {
   catch_stop_signals();
-  Client client(options.session);
+  Client client(once_up(options.session));
   Watched servo(ServoChannels::kName, client.ring<&ServoChannels::frames>(Start::kNewest));
   Watched contact(ContactChannels::kName, client.ring<&ContactChannels::sets>(Start::kNewest));
   Watched sim(SimChannels::kName, client.ring<&SimChannels::frames>(Start::kNewest));

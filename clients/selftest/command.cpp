@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "clients/hapt/commands.h"
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/lab_commands.h"
 #include "clients/hapt/options.h"
 #include "clients/report/print_rows.h"
@@ -16,6 +15,7 @@
 #include "contact/bake/session.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -77,7 +77,7 @@ GuardedLoopResult run_shown(const SessionConfig& config, const ContactShapes& sh
 }
 
 void run_selftest(const SelftestOptions& options) {
-  const SessionConfig config = load_config(find_config(options.config));
+  const SessionConfig config = load_config(find_session_file(options.config));
   const BakedSession baked = bake_session(config);
   const GuardedLoopResult result =
       run_shown(config, baked.shapes(), loop_options(config, options.ticks));

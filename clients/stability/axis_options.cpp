@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
-#include "clients/hapt/find_config.h"
 #include "clients/hapt/options.h"
 #include "proto/config/devices.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -128,7 +128,7 @@ double damping_of(const std::string& text, bool turning) {
 }
 
 ProbeSetting setting_of(const AxisOptions& options) {
-  SessionConfig config = load_config(find_config(options.config));
+  SessionConfig config = load_config(find_session_file(options.config));
   if (options.rate > 0) config.servo_rate = options.rate;
   ProbeSetting out;
   out.turning = options.turning;

@@ -145,7 +145,7 @@ void add_zwidth_command(Command& app) {
                "with the passivity controller, else the coupling alone");
   add_axis_options(command, options->axis);
   command.example(
-      "hapt zwidth --hand none typical --delay 0 1 2 -o zwidth.svg");
+      "hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
   command.action([options] { run_zwidth(*options); });
 }
 

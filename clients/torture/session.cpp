@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include "proto/os/environment.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
+#include "proto/os/source_tree.h"
 
 namespace haptic {
 namespace {
@@ -123,9 +125,7 @@ void TortureSession::link_programs(const std::string& from) const {
   const std::string to = options_.folder + "/programs";
   fs::create_directories(to);
   const auto link = [&](const std::string& name, const std::string& target) {
-    if (access(target.c_str(), X_OK) != 0) {
-      throw std::runtime_error(target + ": is missing; build it (cmake --build …)");
-    }
+    if (access(target.c_str(), X_OK) != 0) throw std::runtime_error(cannot_start(target, errno));
     fs::create_symlink(target, to + "/" + name);
   };
   for (const char* name : {"hapticd", "hapt", "haptic-servo", "haptic-sim", "haptic-emulator"}) {

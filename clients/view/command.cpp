@@ -10,7 +10,7 @@
 
 #include "clients/hapt/commands.h"
 #include "clients/hapt/lab_commands.h"
-#include "clients/hapt/options.h"
+#include "clients/hapt/session_choice.h"
 #include "clients/view/bridge.h"
 #include "clients/view/log_source.h"
 #include "clients/view/session_source.h"
@@ -28,7 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ViewCommand {
-  std::string session, address = "127.0.0.1", token_file, page;
+  SessionChoice session;
+  std::string address = "127.0.0.1", token_file, page;
   std::vector<std::string> hosts, origins;
   uint32_t port = 8765;
   bool no_open = false;
@@ -89,8 +90,8 @@ bool names_log(const std::string& argument) {
 
 void show(const ViewCommand& options) {
   catch_stop_signals();
-  const bool is_log = names_log(options.session);
-  const std::string session = is_log ? "" : name_of_session(options.session);
+  const bool is_log = names_log(options.session.name);
+  const std::string session = is_log ? "" : name_of_session(once_up(options.session));
   BridgeOptions bridge_options;
   bridge_options.web.address = options.address;
   bridge_options.web.port = static_cast<uint16_t>(options.port);
@@ -99,7 +100,8 @@ void show(const ViewCommand& options) {
   bridge_options.token = make_token();
   bridge_options.page_folder = options.page.empty() ? find_page() : options.page;
   bridge_options.say = [session](const std::string& line) { return say_to_session(session, line); };
-  Bridge bridge(is_log ? log_source(options.session) : session_source(session), bridge_options);
+  Bridge bridge(is_log ? log_source(options.session.name) : session_source(session),
+                bridge_options);
 
   const auto file = write_token(options, bridge.port(), bridge_options.token);
   const std::string url = "http://" + shown_address(options.address) + ":" +
@@ -118,7 +120,7 @@ void add_view_command(Command& app) {
   const auto options = std::make_shared<ViewCommand>();
   Command command = app.subcommand(kViewCommand.name, kViewCommand.help);
   add_session(command, options->session);
-  command.option("SESSION", options->session, "a session, or the file of a recording (.mcap)")
+  command.option("SESSION", options->session.name, "a session, or the file of a recording (.mcap)")
       .excludes("--session");
   command.option("--port", options->port, "of the address; 0: any that is free")
       .range(0, 65535)

@@ -2,6 +2,7 @@
 #include "proto/os/source_tree.h"
 
 #include <algorithm>
+#include <cstring>
 #include <initializer_list>
 
 #include "proto/os/environment.h"
@@ -38,6 +39,18 @@ fs::path shared_folder(const std::string& what) {
   }
   const fs::path prefix = nearest_with({"share/hapticd/"});
   return prefix.empty() ? prefix : prefix / "share" / "hapticd" / what;
+}
+
+std::string cannot_start(const std::string& path, int error) {
+  std::string mend = "it belongs to the package hapticd; install that again";
+  if (!environment("HAPTICD_LIBEXEC").empty()) {
+    mend = "HAPTICD_LIBEXEC has to name the folder of all programs";
+  } else if (!source_tree().empty()) {
+    const bool shows = fs::path(path).filename() == "haptic-view";
+    mend =
+        shows ? "`./run demo --view` builds it, as does `./run build`" : "`./run build` builds it";
+  }
+  return path + ": cannot be started (" + std::strerror(error) + "); " + mend;
 }
 
 fs::path fetched_meshes() {

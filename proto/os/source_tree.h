@@ -15,6 +15,9 @@ std::filesystem::path source_tree();
 /// an installed program those in the nearest share/hapticd above it. Empty: there is neither.
 std::filesystem::path shared_folder(const std::string& what);
 
+/// Says that a program of ours cannot be started, why (an errno), and what builds or installs it.
+std::string cannot_start(const std::string& path, int error);
+
 /// Where meshes are kept that an installed program has fetched for this user:
 /// $XDG_DATA_HOME/hapticd/meshes, else ~/.local/share/hapticd/meshes; without a home empty.
 std::filesystem::path fetched_meshes();

@@ -4,7 +4,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,6 +17,8 @@
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
 #include "proto/os/programs.h"
+#include "proto/os/session_file.h"
+#include "proto/os/source_tree.h"
 #include "servo/hapticd/supervisor.h"
 
 namespace {
@@ -41,11 +42,11 @@ struct Options {
   std::fflush(stdout);
   const std::string program = haptic::program_folder() + "/haptic-contact";
   execl(program.c_str(), "haptic-contact", "--check-config", path.c_str(), nullptr);
-  throw std::runtime_error(program + ": cannot be started (" + std::strerror(errno) +
-                           "); build it, or set HAPTICD_LIBEXEC to its folder");
+  throw std::runtime_error(haptic::cannot_start(program, errno));
 }
 
-int run(const Options& options) {
+int run(Options options) {
+  options.config_path = haptic::find_session_file(options.config_path);
   std::string text = haptic::read_config_text(options.config_path);
   haptic::SessionConfig config = haptic::parse_config(text, options.config_path);
   if (options.replay.is_any()) {
@@ -74,7 +75,8 @@ int main(int argc, char** argv) try {
   haptic::CommandLine line(
       "hapticd",
       "Haptics server: runs the session that a file describes until it is told to stop.");
-  line.option("CONFIG.toml", options.config_path, "the scene, the device and the limits")
+  line.option("CONFIG.toml", options.config_path,
+              "the scene, the device and the limits: a path, or a name as peg or plane")
       .required();
   line.option("--session", options.session, "name of the session").show_default("the file's");
   line.option("--replay FILE", options.replay.trace,
@@ -93,6 +95,7 @@ int main(int argc, char** argv) try {
   line.flag("--check-config", options.check_only, "check the file and its meshes, start nothing");
   line.flag("--log-json", options.json, "log one JSON object per line");
   line.example("hapticd configs/bunny.toml");
+  line.example("hapticd peg");
   if (const auto code = line.read(argc, argv)) return *code;
   const auto take = [&](const char* name, double value, std::optional<double>& out) {
     if (line.was_given(name)) out = value;

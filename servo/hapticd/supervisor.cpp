@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <stdexcept>
@@ -21,6 +20,7 @@
 #include "proto/os/message.h"
 #include "proto/os/programs.h"
 #include "proto/os/realtime.h"
+#include "proto/os/source_tree.h"
 #include "servo/hapticd/command.h"
 
 namespace haptic {
@@ -80,10 +80,7 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
   if (row_of(config.device.kind).has_node) guard_.emplace(config, attachments_);
   for (const Process& process : processes_) {
     const std::string path = folder_ + "/" + process.program;
-    if (access(path.c_str(), X_OK) != 0) {
-      throw std::runtime_error("cannot start " + path + ": " + std::strerror(errno) +
-                               "; build it or set HAPTICD_LIBEXEC to its folder");
-    }
+    if (access(path.c_str(), X_OK) != 0) throw std::runtime_error(cannot_start(path, errno));
   }
 }
 

@@ -53,6 +53,11 @@ TEST_CASE("hapt demo: the simulated hand touches, nothing is lost, exit 0") {
   CHECK(figure(again.output, "samples lost") == 0);
   CHECK(figure(again.output, "ticks in contact") > 0);
   CHECK(has(again.output, "\"note\": \"RECORDED hand "));
+  // without a session file named, in the session that is inside
+  const Ran inside = hapt("replay run.mcap -o inside.mcap --for 1", folder.path());
+  CHECK(inside.code == 0);
+  CHECK(has(inside.output, "playing the session inside run.mcap"));
+  CHECK(has(inside.output, "with session 'plane'"));
   const Ran table = hapt("export again.mcap -o again.csv", folder.path());
   CHECK(table.code == 0);
   CHECK(std::filesystem::file_size(folder.path() + "/again.csv") > 100000);
@@ -342,6 +347,19 @@ TEST_CASE("hapt status: for people, and one object for scripts") {
   CHECK(lines(json.output) == 1);
   CHECK(has(json.output, "\"force\": \"closed\", \"closed_by\": [\"paused ('hapt resume')\"]"));
   CHECK(has(json.output, "\"session\": \"asked\""));
+}
+
+TEST_CASE("hapt: --wait lets a command be typed before its session is up") {
+  if (!programs_are_built()) return;
+  const TemporaryRuntimeFolder folder;
+  const std::string command = GENERATE(as<std::string>(), "pause", "top -n 1 -d 100ms",
+                                       "record -o waited.mcap --for 100ms");
+  const Ran ran = shell("(sleep 0.3; exec hapticd " + plane_config() + " 2>log) & hapt " + command +
+                            " --wait 60s; code=$?; hapt status --json; hapt stop; wait; exit $code",
+                        folder.path());
+  INFO(ran.output);
+  CHECK(ran.code == 0);
+  CHECK(has(ran.output, "\"paused\": " + std::string(command == "pause" ? "true" : "false")));
 }
 
 TEST_CASE("hapt top: Ctrl-C ends it at once, however long its period") {

@@ -80,7 +80,11 @@ const std::vector<Mistake> kInSessionFiles{
     {"{ printf '\\357\\273\\277'; cat plane.toml; } >bom.toml; hapticd --check-config bom.toml", 0,
      "bom.toml: ok, session 'plane', 1 object"},
     {"hapticd .", 2, "hapticd: .: is a folder*"},
-    {"hapticd none.toml", 2, "hapticd: none.toml: cannot be read (No such file or directory)*"},
+    {"hapticd none.toml", 2, "hapticd: none.toml: no such session file; looked at none.toml, *"},
+    {"hapticd plan", 2, "hapticd: plan: no such session file; looked at *did you mean 'plane'?"},
+    {"hapt demo --config rigidpeg", 2, "hapt: rigidpeg: no such *; did you mean 'rigid-peg'?"},
+    {"mkdir -p peg; hapticd --check-config peg", 0, "*peg-in-hole.toml: ok, session *", true},
+    {"cd /; hapticd --check-config plane", 0, "*plane.toml: ok, session 'plane', 1 object"},
     {"sed 's/$/\\r/' plane.toml >crlf.toml; hapticd --check-config crlf.toml", 0,
      "crlf.toml: ok, session 'plane', 1 object"},
     {"cp $SOURCE/configs/lever.toml .; hapticd lever.toml", 2,
@@ -98,9 +102,10 @@ const std::vector<Mistake> kWithoutRights{
 const std::vector<Mistake> kInMeshes{
     {"hapt bake inverted.off --unit mm", 0, "*turned*", true},
     {"hapt bake open.off --unit mm", 2,
-     "hapt: *open.off is not closed: 4 border edges, first near (*) mm; close the mesh, or set "
-     "open "
-     "= true (hapt bake: --allow-open) to use it as a one-sided surface"},
+     "hapt: *open.off is not closed: 4 border edges, first near (*) mm; close the mesh, or add "
+     "--allow-open (in a session file: open = true) to use it as a one-sided surface"},
+    {"hapt demo --mesh open.off --unit mm", 2,
+     "hapt: *open.off is not closed: *; close the mesh, or add --allow-open (in a session file: *"},
     {"hapt bake tab.stl --unit mm", 2, "hapt: *tab.stl is not closed: 3 border edges, *"},
     {"hapt bake cube.off --unit mm", 0,
      "cube.off: 12 triangles, 8 vertices, 80 x 80 x 80 mm, closed; *", true},
@@ -116,6 +121,8 @@ const std::vector<Mistake> kInRecordings{
     {"hapt replay hand.csv --config plane.toml", 2,
      "hapt: hand.csv: cannot be read (No such file or directory); name a recording (.mcap or "
      ".csv)"},
+    {"hapt replay none.csv", 2,
+     "none.csv has no session file inside: playing bunny.toml; --config *", true},
     {"printf 'time,x,y,z\\n0,0,0,0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
      "hapt: h.csv:1: has no column 't_s'; it has time, x, y, z; rename or add the column"},
     {"printf 't_s;x_m;y_m;z_m\\n0;0;0;0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
@@ -143,9 +150,20 @@ const std::vector<Mistake> kOnCommandLines{
      "see haptic-emulator --help"},
     {"haptic-servo", 2,
      "haptic-servo: started by hapticd with *; start 'hapticd CONFIG.toml' instead"},
-    {"mkdir alone; cp $(command -v hapt) alone; alone/hapt eval", 1,
-     "hapt: */alone/hapt-lab: cannot be started (No such file or directory); `cmake --build * "
-     "--target hapt-lab` builds it"},
+    {"alone HAPTICD_SOURCE=$SOURCE eval", 1,
+     "hapt: */alone/hapt-lab: cannot be started (No such file or directory); `./run build` builds "
+     "it"},
+    {"alone HAPTICD_SOURCE=$SOURCE view", 1,
+     "hapt: */alone/haptic-view: cannot be started (No such file or directory); `./run demo "
+     "--view` builds it, as does `./run build`"},
+    {"alone HAPTICD_SOURCE=$SOURCE help view", 1,
+     "hapt: */alone/haptic-view: *`./run demo --view`*"},
+    {"alone HAPTICD_SOURCE=$SOURCE demo --view --config $PWD/plane.toml", 1,
+     "hapt: */alone/haptic-view: *`./run demo --view`*"},
+    {"alone A=1 view", 1,
+     "hapt: */alone/haptic-view: *; it belongs to the package hapticd; install that again"},
+    {"alone HAPTICD_LIBEXEC=$PWD/alone demo --config $PWD/plane.toml", 1,
+     "hapt: */alone/hapticd: *; HAPTICD_LIBEXEC has to name the folder of all programs"},
     {"hapt demo --config far.toml --for 1 -o far.mcap", 1,
      "FAILED: the object 'block' lies 4.9 m beyond what the hand reaches; move it to position = *",
      true},
@@ -158,6 +176,8 @@ const std::vector<Mistake> kWithoutSession{
     {"hapt status", 1,
      "hapt: no session is running (looked in *; HAPTICD_RUNTIME_DIR names another folder); start "
      "one: hapticd CONFIG.toml"},
+    {"hapt arm --wait 200ms", 1, "hapt: no session is running (looked in *; start one: *"},
+    {"hapt pause --wait soon", 2, "hapt: --wait: *"},
     {"hapt top --session bunny", 1,
      "hapt: no session 'bunny' is running (looked in *; HAPTICD_RUNTIME_DIR names another folder); "
      "start one: hapticd CONFIG.toml --session bunny"},
@@ -175,6 +195,8 @@ const std::vector<Mistake> kWithTwoSessions{
     {"mkdir -m 700 other; HAPTICD_RUNTIME_DIR=$PWD/other hapt status", 1,
      "hapt: no session is running (looked in */other; HAPTICD_RUNTIME_DIR names another folder); "
      "start one: hapticd CONFIG.toml"},
+    {"hapt arm --wait 30s", 1,
+     "hapt: several sessions are running (one, two); choose one, as --session one"},
     {"hapt set renderer voxel --session one", 2, "hapt: renderer: 'voxel' *add [tool] to its file"},
     {"hapt set renderer godobject3 --session one", 2,
      "hapt: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
@@ -201,6 +223,8 @@ unprivileged() {
 run_until() { word=$1; shift
   "$@" hapticd plane.toml 2>log & until grep -q "$word" log || ! kill -0 $!; do sleep 0.1; done
   hapt stop >/dev/null; wait $!; code=$?; cat log; return $code; }
+alone() { mkdir -p alone; cp -u "$(command -v hapt)" alone; set=$1; shift
+  env "$set" alone/hapt "$@"; }
 pid_of() { hapt status --json --session "$2" | grep -o "\"$1\", \"pid\": [0-9]*" | sed 's/.* //'; }
 )sh";
 

@@ -165,8 +165,8 @@ void check_borders(const Mesh& mesh, bool allow_open, BakeReport& report) {
   if (!allow_open) {
     throw MeshError(
         report.file + " is not closed: " + edges + ", first near " + where.str() +
-        "; close the mesh, or set open = true (hapt bake: --allow-open) to use it as a one-sided "
-        "surface");
+        "; close the mesh, or add --allow-open (in a session file: open = true) to use it as a "
+        "one-sided surface");
   }
   report.lines.push_back("open: " + edges + ", first near " + where.str() +
                          "; used as a one-sided surface");

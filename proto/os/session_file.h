@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+
+namespace haptic {
+
+/// A scene of `hapt demo`: a session file with a short name.
+struct Scene {
+  const char *name, *file, *title;
+  bool has_bunny = false;  // whose mesh is fetched, not shipped
+};
+
+inline constexpr std::array kScenes{
+    Scene{"bunnies", "bunny-on-bunny.toml", "a bunny on a bunny", true},
+    Scene{"bunny", "bunny.toml", "the Stanford bunny", true},
+    Scene{"gears", "gears.toml", "two gears"},
+    Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
+    Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},
+    Scene{"rigid-peg", "rigid-peg.toml", "a rigid peg in a tight hole"},
+    Scene{"teeth", "teeth.toml", "a jaw that bites"}};
+
+/// Finds a session file by path, or by name in $HAPTICD_CONFIGS or among those that belong to this
+/// checkout or installation: that of the file, with or without .toml, or of a scene. Throws
+/// InputError with the places searched and a name that is like it.
+std::string find_session_file(const std::string& name);
+
+}  // namespace haptic
