@@ -7,12 +7,14 @@
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
 #include "proto/wire/mapping.h"
+#include "proto/wire/renderer.h"
 #include "servo/tick.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kOfSpeed = 0.95;  // of the velocity limits: an arm that overshoots is not too fast
+constexpr double kFarthest = 2;    // times the velocity limits: no way of one tick
 
 /// Starts the body, at rest, where the device is; it keeps its pose while the device is lost.
 bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput& input,
@@ -21,7 +23,10 @@ bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput
   usable = usable && is_finite(tool_pose(model.map, {}, frame.device.X_BH));
   const bool is_there =
       (input.device.flags & kDeviceLost) == 0 && (input.device.flags & kDeviceHomed) != 0;
-  if (usable && !own.started) own.body = {frame.device.X_BH, {}};
+  if (usable && !own.started) {
+    own.body = {frame.device.X_BH, {}};
+    own.X_command_B = frame.device.X_BH;
+  }
   if (usable) own.started = is_there;
   return usable;
 }
@@ -114,6 +119,29 @@ VirtualBody constrained(const ServoModel& model, ServoState& state, const Render
   return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
 }
 
+/// The pose of a rigid tool that contact has proven free; none: nothing is proven.
+const Pose* verified(const ServoState& state, const ContactSet* set) {
+  if (set == nullptr || !is_renderer(set->renderer) || state.clutch.held) return nullptr;
+  if (!is_rigid(static_cast<Renderer>(set->renderer))) return nullptr;
+  return (set->flags & kContactNoFreePose) == 0 ? &set->X_WG : nullptr;
+}
+
+/// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it
+/// goes where contact has proven it free, a tick later. From a place where it cannot have come from
+/// the last command the body begins anew.
+Pose command_of(const ServoModel& model, ServoState& state, const ContactSet* set) {
+  AdmittanceState& own = state.admittance;
+  const Pose* X_WG = verified(state, set);
+  if (X_WG == nullptr) return own.body.X_BH;
+  const Pose X_BH = handle_pose(model.map, state.clutch, *X_WG);
+  const Twist way = way_between(own.X_command_B, X_BH);
+  const double moving = kFarthest * model.dt * model.limits.velocity_limit;
+  const double turning = kFarthest * model.dt * model.limits.angular_velocity_limit;
+  if (norm(way.v) <= moving && norm(way.w) <= turning) return {X_BH.p, normalized(X_BH.q)};
+  own.body = {own.X_command_B, {}};
+  return own.X_command_B;
+}
+
 /// The wrench with which a soft body's springs push the body, no more than the device may.
 Wrench scene_push(const ServoModel& model, const ServoState& state, const Rendered& rendered) {
   if (!state.admittance.contacts_finite) return {};
@@ -157,12 +185,12 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
   if (!closed) {
     settle_ledger(*model.admittance, own.ledger, free, own.body,
-                frame.device.F_hand_B + own.F_scene_B, model.dt);
+                  frame.device.F_hand_B + own.F_scene_B, model.dt);
   }
 
   note_safety(state, rendered, safe, frame);
   frame.F_device_B = -push_B;
-  frame.X_command_B = own.body.X_BH;
+  frame.X_command_B = own.X_command_B = command_of(model, state, input.contacts);
   // where nothing is rendered contact begins anew, at the tool
   if (closed) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
   note_frame(state, input, rendered, !closed, usable, frame);

@@ -14,8 +14,10 @@ namespace haptic {
 /// (virtual_body.h), no faster than the limits of velocity and no more than keeps it passive
 /// (energy_ledger.h). A proxy that is led by a spring as stiff as M/dt² is the pose that a body of
 /// mass M has after the step if nothing but the contacts constrains it, by Gauss' principle of
-/// least constraint; so for a point and for a rigid tool the body takes the pose of the proxy,
-/// which does not enter an object. A soft body may; the wrench of its coupling acts on the body.
+/// least constraint; so for a point and for a rigid tool the body takes the pose of the proxy. That
+/// of a point does not enter an object, and is commanded; of a rigid tool the pose is commanded
+/// that contact has proven free, a tick later, for the planes around a turning body hold to first
+/// order only. A soft body may enter objects; the wrench of its coupling acts on the virtual body.
 /// The scene may stop the body at once, but pushes it with no more than max_force and max_torque.
 ///
 /// Where nothing may be rendered the body brakes to rest with max_force and max_torque, on the

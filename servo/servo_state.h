@@ -14,6 +14,7 @@ namespace haptic {
 /// What an admittance device needs beside.
 struct AdmittanceState {
   VirtualBody body;
+  Pose X_command_B;             // of the last tick
   bool started = false;         // the body has a pose
   bool contacts_finite = true;  // in the last tick
   Wrench F_scene_B;             // of the springs of a soft body, in the last tick

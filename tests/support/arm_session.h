@@ -30,18 +30,18 @@ inline SessionConfig arm_session(Renderer renderer) {
   return config;
 }
 
-/// An arm, and the steps of servo, contact and sim around it. `soup` is the object, at config's
-/// pose of it.
+/// An arm, and the steps of servo, contact and sim around it: one object at config's pose of it,
+/// and a tool where it is a body.
 struct ArmRun {
   std::vector<MeshShapeData> owned;
-  std::vector<MeshShape> shapes;
+  ContactShapes shapes;
   SimulatedArm arm;
   Lockstep lockstep;
 
-  ArmRun(const SessionConfig& config, Soup soup, Intention intention,
+  ArmRun(const SessionConfig& config, std::vector<Soup> object_and_tool, Intention intention,
          const LockstepOptions& options = {})
-      : owned(built(std::move(soup))),
-        shapes{owned[0].view()},
+      : owned(built(std::move(object_and_tool))),
+        shapes(shapes_of(owned)),
         arm(config.device, std::move(intention)),
         lockstep(config, shapes, arm, options) {}
 
@@ -51,9 +51,14 @@ struct ArmRun {
   }
 
  private:
-  static std::vector<MeshShapeData> built(Soup soup) {
+  static std::vector<MeshShapeData> built(std::vector<Soup> soups) {
     std::vector<MeshShapeData> out;
-    out.push_back(build_shape(std::move(soup)));
+    for (Soup& soup : soups) out.push_back(build_shape(std::move(soup)));
+    return out;
+  }
+  static ContactShapes shapes_of(const std::vector<MeshShapeData>& owned) {
+    ContactShapes out(std::array{owned[0].view()});
+    if (owned.size() > 1) out.bodies.tool = owned[1].view();
     return out;
   }
 };

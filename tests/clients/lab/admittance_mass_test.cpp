@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <numbers>
 
-#include "contact/shape/mesh/generated.h"
+#include "contact/shape/mesh/primitives.h"
 #include "device-io/hand/impedance.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/arm_session.h"
@@ -66,7 +66,7 @@ bool dies_out(const Axis& a) {
     return intent;
   };
   config.objects[0].X_WO.p = {1, 0, 0};
-  ArmRun run(config, make_box({0.1, 0.1, 0.1}), knocked);
+  ArmRun run(config, {make_box({0.1, 0.1, 0.1})}, knocked);
   double early = 0, late = 0;
   for (int k = 0; k < 3000; ++k) {
     const ServoFrame& f = run.step();
