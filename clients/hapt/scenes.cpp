@@ -27,7 +27,8 @@ const std::map<std::string, Scene> kScenes{
     {"teeth", {"teeth.toml", "a jaw that bites"}},
     {"bunnies", {"bunny-on-bunny.toml", "a bunny on a bunny", true}},
     {"rigid-peg", {"rigid-peg.toml", "a rigid peg in a tight hole"}},
-    {"rigid-bunnies", {"rigid-bunnies.toml", "a rigid bunny on a bunny", true}}};
+    {"rigid-bunnies", {"rigid-bunnies.toml", "a rigid bunny on a bunny", true}},
+    {"admittance", {"admittance.toml", "an arm that follows the hand, on a block"}}};
 
 /// True in an installation that has not fetched the bunny yet, which its licence keeps out of the
 /// package. A checkout has `./run meshes`.
