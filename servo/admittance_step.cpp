@@ -93,19 +93,21 @@ void stay_in_sight(const ServoModel& model, const ServoState& state, const Servo
   free = brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
 }
 
-/// How much the scene may push: it may stop the body at once, but not throw it.
+/// How much the scene may push: it may stop the body at once, and turn what moving holds into
+/// turning, but not throw it.
 VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const VirtualBody& free,
                    const VirtualBody& proxy) {
   const AdmittanceConfig& m = *model.admittance;
-  const auto speed = [&](const VirtualBody& body) {
-    const BodyEnergy energy = energy_of(m, body.V_BH);
-    return std::sqrt(2 * (energy.moving + energy.turning));
+  const BodyEnergy energy = energy_of(m, free.V_BH);
+  const double speed = std::sqrt(2 * (energy.moving + energy.turning));
+  const auto share_of = [&](double inertia, double push, double is) {
+    const double most = speed / std::sqrt(inertia) + model.dt * push / inertia;
+    return is > most ? most / is : 1;
   };
-  const double push = std::hypot(model.limits.max_force / std::sqrt(m.mass),
-                                 model.limits.max_torque / std::sqrt(m.inertia));
-  const double most = speed(free) + model.dt * push, is = speed(proxy);
-  if (is <= most) return proxy;
-  const Twist V_B = most / is * proxy.V_BH;
+  const double share = std::min(share_of(m.mass, model.limits.max_force, norm(proxy.V_BH.v)),
+                                share_of(m.inertia, model.limits.max_torque, norm(proxy.V_BH.w)));
+  if (share == 1) return proxy;
+  const Twist V_B = share * proxy.V_BH;
   return {moved(from.X_BH, model.dt * V_B), V_B};
 }
 
