@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "proto/math/assert.h"
+#include "proto/wire/look_ahead.h"
 #include "proto/wire/renderer.h"
 #include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kMinReach = 0.2e-3;      // look-ahead of a resting hand [m]
-constexpr double kMaxReach = 20e-3;       // bound of the look-ahead's cost [m]
 constexpr double kPeriodSmoothing = 0.1;  // weight of the newest interval
 constexpr double kMaxPeriod = 0.1;        // longer intervals are pauses, not a rate [s]
 
@@ -38,8 +37,8 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
     }
   }
   speed += scene_speed;
-  const double least = is_of_body(state.renderer) ? kLeastBodyReach : kMinReach;
-  return std::clamp(speed * (2 * state.period + model.servo_period), least, kMaxReach);
+  return look_ahead_reach(speed, state.period, model.servo_period, is_of_body(state.renderer),
+                          (servo.device.flags & kDeviceAdmittance) != 0);
 }
 
 /// The header of an answer: the fields that do not depend on the detector.

@@ -18,7 +18,8 @@ constexpr int64_t kMaybeReleasedTicks = kReleaseAfterTicks - 2;
 
 ServoModel build_model(const SessionConfig& config, const Device& device) {
   const DeviceCaps caps = device.caps();
-  return build_servo_model(config, {caps.max_force, caps.max_torque});
+  return build_servo_model(
+      config, {caps.max_force, caps.max_torque, caps.causality == Causality::kAdmittance});
 }
 
 }  // namespace
@@ -61,7 +62,7 @@ void ServoLoop::tick(const Tick& tick) {
   // after such a delay the force belongs to an outdated position of the hand
   dropped_ = now_ns() - woke_ns >= patience_ns_;
   if (dropped_) frame_.F_device_B = {};
-  device_.write(frame_.F_device_B);
+  model_.admittance ? device_.move(frame_.X_command_B) : device_.write(frame_.F_device_B);
   device_.lead(led_handle(model_.map, state_.clutch, input_.control, woke_ns));
   frame_.busy_ns = now_ns() - woke_ns;
   channels_.frames.publish(frame_);

@@ -22,6 +22,7 @@
 #include "proto/config/command_line.h"
 #include "proto/os/progress.h"
 #include "proto/os/realtime.h"
+#include "proto/wire/look_ahead.h"
 
 namespace haptic {
 namespace {

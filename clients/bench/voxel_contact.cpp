@@ -18,6 +18,7 @@
 #include "proto/math/motion_metric.h"
 #include "proto/os/environment.h"
 #include "proto/os/source_tree.h"
+#include "proto/wire/look_ahead.h"
 
 namespace haptic {
 namespace {

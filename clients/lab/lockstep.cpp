@@ -19,6 +19,10 @@ int64_t grid_time(double rate, uint64_t tick) {
   return kStartNs + std::llround(static_cast<double>(tick) * 1e9 / rate);
 }
 
+ActuatorLimits actuators_of(const DeviceCaps& caps) {
+  return {caps.max_force, caps.max_torque, caps.causality == Causality::kAdmittance};
+}
+
 /// FNV-1a over the bytes of a value.
 template <class T>
 void add_to_hash(uint64_t& hash, const T& value) {
@@ -46,7 +50,7 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
     : config_(config),
       options_(options),
       device_(device),
-      servo_model_(build_servo_model(config, {device.caps().max_force, device.caps().max_torque})),
+      servo_model_(build_servo_model(config, actuators_of(device.caps()))),
       contact_model_(build_contact_model(config, shapes)),
       contact_state_(std::make_unique<ContactState>(contact_model_)),
       sim_model_(build_sim(config)),
@@ -105,7 +109,7 @@ bool Lockstep::step() {
   input.scene = &scene_;
   input.control = &control_;
   frame_ = servo_step(servo_model_, servo_state_, input);
-  device_.write(frame_.F_device_B);
+  servo_model_.admittance ? device_.move(frame_.X_command_B) : device_.write(frame_.F_device_B);
   device_.lead(led_handle(config_.map, servo_state_.clutch, input.control, t_ns));
   if (asks && options_.contact_latency > 0) answer(frame_, tick_ + options_.contact_latency);
 

@@ -14,13 +14,6 @@ namespace {
 
 constexpr uint32_t kFlags = kDeviceFresh | kDeviceHomed | kDeviceSimulated;
 
-/// Where the intent can be led: the device's workspace, or as far as an arm reaches.
-Ball reach_of(const DeviceConfig& config) {
-  constexpr double kArm = 0.7;  // [m]
-  if (config.workspace_radius > 0) return {config.workspace_centre_B, config.workspace_radius};
-  return {config.hand.intent.centre_B, kArm};
-}
-
 Vec3 quantised(const Vec3& a, double step) {
   if (!(step > 0)) return a;
   const auto below = [step](double x) { return std::floor(x / step) * step; };
@@ -36,6 +29,12 @@ bool saturate(Vec3& a, double limit) {
 }
 
 }  // namespace
+
+Ball reach_of(const DeviceConfig& config) {
+  constexpr double kArm = 0.7;  // [m]
+  if (config.workspace_radius > 0) return {config.workspace_centre_B, config.workspace_radius};
+  return {config.hand.intent.centre_B, kArm};
+}
 
 SimulatedHand::SimulatedHand(const DeviceConfig& config)
     : SimulatedHand(config, seeded_intention(config.hand)) {}

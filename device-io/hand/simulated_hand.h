@@ -12,6 +12,9 @@ namespace haptic {
 /// computing. Time beyond that is skipped and flagged kDeviceLostTime.
 inline constexpr int64_t kMaxCatchUpNs = 50'000'000;
 
+/// Where the intent can be led: the device's workspace, or as far as an arm reaches.
+Ball reach_of(const DeviceConfig& config);
+
 /// A device in a simulated hand, closed loop: the wrench held between two writes moves it for the
 /// time that passed between the reads. Without an inertia in the config the handle cannot turn: the
 /// orientation is the identity, torque has no effect.

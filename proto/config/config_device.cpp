@@ -19,6 +19,7 @@ constexpr auto kDeviceWords = words_of(kDevices);
 constexpr Words<Resampling, 2> kResamplings{
     {{"cubic", Resampling::kCubic}, {"hold", Resampling::kHold}}};
 constexpr Range kIntendedTurns{0, std::numbers::pi};  // [rad]; farther is the shorter way round
+constexpr double kMostArmDelay = 0.05;  // [s]; longer than any arm that a hand could still lead
 constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
 void read_intent(Section& hand, IntentConfig& intent) {
@@ -72,6 +73,20 @@ void read_hand(Section& device, const fs::path&, DeviceConfig& config) {
   section->read_quantity("velocity_cutoff", Dimension::kFrequency, kPositive, hand.velocity_cutoff);
   read_turning(*section, hand);
   read_intent(*section, hand.intent);
+  section->finish();
+}
+
+void read_admittance(Section& device, const fs::path&, DeviceConfig& config) {
+  constexpr Range kDelays{0, kMostArmDelay};
+  auto section = device.section("admittance");
+  if (!section) return;
+  AdmittanceConfig& body = config.admittance;
+  section->read_quantity("mass", Dimension::kMass, kPositive, body.mass);
+  section->read_quantity("damping", Dimension::kDamping, kNotNegative, body.damping);
+  section->read_quantity("inertia", Dimension::kInertia, kPositive, body.inertia);
+  section->read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
+                         body.rotational_damping);
+  section->read_quantity("arm_delay", Dimension::kTime, kDelays, body.arm_delay);
   section->finish();
 }
 

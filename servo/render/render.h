@@ -30,6 +30,7 @@ struct ServoModel {
   SoftProxyModel body;  // of the renderers with six degrees of freedom
   ProxyConfig proxy;    // its solver is each renderer's own, or this one, or the ControlFrame's
   RigidSolver rigid_solver = RigidSolver::kCoulomb;
+  std::optional<AdmittanceConfig> admittance;  // the virtual body; none: an impedance device
 };
 
 /// One tick, as a solver is asked about it.

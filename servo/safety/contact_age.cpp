@@ -32,13 +32,17 @@ void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
 
 }  // namespace
 
-int64_t hold_ns(const ContactAge& age) {
+int64_t median_interval_ns(const ContactAge& age) {
   const size_t n = std::min(age.n_intervals, ContactAge::kIntervals);
-  if (n == 0) return kMinHold;
+  if (n == 0) return 0;
   auto sorted = age.intervals_ns;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
   std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
-  return std::clamp(3 * *middle, kMinHold, kMaxHold);
+  return *middle;
+}
+
+int64_t hold_ns(const ContactAge& age) {
+  return std::clamp(3 * median_interval_ns(age), kMinHold, kMaxHold);
 }
 
 ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,

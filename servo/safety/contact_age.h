@@ -39,6 +39,9 @@ struct ContactArrival {
 ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,
                              double dt);
 
+/// Median time between the frames answered last [ns]; 0: not known yet.
+int64_t median_interval_ns(const ContactAge& age);
+
 /// Age up to which the contacts have full weight [ns].
 int64_t hold_ns(const ContactAge& age);
 

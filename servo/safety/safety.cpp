@@ -67,7 +67,7 @@ SafetyOutput hold_nothing(SafetyState& state, uint32_t flags, double dt) {
   forget_held(state);
   state.gain = 0;
   state.heat = heated(state.heat, {}, dt);
-  return {{}, flags};
+  return {{}, flags, true};
 }
 
 /// The reasons to close the force this tick, as flags; zero if there are none.
@@ -115,7 +115,7 @@ void limit_change(const SafetyLimits& limits, SafetyState& state, const SafetyIn
                   const WrenchLimit& bearable, const WrenchGrowth& growth, double dt,
                   SafetyOutput& out) {
   if (limit_growth(state.held_B, growth, out.F_B)) out.flags |= kServoSlewing;
-  if ((input.device.flags & kDeviceOpenLoop) != 0) return;
+  if ((input.device.flags & (kDeviceOpenLoop | kDeviceAdmittance)) != 0) return;
   PassivityInput port{input.device.X_BH,
                       input.device.t_ns,
                       {input.surface_velocity_B, input.surface_turning_B},

@@ -25,7 +25,7 @@ struct SafetyState {
 };
 
 struct SafetyInput {
-  Wrench F_B;                   // wanted by the solver, at the handle, in B
+  Wrench F_B;  // wanted by the solver, or measured of the hand; at the handle, in B
   HandleStiffness stiffness;    // of the coupling in force
   DeviceState device{};         // this tick's sample
   int64_t now_ns = 0;           // of the wake-up; never before the sample's own instant
@@ -44,7 +44,8 @@ struct SafetyInput {
 
 struct SafetyOutput {
   Wrench F_B;
-  uint32_t flags = 0;  // ServoFlag
+  uint32_t flags = 0;   // ServoFlag
+  bool closed = false;  // nothing may be rendered: by a fault, or one of step 2
 };
 
 /// The last stage before the device; runs after every solver and cannot be switched off. What
@@ -68,7 +69,8 @@ struct SafetyOutput {
 ///    slowed. The wrench shrinks at once.
 /// 7. passivity observer and controller on the wrench that is held (passivity.h). Not for an
 ///    open-loop device, where it moves nothing; without damping while contacts fade or are
-///    stale, where the wanted wrench is already the most that may remain.
+///    stale, where the wanted wrench is already the most that may remain. That of an admittance
+///    device acts on the body that the wrench moves (servo/admittance/energy_ledger.h).
 /// 8. growth and saturation of the sum.
 ///
 /// The fade of stale contacts comes before this, in weigh_contacts; the clamp of the motors'

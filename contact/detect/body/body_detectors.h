@@ -28,9 +28,6 @@ struct BodyModel {
   bool has_maps() const { return has_tool() && !volumes.empty(); }
 };
 
-/// Least look-ahead, of a tool at rest [m].
-inline constexpr double kLeastBodyReach = 20e-6;
-
 /// The voxel detector's options from a session's config, without objects.
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
 

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+/// Where an arm is that follows its commands exactly, after a delay: on straight lines, and turning
+/// at a constant rate, from each commanded pose to the next. Keeps the last kRoom of them.
+class ArmPath {
+ public:
+  explicit ArmPath(int64_t delay_ns) : delay_ns_(delay_ns) {}
+
+  /// Rests at this pose, whatever was commanded before.
+  void rest_at(const Pose& X_B);
+  /// The commanded motion is at this pose at t_ns, later than the last one.
+  void add(int64_t t_ns, const Pose& X_B);
+  /// Where the arm is.
+  Pose at(int64_t t_ns) const;
+
+ private:
+  static constexpr size_t kRoom = 512;  // 50 ms of delay at 10 kHz
+  struct Knot {
+    int64_t t_ns = 0;
+    Pose X_B;
+  };
+  const Knot& back(size_t i) const { return knots_[(size_ - 1 - i) % kRoom]; }
+
+  int64_t delay_ns_;
+  std::array<Knot, kRoom> knots_{};
+  size_t size_ = 1;  // all that were ever added
+};
+
+}  // namespace haptic

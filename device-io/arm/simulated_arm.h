@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "device-io/arm/arm_path.h"
+#include "device-io/device.h"
+#include "device-io/hand/led_intent.h"
+#include "device-io/hand/plant.h"
+
+namespace haptic {
+
+/// What the hand has put into the arm since the start [J]; negative: it got back more.
+struct HandWork {
+  double moving = 0;
+  double turning = 0;
+};
+
+/// An admittance device in a simulated hand: a stiff, position-controlled arm with a sensor of
+/// force and torque at its handle. It reaches a commanded pose one tick later, moves on a straight
+/// line until then, and all of it later by config.admittance.arm_delay. The hand moves the sensor
+/// only through the arm's controller; with the intended position x_h its force on it is
+///   f = k_h (x_h − x) + b_h (ẋ_h − ẋ) − m_h ẍ,
+/// m_h the mass of the hand (all that is beyond the sensor), and with the rotation vector θ from
+/// the handle to the intended orientation its torque is k_R θ + b_R (ω_h − ω) − J_h ω̇. The sensor
+/// gives the mean over the last tick; a change of speed between two ticks belongs to the later one.
+/// Torque is measured where config.max_torque says that there is any. The properties of a device's
+/// own (mass, friction, encoder) in config.hand do not matter: the arm is as stiff as it can be.
+class SimulatedArm final : public Device {
+ public:
+  explicit SimulatedArm(const DeviceConfig& config);
+  /// With another intention than that of config.hand.
+  SimulatedArm(const DeviceConfig& config, Intention intention);
+
+  DeviceCaps caps() const override;
+  std::string description() const override;
+  /// The arm starts at the first read, at the intended pose. False if time has not advanced.
+  bool read(const TickTime& tick, DeviceState& state) override;
+  /// A wrench has no effect on it.
+  void write(const Wrench& /*F_B*/) override {}
+  /// A pose that is not finite is not followed.
+  void move(const Pose& X_BH) override;
+  /// Leads the intent, within the workspace (led_intent.h).
+  void lead(const std::optional<Pose>& X_BH) override;
+  void stop() override;
+
+  /// From its own parts of a tick, not from what the sensor says.
+  const HandWork& hand_work() const { return work_; }
+  /// The intended pose now.
+  const Pose& intent() const { return intent_B_; }
+
+ private:
+  void live(int64_t elapsed_ns);
+  Wrench push(const Pose& X_to_B, const Pose& intent_to_B, double h);
+  Pose next_intent(int64_t dt_ns);
+
+  SimulatedHandConfig hand_;
+  Intention intention_;
+  double max_force_, max_torque_;
+  Ball reach_;
+  ArmPath path_;
+  Pose command_B_;
+  int64_t t_ns_ = 0;  // since the start
+  Pose X_B_, intent_B_;
+  Twist V_B_;
+  LedIntent led_;
+  HandWork work_;
+  DeviceState last_{};
+  bool started_ = false;
+};
+
+}  // namespace haptic

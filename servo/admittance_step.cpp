@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "servo/admittance_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/math/assert.h"
+#include "proto/math/motion_metric.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/renderer.h"
+#include "servo/tick.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kOfSpeed = 0.95;  // of the velocity limits: an arm that overshoots is not too fast
+constexpr double kFarthest = 2;    // times the velocity limits: no way of one tick
+
+/// Starts the body, at rest, where the device is; it keeps its pose while the device is lost.
+bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput& input,
+                 ServoFrame& frame) {
+  bool usable = note_sample(input, frame);
+  usable = usable && is_finite(tool_pose(model.map, {}, frame.device.X_BH));
+  const bool is_there =
+      (input.device.flags & kDeviceLost) == 0 && (input.device.flags & kDeviceHomed) != 0;
+  if (usable && !own.started) {
+    own.body = {frame.device.X_BH, {}};
+    own.X_command_B = frame.device.X_BH;
+  }
+  if (usable) own.started = is_there;
+  return usable;
+}
+
+/// The spring of the proxy, which is the inertia of one tick, in the scene.
+Coupling inertial_coupling(const ServoModel& model) {
+  const DeviceMap& map = model.map;
+  const double scale = map.force_scale * model.dt * model.dt;
+  Coupling coupling;
+  coupling.translational_stiffness = model.admittance->mass / (scale * map.motion_scale);
+  coupling.rotational_stiffness = model.admittance->inertia / scale;
+  return coupling;
+}
+
+/// Distance of the tool's farthest point from its origin [m].
+double rim_of(const ContactSet* contacts) {
+  return contacts != nullptr ? norm(contacts->tool.centre_T) + contacts->tool.radius : 0;
+}
+
+/// The body's step with what moves it, before the scene stops it.
+VirtualBody free_step(const ServoModel& model, AdmittanceState& own, const Wrench& push_B,
+                      const DeviceState& device, bool closed, ServoFrame& frame) {
+  const SafetyLimits& limits = model.limits;
+  if (closed) {
+    own.ledger = {};
+    return braked(*model.admittance, own.body, limits.max_force, limits.max_torque, model.dt);
+  }
+  const SpeedLimit fastest{kOfSpeed * limits.velocity_limit,
+                           kOfSpeed * limits.angular_velocity_limit};
+  VirtualBody free = stepped(*model.admittance, own.body, push_B + own.F_scene_B, model.dt);
+  free = bounded(own.body, free, fastest, model.dt);
+  const Wrench given_B = device.F_hand_B + own.F_scene_B;
+  observe_work(own.ledger, given_B, device.X_BH);
+  const LedgerLimit passive =
+      keep_body_passive(*model.admittance, own.ledger, own.body, free, given_B, model.dt);
+  if (passive.damped) frame.flags |= kServoPassivity;
+  return passive.body;
+}
+
+/// The tool of a body on its way; the clutch moves the workspace instead, and the tool stays.
+void place_tool(const ServoModel& model, ServoState& state, const ServoInput& input,
+                const VirtualBody& body, ServoFrame& frame) {
+  DeviceState device = input.device;
+  device.X_BH = body.X_BH;
+  const Pose X_WT = tool_pose(model.map, state.clutch, body.X_BH);
+  frame.X_WT = apply_clutch(model.map, state.clutch, device, state.started ? state.X_WP : X_WT);
+  frame.V_WT = tool_twist(model.map, body.X_BH, body.V_BH);
+  if (!state.clutch.held) return;
+  frame.V_WT = {};
+  frame.flags |= kServoClutched;
+}
+
+/// What nobody has looked at counts as a wall.
+void stay_in_sight(const ServoModel& model, const ServoState& state, const ServoInput& input,
+                   const VirtualBody& from, VirtualBody& free) {
+  const ContactSet* set = input.contacts;
+  const double rim = rim_of(set);
+  const double seen =
+      set != nullptr ? seen_radius(state.admittance.seen, *set, state.age, rim > 0, model.dt) : 0;
+  const Pose before = tool_pose(model.map, state.clutch, from.X_BH);
+  const Pose wanted = tool_pose(model.map, state.clutch, free.X_BH);
+  const Pose kept = kept_within(set != nullptr ? set->X_WG : before, seen, rim, before, wanted);
+  if (kept == wanted) return;
+  free = brought_to(from, handle_pose(model.map, state.clutch, kept), model.dt);
+}
+
+/// How much the scene may push: it may stop the body at once, and turn what moving holds into
+/// turning, but not throw it.
+VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const VirtualBody& free,
+                   const VirtualBody& proxy) {
+  const AdmittanceConfig& m = *model.admittance;
+  const BodyEnergy energy = energy_of(m, free.V_BH);
+  const double speed = std::sqrt(2 * (energy.moving + energy.turning));
+  const auto share_of = [&](double inertia, double push, double is) {
+    const double most = speed / std::sqrt(inertia) + model.dt * push / inertia;
+    return is > most ? most / is : 1;
+  };
+  const double share = std::min(share_of(m.mass, model.limits.max_force, norm(proxy.V_BH.v)),
+                                share_of(m.inertia, model.limits.max_torque, norm(proxy.V_BH.w)));
+  if (share == 1) return proxy;
+  const Twist V_B = share * proxy.V_BH;
+  return {moved(from.X_BH, model.dt * V_B), V_B};
+}
+
+/// The body as the scene lets it go. Contacts that are not finite say nothing: it stays.
+VirtualBody constrained(const ServoModel& model, ServoState& state, const Rendered& rendered,
+                        const Pose& X_WT, const VirtualBody& from, const VirtualBody& free) {
+  if (!state.admittance.contacts_finite) return {from.X_BH, {}};
+  // the way through the scene and back rounds
+  if (rendered.X_WP == X_WT) return free;
+  const Pose X_BH = handle_pose(model.map, state.clutch, rendered.X_WP);
+  return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
+}
+
+/// The pose of a rigid tool that contact has proven free; none: nothing is proven.
+const Pose* verified(const ServoState& state, const ContactSet* set) {
+  if (set == nullptr || !is_renderer(set->renderer) || state.clutch.held) return nullptr;
+  if (!is_rigid(static_cast<Renderer>(set->renderer))) return nullptr;
+  return (set->flags & kContactNoFreePose) == 0 ? &set->X_WG : nullptr;
+}
+
+/// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it
+/// goes where contact has proven it free, a tick later. From a place where it cannot have come from
+/// the last command the body begins anew.
+Pose command_of(const ServoModel& model, ServoState& state, const ContactSet* set) {
+  AdmittanceState& own = state.admittance;
+  const Pose* X_WG = verified(state, set);
+  if (X_WG == nullptr) return own.body.X_BH;
+  const Pose X_BH = handle_pose(model.map, state.clutch, *X_WG);
+  const Twist way = way_between(own.X_command_B, X_BH);
+  const double moving = kFarthest * model.dt * model.limits.velocity_limit;
+  const double turning = kFarthest * model.dt * model.limits.angular_velocity_limit;
+  if (norm(way.v) <= moving && norm(way.w) <= turning) return {X_BH.p, normalized(X_BH.q)};
+  own.body = {own.X_command_B, {}};
+  return own.X_command_B;
+}
+
+/// The wrench with which a soft body's springs push the body, no more than the device may.
+Wrench scene_push(const ServoModel& model, const ServoState& state, const Rendered& rendered) {
+  if (!state.admittance.contacts_finite) return {};
+  Wrench F_B = device_wrench(model.map, state.admittance.body.X_BH, rendered.F_W);
+  saturate(F_B, {model.limits.max_force, model.limits.max_torque});
+  return F_B;
+}
+
+}  // namespace
+
+ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
+  ServoFrame frame{};
+  AdmittanceState& own = state.admittance;
+  const bool usable = take_sample(model, own, input, frame);
+  follow_control(model, state, input);
+  const ContactWeight age = weigh(state, input, model.dt, frame);
+  frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
+
+  // what the hand pushes with, as far as it may move anything
+  SafetyInput safety = note_inputs(model, state, input, frame);
+  safety.F_B = input.device.F_hand_B;
+  safety.stiffness = handle_stiffness(model.map, state.coupling);
+  safety.device_finite = usable;
+  safety.contacts_finite = own.contacts_finite;
+  safety.letting_go = state.letting_go;
+  const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
+  const bool closed = safe.closed || (age.flags & (kServoFading | kServoStale)) != 0;
+  const Wrench push_B = (closed ? 0 : age.weight) * safe.F_B;
+
+  // the free step of the body, then what the scene leaves of it
+  const VirtualBody before = own.body;
+  VirtualBody free = free_step(model, own, push_B, frame.device, closed, frame);
+  const bool is_soft = is_soft_body(input.contacts);
+  if (!is_soft) stay_in_sight(model, state, input, before, free);
+  place_tool(model, state, input, free, frame);
+  const TickScene scene = scene_of(input);
+  const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
+  const Rendered rendered = render(model, state, input, scene, coupling, frame);
+  own.contacts_finite = rendered.finite && is_finite(rendered.X_WP) && is_finite(rendered.F_W);
+  own.body = is_soft ? free : constrained(model, state, rendered, frame.X_WT, before, free);
+  own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
+  if (!closed) {
+    settle_ledger(*model.admittance, own.ledger, free, own.body,
+                  frame.device.F_hand_B + own.F_scene_B, model.dt);
+  }
+
+  note_safety(state, rendered, safe, frame);
+  frame.F_device_B = -push_B;
+  frame.X_command_B = own.X_command_B = command_of(model, state, input.contacts);
+  // where nothing is rendered contact begins anew, at the tool
+  if (closed) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
+  note_frame(state, input, rendered, !closed, usable, frame);
+  const double rim = rim_of(input.contacts);
+  note_asked(own.seen, input.tick,
+             std::max(largest_travel(frame.V_WT, rim), largest_travel(frame.V_WP, rim)));
+  return frame;
+}
+
+}  // namespace haptic

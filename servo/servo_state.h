@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "proto/wire/wire.h"
+#include "servo/admittance/energy_ledger.h"
+#include "servo/admittance/seen_space.h"
+#include "servo/render/render.h"
+#include "servo/safety/contact_age.h"
+#include "servo/safety/coupling.h"
+#include "servo/safety/safety.h"
+
+namespace haptic {
+
+/// What an admittance device needs beside.
+struct AdmittanceState {
+  VirtualBody body;
+  Pose X_command_B;             // of the last tick
+  bool started = false;         // the body has a pose
+  bool contacts_finite = true;  // in the last tick
+  Wrench F_scene_B;             // of the springs of a soft body, in the last tick
+  EnergyLedger ledger;
+  SeenSpace seen;
+};
+
+/// Which placing of contact's proxy the force is built on.
+struct ReseedMark {
+  uint64_t generation = 0;  // of the writer of the ContactSet
+  uint64_t count = 0;       // ContactSet::reseeds
+  bool operator==(const ReseedMark&) const = default;
+};
+
+/// All that survives a tick.
+struct ServoState {
+  Coupling coupling;  // in force
+  CouplingRamp ramp;
+  Renderer renderer{};                    // wanted
+  Render* solver = nullptr;               // in use
+  std::optional<SoftSolver> soft_solver;  // in use, of a soft body; none: the session's
+  bool letting_go = false;                // another one is wanted, and the force is not yet zero
+  RenderState render;                     // its own
+  ContactAge age;
+  SafetyState safety;
+  AdmittanceState admittance;  // of an admittance device
+  Clutch clutch;
+  bool started = false;
+  bool controlled = false;  // a ControlFrame has come
+  Pose X_WT;                // last tick's tool
+  Pose X_WP;                // last tick's proxy
+  int64_t t_ns = 0;
+  uint64_t contact_generation = 0;
+  ReseedMark reseeds;
+  std::array<Wrench, kMaxObjects> object_impulse_W{};
+};
+
+/// What the shell measured and received for this tick. Pointers may be null: nothing received yet.
+struct ServoInput {
+  uint64_t tick = 0;
+  int64_t t_ns = 0;  // deadline of the tick
+  int64_t realtime_ns = 0;
+  int64_t wake_late_ns = 0;
+  uint64_t skipped = 0;
+  bool released = false;  // the servo was held up so long that the device was let go
+  DeviceState device{};
+  const ContactSet* contacts = nullptr;
+  uint64_t contact_generation = 0;  // of the segment the set came from
+  const SceneFrame* scene = nullptr;
+  const ControlFrame* control = nullptr;
+};
+
+}  // namespace haptic

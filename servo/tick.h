@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "servo/model.h"
+#include "servo/servo_state.h"
+
+/// The parts of a tick, which both ways of the step are made of: that of an impedance device, and
+/// that of an admittance device.
+namespace haptic {
+
+/// Begins a frame with what was measured. False when the sample cannot be used, because it is not
+/// finite or its orientation is no rotation; the frame then shows the device at the origin.
+bool note_sample(const ServoInput& input, ServoFrame& frame);
+
+/// Coupling, renderer and solver that are wanted, and the coupling in force.
+void follow_control(const ServoModel& model, ServoState& state, const ServoInput& input);
+
+/// How much of the contacts their age leaves; noted in the frame.
+ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, ServoFrame& frame);
+
+/// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
+TickScene scene_of(const ServoInput& input);
+
+/// Whether the tool of these contacts is a body that may enter objects.
+bool is_soft_body(const ContactSet* contacts);
+
+/// The proxy for the frame's tool, by the solver that goes with the detector of the contacts; it
+/// begins with nothing of another's. Noted in the frame.
+Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
+                const TickScene& scene, const Coupling& coupling, ServoFrame& frame);
+
+/// The coupling in force as the handle would feel it.
+HandleStiffness handle_stiffness(const DeviceMap& map, const Coupling& coupling);
+
+/// Notes in the frame which inputs it used, and what they ask of safety.
+SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        ServoFrame& frame);
+
+/// What safety came to, and what follows from its being closed.
+void note_safety(ServoState& state, const Rendered& rendered, const SafetyOutput& safe,
+                 ServoFrame& frame);
+
+/// The proxy's velocity since the last tick and what the objects were pushed with, if it was felt;
+/// and what the next tick needs of this.
+void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool is_felt,
+                bool usable, ServoFrame& frame);
+
+}  // namespace haptic

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Planted faults of an admittance device: the commanded pose stops and enters nothing; and what the
+// hand gets back, from the arm's own parts of a tick.
+#include <algorithm>
+#include <limits>
+
+#include "contact/shape/mesh/primitives.h"
+#include "proto/wire/renderer.h"
+#include "tests/support/arm_session.h"
+#include "tests/support/near.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kTop = 0.05;  // of the block [m]
+
+/// An arm whose samples and contacts a test may spoil.
+struct FaultyRun {
+  SessionConfig config = arm_session(Renderer::kGodObject3);
+  std::vector<MeshShapeData> owned;
+  std::function<void(uint64_t, DeviceState&)> spoil = [](uint64_t, DeviceState&) {};
+  std::function<bool(uint64_t, ContactSet&)> answer = [](uint64_t, ContactSet&) { return true; };
+  double deepest = -1;
+
+  /// The hand pushes down with 20 N from 30 mm above the block; returns the last frame.
+  ServoFrame run(uint64_t ticks) {
+    config.safety.max_force = config.device.max_force = 20;
+    config.device.hand.hand_stiffness = 100;
+    owned.push_back(build_shape(make_box({0.1, 0.1, 0.1})));
+    const std::array<MeshShape, 1> shapes{owned[0].view()};
+    const auto down = [](double t) {
+      return Intent{{0, 0, t < 0.01 ? kTop + 0.03 : kTop - 0.2}, {}, {}, {}};
+    };
+    SimulatedArm arm(config.device, down);
+    const ServoModel model =
+        build_servo_model(config, {arm.caps().max_force, arm.caps().max_torque, true});
+    const ContactModel contact = build_contact_model(config, shapes);
+    auto contact_state = std::make_unique<ContactState>(contact);
+    auto servo = std::make_unique<ServoState>();
+    auto set = std::make_unique<ContactSet>();
+    bool any = false;
+    ControlFrame control{};
+    control.armed = 1;
+    SceneFrame scene{};
+    scene.n_objects = 1;
+    ServoFrame frame{};
+    for (uint64_t k = 0; k < ticks; ++k) {
+      ServoInput input;
+      input.tick = k;
+      input.t_ns = 1'000'000'000 + static_cast<int64_t>(k) * 1'000'000;
+      arm.read({input.t_ns, input.t_ns}, input.device);
+      spoil(k, input.device);
+      scene.t_ns = input.t_ns;
+      input.scene = &scene;
+      input.control = &control;
+      if (any) input.contacts = set.get();
+      frame = servo_step(model, *servo, input);
+      REQUIRE(is_finite(frame.X_command_B));
+      arm.move(frame.X_command_B);
+      const Vec3& p = frame.X_command_B.p;
+      deepest = std::max(deepest, kTop - p.z);
+      auto next =
+          std::make_unique<ContactSet>(contact_step(contact, *contact_state, frame, &scene));
+      if (answer(k, *next)) {
+        set = std::move(next);
+        any = true;
+      }
+    }
+    return frame;
+  }
+};
+
+/// Speed of the last command [m/s].
+double speed_of(const ServoFrame& f) {
+  return norm(f.X_command_B.p - f.device.X_BH.p) / 1e-3;
+}
+
+}  // namespace
+
+TEST_CASE("admittance: without a fault the hand presses on the block", "[lab]") {
+  FaultyRun session;
+  const ServoFrame f = session.run(2000);
+  CHECK(f.fault == 0);
+  CHECK(session.deepest <= 1e-12);
+  CHECK(f.X_command_B.p.z == Approx(kTop).margin(1e-9));
+  CHECK(f.F_device_B.f.z == Approx(20).margin(0.1));
+}
+
+TEST_CASE("admittance: a measured wrench that is no wrench stops the arm", "[lab]") {
+  const double bad = GENERATE(std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::infinity(), -1e6);
+  FaultyRun session;
+  session.spoil = [&](uint64_t k, DeviceState& device) {
+    if (k == 60) device.F_hand_B.f.z = bad;
+  };
+  const ServoFrame f = session.run(300);
+  CHECK(f.fault ==
+        static_cast<uint32_t>(std::isfinite(bad) ? Fault::kForceHuge : Fault::kForceNotFinite));
+  CHECK(speed_of(f) == 0);
+  CHECK(session.deepest < 0);
+}
+
+TEST_CASE("admittance: a measured pose that jumps or is no pose stops the arm", "[lab]") {
+  const bool jumps = GENERATE(true, false);
+  FaultyRun session;
+  session.spoil = [&](uint64_t k, DeviceState& device) {
+    if (k != 60) return;
+    device.X_BH.p.x += jumps ? 0.2 : std::numeric_limits<double>::quiet_NaN();
+  };
+  const ServoFrame f = session.run(300);
+  CHECK(f.fault == static_cast<uint32_t>(jumps ? Fault::kPoseJump : Fault::kDeviceNotFinite));
+  CHECK(speed_of(f) == 0);
+  CHECK(session.deepest < 0);
+}
+
+TEST_CASE("admittance: contact that is dead or late stops the arm before the block", "[lab]") {
+  const uint64_t dies = GENERATE(30u, 60u, 75u, 80u, 85u, 90u, 100u);
+  FaultyRun dead;
+  dead.answer = [&](uint64_t k, ContactSet&) { return k < dies; };
+  const ServoFrame f = dead.run(400);
+  CAPTURE(dies, f.X_command_B.p.z);
+  CHECK(dead.deepest <= 1e-12);
+  CHECK(speed_of(f) == 0);
+
+  FaultyRun late;
+  late.answer = [](uint64_t k, ContactSet&) { return k < 3 || k % 40 == 0; };
+  late.run(1500);
+  CHECK(late.deepest <= 1e-12);
+}
+
+TEST_CASE("admittance: contact that lies does not throw the arm", "[lab]") {
+  const bool finite = GENERATE(true, false);
+  FaultyRun session;
+  session.answer = [&](uint64_t k, ContactSet& set) {
+    if (k < 60) return true;
+    set.n_contacts = set.n_active = 1;
+    set.contacts[0] = {};
+    set.contacts[0].normal_O = set.contacts[0].shading_normal_O = {0, 0, 1};
+    // the plane is 10 cm above the tool, or nowhere
+    set.contacts[0].object_point_O.z = finite ? kTop + 0.13 : std::nan("");
+    return true;
+  };
+  const ServoFrame f = session.run(100);
+  CHECK(session.deepest < 0);
+  if (finite) {
+    // 40 ms at 20 N on 2 kg, and what it fell with
+    CHECK(f.X_command_B.p.z < kTop + 0.06);
+  } else {
+    CHECK(f.fault == static_cast<uint32_t>(Fault::kContactsNotFinite));
+    CHECK(speed_of(f) == 0);
+  }
+}
+
+TEST_CASE("admittance: without a force of the hand nothing moves", "[lab]") {
+  SessionConfig config = arm_session(Renderer::kGodObject3);
+  config.objects[0].X_WO.p = {1, 0, 0};
+  ArmRun run(config, {make_box({0.1, 0.1, 0.1})}, [](double) {
+    return Intent{{0.1, 0.2, 0.3}, {}};
+  });
+  for (int k = 0; k < 3000; ++k) {
+    const ServoFrame& f = run.step();
+    REQUIRE(f.X_command_B == Pose{{0.1, 0.2, 0.3}, {}});
+    REQUIRE(f.F_device_B == Wrench{});
+  }
+}
+
+TEST_CASE("admittance: over each second the hand gets back no more than it put in", "[lab]") {
+  SessionConfig config = arm_session(Renderer::kGodObject3);
+  // stable and damped, light, and too light for the hand and the arm
+  const double mass = GENERATE(2.0, 0.6, 0.1);
+  config.device.admittance.mass = mass;
+  config.device.admittance.arm_delay = mass < 0.5 ? 2e-3 : 0;
+  config.device.hand.hand_mass = 0.5;
+  config.safety.max_force = config.device.max_force = 20;
+  const auto strokes = [](double t) {
+    const double s = 0.09 * std::sin(3 * t);
+    return Intent{{0.02 * std::cos(5 * t), 0, 0.06 + s}, {}, {}, {}};
+  };
+  ArmRun run(config, {make_box({0.1, 0.1, 0.1})}, strokes);
+  double begin = 0, held = 0;
+  for (int k = 1; k <= 8000; ++k) {
+    const ServoFrame& f = run.step();
+    if (k % 1000 != 0) continue;
+    const double work = run.arm.hand_work().moving;
+    // what the body holds in motion is the hand's, and is given back
+    const double now = mass * norm_squared(f.device.V_BH.v) / 2;
+    CAPTURE(mass, k, work - begin, held, now);
+    CHECK(work - begin + held >= now - 2e-3);
+    begin = work;
+    held = now;
+  }
+}
