@@ -118,6 +118,11 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
   return out;
 }
 
+/// Of spring and damper, at the deepest of the recent poses.
+double most_of_wall(const ForceRules& rules, const Command& c) {
+  return rules.stiffness * c.deepest + rules.bend + c.damper;
+}
+
 /// Keeps the first breach of each kind.
 class Findings {
  public:
@@ -147,7 +152,7 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     const double strongest = rules.max_force + rules.step;
     if (!(force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, force, strongest);
     if (i + 1 < kAnswers) continue;
-    const double wall = rules.stiffness * c.deepest + c.damper + rules.step;
+    const double wall = most_of_wall(rules, c) + rules.step;
     if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
     // since the command before last: a stalled device has read the last one too late
     const int64_t before_ns = all[i - 1].t_ns;
@@ -217,7 +222,7 @@ void judge_fade(const ForceRules& rules, std::span<const Command> all, const Jud
     const double left =
         static_cast<double>(gone_ns + excused_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
     const double share = std::clamp(left, 0.0, 1.0);
-    const double allowed = share * (rules.stiffness * c.deepest + c.damper) + rules.step;
+    const double allowed = share * most_of_wall(rules, c) + rules.step;
     if (!(c.force <= allowed)) found.add(ForceBreach::kLateFade, c.t_ns, c.force, allowed);
   }
 }
@@ -234,7 +239,8 @@ void judge_soft_start(const ForceRules& rules, std::span<const Command> all, siz
     const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
     const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
     if (gain >= 1) return;
-    const double allowed = gain * rules.stiffness * c.deepest + c.damper + rules.step;
+    const double allowed =
+        gain * (rules.stiffness * c.deepest + rules.bend) + c.damper + rules.step;
     if (!(c.force <= allowed)) found.add(ForceBreach::kHardStart, c.t_ns, c.force, allowed);
   }
 }

@@ -33,6 +33,9 @@ struct ForceRules {
   Part part = Part::kForce;
   // half a milliampere in each motor, at the handle where the hand presses [N or N·m]
   double step = 5e-3;
+  // by which more may be felt while contact has not settled: planes of a tool are linear in its
+  // turn
+  double bend = 0;
   double pressing = 2e-3;  // depth or tilt of a pressing hand [m or rad]
   const Arm* arm = &woodenhaptics_arm();
   Quat tool_on_grip{};  // orientation of the tool in the handle

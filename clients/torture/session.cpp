@@ -154,6 +154,8 @@ std::vector<ForceRules> TortureSession::rules() const {
   ForceRules force;
   if (!options_.six) return {force};
   force.arm = &six_motors_arm();
+  constexpr double kMostTilt = 0.1;  // [rad]
+  force.bend = force.stiffness * kHalfCube * kMostTilt * kMostTilt / 2;
   force.step = 6e-3;  // what the wrist's motors make of their half milliampere as well
   ForceRules torque = force;
   torque.part = Part::kTorque;
@@ -161,6 +163,7 @@ std::vector<ForceRules> TortureSession::rules() const {
   torque.max_force = kMaxTorque;
   torque.max_damping = kMaxTurningDamping;
   torque.slew = kTorqueSlew;
+  torque.bend = torque.stiffness * kMostTilt * kMostTilt / 2;
   torque.step = 2e-4;
   torque.pressing = 0.02;
   torque.tool_on_grip = from_rotation_vector({0, kTiltOfTool, 0});
