@@ -20,6 +20,7 @@ constexpr double kEnough = 0.1;    // range of distances [m]; 2.5 × 2 m/s × 20
 constexpr double kProvable = 0.9;  // fraction of a distance that a detector must be able to prove
 constexpr uint64_t kRelease = 3;   // in units of the answers' age; a held proxy has let go by then
 constexpr uint32_t kOldest = 20;   // largest default age of an answer [ticks]
+constexpr double kMaxTorque = 1;   // of the device, which holds the torque that it is told [N·m]
 constexpr double kTouch = 0.2e-3;  // [m]; closest approach of the tool when it is lowered
 
 std::vector<FreeScene> scenes_of(const FreeEval& eval) {
@@ -149,7 +150,7 @@ FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, u
   config.renderer = renderer.renderer;
   config.proxy.solver = renderer.solver;
   config.voxel.field = renderer.reads_field ? 1 : 0;
-  ScriptedHand hand(way.hand().path);
+  ScriptedHand hand(way.hand().path, kMaxTorque);
   Lockstep session(config, way.scene().shapes, hand, {1, age});
   FreeFound found;
   found.where = way.scene().name + ", " + way.hand().name + ", " + std::to_string(age) + " late";

@@ -61,7 +61,8 @@ class FreeWay {
   std::vector<std::vector<double>> distances_;  // per object and tick; negative: not computed yet
 };
 
-/// Runs a session in lockstep with answers `age` ticks late. Only ticks are evaluated in which the
+/// Runs a session in lockstep with answers `age` ticks late, on a device with motors of force and
+/// torque. Only ticks are evaluated in which the
 /// tool is free and has been for three ages: until then a held proxy may still be catching up.
 FreeFound judge_free(const FreeRenderer& renderer, FreeWay& way, uint32_t age, uint64_t ticks);
 

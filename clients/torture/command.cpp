@@ -39,7 +39,7 @@ struct TortureCommand {
   double minutes() const { return seconds / 60; }
   uint64_t seed = 1;
   std::string output;
-  bool json = false, keep = false, overwrite = false, no_realtime = false;
+  bool json = false, keep = false, overwrite = false, no_realtime = false, six = false;
 };
 
 /// A private folder in the temporary folder.
@@ -96,7 +96,7 @@ struct Result {
 /// kind that is not ready yet is drawn later.
 class Deck {
  public:
-  explicit Deck(uint64_t seed) : random_(seed) {}
+  Deck(uint64_t seed, bool six) : random_(seed), six_(six) {}
 
   FaultKind draw(const FaultInjector& injector) {
     for (;;) {
@@ -116,6 +116,7 @@ class Deck {
   void refill() {
     std::vector<FaultKind> fresh;
     for (const FaultInfo& info : kFaults) {
+      if (info.is_of_six && !six_) continue;
       fresh.insert(fresh.end(), static_cast<size_t>(info.share), info.kind);
     }
     std::shuffle(fresh.begin(), fresh.end(), random_);
@@ -123,6 +124,7 @@ class Deck {
   }
 
   std::mt19937_64 random_;
+  bool six_;
   std::deque<FaultKind> cards_;
 };
 
@@ -184,7 +186,7 @@ void write_down(const std::string& path, const std::vector<Stall>& stalls) {
 /// Injects faults until the time is over.
 void torture(const TortureCommand& options, TortureSession& session, Result& result) {
   FaultInjector injector(session, options.seed);
-  Deck deck(options.seed);
+  Deck deck(options.seed, options.six);
   std::ofstream log(session.folder() + "/faults.csv");
   log << "t_ns,fault,zero_after_ms,whole_after_ms,excused,violations\n";
   Progress progress(options.minutes());
@@ -214,6 +216,7 @@ double seconds(int64_t ns) {
 std::vector<Row> make_rows(const TortureCommand& options, const Result& result) {
   std::vector<Row> all;
   for (const FaultInfo& info : kFaults) {
+    if (info.is_of_six && !options.six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     Rows rows{std::string(info.name)};
     rows.add("faults", tally.count);
@@ -283,7 +286,7 @@ std::string stated(const FaultInfo& info) {
   return "zero first on return";
 }
 
-void print_kinds(const Result& result) {
+void print_kinds(const Result& result, bool six) {
   constexpr std::array<size_t, 7> kWidths{32, 7, 12, 15, 16, 9, 0};
   const auto line = [&](const std::array<std::string, 7>& cells) {
     for (size_t i = 0; i < cells.size(); ++i) put(cells[i], kWidths[i]);
@@ -291,6 +294,7 @@ void print_kinds(const Result& result) {
   };
   line({"fault", "count", "violations", "worst to zero", "worst to whole", "excused", "stated"});
   for (const FaultInfo& info : kFaults) {
+    if (info.is_of_six && !six) continue;
     const Tally& tally = result.tallies[static_cast<size_t>(info.kind)];
     line({std::string(info.name), std::to_string(tally.count), std::to_string(tally.violated),
           cell(tally.worst_zero_ns), cell(tally.worst_recovery_ns), std::to_string(tally.excused),
@@ -300,7 +304,7 @@ void print_kinds(const Result& result) {
 
 void print(const TortureCommand& options, const Result& result, const std::vector<Row>& rows) {
   if (options.json) return print_json(std::cout, rows);
-  print_kinds(result);
+  print_kinds(result, options.six);
   std::vector<Row> totals;
   std::copy_if(rows.begin(), rows.end(), std::back_inserter(totals),
                [](const Row& row) { return row.case_name == "torture"; });
@@ -318,7 +322,7 @@ void run_torture(const TortureCommand& options) {
   if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {
-    TortureSession session({folder.path(), recording, !options.no_realtime});
+    TortureSession session({folder.path(), recording, !options.no_realtime, options.six});
     // it has to see every frame, while 64 viewers may take both processors
     if (!options.no_realtime)
       enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
@@ -358,6 +362,8 @@ void add_torture_command(Command& app) {
   command.option("-o,--output FILE", options->output,
                  "keep the recordings: FILE.mcap, FILE-2.mcap after the first restart, …");
   add_overwrite(command, options->overwrite);
+  command.flag("--six", options->six,
+               "on a device with six motors: each torque is checked as each force is");
   command.flag("--keep", options->keep, "keep the folder with the device's log");
   command.flag("--no-realtime", options->no_realtime, "run without real-time priorities");
   add_json(command, options->json);

@@ -26,6 +26,8 @@ constexpr int64_t kJustBeforeNs = 50 * kMs;         // delay the device may stil
 constexpr int64_t kSettleNs = 30 * kMs;             // after a fault, also checked
 constexpr int64_t kLatchPatienceNs = 150 * kMs;     // per attempt, until safety has latched a fault
 constexpr int64_t kFoundNs = 100 * kMs;             // documented: time to detect a lying device
+// documented: the motors of a wrist turn its encoders so fast that noise is found later
+constexpr int64_t kTurnFoundNs = 200 * kMs;
 constexpr int64_t kTrustNs = 500 * kMs;        // until the driver trusts an honest device again
 constexpr int kLatchAttempts = 5;              // a faulty answer may be overwritten unread
 constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds plus one look
@@ -43,15 +45,16 @@ void send(pid_t pid, int signal) {
 }
 
 /// Includes the stall time just before: if it is zero, the machine is no excuse.
-std::string in_words(const ForceViolation& v, int64_t begin_ns, std::span<const Stall> stalls) {
+std::string in_words(Part part, const ForceViolation& v, int64_t begin_ns,
+                     std::span<const Stall> stalls) {
   const auto ms = [](int64_t ns) { return 1e-6 * static_cast<double>(ns); };
   char text[224];
-  std::snprintf(
-      text, sizeof text,
-      "%s: %.3f N after %.1f ms, %.3f N allowed (in the %.0f ms before, the machine stood "
-      "still for %.1f ms)",
-      std::string(name_of(v.breach)).c_str(), v.force, ms(v.t_ns - begin_ns), v.allowed,
-      ms(kJustBeforeNs), ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
+  std::snprintf(text, sizeof text,
+                "%s: %.4f %s after %.1f ms, %.4f allowed (in the %.0f ms before, the machine stood "
+                "still for %.1f ms)",
+                std::string(name_of(v.breach)).c_str(), v.force, part == Part::kForce ? "N" : "N·m",
+                ms(v.t_ns - begin_ns), v.allowed, ms(kJustBeforeNs),
+                ms(held_up(stalls, v.t_ns - kJustBeforeNs, v.t_ns)));
   return text;
 }
 
@@ -93,6 +96,10 @@ const std::array<FaultInfo, kFaultKinds> kFaults{{
     {FaultKind::kDeviceDelayed, "device: answers a second old", 2, Effect::kZero, 0, kFoundNs,
      true},
     {FaultKind::kDeviceNoise, "device: 60 counts of noise", 3, Effect::kZero, 0, kFoundNs, true},
+    {FaultKind::kTurnJump, "device: orientation jumps 1 rad", 6, Effect::kZero, 0,
+     ForceRules{}.zero_ns, false, true},
+    {FaultKind::kDeviceTurnNoise, "device: noise of orientation", 3, Effect::kZero, 0, kTurnFoundNs,
+     true, true},
     {FaultKind::kMemory, "memory pressure", 1, Effect::kLimits, 0},
     {FaultKind::kBusy, "all cores busy", 1, Effect::kLimits, 0},
 }};
@@ -120,6 +127,7 @@ namespace {
 EmulatorFault lie_of(FaultKind kind) {
   if (kind == FaultKind::kDeviceFrozen) return EmulatorFault::kFrozen;
   if (kind == FaultKind::kDeviceOldFirst) return EmulatorFault::kOldFirst;
+  if (kind == FaultKind::kDeviceTurnNoise) return EmulatorFault::kTurnNoise;
   return kind == FaultKind::kDeviceDelayed ? EmulatorFault::kDelayed : EmulatorFault::kNoise;
 }
 
@@ -168,8 +176,11 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kManyClients:
       return fell_many_clients();
     case FaultKind::kPoseJump:
-      return close_by([this] {
-        send_order(session_.emulator().pid(), static_cast<int>(EmulatorFault::kJumpOnce));
+    case FaultKind::kTurnJump:
+      return close_by([this, kind] {
+        const bool turns = kind == FaultKind::kTurnJump;
+        send_order(session_.emulator().pid(), static_cast<int>(turns ? EmulatorFault::kTurnJumpOnce
+                                                                     : EmulatorFault::kJumpOnce));
       });
     case FaultKind::kDeviceSilent:
       return silence_device();
@@ -177,6 +188,7 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kDeviceOldFirst:
     case FaultKind::kDeviceDelayed:
     case FaultKind::kDeviceNoise:
+    case FaultKind::kDeviceTurnNoise:
       return lie(lie_of(kind));
     case FaultKind::kMemory:
       return stress({"--vm", "1", "--vm-bytes", "50%"});
@@ -479,8 +491,10 @@ std::vector<std::string> FaultInjector::judge_calm(int64_t until_ns) const {
                          .stalls = session_.stalls(judged_ns_ - 4 * kBeforeNs, true),
                          .from_ns = judged_ns_};
   const auto records = session_.records_since(judged_ns_ - kContextNs);
-  for (const ForceViolation& v : judge_force(TortureSession::rules(), records, none).violations) {
-    if (v.t_ns < until_ns) broken.push_back(in_words(v, judged_ns_, none.stalls));
+  for (const ForceRules& rules : session_.rules()) {
+    for (const ForceViolation& v : judge_force(rules, records, none).violations) {
+      if (v.t_ns < until_ns) broken.push_back(in_words(rules.part, v, judged_ns_, none.stalls));
+    }
   }
   return broken;
 }
@@ -493,15 +507,20 @@ void FaultInjector::judge(const FaultInfo& info, const Done& done, FaultOutcome&
   const JudgedFault fault{
       info.effect,    done.begin_ns, over_ns, done.soft_ns, session_.stalls(since_ns, !silence),
       info.is_misled, done.from_ns};
-  ForceRules rules = TortureSession::rules();
-  rules.zero_ns = info.zero_ns;
-  const ForceVerdict verdict =
-      judge_force(rules, session_.records_since(done.from_ns - kContextNs), fault);
-  for (const ForceViolation& v : verdict.violations) {
-    outcome.violations.push_back(in_words(v, done.begin_ns, fault.stalls));
+  const auto records = session_.records_since(done.from_ns - kContextNs);
+  outcome.zero_after_ns = 0;
+  for (ForceRules rules : session_.rules()) {
+    rules.zero_ns = info.zero_ns;
+    const ForceVerdict verdict = judge_force(rules, records, fault);
+    for (const ForceViolation& v : verdict.violations) {
+      outcome.violations.push_back(in_words(rules.part, v, done.begin_ns, fault.stalls));
+    }
+    // of force and torque the later
+    const bool are_zero = outcome.zero_after_ns && verdict.zero_after_ns;
+    outcome.zero_after_ns =
+        are_zero ? std::max(outcome.zero_after_ns, verdict.zero_after_ns) : std::nullopt;
+    outcome.excused += verdict.excused;
   }
-  outcome.zero_after_ns = verdict.zero_after_ns;
-  outcome.excused = verdict.excused;
   if (info.goal_ns == 0 || !outcome.recovery_ns) return;
   // the documented time assumes a free processor; processes start at normal priority
   const int64_t stated_ns = info.goal_ns + done.waited_ns +

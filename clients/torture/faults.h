@@ -44,10 +44,12 @@ enum class FaultKind {
   kDeviceOldFirst,
   kDeviceDelayed,
   kDeviceNoise,
+  kTurnJump,
+  kDeviceTurnNoise,
   kMemory,
   kBusy,
 };
-inline constexpr size_t kFaultKinds = 29;
+inline constexpr size_t kFaultKinds = 31;
 
 /// Properties of a kind of fault.
 struct FaultInfo {
@@ -58,6 +60,7 @@ struct FaultInfo {
   int64_t goal_ns;                         // documented time to recovery; 0: none
   int64_t zero_ns = ForceRules{}.zero_ns;  // documented time to zero force, if the effect is zero
   bool is_misled = false;                  // the device reports false data
+  bool is_of_six = false;                  // of a device that turns only
 };
 extern const std::array<FaultInfo, kFaultKinds> kFaults;
 

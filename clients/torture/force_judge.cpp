@@ -10,61 +10,79 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-// [N]; 0.5 mA in each of three motors, as a force at the tip where the hand presses
-constexpr double kCurrentStep = 5e-3;
 constexpr size_t kAnswers = 6;            // answers that the server may have used: one is under way
 constexpr int64_t kUnderWayNs = 5 * kMs;  // a line, an answer and the grid of the tick
 constexpr int64_t kStillNs = 15 * kMs;    // shorter stalls cannot age contacts
 constexpr int64_t kLateReadNs = 50 * kMs;  // the device may have slept this long before a command
 constexpr int64_t kRecordNs = 11 * kMs;    // longest silence of a healthy emulator
 constexpr size_t kInARow = 10;             // consecutive commands that prove recovery
-constexpr double kPressing = 2e-3;         // [m]; depth of a pressing hand
-const WoodenHapticsGeometry kArm;
 
 /// A pose reported by the device.
 struct Said {
-  Vec3 angles;
-  Vec3 p_B;
+  JointAngles angles;
+  Pose X_BH;
+  double depth;  // or tilt
 };
 
-Said said(const MotorCounts& counts) {
-  const Vec3 angles = joint_angles(kArm, counts);
-  return {angles, tip_position(kArm, angles)};
+Said said(const ForceRules& rules, const MotorCounts& counts) {
+  Said out{rules.arm->angles(counts), {}, 0};
+  out.X_BH = rules.arm->pose(out.angles);
+  out.depth = rules.part == Part::kForce ? std::max(0.0, -out.X_BH.p.z)
+                                         : norm(tilt_of(out.X_BH.q * rules.tool_on_grip));
+  return out;
+}
+
+/// Way or turn between two of them.
+double way_between(const ForceRules& rules, const Pose& a, const Pose& b) {
+  return rules.part == Part::kForce ? norm(b.p - a.p)
+                                    : norm(to_rotation_vector(b.q * conjugate(a.q)));
+}
+
+Vec3 part_of(const ForceRules& rules, const Wrench& F) {
+  return rules.part == Part::kForce ? F.f : F.t;
+}
+
+double felt(const ForceRules& rules, const EmulatorRecord& r) {
+  return norm(part_of(rules, {r.force_B, r.torque_B}));
 }
 
 /// A command with the quantities it is checked against.
 struct Command {
   int64_t t_ns = 0;
   double force = 0;
-  double weakest = 0, strongest = 0;   // its currents as forces at the recent reported poses [N]
-  double depth = 0;                    // known to the server [m]
-  double deepest = 0, shallowest = 0;  // at the recent reported poses [m]
-  double moved = 0;                    // since the previous answer, in any direction [m]
-  double damper = 0;                   // bound of the damping force on top of the spring [N]
+  double weakest = 0, strongest = 0;   // its currents as forces at the recent reported poses
+  double depth = 0;                    // or tilt, known to the server
+  double deepest = 0, shallowest = 0;  // at the recent reported poses
+  double moved = 0;                    // since the previous answer, in any direction
+  double damper = 0;                   // bound of the damping force on top of the spring
+  bool is_zero = false;
   bool is_spring = false;
   bool from_server = true;  // false: the firmware's watchdog
 };
 
 bool is_zero(const Command& c) {
-  return c.force <= kCurrentStep;
+  return c.is_zero;
 }
 
-Vec3 amperes_of(const EmulatorRecord& r) {
-  return {1e-3 * r.currents[0], 1e-3 * r.currents[1], 1e-3 * r.currents[2]};
+MotorAmperes amperes_of(const EmulatorRecord& r) {
+  MotorAmperes amperes;
+  for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * r.currents[i];
+  return amperes;
 }
 
 /// Evaluates the currents at the poses that the server may assume. Returns the largest distance
-/// between two consecutive ones [m].
-double look_back(std::span<const Said> poses, const Vec3& amperes, Command& c) {
+/// between two consecutive ones.
+double look_back(const ForceRules& rules, std::span<const Said> poses, const MotorAmperes& amperes,
+                 Command& c) {
   double way = 0;
   c.weakest = c.shallowest = std::numeric_limits<double>::infinity();
   for (size_t j = 0; j < poses.size(); ++j) {
-    const double force = norm(tip_force(kArm, poses[j].angles, amperes));
+    const double force = norm(part_of(rules, rules.arm->wrench(poses[j].angles, amperes)));
     c.weakest = std::min(c.weakest, force);
     c.strongest = std::max(c.strongest, force);
-    c.deepest = std::max(c.deepest, -poses[j].p_B.z);
-    c.shallowest = std::min(c.shallowest, std::max(0.0, -poses[j].p_B.z));
-    if (j > 0) way = std::max(way, norm(poses[j].p_B - poses[j - 1].p_B));
+    c.deepest = std::max(c.deepest, poses[j].depth);
+    c.shallowest = std::min(c.shallowest, poses[j].depth);
+    if (j > 0) way = std::max(way, way_between(rules, poses[j - 1].X_BH, poses[j].X_BH));
   }
   return way;
 }
@@ -81,20 +99,28 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
     const bool from_server = r.event == EmulatorEvent::kCommand;
     if (!from_server && r.event != EmulatorEvent::kWatchdog) continue;
     begins.push_back(poses.size());
-    if (r.said_first != r.answered) poses.push_back(said(r.said_first));
-    poses.push_back(said(r.answered));
-    Command c{.t_ns = r.t_ns, .force = norm(r.force_B), .from_server = from_server};
-    c.depth = std::max(0.0, -poses.back().p_B.z);
+    if (r.said_first != r.answered) poses.push_back(said(rules, r.said_first));
+    poses.push_back(said(rules, r.answered));
+    Command c{.t_ns = r.t_ns, .force = felt(rules, r), .from_server = from_server};
+    c.is_zero = c.force <= rules.step;
+    c.depth = poses.back().depth;
     while (begins.size() - oldest > kAnswers && out[oldest].t_ns < r.t_ns - believed_ns) ++oldest;
     const auto believed = std::span(poses).subspan(begins[oldest]);
-    const double way = look_back(believed, amperes_of(r), c);
-    if (begins.size() > 1) c.moved = norm(poses.back().p_B - poses[begins.back() - 1].p_B);
+    const double way = look_back(rules, believed, amperes_of(r), c);
+    if (begins.size() > 1) {
+      c.moved = way_between(rules, poses[begins.back() - 1].X_BH, poses.back().X_BH);
+    }
     const double speed = way / (1e-9 * static_cast<double>(rules.tick_ns));
     c.damper = rules.max_damping * speed;
     c.is_spring = from_server && is_wall(rules, r, speed);
     out.push_back(c);
   }
   return out;
+}
+
+/// Of spring and damper, at the deepest of the recent poses.
+double most_of_wall(const ForceRules& rules, const Command& c) {
+  return rules.stiffness * c.deepest + rules.bend + c.damper;
 }
 
 /// Keeps the first breach of each kind.
@@ -123,10 +149,10 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     if (c.t_ns < fault.from_ns) continue;
     const bool misled = fault.is_misled && c.t_ns >= fault.begin_ns - kUnderWayNs;
     const double force = misled ? c.weakest : c.force;
-    const double strongest = rules.max_force + kCurrentStep;
+    const double strongest = rules.max_force + rules.step;
     if (!(force <= strongest)) found.add(ForceBreach::kTooStrong, c.t_ns, force, strongest);
     if (i + 1 < kAnswers) continue;
-    const double wall = rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    const double wall = most_of_wall(rules, c) + rules.step;
     if (!lies && !(force <= wall)) found.add(ForceBreach::kBeyondWall, c.t_ns, force, wall);
     // since the command before last: a stalled device has read the last one too late
     const int64_t before_ns = all[i - 1].t_ns;
@@ -138,17 +164,18 @@ void judge_always(const ForceRules& rules, std::span<const Command> all, const J
     const double pushed =
         lies ? rules.stiffness * (c.moved + all[i - 1].moved) : rules.stiffness * deeper + c.damper;
     const double before = misled ? all[i - 1].strongest : all[i - 1].force;
-    const double allowed = before + pushed + rules.slew * dt + 2 * kCurrentStep;
+    const double allowed = before + pushed + rules.slew * dt + 2 * rules.step;
     if (!(force <= allowed)) found.add(ForceBreach::kRise, c.t_ns, force, allowed);
   }
 }
 
-void judge_complete(std::span<const EmulatorRecord> records, Findings& found) {
+void judge_complete(const ForceRules& rules, std::span<const EmulatorRecord> records,
+                    Findings& found) {
   for (size_t i = 1; i < records.size(); ++i) {
     const EmulatorRecord &before = records[i - 1], &r = records[i];
     const uint64_t expected = before.commands + (r.event == EmulatorEvent::kCommand ? 1 : 0);
     if (r.commands == expected && r.t_ns >= before.t_ns) continue;
-    found.add(ForceBreach::kLostRecord, r.t_ns, norm(r.force_B), norm(before.force_B));
+    found.add(ForceBreach::kLostRecord, r.t_ns, felt(rules, r), felt(rules, before));
   }
 }
 
@@ -195,7 +222,7 @@ void judge_fade(const ForceRules& rules, std::span<const Command> all, const Jud
     const double left =
         static_cast<double>(gone_ns + excused_ns - c.t_ns) / static_cast<double>(rules.fade_ns);
     const double share = std::clamp(left, 0.0, 1.0);
-    const double allowed = share * (rules.stiffness * c.deepest + c.damper) + kCurrentStep;
+    const double allowed = share * most_of_wall(rules, c) + rules.step;
     if (!(c.force <= allowed)) found.add(ForceBreach::kLateFade, c.t_ns, c.force, allowed);
   }
 }
@@ -212,7 +239,8 @@ void judge_soft_start(const ForceRules& rules, std::span<const Command> all, siz
     const int64_t late_ns = held_up(fault.stalls, begin_ns - kLateReadNs, c.t_ns);
     const double gain = 1e-9 * static_cast<double>(c.t_ns + late_ns - begin_ns) / rules.soft_start;
     if (gain >= 1) return;
-    const double allowed = gain * rules.stiffness * c.deepest + c.damper + kCurrentStep;
+    const double allowed =
+        gain * (rules.stiffness * c.deepest + rules.bend) + c.damper + rules.step;
     if (!(c.force <= allowed)) found.add(ForceBreach::kHardStart, c.t_ns, c.force, allowed);
   }
 }
@@ -272,20 +300,33 @@ std::string_view name_of(ForceBreach breach) {
   return kNames[static_cast<size_t>(breach)];
 }
 
-double answered_depth(const EmulatorRecord& record) {
-  return std::max(0.0, -said(record.answered).p_B.z);
+Vec3 tilt_of(const Quat& q_BT) {
+  const double length = std::hypot(q_BT.z, q_BT.w);
+  if (!(length > 0)) return to_rotation_vector(q_BT);
+  const Quat about_z{0, 0, q_BT.z / length, q_BT.w / length};
+  return to_rotation_vector(q_BT * conjugate(about_z));
+}
+
+double answered_depth(const ForceRules& rules, const EmulatorRecord& record) {
+  return said(rules, record.answered).depth;
 }
 
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed) {
-  const double force = std::min(rules.stiffness * answered_depth(command), rules.max_force);
-  return norm(command.force_B - Vec3{0, 0, force}) <= kCurrentStep + rules.max_damping * speed;
+  const Said at = said(rules, command.answered);
+  const double force = std::min(rules.stiffness * at.depth, rules.max_force);
+  Vec3 wall{0, 0, force};
+  if (rules.part == Part::kTorque && at.depth > 0) {
+    wall = -force / at.depth * tilt_of(at.X_BH.q * rules.tool_on_grip);
+  }
+  const Vec3 got = part_of(rules, {command.force_B, command.torque_B});
+  return norm(got - wall) <= rules.step + rules.max_damping * speed;
 }
 
 ForceVerdict judge_force(const ForceRules& rules, std::span<const EmulatorRecord> records,
                          const JudgedFault& fault) {
   const std::vector<Command> all = commands_of(rules, records, fault.is_misled);
   Findings found;
-  judge_complete(records, found);
+  judge_complete(rules, records, found);
   judge_always(rules, all, fault, found);
   switch (fault.effect) {
     case Effect::kLies:
@@ -319,7 +360,7 @@ std::optional<int64_t> whole_again(const ForceRules& rules, std::span<const Emul
   const std::vector<Command> all = commands_of(rules, records);
   size_t in_a_row = 0;
   for (size_t i = 0; i < all.size(); ++i) {
-    const bool whole = all[i].t_ns >= from_ns && all[i].is_spring && all[i].depth > kPressing;
+    const bool whole = all[i].t_ns >= from_ns && all[i].is_spring && all[i].depth > rules.pressing;
     in_a_row = whole ? in_a_row + 1 : 0;
     if (in_a_row == kInARow) return all[i + 1 - kInARow].t_ns;
   }

@@ -12,19 +12,33 @@
 
 namespace haptic {
 
-/// The session under test: a hand on an emulated WoodenHaptics presses into the half space z < 0 of
-/// the device's frame B, which pushes it up.
+/// The part of the wrench that is judged.
+enum class Part { kForce, kTorque };
+
+/// The session under test: a hand on an emulated device presses into the half space z < 0 of the
+/// device's frame B, which pushes it up by its depth. A device that turns presses a tool with a
+/// flat bottom, which the half space also turns upright, by its tilt. These are the rules of one
+/// part; those of torque are in the units in brackets.
 struct ForceRules {
-  double stiffness = 500;         // of the spring [N/m]
-  double max_force = 3.6;         // [N]
-  double max_damping = 2;         // bound of the passivity controller [N·s/m]
-  double slew = 200;              // limit of a force that grows by itself [N/s]
+  double stiffness = 500;         // of the spring [N/m or N·m/rad]
+  double max_force = 3.6;         // [N or N·m]
+  double max_damping = 2;         // bound of the passivity controller [N·s/m or N·m·s/rad]
+  double slew = 200;              // limit of a force that grows by itself [N/s or N·m/s]
   double soft_start = 0.1;        // [s]
   int64_t tick_ns = 1'000'000;    // of the servo
   int64_t zero_ns = 20'000'000;   // documented: time to zero after a fault that closes the force
   int64_t hold_ns = 100'000'000;  // documented: contacts are rendered in full no longer than this
   int64_t fade_ns = 50'000'000;   // documented: then fade over this
   int64_t doubt_ns = 20'000'000;  // documented: a pose is held this long if answers do not match
+  Part part = Part::kForce;
+  // half a milliampere in each motor, at the handle where the hand presses [N or N·m]
+  double step = 5e-3;
+  // by which more may be felt while contact has not settled: planes of a tool are linear in its
+  // turn
+  double bend = 0;
+  double pressing = 2e-3;  // depth or tilt of a pressing hand [m or rad]
+  const Arm* arm = &woodenhaptics_arm();
+  Quat tool_on_grip{};  // orientation of the tool in the handle
 };
 
 /// An interval in which no process on this machine could run [ns].
@@ -71,7 +85,7 @@ inline constexpr size_t kForceBreaches = 9;
 
 std::string_view name_of(ForceBreach breach);
 
-/// The first breach of its kind: time, force and allowed force [N].
+/// The first breach of its kind: time, force and allowed force [N or N·m].
 struct ForceViolation {
   ForceBreach breach;
   int64_t t_ns;
@@ -85,11 +99,15 @@ struct ForceVerdict {
   size_t excused = 0;  // kNothing: commands not checked, because the machine had stalled
 };
 
-/// Depth of the tip below the wall, as known to the server when it sent a command [m].
-double answered_depth(const EmulatorRecord& record);
+/// The turn from upright to a tool of this orientation that is not about z: a rotation vector
+/// without z [rad].
+Vec3 tilt_of(const Quat& q_BT);
+
+/// Depth below the wall, or tilt, as known to the server when it sent a command [m or rad].
+double answered_depth(const ForceRules& rules, const EmulatorRecord& record);
 
 /// Whether a command equals the spring at the depth known to the server, within the passivity
-/// controller's damping at `speed` [m/s] and the step of the currents.
+/// controller's damping at `speed` [m/s or rad/s] and the step of the currents.
 bool is_wall(const ForceRules& rules, const EmulatorRecord& command, double speed);
 
 /// Checks the commands that the device received around one fault. The records are those of the

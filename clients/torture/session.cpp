@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "device-io/sixmotors/kinematics.h"
 #include "proto/ipc/control_socket.h"
 #include "proto/ipc/process.h"
 #include "proto/os/environment.h"
@@ -37,6 +38,18 @@ const std::vector<std::string> kPressingHand{
     "-7 mm",   "--direction",   "0",        "0",        "1",
     "--hover", "2.5 mm",        "--press",  "0 mm",     "--stroke-angle",
     "0 deg",   "--stroke-time", "3 s",      "--tremor", "0 mm"};
+/// And one that twists, by 1.5 degrees to either side.
+const std::vector<std::string> kTwistingHand{
+    "--six", "--turn-angle", "1.5 deg", "--turn-axis", "0", "1", "0"};
+
+// The tool of six degrees of freedom is a cube whose bottom is tilted in the grip, so that it is
+// turned at any time, by 11 to 24 mN·m. Deeper than 1.1 mm it lies flat.
+constexpr double kHalfCube = 0.045;          // [m]
+constexpr double kTiltOfTool = 0.07;         // about y [rad]
+constexpr double kTurningStiffness = 0.25;   // [N·m/rad]
+constexpr double kMaxTorque = 0.03;          // [N·m]
+constexpr double kMaxTurningDamping = 2e-3;  // [N·m·s/rad]
+constexpr double kTorqueSlew = 1.7;          // to the largest in 18 ms, as the force [N·m/s]
 
 /// The end of a file, for an error message; the file is deleted with its folder.
 std::string last_lines(const std::string& path) {
@@ -137,25 +150,70 @@ void TortureSession::link_programs(const std::string& from) const {
   }
 }
 
+std::vector<ForceRules> TortureSession::rules() const {
+  ForceRules force;
+  if (!options_.six) return {force};
+  force.arm = &six_motors_arm();
+  constexpr double kMostTilt = 0.1;  // [rad]
+  force.bend = force.stiffness * kHalfCube * kMostTilt * kMostTilt / 2;
+  force.step = 6e-3;  // what the wrist's motors make of their half milliampere as well
+  ForceRules torque = force;
+  torque.part = Part::kTorque;
+  torque.stiffness = kTurningStiffness;
+  torque.max_force = kMaxTorque;
+  torque.max_damping = kMaxTurningDamping;
+  torque.slew = kTorqueSlew;
+  torque.bend = torque.stiffness * kMostTilt * kMostTilt / 2;
+  torque.step = 2e-4;
+  torque.pressing = 0.02;
+  torque.tool_on_grip = from_rotation_vector({0, kTiltOfTool, 0});
+  return {force, torque};
+}
+
+/// The device, and what it touches with.
+void TortureSession::write_tool(std::ostream& out) const {
+  if (!options_.six) {
+    out << "[device]\nkind = \"woodenhaptics\"\n";
+    return;
+  }
+  out << "[tool]\nprimitive = \"box\"\nextent = [";
+  for (const char* comma : {"", ", ", ", "}) out << comma << '"' << 2 * kHalfCube << " m\"";
+  out << "]\n[contact.rigid]\nmargin = \"1 um\"\n"
+      << "[map.tool_on_grip]\nrotation = {axis = [0, 1, 0], angle = \"" << kTiltOfTool
+      << " rad\"}\n[device]\nkind = \"six-motors\"\nmax_torque = \"0.3 N·m\"\n"
+      << "max_rotational_damping = \"" << kMaxTurningDamping << " N·m·s/rad\"\n";
+}
+
 std::string TortureSession::write_config() const {
-  const ForceRules r = rules();
+  const ForceRules r = rules().front();
   std::string path = options_.folder + "/torture.toml";
-  std::ofstream(path)
-      << "[session]\nname = \"" << name_
-      << "\"\nrealtime = " << (options_.realtime ? "true" : "false")
-      << "\n[device]\nkind = \"woodenhaptics\"\nmax_force = \"5 N\"\nmax_damping = \""
-      << r.max_damping << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
-      << "/device\"\n[coupling]\nstiffness = \"" << r.stiffness
-      << " N/m\"\n[safety]\narmed_at_start = true\nmax_force = \"" << r.max_force
-      << " N\"\nsoft_start = \"" << r.soft_start << " s\"\nslew = \"" << r.slew
-      << " N/s\"\n[[object]]\nname = \"block\"\nprimitive = \"box\"\n"
+  std::ofstream out(path);
+  out << "[session]\nname = \"" << name_
+      << "\"\nrealtime = " << (options_.realtime ? "true" : "false");
+  if (options_.six) out << "\nrenderer = \"god-object6\"";
+  out << '\n';
+  write_tool(out);
+  out << "max_force = \"5 N\"\nmax_damping = \"" << r.max_damping
+      << " N·s/m\"\n[device.serial]\npath = \"" << options_.folder
+      << "/device\"\n[coupling]\nstiffness = \"" << r.stiffness << " N/m\"\n";
+  if (options_.six) out << "rotational_stiffness = \"" << kTurningStiffness << " N·m/rad\"\n";
+  out << "[safety]\narmed_at_start = true\nmax_force = \"" << r.max_force << " N\"\nsoft_start = \""
+      << r.soft_start << " s\"\nslew = \"" << r.slew << " N/s\"\n";
+  if (options_.six) {
+    out << "max_torque = \"" << kMaxTorque << " N·m\"\ntorque_slew = \"" << kTorqueSlew
+        << " N·m/s\"\n";
+  }
+  // its top is where the tool's middle, which is the handle, has half a cube below it
+  out << "[[object]]\nname = \"block\"\nprimitive = \"box\"\n"
          "extent = [\"200 mm\", \"200 mm\", \"40 mm\"]\n"
-         "position = [\"0 mm\", \"0 mm\", \"-20 mm\"]\n";
+         "position = [\"0 mm\", \"0 mm\", \""
+      << -0.02 - (options_.six ? kHalfCube : 0) << " m\"]\n";
   return path;
 }
 
 void TortureSession::start_emulator() {
   std::vector<std::string> words = kPressingHand;
+  if (options_.six) words.insert(words.end(), kTwistingHand.begin(), kTwistingHand.end());
   words.insert(words.end(),
                {"--link", options_.folder + "/device", "--log", options_.folder + "/received.csv"});
   if (options_.realtime) words.push_back("--realtime");
@@ -277,7 +335,11 @@ std::optional<int64_t> TortureSession::wait_whole(int64_t from_ns, int64_t patie
       [&] {
         if (now_ns() < look_ns) return false;
         look_ns = now_ns() + kJudgeNs;
-        whole_ns = whole_again(rules(), records_since(from_ns - kContextNs), from_ns);
+        whole_ns = from_ns;
+        for (const ForceRules& part : rules()) {
+          const auto whole = whole_again(part, records_since(from_ns - kContextNs), from_ns);
+          whole_ns = whole && whole_ns ? std::max(whole_ns, whole) : std::nullopt;
+        }
         return whole_ns.has_value();
       },
       patience_ns);

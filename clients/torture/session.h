@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <span>
 #include <string>
 #include <utility>
@@ -23,6 +24,7 @@ struct TortureOptions {
   std::string folder;     // empty or new; holds all files
   std::string recording;  // name of the recordings without .mcap; empty: none
   bool realtime = true;   // ask for real-time priorities
+  bool six = false;       // a device with six motors, whose hand also feels torque
 };
 
 /// A frame of the servo as seen by this program. Its time stamp is that of its tick; a stalled
@@ -55,8 +57,9 @@ struct WriterSeen {
 /// client. During its lifetime $HAPTICD_RUNTIME_DIR and $HAPTICD_LIBEXEC point into its folder.
 class TortureSession {
  public:
-  /// The rules for its forces.
-  static ForceRules rules() { return {}; }
+  /// The rules for its forces, and for its torques where it has any.
+  std::vector<ForceRules> rules() const;
+  bool is_of_six() const { return options_.six; }
 
   /// Starts all processes. Throws std::runtime_error with one line.
   explicit TortureSession(const TortureOptions& options);
@@ -135,6 +138,7 @@ class TortureSession {
 
   void link_programs(const std::string& from) const;
   std::string write_config() const;
+  void write_tool(std::ostream& out) const;
   void start_emulator();
   void start_hapticd();
   void end_part();

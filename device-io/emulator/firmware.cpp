@@ -27,7 +27,7 @@ bool read_currents(const char* line, size_t motors, Milliamperes& n) {
 
 EmulatedDevice::EmulatedDevice(const EmulatedDeviceOptions& options, int64_t t_ns)
     : options_(options),
-      intention_(seeded_intention(options.hand)),
+      intention_(options.intention ? options.intention : seeded_intention(options.hand)),
       plant_(start_plant(options.hand, intention_)),
       t_ns_(t_ns),
       started_ns_(t_ns),

@@ -13,12 +13,12 @@ struct Scene {
 };
 
 inline constexpr std::array kScenes{
+    Scene{"admittance", "admittance.toml", "an arm that follows the hand, on a block"},
     Scene{"bunnies", "bunny-on-bunny.toml", "a bunny on a bunny", true},
     Scene{"bunny", "bunny.toml", "the Stanford bunny", true},
     Scene{"gears", "gears.toml", "two gears"},
     Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
     Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},
-    Scene{"admittance", "admittance.toml", "an arm that follows the hand, on a block", false},
     Scene{"rigid-peg", "rigid-peg.toml", "a rigid peg in a tight hole"},
     Scene{"teeth", "teeth.toml", "a jaw that bites"}};
 

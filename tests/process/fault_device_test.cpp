@@ -57,6 +57,19 @@ TEST_CASE("fault: a jump of two thirds of a metre closes the force until the fau
   CHECK(s.is_pressing());
 }
 
+TEST_CASE("fault: of a device with six motors torque ends as force does, and both come back") {
+  if (!programs_are_built()) return;
+  FaultedSession s(false, true);
+  for (const FaultKind kind :
+       {FaultKind::kTurnJump, FaultKind::kContactNaN, FaultKind::kDeviceFrozen}) {
+    CHECK(s.inject(kind).zero_after_ns);
+  }
+  s.inject(FaultKind::kContactKill);
+  s.inject(FaultKind::kContactLies);
+  CHECK(s.is_pressing());
+  CHECK(norm(s.session.records().back().torque_B) > 5e-3);
+}
+
 TEST_CASE("fault: encoders that go on lying leave the force closed") {
   if (!programs_are_built()) return;
   FaultedSession s;

@@ -27,8 +27,8 @@ struct FaultedSession {
   TortureSession session;
   FaultInjector injector{session, 1};
 
-  explicit FaultedSession(bool recorded = false)
-      : session({folder.path(), recorded ? folder.path() + "/run" : "", true}) {}
+  explicit FaultedSession(bool recorded = false, bool six = false)
+      : session({folder.path(), recorded ? folder.path() + "/run" : "", true, six}) {}
 
   /// Injects a fault and fails the test if there is a violation, or if servo or contact was
   /// replaced although the fault was not theirs.

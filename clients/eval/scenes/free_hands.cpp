@@ -96,16 +96,18 @@ std::vector<FreeHand> free_hands(const Vec3& touch, uint64_t seed) {
   std::mt19937_64 random(seed);
   const Vec3 far = touch + Vec3{0, 0, kFarAway};
   const Vec3 axis = direction(random), way = direction(random);
-  return {sweep("sweep of 0.8 m/s", far, {1, 0, 0}, 0.1, 0.8, {}),
-          sweep("sweep of 2 m/s", far, way, 0.1, kFast, {}),
-          sweep("turn of 10 rad/s", far, way, 0.01, 0.1, kTurn * axis),
-          sweep("sweep and turn", far, way, 0.1, kFast, kTurn * axis),
-          shaken(far, random),
-          reach(touch + Vec3{0, 0, 15 * kMm}, 0.15, kFast),
-          slap(touch, 60 * kMm, 1 * kMm, 1.5),
-          sweep("stroke", touch + Vec3{0, 0, 60 * kMm}, {1, 0, 0}, 0.15, 1.2, 5 * axis),
-          tremor(touch + Vec3{0, 0, 25 * kMm}),
-          creep(touch + Vec3{0, 0, 10 * kMm}, 5 * kMm)};
+  return {
+      sweep("sweep of 0.8 m/s", far, {1, 0, 0}, 0.1, 0.8, {}),
+      sweep("sweep of 2 m/s", far, way, 0.1, kFast, {}),
+      sweep("turn of 10 rad/s", far, way, 0.01, 0.1, kTurn * axis),
+      sweep("sweep and turn", far, way, 0.1, kFast, kTurn * axis),
+      shaken(far, random),
+      reach(touch + Vec3{0, 0, 15 * kMm}, 0.15, kFast),
+      slap(touch, 60 * kMm, 1 * kMm, 1.5),
+      sweep("stroke", touch + Vec3{0, 0, 60 * kMm}, {1, 0, 0}, 0.15, 1.2, 5 * axis),
+      sweep("stroke and turn", touch + Vec3{0, 0, 80 * kMm}, {1, 0, 0}, 0.15, kFast, kTurn * axis),
+      tremor(touch + Vec3{0, 0, 25 * kMm}),
+      creep(touch + Vec3{0, 0, 10 * kMm}, 5 * kMm)};
 }
 
 }  // namespace haptic

@@ -40,8 +40,9 @@ struct FreeHand {
 };
 
 /// Hands of many kinds: sweeps of 2 m/s and turns of 10 rad/s half a metre away, shaking at both
-/// speeds, reaches of 2 m/s, slaps of 1.5 m/s that end 1 mm deep, strokes close by, tremor and
-/// creep. `touch` is the position at which the tool touches from above.
+/// speeds, reaches of 2 m/s, slaps of 1.5 m/s that end 1 mm deep, strokes close by, the fastest of
+/// 2 m/s and 10 rad/s, tremor and creep. `touch` is the position at which the tool touches from
+/// above.
 std::vector<FreeHand> free_hands(const Vec3& touch, uint64_t seed);
 
 }  // namespace haptic

@@ -2,9 +2,12 @@
 // The check of free space, and its result for every renderer.
 #include "clients/eval/free.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "clients/lab/lockstep.h"
+#include "clients/lab/scripted_hand.h"
 #include "proto/wire/renderer.h"
 #include "tests/support/torture_scale.h"
 
@@ -32,6 +35,25 @@ TEST_CASE("eval free: a tool that is given mass is felt, and the judge sees it",
       judge_free({"", Renderer::kVoxel, SoftSolver::kPenaltyDynamics}, way, 1, 60);
   CHECK(found.free > 50);
   CHECK(found.felt > 50);
+}
+
+TEST_CASE("eval free: a tool with mass is felt as torque at the device when it is turned",
+          "[lab][trap]") {
+  FreeScene scene = peg_over_hole();
+  scene.config.proxy.solver = SoftSolver::kPenaltyDynamics;
+  scene.config.renderer = Renderer::kVoxel;
+  const auto hands = free_hands({0.018, 0, 0.05}, 1);
+  const auto shaken = std::find_if(hands.begin(), hands.end(),
+                                   [](const FreeHand& hand) { return hand.name == "shaken"; });
+  REQUIRE(shaken != hands.end());
+  ScriptedHand hand(shaken->path, 1);
+  Lockstep session(scene.config, scene.shapes, hand);
+  double most = 0;
+  for (int k = 0; k < 60; ++k) {
+    REQUIRE(session.step());
+    most = std::max(most, norm(hand.held.t));
+  }
+  CHECK(most > 1e-4);
 }
 
 TEST_CASE("eval free: the oracle's distances, against closed forms", "[lab]") {

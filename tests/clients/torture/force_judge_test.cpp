@@ -8,6 +8,7 @@
 
 #include "device-io/emulator/log.h"
 #include "device-io/emulator/log_reader.h"
+#include "device-io/sixmotors/kinematics.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -403,6 +404,106 @@ TEST_CASE("judge: the emulator's log is read row by row as it was written") {
     REQUIRE(got[i].force_B.z == Approx(wrote[i].force_B.z).epsilon(1e-8));
   }
   CHECK_THROWS_WITH(parse_emulator_row("1,2,3"), Catch::Contains("not a row"));
+}
+
+namespace {
+
+/// The torque's rules, of a cube with a flat bottom.
+ForceRules torque_rules() {
+  ForceRules rules;
+  rules.part = Part::kTorque;
+  rules.arm = &six_motors_arm();
+  rules.stiffness = 0.25;
+  rules.max_force = 0.03;
+  rules.max_damping = 2e-3;
+  rules.slew = 1.7;
+  rules.step = 2e-4;
+  rules.pressing = 0.02;
+  rules.tool_on_grip = from_rotation_vector({0, 0.07, 0});
+  return rules;
+}
+
+/// The same of a device with six motors, whose handle is turned a little about all axes: force and
+/// torque as shares of their springs.
+Records account_of_six(const std::function<double(double)>& force,
+                       const std::function<double(double)>& torque) {
+  const ForceRules rules = torque_rules();
+  const Arm& arm = *rules.arm;
+  JointAngles angles = arm.angles({});
+  REQUIRE(arm.solve({{0, 0, -kDepth}, from_rotation_vector({0.01, -0.01, 0.02})}, angles));
+  const MotorCounts counts = arm.counts(angles);
+  const Pose X_BH = arm.pose(arm.angles(counts));
+  // the shortest turn that brings the tool's z upright
+  const Vec3 z_B = rotate(X_BH.q * rules.tool_on_grip, {0, 0, 1});
+  const Vec3 upright_B = std::acos(z_B.z) * normalized(cross(z_B, {0, 0, 1}));
+  Records out;
+  for (int i = 0; i < 1000; ++i) {
+    EmulatorRecord r{};
+    r.t_ns = kStart + i * kMs;
+    r.commands = static_cast<uint64_t>(i) + 1;
+    r.counts = r.answered = r.said_first = counts;
+    r.force_B = {0, 0, force(i) * kRules.stiffness * -X_BH.p.z};
+    r.torque_B = torque(i) * rules.stiffness * upright_B;
+    const MotorAmperes amperes = arm.currents(arm.angles(counts), {r.force_B, r.torque_B});
+    for (size_t k = 0; k < amperes.size(); ++k) {
+      r.currents[k] = static_cast<int32_t>(std::lround(1e3 * amperes[k]));
+    }
+    r.motors_on = 1;
+    out.push_back(r);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("judge: a torque that ends as the force does breaks nothing") {
+  ForceRules force = kRules;
+  force.arm = &six_motors_arm();
+  force.step = 6e-3;
+  for (const ForceRules& rules : {force, torque_rules()}) {
+    const auto none = [&](const auto& share, const JudgedFault& f) {
+      return judge_force(rules, account_of_six(share, share), f).violations.empty();
+    };
+    CHECK(none(full, fault(Effect::kNothing, 100, 600)));
+    CHECK(none(faded, fault(Effect::kFade, 100, 500)));
+    CHECK(none(closed, fault(Effect::kZero, 100, 500)));
+    const auto whole = whole_again(rules, account_of_six(closed, closed), kStart + 150 * kMs);
+    REQUIRE(whole);
+    // a step of the currents is a hundredth of the torque
+    CHECK(std::llabs(*whole - (kStart + 600 * kMs)) <= kMs);
+  }
+}
+
+TEST_CASE("judge: what the torque alone does wrong is caught, and is no fault of the force") {
+  ForceRules force = kRules;
+  force.arm = &six_motors_arm();
+  force.step = 6e-3;
+  const auto finds = [&](ForceBreach breach, const auto& right, const auto& wrong, Effect effect) {
+    CAPTURE(name_of(breach));
+    const Records records = account_of_six(right, wrong);
+    const JudgedFault f = fault(effect, 100, 500);
+    CHECK(breaks(judge_force(torque_rules(), records, f), breach));
+    CHECK(judge_force(force, records, f).violations.empty());
+  };
+  const auto spike = [](double t) { return t == 400 ? 1.1 : 1; };
+  finds(ForceBreach::kChanged, full, spike, Effect::kNothing);
+  finds(ForceBreach::kBeyondWall, full, spike, Effect::kLimits);
+  finds(
+      ForceBreach::kTooStrong, full, [](double t) { return t == 400 ? 2 : 1; }, Effect::kLies);
+  finds(
+      ForceBreach::kRise, full, [](double t) { return t > 300 && t < 400 ? 0 : 1; }, Effect::kLies);
+  finds(
+      ForceBreach::kLateFade, faded, [](double t) { return t < 500 ? 1 : faded(t); },
+      Effect::kFade);
+  finds(
+      ForceBreach::kLateZero, closed, [](double t) { return t < 130 ? 1 : closed(t); },
+      Effect::kZero);
+  finds(
+      ForceBreach::kEarlyReturn, closed, [](double t) { return t > 400 ? 0.1 : closed(t); },
+      Effect::kZero);
+  finds(
+      ForceBreach::kHardStart, closed,
+      [](double t) { return t < 505 ? closed(t) : std::min(1.0, (t - 500) / 20); }, Effect::kZero);
 }
 
 }  // namespace haptic

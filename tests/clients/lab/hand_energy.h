@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "device-io/hand/plant.h"
+
+namespace haptic::test {
+
+// one stroke: reach and slide, then the intention stands still, then it lifts
+inline constexpr double kStroke = 1, kStill = 0.75 * kStroke, kHeld = 1;  // [s]
+inline constexpr size_t kTicks = 2100, kSecond = 1000;
+
+/// The seeded motion, which pauses in the middle of its first stroke, pressed in and turned.
+inline Intention pausing(const SimulatedHandConfig& config) {
+  return [own = seeded_intention(config)](double t) {
+    if (t >= kStill + kHeld) return own(t - kHeld);
+    if (t < kStill) return own(t);
+    Intent still = own(kStill);
+    still.v_B = still.w_B = {};
+    return still;
+  };
+}
+
+/// Until a tick.
+struct Account {
+  double given = 0;   // by the motors, less what the handle's friction and damping took [J]
+  double stored = 0;  // in the springs of the coupling, by the wrench that the motors hold [J]
+};
+
+inline double stored_in(const CouplingConfig& k, const Wrench& F) {
+  return norm_squared(F.f) / (2 * k.translational_stiffness) +
+         norm_squared(F.t) / (2 * k.rotational_stiffness);
+}
+
+inline double kinetic_energy(const SimulatedHandConfig& c, const HandPlant& plant) {
+  return ((c.mass + c.hand_mass) * norm_squared(plant.v_B) +
+          (c.inertia + c.hand_inertia) * norm_squared(plant.w_B)) /
+         2;
+}
+
+/// What happened in a run.
+struct Run {
+  std::vector<Account> accounts;
+  std::vector<double> kinetic;  // of handle and hand [J]
+  size_t touching = 0;          // ticks
+  double force = 0, torque = 0;
+};
+
+/// Largest kinetic energy in that eighth of the second in which the intention stands still [J].
+inline double largest_kinetic(const Run& run, size_t eighth) {
+  const auto from = run.kinetic.begin() + static_cast<ptrdiff_t>(kStill * kSecond) +
+                    static_cast<ptrdiff_t>(125 * eighth);
+  return *std::max_element(from, from + 125);
+}
+
+/// The most that a second gave the hand beyond what it had put in, before or in that second [J].
+inline double gained(const Run& run) {
+  double most = -1;
+  for (size_t k = 0; k + kSecond < kTicks; ++k) {
+    const Account &begin = run.accounts[k], &end = run.accounts[k + kSecond];
+    most = std::max(most, end.given - begin.given - begin.stored);
+  }
+  return most;
+}
+
+}  // namespace haptic::test

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Five hands hold an emulated device with six motors, through its bytes and on virtual time: the
+// board's plant is judged, by the work of its own steps and by its motion.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "clients/lab/lockstep.h"
+#include "contact/bake/session.h"
+#include "device-io/hand/impedance.h"
+#include "device-io/sixmotors/six_motors.h"
+#include "tests/clients/lab/hand_energy.h"
+#include "tests/support/data.h"
+#include "tests/support/emulated_arm.h"
+
+namespace haptic {
+namespace {
+
+using namespace test;
+
+constexpr double kDegree = 0.0174532925199433;
+
+/// A session file, and what the hand means to do there.
+struct Scene {
+  const char* file;
+  Vec3 direction_B;
+  double hover, press;  // [m]
+  double angle, turn;   // [rad]
+  Vec3 turn_axis_B;
+};
+
+const std::vector<Scene> kScenes{
+    {"six-peg", {0, 0, 1}, 0.06, 0.01, 8 * kDegree, 4 * kDegree, {}},
+    {"six-gears", {1, 0, 0}, 0.072, 0.0585, 4 * kDegree, 3 * kDegree, {0, 1, 0}},
+    {"six-rigid-peg", {0, 0, 1}, 0.06, 0.01, 8 * kDegree, 2 * kDegree, {}}};
+
+EmulatedDeviceOptions device_in(const HandImpedance& hand, const Scene& scene) {
+  EmulatedDeviceOptions options;
+  options.arm = &six_motors_arm();
+  options.hand.mass = 0.25;
+  options.hand.damping = 0.5;
+  options.hand.coulomb_friction = 0.2;
+  options.hand.inertia = 1e-4;
+  put_into_hand(hand, options.hand);
+  IntentConfig& intent = options.hand.intent;
+  intent.centre_B = {2e-5, 0, 0};
+  intent.direction_B = scene.direction_B;
+  intent.hover_radius = scene.hover;
+  intent.press_radius = scene.press;
+  intent.stroke_angle = scene.angle;
+  intent.stroke_time = kStroke;
+  intent.tremor_amplitude = 0;
+  intent.turn_angle = scene.turn;
+  intent.turn_axis_B = scene.turn_axis_B;
+  // the board is a second old when the session begins
+  options.intention = [own = pausing(options.hand)](double t) { return own(t - 1); };
+  return options;
+}
+
+/// All five by HAPTIC_TORTURE_SCALE=2, in CI the lightest that holds.
+std::vector<HandImpedance> hands() {
+  if (torture_scale() > 1) return {kHandImpedances.begin(), kHandImpedances.end()};
+  return {kHandImpedances[1]};
+}
+
+/// How far the wrench of a record's currents, at the pose that the server knew, is from what was
+/// commanded.
+Wrench missed(const EmulatorRecord& record, const Wrench& commanded_B) {
+  MotorAmperes amperes;
+  for (size_t i = 0; i < amperes.size(); ++i) amperes[i] = 1e-3 * record.currents[i];
+  const Arm& arm = six_motors_arm();
+  return arm.wrench(arm.angles(record.answered), amperes) + -commanded_B;
+}
+
+struct SixRun : Run {
+  Wrench off;  // the largest [N], [N·m]
+  size_t faults = 0;
+};
+
+SixRun play(const SessionConfig& config, const ContactShapes& shapes, const HandImpedance& hand,
+            const Scene& scene) {
+  const EmulatedDeviceOptions options = device_in(hand, scene);
+  EmulatedArm<SixMotors> device(options, config.device);
+  Lockstep lockstep(config, shapes, device);
+  SixRun run;
+  Wrench commanded_B;
+  double off = 0, off_torque = 0;
+  for (size_t k = 0; k < kTicks; ++k) {
+    REQUIRE(lockstep.step());
+    // the board has now obeyed the command of the tick before
+    const Wrench miss = missed(device.board().record(), commanded_B);
+    off = std::max(off, norm(miss.f));
+    off_torque = std::max(off_torque, norm(miss.t));
+    commanded_B = lockstep.frame().F_device_B;
+    const HandPlant& plant = device.board().plant();
+    run.accounts.push_back({plant.energy.device_work - plant.energy.device_loss,
+                            stored_in(config.coupling, commanded_B)});
+    run.kinetic.push_back(kinetic_energy(options.hand, plant));
+    run.touching += (lockstep.frame().flags & kServoContact) != 0;
+    run.faults += (lockstep.frame().flags & kServoFault) != 0;
+    run.force = std::max(run.force, norm(commanded_B.f));
+    run.torque = std::max(run.torque, norm(commanded_B.t));
+  }
+  run.off = {{off, 0, 0}, {off_torque, 0, 0}};
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("six motors: five hands feel force and torque through the bytes, and gain nothing",
+          "[lab]") {
+  const Scene scene = GENERATE(from_range(kScenes));
+  SessionConfig config = load_config(from_source(std::string("configs/") + scene.file + ".toml"));
+  config.device.max_damping = config.device.max_rotational_damping = 0;
+  config.safety.soft_start = 0;
+  const BakedSession baked = bake_session(config);
+  for (const HandImpedance& hand : hands()) {
+    CAPTURE(scene.file, hand.name);
+    const SixRun run = play(config, baked.shapes(), hand, scene);
+    CHECK(run.faults == 0);
+    // half a milliampere in each motor
+    CHECK(norm(run.off.f) < 6e-3);
+    CHECK(norm(run.off.t) < 2e-4);
+    CHECK(largest_kinetic(run, 7) <= 0.01 * largest_kinetic(run, 0) + 1e-11);
+    // a device that nobody holds stands in the middle, where a gear pushes it away
+    if (hand.stiffness == 0) continue;
+    CHECK(gained(run) <= 0);
+    CHECK(run.touching > kTicks / 10);
+    CHECK(run.force > 0.3);
+    CHECK(run.torque > 3e-3);
+  }
+}
+
+}  // namespace haptic
