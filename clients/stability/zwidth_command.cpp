@@ -144,8 +144,7 @@ void add_zwidth_command(Command& app) {
   command.flag("--with-controller", options->is_controlled,
                "with the passivity controller, else the coupling alone");
   add_axis_options(command, options->axis);
-  command.example(
-      "hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
+  command.example("hapt zwidth --config plane.toml --hand none typical --delay 0 1 -o zwidth.svg");
   command.action([options] { run_zwidth(*options); });
 }
 

@@ -349,6 +349,9 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
   const auto [words, says] = GENERATE(table<std::vector<std::string>, std::string>({
       {{"--hand", "iron"}, "light-grip"},
       {{"--hover", "2 m"}, "does not reach"},
+      {{"--six", "--hover", "2 m"}, "the arm does not reach"},
+      {{"--six", "--turn-angle", "120 deg"}, "the wrist does not reach"},
+      {{"--turn-angle", "20 deg"}, "give --six as well"},
       {{"--hover", "50"}, "needs a unit"},
       {{"--stroke-time", "0 s"}, "--stroke-time: is zero"},
   }));
