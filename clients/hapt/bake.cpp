@@ -8,6 +8,7 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/mesh_scene.h"
 #include "contact/bake/bake.h"
+#include "contact/bake/session.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
 #include "proto/config/config_shape.h"
@@ -123,6 +124,9 @@ void run_bake(const BakeOptions& options) {
             << (report.closed ? "closed" : "open")
             << (report.from_cache ? "; from the cache" : "; baked into the cache") << '\n';
   for (const std::string& line : report.lines) std::cout << "  " << one_line(line) << '\n';
+  if (const std::string doubt = size_doubt(object, report.size); !doubt.empty()) {
+    std::cout << "  warning: it " << doubt << '\n';
+  }
   if (voxel) run_voxel(shape, *voxel, show);
   if (options.explain) {
     for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';

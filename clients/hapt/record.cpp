@@ -57,7 +57,14 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
     std::cout << "  " << count.topic << ": " << count.recorded << " recorded, " << count.lost
               << " lost\n";
   }
-  std::cout << shown(path) << ": " << seconds << " s, " << (trace.size() >> 10) << " KiB\n";
+  uint64_t lost = 0;
+  for (const TopicCount& count : recorder.counts()) lost += count.lost;
+  char size[64];
+  std::snprintf(size, sizeof size, "%.1f s, %llu KiB", seconds,
+                static_cast<unsigned long long>(trace.size() >> 10));
+  std::cout << "recorded: " << size << " in " << shown(path) << ", "
+            << (lost == 0 ? "nothing lost" : std::to_string(lost) + " records LOST")
+            << "; next: hapt info " << shown(path) << '\n';
 }
 
 /// The session file as hapticd has read it. A client that may watch but not control is refused, and

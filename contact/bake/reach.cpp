@@ -98,15 +98,20 @@ std::string out_of_reach(const SessionConfig& config, const BakedSession& baked,
          " beyond what the hand reaches; " + advice(reach, object, baked.objects[i]);
 }
 
+std::string size_doubt(const ShapeConfig& object, double size) {
+  if (size >= kLeastSize && size <= kMostSize) return "";
+  const std::string doubt = unit_doubt(object, size);
+  return "is " + length_text(size) + " long; " + (doubt.empty() ? "check its unit" : doubt);
+}
+
 std::vector<std::string> scene_warnings(const SessionConfig& config, const BakedSession& baked) {
   std::vector<std::string> lines;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     const double size = baked.objects[i].report.size;
     if (std::string line = out_of_reach(config, baked, i); !line.empty()) {
       lines.push_back(std::move(line));
-    } else if (size < kLeastSize || size > kMostSize) {
-      lines.push_back("the object '" + shown(view(config.objects[i].name)) + "' is " +
-                      length_text(size) + " long; check its unit");
+    } else if (std::string doubt = size_doubt(config.objects[i], size); !doubt.empty()) {
+      lines.push_back("the object '" + shown(view(config.objects[i].name)) + "' " + doubt);
     }
   }
   return lines;

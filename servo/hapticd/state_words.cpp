@@ -31,6 +31,10 @@ constexpr std::array kServoFlagNames{std::pair{kServoContact, "contact"},
 }  // namespace
 
 std::vector<std::string> words_of_flags(uint32_t servo_flags) {
+  // while the force is closed the soft start has not begun
+  constexpr uint32_t kClosed =
+      kServoFault | kServoPaused | kServoDisarmed | kServoTooFast | kServoNoDevice | kServoClutched;
+  if ((servo_flags & kClosed) != 0) servo_flags &= ~uint32_t{kServoSoftStart};
   std::vector<std::string> words;
   for (const auto& [flag, name] : kServoFlagNames) {
     if ((servo_flags & flag) != 0) words.emplace_back(name);

@@ -108,6 +108,8 @@ const std::vector<Mistake> kInMeshes{
     {"hapt demo --mesh open.off --unit mm", 2,
      "hapt: *open.off is not closed: *; close the mesh, or add --allow-open (in a session file: *"},
     {"hapt bake tab.stl --unit mm", 2, "hapt: *tab.stl is not closed: 3 border edges, *"},
+    {"hapt bake cube.off --unit m", 0,
+     "  warning: it is 80 m long; was unit \"m\" meant as \"mm\"?", true},
     {"hapt bake cube.off --unit mm", 0,
      "cube.off: 12 triangles, 8 vertices, 80 x 80 x 80 mm, closed; *", true},
     {"hapt bake cube.off --size '80 mm' --unit m", 2,
