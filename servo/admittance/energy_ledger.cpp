@@ -12,6 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr double kForgetTime = 0.5;  // decay of a deficit [s]
+constexpr double kSlack = 20e-6;     // energy that is always allowed: 2 kg at 4 mm/s [J]
 
 /// Work of a wrench on a way.
 BodyEnergy work(const Wrench& F, const Twist& way) {
@@ -24,7 +25,7 @@ BodyEnergy operator+(const BodyEnergy& a, const BodyEnergy& b) {
 
 /// What is left of a speed whose energy is bounded.
 double share_of(double energy, double most) {
-  const double allowed = std::max(most + kPassivitySlack, 0.0);
+  const double allowed = std::max(most + kSlack, 0.0);
   return energy > allowed ? std::sqrt(allowed / energy) : 1;
 }
 

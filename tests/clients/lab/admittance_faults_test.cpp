@@ -168,11 +168,12 @@ TEST_CASE("admittance: without a force of the hand nothing moves", "[lab]") {
 
 TEST_CASE("admittance: over each second the hand gets back no more than it put in", "[lab]") {
   SessionConfig config = arm_session(Renderer::kGodObject3);
-  // stable and damped, light, and too light for the hand and the arm
-  const double mass = GENERATE(2.0, 0.6, 0.1);
+  // heavy, light, and too light for a hand that damps: 0.05 kg would be stable
+  const double mass = GENERATE(2.0, 0.6, 0.03);
+  const bool rings = mass < 0.05;
   config.device.admittance.mass = mass;
-  config.device.admittance.arm_delay = mass < 0.5 ? 2e-3 : 0;
-  config.device.hand.hand_mass = 0.5;
+  config.device.hand.hand_mass = rings ? 0 : 0.5;
+  config.device.hand.hand_damping = rings ? 100 : 5;
   config.safety.max_force = config.device.max_force = 20;
   const auto strokes = [](double t) {
     const double s = 0.09 * std::sin(3 * t);
@@ -187,7 +188,7 @@ TEST_CASE("admittance: over each second the hand gets back no more than it put i
     // what the body holds in motion is the hand's, and is given back
     const double now = mass * norm_squared(f.device.V_BH.v) / 2;
     CAPTURE(mass, k, work - begin, held, now);
-    CHECK(work - begin + held >= now - 2e-3);
+    CHECK(work - begin + held >= now - 1e-4);
     begin = work;
     held = now;
   }

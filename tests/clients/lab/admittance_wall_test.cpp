@@ -168,7 +168,7 @@ TEST_CASE("admittance: neither a point nor a sphere enters a round mesh", "[lab]
   config.proxy_radius = 2e-3;
   // a point does not mind the radius
   const double radius = renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  const Deepest found = run_into(config, {soup}, restless(3, 0.12, 0.15), 25000,
+  const Deepest found = run_into(config, {soup}, restless(3, 0.12, 0.15), 12000,
                                  [&](const Pose& X) { return depth_in_convex(mesh, X.p, radius); });
   CAPTURE(row_of(renderer).name, found.hardest, found.touching, found.depth);
   CHECK(found.depth <= kRounding);
