@@ -2,6 +2,7 @@
 // hapt record: records everything that a running session publishes.
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -39,19 +40,19 @@ struct RecordOptions {
   bool json = false, overwrite = false;
 };
 
-void print_json(const Recorder& recorder, const TraceWriter& trace, double seconds) {
+void print_json(const Recorder& recorder, uint64_t bytes, double seconds) {
   std::cout << "[";
   const char* separator = "\n";
   for (const TopicCount& count : recorder.counts()) {
     std::cout << separator << "  {\"topic\": \"" << count.topic
               << "\", \"recorded\": " << count.recorded << ", \"lost\": " << count.lost
-              << ", \"seconds\": " << seconds << ", \"file_bytes\": " << trace.size() << "}";
+              << ", \"seconds\": " << seconds << ", \"file_bytes\": " << bytes << "}";
     separator = ",\n";
   }
   std::cout << "\n]\n";
 }
 
-void print_table(const Recorder& recorder, const TraceWriter& trace, const std::string& path,
+void print_table(const Recorder& recorder, uint64_t bytes, const std::string& path,
                  double seconds) {
   for (const TopicCount& count : recorder.counts()) {
     std::cout << "  " << count.topic << ": " << count.recorded << " recorded, " << count.lost
@@ -61,7 +62,7 @@ void print_table(const Recorder& recorder, const TraceWriter& trace, const std::
   for (const TopicCount& count : recorder.counts()) lost += count.lost;
   char size[64];
   std::snprintf(size, sizeof size, "%.1f s, %llu KiB", seconds,
-                static_cast<unsigned long long>(trace.size() >> 10));
+                static_cast<unsigned long long>(bytes >> 10));
   std::cout << "recorded: " << size << " in " << shown(path) << ", "
             << (lost == 0 ? "nothing lost" : std::to_string(lost) + " records LOST")
             << "; next: hapt info " << shown(path) << '\n';
@@ -129,10 +130,13 @@ class Recording {
     } while (good_ && !is_over() && come_back());
     progress_.reset();
     good_ = recorder_.finish(trace_, now_ns());
+    // of the closed file, index and all
+    std::error_code unknown;
+    const uint64_t bytes = good_ ? std::filesystem::file_size(options_.output, unknown) : 0;
     if (options_.json) {
-      print_json(recorder_, trace_, seconds());
+      print_json(recorder_, unknown ? 0 : bytes, seconds());
     } else {
-      print_table(recorder_, trace_, options_.output, seconds());
+      print_table(recorder_, unknown ? 0 : bytes, options_.output, seconds());
     }
     if (!good_) throw MessageError(recorder_.failure());
     if (!refusal().empty()) throw HandoutError(refusal());
