@@ -11,6 +11,7 @@
 #include "tests/clients/lab/hand_energy.h"
 #include "tests/support/data.h"
 #include "tests/support/emulated_arm.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
