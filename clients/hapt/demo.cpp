@@ -257,7 +257,9 @@ std::string hand_line(const DeviceConfig& device) {
   if (row.has_node) {
     return std::string(row.name) + " at " + std::string(node_of(device)) + ", closed loop";
   }
-  return "SIMULATED hand, seed " + std::to_string(device.hand.seed) + ", closed loop";
+  const bool is_arm = device.kind == DeviceKind::kSimulatedArm;
+  return std::string("SIMULATED ") + (is_arm ? "arm that measures the hand's force" : "hand") +
+         ", seed " + std::to_string(device.hand.seed) + ", closed loop";
 }
 
 /// The table: hand and machine, the figures with their goals, and the log's name.
@@ -409,7 +411,8 @@ void add_demo_command(Command& app) {
   command
       .option("SCENE", *scene,
               "bunny: a point on a mesh; peg, gears, teeth, bunnies: bodies that push and turn; "
-              "rigid-peg, rigid-bunnies: bodies that never enter another")
+              "rigid-peg, rigid-bunnies: bodies that never enter another; admittance: an arm that "
+              "is led")
       .one_of(scene_names())
       .excludes("--config")
       .show_default("bunny");

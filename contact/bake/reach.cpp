@@ -39,7 +39,7 @@ struct Reach {
 Reach reach_of(const SessionConfig& config) {
   const DeviceConfig& device = config.device;
   const IntentConfig& intent = device.hand.intent;
-  const bool is_simulated = device.kind == DeviceKind::kSimulatedHand;
+  const bool is_simulated = row_of(device.kind).can_be_led;  // by an intention
   Reach reach;
   if (is_simulated) reach.radius = std::max(intent.hover_radius, intent.press_radius);
   const bool has_edge = !is_simulated && !row_of(device.kind).is_recorded;

@@ -44,7 +44,7 @@ double spectral_radius(const Axis& a) {
   return companion.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-/// Whether a small step of the intention, by a nanometre or a nanoradian: where the loop is linear,
+/// Whether a small step of the intention, by a tenth of a nanometre or nanoradian: where the loop is linear,
 /// dies out.
 bool dies_out(const Axis& a) {
   SessionConfig config = arm_session(Renderer::kGodObject3);
@@ -59,7 +59,7 @@ bool dies_out(const Axis& a) {
   (a.turning ? hand.hand_rotational_damping : hand.hand_damping) = a.hand_damping;
   (a.turning ? hand.hand_rotational_stiffness : hand.hand_stiffness) = a.hand_stiffness;
   const auto knocked = [&](double t) {
-    const double step = t > 0.0105 ? 1e-9 : 0;
+    const double step = t > 0.0105 ? 1e-10 : 0;
     Intent intent;
     (a.turning ? intent.q_B = from_rotation_vector({step, 0, 0}),
      Vec3{}    : intent.p_B = {step, 0, 0});
@@ -72,7 +72,7 @@ bool dies_out(const Axis& a) {
     const ServoFrame& f = run.step();
     const double speed = a.turning ? norm(f.device.V_BH.w) : norm(f.device.V_BH.v);
     // it grows, and would end at what safety and contact let through
-    if (norm(f.device.X_BH.p) > 1e-6 || norm(to_rotation_vector(f.device.X_BH.q)) > 1e-6)
+    if (norm(f.device.X_BH.p) > 1e-7 || norm(to_rotation_vector(f.device.X_BH.q)) > 1e-7)
       return false;
     if (k >= 500 && k < 1000) early = std::max(early, speed);
     if (k >= 2500) late = std::max(late, speed);
