@@ -25,7 +25,7 @@ constexpr std::array<Default, 19> kDefaults{{
     {"ServoFrame", "translational_stiffness", 0, "the coupling in force was not recorded"},
     {"ServoFrame", "rotational_stiffness", 0, "the coupling in force was not recorded"},
     {"ServoFrame", "X_command_B", 0, "no device was commanded a pose"},
-    {"DeviceState", "F_hand_B", 0, "no device measured the hand's wrench"},
+    {"ServoFrame", "device.F_hand_B", 0, "no device measured the hand's wrench"},
     // since layout 8
     {"ControlFrame", "X_WT_intent", 0, "nobody led the hand"},
     {"ControlFrame", "intent_t_ns", 0, "nobody led the hand"},
