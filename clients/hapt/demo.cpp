@@ -371,8 +371,11 @@ std::string config_inside(const std::string& trace) {
 void play_as_recorded(PlayOptions options) {
   const std::string inside = config_inside(options.replay.trace);
   if (inside.empty()) {
-    std::cerr << shown(options.replay.trace) << " has no session file inside: playing "
-              << options.config << "; --config names another\n";
+    std::error_code unknown;  // what is no file is refused in one line when it is read
+    if (std::filesystem::is_regular_file(options.replay.trace, unknown)) {
+      std::cerr << shown(options.replay.trace) << " has no session file inside: playing "
+                << options.config << "; --config names another\n";
+    }
     return play(options);
   }
   const ScratchFolder scratch;

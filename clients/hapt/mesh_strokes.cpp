@@ -50,8 +50,8 @@ double touched(const MeshShape& shape, const MeshStrokes& strokes, const Vec3& d
   return time_after(std::max(strokes.hover - surface, 0.0) / depth);
 }
 
-/// Of a cycle reach and lift take a sixth each, the slide a third, the way to the next stroke the
-/// rest (device-io/hand/intent.h).
+/// The share of a cycle in contact: reach and lift take a sixth each, the slide a third, the way to
+/// the next stroke the rest (device-io/hand/intent.h).
 double share_of(double reach, double slide) {
   return (reach + slide) / 3;
 }

@@ -118,7 +118,7 @@ std::vector<Command> commands_of(const ForceRules& rules, std::span<const Emulat
   return out;
 }
 
-/// Of spring and damper, at the deepest of the recent poses.
+/// The most that spring and damper make, at the deepest of the recent poses.
 double most_of_wall(const ForceRules& rules, const Command& c) {
   return rules.stiffness * c.deepest + rules.bend + c.damper;
 }

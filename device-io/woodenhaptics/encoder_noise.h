@@ -26,7 +26,7 @@ class EncoderNoise {
   /// With A of each encoder [counts/ns²].
   explicit EncoderNoise(const std::array<double, kMostMotors>& most_acceleration)
       : most_acceleration_(most_acceleration) {}
-  /// Of three motors that move a tip.
+  /// The noise of three motors that move a tip.
   EncoderNoise() : EncoderNoise({kTipAcceleration, kTipAcceleration, kTipAcceleration}) {}
 
   /// A new sample, taken between the question and the answer [ns].

@@ -59,7 +59,7 @@ class MotorLine {
   /// Counts of the first answer; zero if it was invented.
   const MotorCounts& home() const { return home_; }
   bool is_homed() const { return homed_; }
-  /// Of DeviceFlag: homed, lost, stale.
+  /// Those of DeviceFlag that it knows: homed, lost, stale.
   uint32_t flags() const;
 
   /// Invalid answers and answers with an error.

@@ -39,7 +39,8 @@ const std::vector<Mistake> kInSessionFiles{
     {"hapticd --check-config plane.toml --renderer godobject3", 2,
      "hapticd: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
     {"with s/simulated-hand/falcon/; hapticd --check-config bad.toml", 2,
-     "hapticd: bad.toml:7:8: 'kind' is 'falcon'; known here: simulated-hand, replay, "
+     "hapticd: bad.toml:7:8: 'kind' is 'falcon'; known here: simulated-hand, simulated-arm, "
+     "replay, "
      "woodenhaptics, six-motors "
      "(other hardware needs a driver: docs/adding.md)"},
     {"with 's:\"800 N/m\":800:'; hapticd --check-config bad.toml", 2,

@@ -44,8 +44,8 @@ double spectral_radius(const Axis& a) {
   return companion.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-/// Whether a small step of the intention, by a tenth of a nanometre or nanoradian: where the loop is linear,
-/// dies out.
+/// True if a small step of the intention dies out, a tenth of a nanometre or nanoradian: where the
+/// loop is linear.
 bool dies_out(const Axis& a) {
   SessionConfig config = arm_session(Renderer::kGodObject3);
   AdmittanceConfig& body = config.device.admittance;
