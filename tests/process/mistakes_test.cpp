@@ -40,9 +40,7 @@ const std::vector<Mistake> kInSessionFiles{
      "hapticd: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
     {"with s/simulated-hand/falcon/; hapticd --check-config bad.toml", 2,
      "hapticd: bad.toml:7:8: 'kind' is 'falcon'; known here: simulated-hand, simulated-arm, "
-     "replay, "
-     "woodenhaptics, six-motors "
-     "(other hardware needs a driver: docs/adding.md)"},
+     "replay, woodenhaptics, six-motors (other hardware needs a driver: docs/adding.md)"},
     {"with 's:\"800 N/m\":800:'; hapticd --check-config bad.toml", 2,
      "hapticd: bad.toml:14:13: 'stiffness' needs a unit; write for example \"800 N/m\"; known "
      "units: N/m, N/mm, kN/m"},
@@ -125,8 +123,8 @@ const std::vector<Mistake> kInRecordings{
     {"hapt replay hand.csv --config plane.toml", 2,
      "hapt: hand.csv: cannot be read (No such file or directory); name a recording (.mcap or "
      ".csv)"},
-    {"hapt replay none.csv", 2,
-     "none.csv has no session file inside: playing bunny.toml; --config *", true},
+    {"printf 'time,x,y,z\\n0,0,0,0\\n' >h.csv; hapt replay h.csv", 2,
+     "h.csv has no session file inside: playing bunny.toml; --config *", true},
     {"printf 'time,x,y,z\\n0,0,0,0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
      "hapt: h.csv:1: has no column 't_s'; it has time, x, y, z; rename or add the column"},
     {"printf 't_s;x_m;y_m;z_m\\n0;0;0;0\\n' >h.csv; hapt replay h.csv --config plane.toml", 2,
