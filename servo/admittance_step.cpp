@@ -31,6 +31,16 @@ bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput
   return usable;
 }
 
+/// After skipped ticks the body is at rest, as the arm was, which holds its last command. Going on
+/// at the former speed would throw the hand, whose work would then be missing from the ledger.
+void rest_after_gap(AdmittanceState& own, uint64_t tick) {
+  if (own.started && tick > own.tick + 1) {
+    own.body.V_BH = {};
+    own.ledger = {};
+  }
+  own.tick = tick;
+}
+
 /// The spring of the proxy, which is the inertia of one tick, in the scene.
 Coupling inertial_coupling(const ServoModel& model) {
   const DeviceMap& map = model.map;
@@ -157,6 +167,7 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
 ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   ServoFrame frame{};
   AdmittanceState& own = state.admittance;
+  rest_after_gap(own, input.tick);
   const bool usable = take_sample(model, own, input, frame);
   follow_control(model, state, input);
   const ContactWeight age = weigh(state, input, model.dt, frame);

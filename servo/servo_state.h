@@ -13,6 +13,7 @@ namespace haptic {
 
 /// What an admittance device needs beside.
 struct AdmittanceState {
+  uint64_t tick = 0;  // the last one
   VirtualBody body;
   Pose X_command_B;             // of the last tick
   bool started = false;         // the body has a pose

@@ -22,6 +22,7 @@ const kScenes = [
   ["teeth", ["teeth"], { nearer: 1.15 }],
   ["bunnies", ["bunnies"], { nearer: 0.85, face: true }],
   ["rigid-peg", ["rigid-peg"], { nearer: 1.1, turn: [0, 0.1] }],
+  ["admittance", ["admittance"], { nearer: 1.1, face: true }],
   ["rigid-bunnies", ["rigid-bunnies"], { nearer: 0.75, face: true }],
   ["plane", ["--config", "plane.toml"], { face: true }],
   ["penalty-artefacts", ["--config", "penalty-artefacts.toml"], { face: true }],

@@ -22,6 +22,7 @@ struct FaultyRun {
   std::vector<MeshShapeData> owned;
   std::function<void(uint64_t, DeviceState&)> spoil = [](uint64_t, DeviceState&) {};
   std::function<bool(uint64_t, ContactSet&)> answer = [](uint64_t, ContactSet&) { return true; };
+  std::function<uint64_t(uint64_t)> skipped = [](uint64_t) -> uint64_t { return 0; };  // after it
   double deepest = -1;
 
   /// The hand pushes down with 20 N from 30 mm above the block; returns the last frame.
@@ -67,6 +68,7 @@ struct FaultyRun {
         set = std::move(next);
         any = true;
       }
+      k += skipped(k);
     }
     return frame;
   }
@@ -164,6 +166,17 @@ TEST_CASE("admittance: without a force of the hand nothing moves", "[lab]") {
     REQUIRE(f.X_command_B == Pose{{0.1, 0.2, 0.3}, {}});
     REQUIRE(f.F_device_B == Wrench{});
   }
+}
+
+TEST_CASE("admittance: after skipped ticks a hand that pushes moves the body on", "[lab]") {
+  const bool skips = GENERATE(false, true);
+  CAPTURE(skips);
+  FaultyRun run;
+  // in the middle of the way, at half a metre a second
+  run.skipped = [&](uint64_t k) -> uint64_t { return skips && k == 65 ? 10 : 0; };
+  run.run(400);
+  CHECK(run.deepest > -1e-6);  // on the block
+  CHECK(run.deepest < 1e-9);
 }
 
 TEST_CASE("admittance: over each second the hand gets back no more than it put in", "[lab]") {
