@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// What a device takes and what it gives (Adams, Hannaford 1999).
+/// The direction of cause and effect at a device's port (Adams, Hannaford 1999).
 enum class Causality {
   kImpedance,   // measures the pose, is commanded a wrench
   kAdmittance,  // measures the hand's wrench, is commanded a pose

@@ -21,13 +21,11 @@ bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput
                  ServoFrame& frame) {
   bool usable = note_sample(input, frame);
   usable = usable && is_finite(tool_pose(model.map, {}, frame.device.X_BH));
-  const bool is_there =
-      (input.device.flags & kDeviceLost) == 0 && (input.device.flags & kDeviceHomed) != 0;
   if (usable && !own.started) {
     own.body = {frame.device.X_BH, {}};
     own.X_command_B = frame.device.X_BH;
   }
-  if (usable) own.started = is_there;
+  if (usable) own.started = is_usable(input.device);
   return usable;
 }
 

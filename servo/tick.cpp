@@ -18,11 +18,6 @@ bool is_sound(const DeviceState& device) {
          std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
 }
 
-/// Whether a force may follow from where the device says it is.
-bool is_usable(const DeviceState& device) {
-  return (device.flags & kDeviceLost) == 0 && (device.flags & kDeviceHomed) != 0;
-}
-
 /// Another solver of a soft body begins where nothing is felt any more, with nothing of the former:
 /// its proxy is anew at the hand.
 void follow_soft_solver(ServoState& state, const ServoInput& input) {
@@ -63,6 +58,10 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
 }
 
 }  // namespace
+
+bool is_usable(const DeviceState& device) {
+  return (device.flags & kDeviceLost) == 0 && (device.flags & kDeviceHomed) != 0;
+}
 
 bool note_sample(const ServoInput& input, ServoFrame& frame) {
   frame.tick = input.tick;

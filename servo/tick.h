@@ -8,6 +8,9 @@
 /// that of an admittance device.
 namespace haptic {
 
+/// True if a force may follow from where the device says it is: it answers and is homed.
+bool is_usable(const DeviceState& device);
+
 /// Begins a frame with what was measured. False when the sample cannot be used, because it is not
 /// finite or its orientation is no rotation; the frame then shows the device at the origin.
 bool note_sample(const ServoInput& input, ServoFrame& frame);

@@ -95,7 +95,7 @@ MeshStrokes at_place(const MeshShape& shape, const Vec3& p, const Vec3& n, doubl
   return strokes;
 }
 
-/// Whether the way to p from outside of the mesh, against the normal, is free.
+/// True if a straight line from outside of the mesh, against the normal, reaches p unhindered.
 bool is_open(const MeshShape& shape, const Vec3& p, const Vec3& n) {
   constexpr double kSame = 1e-6;  // of that way
   const double way = norm(shape.mesh.upper - shape.mesh.lower) + kClearance;

@@ -40,6 +40,13 @@ struct RecordOptions {
   bool json = false, overwrite = false;
 };
 
+/// Size of the closed file, index and all [bytes]; 0: it is not there.
+uint64_t size_on_disk(const std::string& path) {
+  std::error_code unknown;
+  const auto bytes = std::filesystem::file_size(path, unknown);
+  return unknown ? 0 : bytes;
+}
+
 void print_json(const Recorder& recorder, uint64_t bytes, double seconds) {
   std::cout << "[";
   const char* separator = "\n";
@@ -130,13 +137,11 @@ class Recording {
     } while (good_ && !is_over() && come_back());
     progress_.reset();
     good_ = recorder_.finish(trace_, now_ns());
-    // of the closed file, index and all
-    std::error_code unknown;
-    const uint64_t bytes = good_ ? std::filesystem::file_size(options_.output, unknown) : 0;
+    const uint64_t bytes = size_on_disk(options_.output);
     if (options_.json) {
-      print_json(recorder_, unknown ? 0 : bytes, seconds());
+      print_json(recorder_, bytes, seconds());
     } else {
-      print_table(recorder_, unknown ? 0 : bytes, options_.output, seconds());
+      print_table(recorder_, bytes, options_.output, seconds());
     }
     if (!good_) throw MessageError(recorder_.failure());
     if (!refusal().empty()) throw HandoutError(refusal());

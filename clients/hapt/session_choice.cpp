@@ -11,7 +11,7 @@ namespace {
 
 constexpr int64_t kRetryPeriod = 50'000'000;  // [ns]
 
-/// Whether asking again may help no more: it answers, or it is not clear which one is meant.
+/// True if waiting longer changes nothing: the session answers, or several run and none is named.
 bool is_settled(const std::string& name) {
   if (name.empty() && running_sessions().size() > 1) return true;
   try {

@@ -124,7 +124,10 @@ int64_t FaultInjector::ready_ns(FaultKind kind) const {
 
 namespace {
 
-EmulatorFault lie_of(FaultKind kind) {
+/// The order to the emulator that makes this fault.
+EmulatorFault order_of(FaultKind kind) {
+  if (kind == FaultKind::kPoseJump) return EmulatorFault::kJumpOnce;
+  if (kind == FaultKind::kTurnJump) return EmulatorFault::kTurnJumpOnce;
   if (kind == FaultKind::kDeviceFrozen) return EmulatorFault::kFrozen;
   if (kind == FaultKind::kDeviceOldFirst) return EmulatorFault::kOldFirst;
   if (kind == FaultKind::kDeviceTurnNoise) return EmulatorFault::kTurnNoise;
@@ -144,9 +147,9 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kContactStop:
       return stop_contact();
     case FaultKind::kContactNaN:
-      return close_by(to_contact(ContactFault::kNaN));
     case FaultKind::kContactInfinity:
-      return close_by(to_contact(ContactFault::kInfinity));
+      return close_by(to_contact(kind == FaultKind::kContactNaN ? ContactFault::kNaN
+                                                                : ContactFault::kInfinity));
     case FaultKind::kContactTenTimes:
     case FaultKind::kContactThousandTimes:
       return slow_contact(kind);
@@ -178,9 +181,7 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kPoseJump:
     case FaultKind::kTurnJump:
       return close_by([this, kind] {
-        const bool turns = kind == FaultKind::kTurnJump;
-        send_order(session_.emulator().pid(), static_cast<int>(turns ? EmulatorFault::kTurnJumpOnce
-                                                                     : EmulatorFault::kJumpOnce));
+        send_order(session_.emulator().pid(), static_cast<int>(order_of(kind)));
       });
     case FaultKind::kDeviceSilent:
       return silence_device();
@@ -189,7 +190,7 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
     case FaultKind::kDeviceDelayed:
     case FaultKind::kDeviceNoise:
     case FaultKind::kDeviceTurnNoise:
-      return lie(lie_of(kind));
+      return lie(order_of(kind));
     case FaultKind::kMemory:
       return stress({"--vm", "1", "--vm-bytes", "50%"});
     case FaultKind::kBusy:

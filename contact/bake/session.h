@@ -38,7 +38,7 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told = {}
 std::string out_of_reach(const SessionConfig& config, const BakedSession& baked, uint32_t object);
 /// Whether there are objects, and all of them are out of reach.
 bool nothing_in_reach(const SessionConfig& config, const BakedSession& baked);
-/// What is doubtful about the size of a mesh [m]: "is 60 m long; was unit \"m\" meant as \"mm\"?".
+/// A doubt about the size of a mesh [m], in words: "is 60 m long; was unit \"m\" meant as \"mm\"?".
 /// Empty: nothing.
 std::string size_doubt(const ShapeConfig& object, double size);
 /// Objects out of reach and of doubtful size, one line each.

@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// What the hand has put into the arm since the start [J]; negative: it got back more.
+/// Work of the hand on the arm since the start [J]; negative: the hand got back more.
 struct HandWork {
   double moving = 0;
   double turning = 0;
@@ -44,7 +44,7 @@ class SimulatedArm final : public Device {
   void lead(const std::optional<Pose>& X_BH) override;
   void stop() override;
 
-  /// From its own parts of a tick, not from what the sensor says.
+  /// The work, summed over the arm's own parts of a tick, not from what the sensor says.
   const HandWork& hand_work() const { return work_; }
   /// The intended pose now.
   const Pose& intent() const { return intent_B_; }

@@ -70,7 +70,7 @@ SimulatedHandConfig woodenhaptics_body() {
   return arm;
 }
 
-/// The same arm with a wrist at its tip, whose handle turns.
+/// Moving mass, damping and friction of the arm that carries a wrist, whose handle turns.
 SimulatedHandConfig six_motors_body() {
   SimulatedHandConfig body = woodenhaptics_body();
   body.mass = 0.25;

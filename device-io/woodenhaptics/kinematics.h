@@ -58,7 +58,7 @@ Vec3 motor_currents(const WoodenHapticsGeometry& geometry, const Vec3& joint_ang
 Vec3 force_of_torques(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles,
                       const Vec3& torques);
 
-/// The same of motor currents.
+/// The force at the tip [N] of motor currents: that of the joint torques they make.
 Vec3 tip_force(const WoodenHapticsGeometry& geometry, const Vec3& joint_angles,
                const Vec3& currents);
 

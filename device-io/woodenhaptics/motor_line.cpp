@@ -33,7 +33,7 @@ constexpr int64_t kHeldUpNs = 5 * kMs;      // after it hapticd may have release
 constexpr int64_t kExcusedNs = 30 * kMs;    // its four lines, 5 ms apart, and their answers
 constexpr int32_t kMostCounts = 1'000'000;  // thirty turns of a body: noise, no arm
 
-/// Whether the first encoder may report this before the calibration button is pressed.
+/// True if a firmware may report this of its first encoder before the button is pressed.
 bool may_be_invented(int32_t count) {
   return std::abs(count - kSineMiddle) <= kSineAmplitude;
 }

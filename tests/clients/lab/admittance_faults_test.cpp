@@ -173,8 +173,15 @@ TEST_CASE("admittance: after skipped ticks a hand that pushes moves the body on"
   CAPTURE(skips);
   FaultyRun run;
   // in the middle of the way, at half a metre a second
-  run.skipped = [&](uint64_t k) -> uint64_t { return skips && k == 65 ? 10 : 0; };
+  constexpr uint64_t kLast = 65, kGap = 10;
+  run.skipped = [&](uint64_t k) -> uint64_t { return skips && k == kLast ? kGap : 0; };
+  double after = 0;  // speed of the arm in the first tick after the gap [m/s]
+  run.spoil = [&](uint64_t k, DeviceState& device) {
+    if (k == kLast + kGap + 2) after = norm(device.V_BH.v);
+  };
   run.run(400);
+  // an arm that has stood still begins slowly
+  CHECK((after < 0.1) == skips);
   CHECK(run.deepest > -1e-6);  // on the block
   CHECK(run.deepest < 1e-9);
 }
