@@ -134,12 +134,16 @@ EmulatorFault order_of(FaultKind kind) {
   return kind == FaultKind::kDeviceDelayed ? EmulatorFault::kDelayed : EmulatorFault::kNoise;
 }
 
+/// Orders contact to answer once with NaN or infinity.
+void spoil_an_answer(TortureSession& session, FaultKind kind) {
+  const bool is_nan = kind == FaultKind::kContactNaN;
+  const ContactFault fault = is_nan ? ContactFault::kNaN : ContactFault::kInfinity;
+  send_order(session.contact().pid, static_cast<int>(fault));
+}
+
 }  // namespace
 
 FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
-  const auto to_contact = [this](ContactFault fault) {
-    return [this, fault] { send_order(session_.contact().pid, static_cast<int>(fault)); };
-  };
   switch (kind) {
     case FaultKind::kContactKill:
     case FaultKind::kContactHang:
@@ -148,8 +152,7 @@ FaultInjector::Done FaultInjector::inflict(FaultKind kind) {
       return stop_contact();
     case FaultKind::kContactNaN:
     case FaultKind::kContactInfinity:
-      return close_by(to_contact(kind == FaultKind::kContactNaN ? ContactFault::kNaN
-                                                                : ContactFault::kInfinity));
+      return close_by([this, kind] { spoil_an_answer(session_, kind); });
     case FaultKind::kContactTenTimes:
     case FaultKind::kContactThousandTimes:
       return slow_contact(kind);
