@@ -100,7 +100,7 @@ void run_eval(const EvalOptions& options) {
   const std::string file = find_session_file(options.config);
   SessionConfig config = load_config(file);
   if (!options.trace.empty()) use_trace(config, options.trace);
-  if (row_of(config.device.kind).has_node) {
+  if (row_of(config.device.kind).has_node()) {
     throw std::runtime_error(file +
                              ": a real device cannot run on a virtual clock; name a recorded hand "
                              "with --trace, or another --config");
@@ -322,7 +322,7 @@ void run_compare(const EvalOptions& options) {
   eval.lockstep = options.lockstep;
   eval.seconds = options.duration;
   if (!options.trace.empty()) use_trace(eval.config, options.trace);
-  if (row_of(eval.config.device.kind).has_node) {
+  if (row_of(eval.config.device.kind).has_node()) {
     throw std::runtime_error(file +
                              ": a real device cannot run on a virtual clock; name a "
                              "recorded hand with --trace, or another --config");

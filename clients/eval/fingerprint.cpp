@@ -76,7 +76,7 @@ std::vector<Row> eval_fingerprint(const FingerprintEval& eval) {
     for (const RendererRow& row : kRenderers) {
       progress.step();
       SessionConfig config = load_config(file);
-      if (row_of(config.device.kind).has_node) continue;  // it has no virtual time
+      if (row_of(config.device.kind).has_node()) continue;  // it has no virtual time
       const std::string both = scene + ", " + std::string(row.name);
       try {
         use_renderer(config, row.name);

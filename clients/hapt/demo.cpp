@@ -254,8 +254,8 @@ std::string hand_line(const DeviceConfig& device) {
     return "RECORDED hand " + std::string(view(device.replay.path)) +
            ", open loop: force has no effect";
   }
-  if (row.has_node) {
-    return std::string(row.name) + " at " + std::string(node_of(device)) + ", closed loop";
+  if (row.has_node()) {
+    return std::string(row.name) + " at " + std::string(view(device.serial.path)) + ", closed loop";
   }
   const bool is_arm = device.kind == DeviceKind::kSimulatedArm;
   return std::string("SIMULATED ") + (is_arm ? "arm that measures the hand's force" : "hand") +

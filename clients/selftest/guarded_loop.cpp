@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/selftest/guarded_loop.h"
+#include "device-io/plugged/find_node.h"
 
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -14,7 +15,6 @@
 
 #include "proto/config/devices.h"
 #include "proto/ipc/control.h"
-#include "proto/os/serial_port.h"
 #include "servo/loop.h"
 #include "sim/step.h"
 
@@ -34,10 +34,6 @@ std::array<FileDescriptor, 2> make_socket_pair() {
     throw std::system_error(errno, std::generic_category(), "socketpair");
   }
   return {FileDescriptor(ends[0]), FileDescriptor(ends[1])};
-}
-
-FileDescriptor open_node(const DeviceConfig& device) {
-  return has_node(device) ? open_serial_port(std::string(node_of(device))) : FileDescriptor();
 }
 
 /// The three processes of a session and hapticd's controls, each with its own segment.
@@ -183,7 +179,7 @@ void run_armed(OneThreadSession& session, const SessionConfig& config,
 }  // namespace
 
 bool has_node(const DeviceConfig& device) {
-  return row_of(device.kind).has_node;
+  return row_of(device.kind).has_node();
 }
 
 void GuardedLoopResult::count(const ServoFrame& frame, bool is_timed) noexcept {

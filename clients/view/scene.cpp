@@ -80,7 +80,7 @@ void add_device(Json& scene, const SessionConfig& config) {
   const DeviceConfig& device = config.device;
   const DeviceRow& row = row_of(device.kind);
   scene["device"] = {{"description", row.name},
-                     {"simulated", !row.has_node},
+                     {"simulated", !row.has_node()},
                      {"max_force", device.max_force},
                      {"max_torque", device.max_torque}};
   scene["limits"] = {{"max_force", config.safety.max_force},

@@ -10,7 +10,7 @@
 namespace haptic {
 
 std::unique_ptr<Device> open_six_motors(const DeviceConfig& config, FileDescriptor node) {
-  if (!node.is_open()) node = open_serial_port(std::string(node_of(config)));
+  if (!node.is_open()) node = open_serial_port(std::string(view(config.serial.path)));
   return std::make_unique<SixMotors>(config, std::move(node));
 }
 

@@ -221,7 +221,9 @@ void MotorLine::stop() {
 
 DeviceRelease MotorLine::release() const {
   const CommandText zero = encode_currents({}, Challenge::kNone, arm_.motors);
-  DeviceRelease release{.size = zero.size, .bytes = {}};
+  DeviceRelease release{};
+  release.by = static_cast<uint32_t>(ReleaseBy::kWrite);
+  release.size = zero.size;
   HAPTIC_ASSERT(zero.size <= release.bytes.size());
   std::copy_n(zero.text.begin(), zero.size, release.bytes.begin());
   return release;

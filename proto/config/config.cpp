@@ -100,7 +100,7 @@ void read_coupling(Section& root, CouplingConfig& coupling) {
 
 void read_safety(Section& root, DeviceKind device, SafetyConfig& safety) {
   // real motors need an explicit `hapt arm`
-  safety.armed_at_start = row_of(device).has_node ? 0 : 1;
+  safety.armed_at_start = row_of(device).has_node() ? 0 : 1;
   auto section = root.section("safety");
   if (!section) return;
   section->read_quantity("max_force", kForce, kPositive, safety.max_force);

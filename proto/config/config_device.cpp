@@ -120,7 +120,7 @@ void read_replay(Section& device, const fs::path& config_folder, DeviceConfig& c
 }
 
 void read_serial(Section& device, const fs::path&, DeviceConfig& config) {
-  if (row_of(config.kind).has_node) {
+  if (row_of(config.kind).node == NodeKind::kSerial) {
     device.require("serial", "[device.serial] with path = \"/dev/ttyACM0\"");
   }
   auto section = device.section("serial");
@@ -158,6 +158,7 @@ void read_device(Section& root, const fs::path& config_folder, DeviceConfig& dev
   section.read_quantity("inertia", Dimension::kInertia, kPositive, device.inertia);
   section.read_quantity("rotational_damping", Dimension::kRotationalDamping, kNotNegative,
                         device.rotational_damping);
+  read_plugged(section, device);
 #define DEVICE(id, name, open, read, ...) read(section, config_folder, device);
 #include "proto/config/devices.def"
   section.finish();

@@ -81,6 +81,51 @@ struct SerialConfig {
   double velocity_cutoff = 100;  // low-pass of the differentiated position [Hz]
 };
 
+/// Which of several devices of a kind that are plugged in; both empty: the only one.
+struct PluggedConfig {
+  Name serial{};  // serial number, as `hapt devices` prints it
+  Name port{};    // USB port, "1-2.3", for devices without a serial number
+};
+
+/// A Novint Falcon.
+struct FalconConfig {
+  Path firmware{};               // file with the firmware's image; empty: it must run already
+  double velocity_cutoff = 100;  // low-pass of the differentiated position [Hz]
+};
+
+/// An arm of three joints driven by capstans, behind a board with HID reports (WoodenHaptics and
+/// its relatives). Joint angle: sign · 2π · counts · capstan / (counts_per_turn · body) + home.
+struct HidArmConfig {
+  Vec3 links{0.080, 0.205, 0.245};     // lengths of base, upper and lower link [m]
+  Vec3 capstans{0.010, 0.010, 0.010};  // diameters [m]
+  Vec3 bodies{0.160, 0.120, 0.120};    // diameters of the driven bodies [m]
+  Vec3 signs{-1, -1, 1};               // of the joint angle by its counts: 1 or −1
+  Vec3 homes;                          // joint angles where the counts are zero [rad]
+  double counts_per_turn = 2000;       // of a motor, all four edges
+  double torque_constant = 0.0259;     // [N·m/A]
+  double max_current = 3;              // per motor [A]
+  double velocity_cutoff = 100;        // low-pass of the differentiated position [Hz]
+};
+
+/// A sprung knob whose deflection commands a velocity.
+struct RateDeviceConfig {
+  double speed = 0.2;       // of the handle at full deflection [m/s]
+  double turn_rate = 1.5;   // [rad/s]
+  double dead_band = 0.05;  // share of the full deflection that counts as none
+  double full_scale = 350;  // counts of a full deflection
+};
+
+/// A five-bar linkage in a plane, its motors `base` apart.
+struct PantographConfig {
+  double proximal = 0.05;                    // length of the driven links [m]
+  double distal = 0.07;                      // of the others [m]
+  double base = 0.02;                        // [m]
+  double counts_per_turn = 13824;            // of a driven link
+  double offset_1 = 3.14159265358979323846;  // angle of link 1 where the board starts [rad]
+  double offset_2 = 0;                       // of link 2 [rad]
+  double velocity_cutoff = 100;              // low-pass of the differentiated position [Hz]
+};
+
 struct DeviceConfig {
   DeviceKind kind{};
   uint32_t reserved = 0;
@@ -104,6 +149,11 @@ struct DeviceConfig {
   AdmittanceConfig admittance;
   ReplayConfig replay;
   SerialConfig serial;
+  PluggedConfig plugged;
+  FalconConfig falcon;
+  HidArmConfig hid_arm;
+  RateDeviceConfig rate;
+  PantographConfig pantograph;
 };
 
 }  // namespace haptic

@@ -17,13 +17,26 @@ enum class DeviceKind : uint32_t {
 #include "proto/config/devices.def"
 };
 
+/// The node of a device: hapticd opens it, keeps it, and lets go of it for a servo that is dead.
+/// Such a device begins disarmed and lives in real time.
+enum class NodeKind {
+  kNone,
+  kSerial,  // a terminal, at the path of [device.serial]
+  kHid,     // /dev/hidrawN, found by its ids
+  kUsb,     // /dev/bus/usb/BBB/DDD, found by its ids
+};
+
 struct DeviceRow {
   std::string_view name;  // in a config
   DeviceKind id;
-  bool has_node = false;  // hapticd opens it, keeps it, and lets go of it for a servo that is dead;
-                          // such a device begins disarmed and lives in real time
-  bool can_be_led = false;   // `hapt lead` says where its hand means to go
+  NodeKind node = NodeKind::kNone;
+  std::string_view usb_ids{};      // "vvvv:pppp" in hexadecimal, a blank between
+  std::string_view usb_product{};  // what the product's name must contain; empty: anything
+  bool tried = false;              // on hardware; else at an emulated device only
+  bool can_be_led = false;         // `hapt lead` says where its hand means to go
   bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
+
+  constexpr bool has_node() const { return node != NodeKind::kNone; }
 };
 
 /// All devices: config, hapticd, the servo and the lab read this; open_device reads the same lines.
@@ -35,11 +48,6 @@ inline constexpr std::array kDevices{
 
 constexpr const DeviceRow& row_of(DeviceKind kind) {
   return kDevices[static_cast<size_t>(kind)];
-}
-
-/// Path of the device's node; empty: it has none.
-inline std::string_view node_of(const DeviceConfig& device) {
-  return row_of(device.kind).has_node ? view(device.serial.path) : std::string_view{};
 }
 
 /// Replaces the configured device by a recorded hand motion, played back open loop.

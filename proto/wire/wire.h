@@ -14,7 +14,7 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
-inline constexpr uint32_t kAbiMajor = 9;      // raise it when any struct below changes
+inline constexpr uint32_t kAbiMajor = 10;     // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
@@ -217,12 +217,24 @@ inline constexpr int64_t kLeadNs = 200'000'000;
 /// Ticks after which a silent servo counts as dead or hung, and its device is released.
 inline constexpr int kReleaseAfterTicks = 10;
 
-/// The bytes that mean zero force when written to a device's node: hapticd writes them if the servo
-/// cannot. They are sent several times, a few milliseconds apart, since a packet may collide with
-/// one of the dying servo.
+/// How a device is told zero force by a process that only holds its node.
+enum class ReleaseBy : uint32_t {
+  kNone = 0,       // there is no node, or no force (simulated hand, replay, tracker)
+  kWrite = 1,      // the bytes are written to a serial node
+  kHidReport = 2,  // they are an output report, its number first, written to a hidraw node
+  kUsbBulk = 3,    // they are a bulk packet to `endpoint`, after whatever is in flight on
+                   // `interface` has been discarded
+};
+
+/// What means zero force to a device: hapticd sends it if the servo cannot, several times, a few
+/// milliseconds apart, since a packet may collide with one of the dying servo.
 struct DeviceRelease {
-  uint64_t size;  // 0: there is no node (simulated hand, replay)
-  std::array<char, 56> bytes;
+  uint64_t size;       // of the bytes
+  uint32_t by;         // ReleaseBy
+  uint32_t interface;  // of kUsbBulk
+  uint32_t endpoint;   // of kUsbBulk
+  uint32_t reserved;
+  std::array<char, 64> bytes;
 };
 
 enum class EventCode : uint32_t {
@@ -256,7 +268,7 @@ static_assert(kIsWire<Twist> && sizeof(Twist) == 48);
 static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 176);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
-static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 64);
+static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 88);
 static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1512);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);

@@ -9,9 +9,9 @@
 #include <memory>
 #include <stdexcept>
 
-#include "proto/config/devices.h"
+#include "device-io/plugged/find_node.h"
+#include "device-io/plugged/send_release.h"
 #include "proto/os/realtime.h"
-#include "proto/os/serial_port.h"
 
 namespace haptic {
 namespace {
@@ -37,10 +37,11 @@ bool ReleaseSchedule::is_due(bool helpless, int64_t t_ns) {
 }
 
 DeviceGuard::DeviceGuard(const SessionConfig& config, Attachments& attachments)
-    : path_(node_of(config.device)),
+    : device_(config.device),
+      path_(find_node(device_)),
       period_ns_(period_ns(config.servo_rate)),
       realtime_(config.realtime != 0),
-      node_(open_serial_port(path_)),
+      node_(open_node(row_of(device_.kind).node, path_)),
       offered_(attachments.ring<&ServoChannels::releases>(Start::kOldest)) {}
 
 DeviceGuard::~DeviceGuard() {
@@ -79,7 +80,9 @@ DeviceGuard::Change DeviceGuard::look(int64_t t_ns) {
   if (t_ns < try_again_ns_) return Change::kNone;
   try_again_ns_ = t_ns + kTryAgainNs;
   try {
-    node_ = open_serial_port(path_);
+    // a USB device comes back as another node
+    path_ = find_node(device_);
+    node_ = open_node(row_of(device_.kind).node, path_);
   } catch (const std::runtime_error&) {
     return Change::kNone;  // not back yet
   }
@@ -107,14 +110,6 @@ bool DeviceGuard::is_helpless(const Watched& watched, int64_t t_ns) noexcept {
   return t_ns - header->heartbeat_ns.load() > kReleaseAfterTicks * period_ns_;
 }
 
-/// Whether the bytes were written. On a full queue or a missing node the next attempt or the
-/// firmware's own watchdog takes over.
-bool DeviceGuard::release(const Watched& watched) noexcept {
-  const size_t size = std::min<size_t>(release_.size, release_.bytes.size());
-  if (size == 0 || !watched.node.is_open()) return false;
-  return write(watched.node.get(), release_.bytes.data(), size) > 0;
-}
-
 void DeviceGuard::run() {
   // without locked memory: pages used every 2 ms stay resident, and a process with tens of
   // megabytes locked takes tens of milliseconds to die before its children notice
@@ -130,7 +125,7 @@ void DeviceGuard::run() {
     ppoll(&ended, 1, &wait, nullptr);
     if (adopt(watched)) {
       // the previous servo is dead, perhaps since the last check
-      release(*watched);
+      send_release(watched->node.get(), release_);
       schedule = {};
     }
     offered_.latest(release_);
@@ -139,7 +134,8 @@ void DeviceGuard::run() {
     looked_ns = t_ns;
     if (held_up) continue;
     helpless = is_helpless(*watched, t_ns);
-    if (schedule.is_due(helpless, t_ns) && release(*watched)) releases_.fetch_add(1);
+    if (schedule.is_due(helpless, t_ns) && send_release(watched->node.get(), release_))
+      releases_.fetch_add(1);
   }
 }
 

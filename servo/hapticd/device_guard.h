@@ -68,8 +68,8 @@ class DeviceGuard {
   void hand_over();
   bool adopt(std::unique_ptr<Watched>& watched);
   bool is_helpless(const Watched& watched, int64_t t_ns) noexcept;
-  bool release(const Watched& watched) noexcept;
 
+  DeviceConfig device_;
   std::string path_;
   int64_t period_ns_;
   bool realtime_;

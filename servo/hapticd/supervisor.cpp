@@ -77,7 +77,7 @@ Supervisor::Supervisor(const SessionConfig& config, std::string config_text,
       contact_events_(attachments_.ring<&ContactChannels::events>(Start::kOldest)),
       servo_events_(attachments_.ring<&ServoChannels::events>(Start::kOldest)),
       servo_frames_(attachments_.ring<&ServoChannels::frames>(Start::kNewest)) {
-  if (row_of(config.device.kind).has_node) guard_.emplace(config, attachments_);
+  if (row_of(config.device.kind).has_node()) guard_.emplace(config, attachments_);
   for (const Process& process : processes_) {
     const std::string path = folder_ + "/" + process.program;
     if (access(path.c_str(), X_OK) != 0) throw std::runtime_error(cannot_start(path, errno));

@@ -72,7 +72,9 @@ struct Bench {
     assign(config.device.serial.path, link);
     guard = std::make_unique<DeviceGuard>(config, *attachments);
     attachments->start();
-    DeviceRelease release{.size = kZero.size(), .bytes = {}};
+    DeviceRelease release{};
+    release.by = static_cast<uint32_t>(ReleaseBy::kWrite);
+    release.size = kZero.size();
     kZero.copy(release.bytes.data(), kZero.size());
     segment.channels().releases.publish(release);
     segment.beat(0, now_ns());
