@@ -191,6 +191,7 @@ TEST_CASE("device guard: a node that is not there is one line with what to do", 
   const HandoutServer server("guarded");
   Attachments attachments(connect_session("guarded"));
   SessionConfig config{};
+  config.device.kind = DeviceKind::kWoodenHaptics;
   assign(config.device.serial.path, folder.path() + "/nothing");
   CHECK_THROWS_WITH(DeviceGuard(config, attachments), Catch::Contains("plug the device in"));
 }
