@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Plugs an emulated device into a virtual machine: haptic-usb-device KIND SOCKET [options]. QEMU
+// connects to the socket by `-chardev socket,path=SOCKET -device usb-redir`. It says what the device
+// has seen, as one line of key=value, when QEMU hangs up.
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "proto/ipc/process.h"
+#include "proto/os/file_descriptor.h"
+#include "tests/usb/devices.h"
+#include "tests/usb/redirected_device.h"
+
+namespace haptic::test {
+namespace {
+
+constexpr int64_t kSecondNs = 1'000'000'000;
+
+struct Options {
+  std::string kind, socket;
+  double unplug_after = 0, away = 3;  // [s], from the guest's configuration; 0: never
+};
+
+FileDescriptor accept_at(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    throw std::runtime_error(path + ": is too long for a socket; use a shorter folder");
+  }
+  std::strcpy(address.sun_path, path.c_str());
+  unlink(path.c_str());
+  const FileDescriptor listener(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (bind(listener.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+      listen(listener.get(), 1) != 0) {
+    throw std::runtime_error(path + ": cannot be listened at: " + std::strerror(errno) +
+                             "; use a folder that you may write to");
+  }
+  return FileDescriptor(accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+}
+
+/// Waits for bytes of QEMU, or for the device's next turn.
+void wait_for(const RedirectedDevice& redirected) {
+  constexpr int64_t kTurnNs = 200'000;  // a fifth of a packet's time on a full-speed bus
+  constexpr int64_t kIdleNs = 20'000'000;
+  pollfd ready{redirected.socket(), POLLIN, 0};
+  const timespec wait{0, redirected.has_waiting() ? kTurnNs : kIdleNs};
+  ppoll(&ready, 1, &wait, nullptr);
+}
+
+void serve(const Options& options) {
+  const std::unique_ptr<CountedDevice> device = make_device(options.kind);
+  RedirectedDevice redirected(device->usb(), accept_at(options.socket));
+  int64_t configured_ns = 0, away_ns = 0;
+  while (redirected.step(now_ns())) {
+    const int64_t t_ns = now_ns();
+    if (configured_ns == 0 && redirected.is_configured()) configured_ns = t_ns;
+    const bool due = options.unplug_after > 0 && configured_ns != 0 && away_ns == 0 &&
+                     static_cast<double>(t_ns - configured_ns) > kSecondNs * options.unplug_after;
+    if (due) {
+      redirected.unplug();
+      away_ns = t_ns;
+    }
+    const bool is_back = away_ns > 0 && !redirected.is_plugged() &&
+                         static_cast<double>(t_ns - away_ns) > kSecondNs * options.away;
+    if (is_back) redirected.plug();
+    wait_for(redirected);
+  }
+  std::printf("%s %s\n", options.kind.c_str(), device->account().c_str());
+}
+
+}  // namespace
+}  // namespace haptic::test
+
+int main(int argc, char** argv) {
+  haptic::test::Options options;
+  CLI::App app("An emulated USB device, plugged into a virtual machine of QEMU.");
+  app.add_option("kind", options.kind, "as in a config: falcon, woodenhaptics-hid, spacemouse")
+      ->required();
+  app.add_option("socket", options.socket, "QEMU's end of USB redirection")->required();
+  app.add_option("--unplug-after", options.unplug_after, "seconds; 0: never");
+  app.add_option("--away", options.away, "seconds until it is plugged in again");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    haptic::test::serve(options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic-usb-device: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
