@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Plugs an emulated device into a virtual machine: haptic-usb-device KIND SOCKET [options]. QEMU
-// connects to the socket by `-chardev socket,path=SOCKET -device usb-redir`. It says what the device
-// has seen, as one line of key=value, when QEMU hangs up.
+// connects to the socket by `-chardev socket,path=SOCKET -device usb-redir`. It says what the
+// device has seen, as one line of key=value, when QEMU hangs up.
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
