@@ -108,7 +108,7 @@ bool is_running(const FtdiPort& port) {
   set_normal_mode(port);
   const FalconBytes zero = encode_falcon({});
   FalconReader reader;
-  FalconAnswer answer;
+  MotorSample answer;
   for (int n = 0; n < kQuestions; ++n) {
     port.send(zero);
     for (const uint8_t byte : collect(port, kFalconPacket, kAnswerNs)) {

@@ -6,7 +6,6 @@
 namespace haptic {
 namespace {
 
-constexpr uint8_t kAllLegs = 7;
 constexpr int kTrials = 4;  // unmet challenges that show a firmware without manners
 // two misses are stale, for one may be a late answer to the question before; four met challenges
 // make up for a miss
@@ -21,7 +20,7 @@ bool FalconExchange::may_ask(int64_t t_ns) const noexcept {
 
 /// The spacing varies, so that no constant delay fits it; in doubt it is short.
 bool FalconExchange::is_challenge_due() noexcept {
-  if (homed_ != kAllLegs || manners_ == Manners::kIgnores) return false;
+  if (legs_ != kFalconLegs || manners_ == Manners::kIgnores) return false;
   if (--until_next_ > 0) return false;
   random_ = 1'664'525 * random_ + 1'013'904'223;  // Knuth's constants
   const bool trusts = doubt_ == 0 && manners_ == Manners::kObeys;
@@ -43,9 +42,10 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   if (!waits_) first_asked_ns_ = t_ns;
   asked_ns_ = t_ns;
   waits_ = true;
-  FalconCommand command = mailbox_.command_at(t_ns);
+  // before the servo's first command the answers are to say whether it is homed
+  MotorCommand command = mailbox_.command_at(t_ns).value_or(MotorCommand{{}, kFalconHoming});
   challenges_ = is_challenge_due();
-  command.homing &= !challenges_;
+  if (challenges_) command.flags = static_cast<uint8_t>(command.flags & ~kFalconHoming);
   return encode_falcon(command);
 }
 
@@ -61,7 +61,7 @@ void FalconExchange::judge_challenge(bool met) noexcept {
   if (doubt_ == 0) stale_ = false;
 }
 
-void FalconExchange::take(FalconAnswer answer, int64_t t_ns) noexcept {
+void FalconExchange::take(MotorSample answer, int64_t t_ns) noexcept {
   if (!waits_) {
     ++surplus_;
     distrusts_ = true;
@@ -72,18 +72,21 @@ void FalconExchange::take(FalconAnswer answer, int64_t t_ns) noexcept {
   ++answered_;
   answered_ns_ = t_ns;
   if (challenges_) {
-    judge_challenge(answer.homed == 0);
-    answer.homed = homed_;
+    judge_challenge((answer.flags & kFalconLegs) == 0);
+    answer.flags = static_cast<uint8_t>((answer.flags & ~kFalconLegs) | legs_);
   }
-  homed_ = answer.homed;
+  legs_ = answer.flags & kFalconLegs;
   mailbox_.set_stale(stale_);
-  mailbox_.put(answer, first_asked_ns_, t_ns);
+  answer.number = number_++;
+  answer.asked_ns = first_asked_ns_;
+  answer.heard_ns = t_ns;
+  mailbox_.put(answer);
 }
 
 void FalconExchange::hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept {
   if (packet.size() <= kModemStatus) return;
   heard_ns_ = t_ns;
-  FalconAnswer answer;
+  MotorSample answer;
   for (const uint8_t byte : packet.subspan(kModemStatus)) {
     if (reader_.push(byte, answer)) take(answer, t_ns);
   }

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "device-io/falcon/mailbox.h"
 #include "device-io/falcon/packet.h"
+#include "device-io/sensing/motor_mailbox.h"
 
 namespace haptic {
 
@@ -28,7 +28,7 @@ inline constexpr size_t kFtdiPacket = 64;
 /// homed device.
 class FalconExchange {
  public:
-  explicit FalconExchange(FalconMailbox& mailbox) : mailbox_(mailbox) {}
+  explicit FalconExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
 
   /// Whether a question is due: the last one is answered, or given up after kAskAgainNs.
   bool may_ask(int64_t t_ns) const noexcept;
@@ -52,11 +52,11 @@ class FalconExchange {
  private:
   enum class Manners { kUnknown, kObeys, kIgnores };
 
-  void take(FalconAnswer answer, int64_t t_ns) noexcept;
+  void take(MotorSample answer, int64_t t_ns) noexcept;
   void judge_challenge(bool met) noexcept;
   bool is_challenge_due() noexcept;
 
-  FalconMailbox& mailbox_;
+  MotorMailbox& mailbox_;
   FalconReader reader_;
   uint64_t asked_ = 0, answered_ = 0, surplus_ = 0;
   int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0;
@@ -65,12 +65,13 @@ class FalconExchange {
   // challenges
   Manners manners_ = Manners::kUnknown;
   bool challenges_ = false;  // the last question is one
-  uint8_t homed_ = 0;        // by the last other answer
+  uint8_t legs_ = 0;         // homed, by the last other answer
   int tried_ = 0;            // before its manners are known
   int doubt_ = 0;            // rises by a miss, falls by one with each challenge that is met
   bool stale_ = false;
   int until_next_ = 0;  // questions
   uint32_t random_ = 1;
+  uint8_t number_ = 0;  // of samples
 };
 
 }  // namespace haptic

@@ -13,14 +13,13 @@ namespace haptic {
 namespace {
 
 constexpr int64_t kSilenceNs = 20'000'000;  // without an answer the device is lost
-constexpr uint8_t kAllLegs = 7;
-constexpr uint8_t kReadyLight = 0x02;  // green in the firmware that libnifalcon describes
+constexpr uint8_t kReadyLight = 0x02;       // green in the firmware that libnifalcon describes
 // 100 m/s² at the handle, where a count is at least 21 µm [counts/ns²]
 constexpr double kMostAcceleration = 100 / 21e-6 * 1e-18;
 
 }  // namespace
 
-Falcon::Falcon(const DeviceConfig& config, std::unique_ptr<FalconMailbox> mailbox,
+Falcon::Falcon(const DeviceConfig& config, std::unique_ptr<MotorMailbox> mailbox,
                std::unique_ptr<FalconLink> link)
     : max_force_(std::min(config.max_force, kMaxForce)),
       velocity_cutoff_(config.falcon.velocity_cutoff),
@@ -37,27 +36,27 @@ DeviceCaps Falcon::caps() const {
 }
 
 std::string Falcon::description() const {
-  const std::optional<FalconSample> sample = mailbox_->newest();
-  const bool homed = sample && sample->answer.homed == kAllLegs;
+  const std::optional<MotorSample> sample = mailbox_->newest();
+  const bool homed = sample && (sample->flags & kFalconLegs) == kFalconLegs;
   return std::string("Novint Falcon, 3 axes, ") +
          (homed ? "homed" : "NOT HOMED: pull its grip fully out, push it fully in");
 }
 
 /// The counts, unwrapped; false: the same sample as before.
-bool Falcon::take(const FalconSample& sample) {
+bool Falcon::take(const MotorSample& sample) {
   if (sampled_ && sample.number == number_) return false;
   number_ = sample.number;
   heard_ns_ = sample.heard_ns;
-  answer_ = sample.answer;
-  for (size_t i = 0; i < answer_.counts.size(); ++i) {
+  flags_ = sample.flags;
+  for (size_t i = 0; i < sample.counts.size(); ++i) {
     // the shorter way round: no leg turns by half of the 16 bits within a tick
-    const auto step = static_cast<int16_t>(answer_.counts[i] - counts_[i]);
-    counts_[i] = sampled_ && reachable_ ? counts_[i] + step : answer_.counts[i];
+    const auto step = static_cast<int16_t>(sample.counts[i] - counts_[i]);
+    counts_[i] = sampled_ && reachable_ ? counts_[i] + step : sample.counts[i];
   }
   return true;
 }
 
-void Falcon::move_to(const FalconSample& sample) {
+void Falcon::move_to(const MotorSample& sample) {
   const Pose before_B = last_.X_BH;
   const double dt = 1e-9 * static_cast<double>(sample.asked_ns - last_.t_ns);
   const bool follows = sampled_ && reachable_ && dt > 0;
@@ -82,7 +81,7 @@ uint32_t Falcon::flags(bool fresh, int64_t t_ns) const {
   uint32_t flags = fresh ? kDeviceFresh : kDeviceHeld;
   if (mailbox_->is_gone() || !sampled_ || t_ns - heard_ns_ > kSilenceNs) flags |= kDeviceLost;
   // where no place of the handle fits the counts, they are not those of a homed device
-  if (answer_.homed == kAllLegs && reachable_) flags |= kDeviceHomed;
+  if ((flags_ & kFalconLegs) == kFalconLegs && reachable_) flags |= kDeviceHomed;
   if (mailbox_->is_stale()) flags |= kDeviceStale;
   if (noise_.is_noisy()) flags |= kDeviceNoisy;
   if (saturated_) flags |= kDeviceSaturated;
@@ -91,20 +90,19 @@ uint32_t Falcon::flags(bool fresh, int64_t t_ns) const {
 
 bool Falcon::read(const TickTime& tick, DeviceState& state) {
   now_ns_ = tick.now_ns;
-  const std::optional<FalconSample> sample = mailbox_->newest();
+  const std::optional<MotorSample> sample = mailbox_->newest();
   const bool fresh = sample && take(*sample);
   if (fresh) move_to(*sample);
-  last_.buttons = answer_.buttons;
+  last_.buttons = flags_ & kFalconButtons;
   last_.flags = flags(fresh, tick.now_ns);
   state = last_;
   return fresh;
 }
 
 void Falcon::write(const Wrench& F_B) {
-  FalconCommand command;
-  command.homing = true;
+  MotorCommand command;
   const bool ready = (last_.flags & (kDeviceLost | kDeviceHomed)) == kDeviceHomed;
-  command.lights = ready ? kReadyLight : 0;
+  command.flags = ready ? kFalconHoming | kReadyLight : kFalconHoming;
   Vec3 force_B = F_B.f;
   saturated_ = !is_finite(force_B);
   if (saturated_ || !ready) force_B = {};
@@ -125,7 +123,7 @@ void Falcon::stop() {
 }
 
 DeviceRelease Falcon::release() const {
-  const FalconBytes zero = encode_falcon({.homing = true});
+  const FalconBytes zero = encode_falcon({{}, kFalconHoming});
   DeviceRelease release{};
   release.by = static_cast<uint32_t>(ReleaseBy::kUsbBulk);
   release.interface = kFalconInterface;
@@ -136,7 +134,7 @@ DeviceRelease Falcon::release() const {
 }
 
 std::unique_ptr<Device> open_falcon(const DeviceConfig& config, FileDescriptor node) {
-  auto mailbox = std::make_unique<FalconMailbox>();
+  auto mailbox = std::make_unique<MotorMailbox>();
   auto link = std::make_unique<FalconLink>(config, std::move(node), *mailbox);
   return std::make_unique<Falcon>(config, std::move(mailbox), std::move(link));
 }

@@ -6,8 +6,8 @@
 
 #include "device-io/device.h"
 #include "device-io/falcon/kinematics.h"
-#include "device-io/falcon/mailbox.h"
 #include "device-io/sensing/encoder_noise.h"
+#include "device-io/sensing/motor_mailbox.h"
 
 namespace haptic {
 
@@ -26,7 +26,7 @@ class FalconLink;
 class Falcon final : public Device {
  public:
   /// `link` serves the mailbox; none: somebody else does (tests in virtual time).
-  Falcon(const DeviceConfig& config, std::unique_ptr<FalconMailbox> mailbox,
+  Falcon(const DeviceConfig& config, std::unique_ptr<MotorMailbox> mailbox,
          std::unique_ptr<FalconLink> link);
   ~Falcon() override;
 
@@ -41,19 +41,19 @@ class Falcon final : public Device {
   static constexpr double kMaxForce = 8;
 
  private:
-  bool take(const FalconSample& sample);
-  void move_to(const FalconSample& sample);
+  bool take(const MotorSample& sample);
+  void move_to(const MotorSample& sample);
   uint32_t flags(bool fresh, int64_t t_ns) const;
 
   double max_force_, velocity_cutoff_;
-  std::unique_ptr<FalconMailbox> mailbox_;
+  std::unique_ptr<MotorMailbox> mailbox_;
   std::unique_ptr<FalconLink> link_;
   FalconGeometry geometry_;
   FalconPose pose_;
   EncoderNoise noise_;
   MotorCounts counts_{};
   DeviceState last_{};
-  FalconAnswer answer_{};
+  uint8_t flags_ = 0;  // of the newest sample
   uint8_t number_ = 0;
   int64_t heard_ns_ = 0;  // the newest sample
   int64_t now_ns_ = 0;

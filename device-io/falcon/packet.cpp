@@ -10,8 +10,7 @@ namespace {
 constexpr uint8_t kBegin = '<', kEnd = '>', kZero = 'A';
 constexpr size_t kNumbers = 3, kLetters = 4;        // of a number
 constexpr size_t kFlags = 1 + kNumbers * kLetters;  // place of the flags
-constexpr uint8_t kHoming = 1, kButtons = 15, kLegs = 7;
-constexpr uint8_t kMostFlags = 0x7f;  // buttons and legs
+constexpr uint8_t kMostFlags = 0x7f;                // buttons and legs
 
 bool is_letter(uint8_t byte) {
   return byte >= kZero && byte < kZero + 16;
@@ -33,7 +32,7 @@ bool is_valid(const FalconBytes& bytes) {
 
 }  // namespace
 
-FalconBytes encode_falcon(const FalconCommand& command) noexcept {
+FalconBytes encode_falcon(const MotorCommand& command) noexcept {
   FalconBytes bytes;
   bytes.fill(kZero);
   bytes.front() = kBegin;
@@ -44,8 +43,7 @@ FalconBytes encode_falcon(const FalconCommand& command) noexcept {
       bytes[1 + kLetters * i + k] = static_cast<uint8_t>(kZero + (number >> (4 * k) & 15));
     }
   }
-  bytes[kFlags] =
-      static_cast<uint8_t>(kZero + (command.homing ? kHoming : 0) + (command.lights & 0x0e));
+  bytes[kFlags] = static_cast<uint8_t>(kZero + (command.flags & (kFalconHoming | kFalconLights)));
   return bytes;
 }
 
@@ -75,7 +73,7 @@ void FalconReader::begin_again() noexcept {
   size_ = static_cast<size_t>(std::copy(next, end, bytes_.begin()) - bytes_.begin());
 }
 
-bool FalconReader::push(uint8_t byte, FalconAnswer& answer) noexcept {
+bool FalconReader::push(uint8_t byte, MotorSample& sample) noexcept {
   if (size_ == 0 && byte != kBegin) return false;
   bytes_[size_++] = byte;
   if (size_ < kFalconPacket) return false;
@@ -84,10 +82,8 @@ bool FalconReader::push(uint8_t byte, FalconAnswer& answer) noexcept {
     return false;
   }
   size_ = 0;
-  for (size_t i = 0; i < kNumbers; ++i) answer.counts[i] = number_at(bytes_, i);
-  const auto flags = static_cast<uint8_t>(bytes_[kFlags] - kZero);
-  answer.buttons = flags & kButtons;
-  answer.homed = (flags >> 4) & kLegs;
+  for (size_t i = 0; i < kNumbers; ++i) sample.counts[i] = number_at(bytes_, i);
+  sample.flags = static_cast<uint8_t>(bytes_[kFlags] - kZero);
   return true;
 }
 

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "device-io/sensing/motor_mailbox.h"
+
 namespace haptic {
 
 /// The Falcon's packets, 16 bytes each way (libnifalcon's description of the firmware): '<', three
@@ -13,24 +15,20 @@ namespace haptic {
 inline constexpr size_t kFalconPacket = 16;
 using FalconBytes = std::array<uint8_t, kFalconPacket>;
 
-/// What the host says.
-struct FalconCommand {
-  std::array<int16_t, 3> motors{};  // words of the motors: −10000 · torque [N·m], at most ±4095
-  bool homing = false;              // the answer's homed bits are valid
-  uint8_t lights = 0;               // bits 1 to 3; colours differ between descriptions
-};
+/// Flags of a MotorCommand: homing is on, and the answer's legs are valid; the lights are bits 1 to
+/// 3, whose colours differ between descriptions. Its motors are words of −10000 · torque [N·m], at
+/// most ±4095.
+inline constexpr uint8_t kFalconHoming = 1, kFalconLights = 0x0e;
+
+/// Flags of a MotorSample: bit 0 plus, 1 forward, 2 centre, 3 minus button; a bit for each leg that
+/// is homed, from kFalconLegsAt on.
+inline constexpr uint8_t kFalconButtons = 0x0f, kFalconLegs = 0x70;
+inline constexpr int kFalconLegsAt = 4;
 
 inline constexpr int16_t kMostFalconWord = 4095;
 inline constexpr double kFalconWordPerTorque = -10000;  // [1/(N·m)]
 
-/// What the device answers.
-struct FalconAnswer {
-  std::array<int16_t, 3> counts{};  // of the encoders; they wrap
-  uint8_t buttons = 0;              // bit 0 plus, 1 forward, 2 centre, 3 minus
-  uint8_t homed = 0;                // a bit per leg; valid only while homing is on
-};
-
-FalconBytes encode_falcon(const FalconCommand& command) noexcept;
+FalconBytes encode_falcon(const MotorCommand& command) noexcept;
 
 /// Words for these torques of the joints [N·m]. Where one exceeds kMostFalconWord all are scaled by
 /// one factor, so that the force keeps its direction; `saturated` says so. Zero if one is not
@@ -41,8 +39,9 @@ std::array<int16_t, 3> falcon_words(const std::array<double, 3>& torques, bool& 
 /// dropped up to the next '<'.
 class FalconReader {
  public:
-  /// Takes one byte; true if it has completed a packet.
-  bool push(uint8_t byte, FalconAnswer& answer) noexcept;
+  /// Takes one byte; true if it has completed a packet, whose counts and flags are then in
+  /// `sample`.
+  bool push(uint8_t byte, MotorSample& sample) noexcept;
 
   void clear() noexcept { size_ = 0; }
   uint64_t rejected() const noexcept { return rejected_; }

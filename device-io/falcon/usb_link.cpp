@@ -41,7 +41,7 @@ void FalconLink::Close::operator()(libusb_transfer* transfer) const {
   libusb_free_transfer(transfer);
 }
 
-FalconLink::FalconLink(const DeviceConfig& config, FileDescriptor node, FalconMailbox& mailbox)
+FalconLink::FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMailbox& mailbox)
     : mailbox_(mailbox), exchange_(mailbox), node_(std::move(node)), servo_(pthread_self()) {
   image_name_ = view(config.falcon.firmware);
   if (!image_name_.empty()) image_ = read_firmware(image_name_);
@@ -123,7 +123,7 @@ void FalconLink::ask_when_due() {
 
 /// Takes on the servo's scheduling once it has one.
 void FalconLink::follow_servo() {
-  if (follows_ || !mailbox_.is_served()) return;
+  if (follows_ || !mailbox_.command_at(now_ns())) return;
   follows_ = true;
   int policy = SCHED_OTHER;
   sched_param parameters{};

@@ -12,7 +12,7 @@
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
-#include "device-io/falcon/mailbox.h"
+#include "device-io/sensing/motor_mailbox.h"
 #include "proto/config/device_config.h"
 #include "proto/os/file_descriptor.h"
 
@@ -38,7 +38,7 @@ class FalconLink {
  public:
   /// Takes the open node, or finds and opens it. Blocks for up to some seconds, for the firmware.
   /// Throws DeviceError or InputError in one line.
-  FalconLink(const DeviceConfig& config, FileDescriptor node, FalconMailbox& mailbox);
+  FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMailbox& mailbox);
   ~FalconLink();
   FalconLink(const FalconLink&) = delete;
   FalconLink& operator=(const FalconLink&) = delete;
@@ -65,7 +65,7 @@ class FalconLink {
   void cancel();
   void follow_servo();
 
-  FalconMailbox& mailbox_;
+  MotorMailbox& mailbox_;
   FalconExchange exchange_;
   FileDescriptor node_;  // outlives the handle
   std::vector<uint8_t> image_;

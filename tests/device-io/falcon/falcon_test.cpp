@@ -263,17 +263,17 @@ TEST_CASE("falcon: cut power is a device that is lost, then not homed", "[device
 
 TEST_CASE("falcon: counts that wrap are followed, and those of no place are not homed",
           "[device-io]") {
-  FalconMailbox* mailbox = nullptr;
-  auto box = std::make_unique<FalconMailbox>();
+  MotorMailbox* mailbox = nullptr;
+  auto box = std::make_unique<MotorMailbox>();
   mailbox = box.get();
   Falcon driver({}, std::move(box), nullptr);
   DeviceState state;
-  mailbox->put({{30'000, 30'000, 30'000}, 0, 7}, kMs, kMs);
+  mailbox->put({{30'000, 30'000, 30'000}, 0x70, 0, kMs, kMs});
   driver.read({kMs, kMs}, state);
   CHECK((state.flags & kDeviceHomed) == 0);
   driver.write({{0, 0, 5}, {}});
-  CHECK(mailbox->command_at(kMs).motors == std::array<int16_t, 3>{});
-  mailbox->put({{-200, -200, -200}, 4, 7}, 2 * kMs, 2 * kMs);
+  CHECK(mailbox->command_at(kMs)->motors == std::array<int16_t, 3>{});
+  mailbox->put({{-200, -200, -200}, 0x74, 1, 2 * kMs, 2 * kMs});
   CHECK(driver.read({2 * kMs, 2 * kMs}, state));
   CHECK((state.flags & kDeviceHomed) != 0);
   CHECK(state.buttons == 4);
@@ -291,7 +291,7 @@ TEST_CASE("falcon: a wrench that is not finite is no force", "[device-io]") {
 
 TEST_CASE("falcon: its zero is a bulk packet without force", "[device-io]") {
   FalconBench bench({});
-  auto box = std::make_unique<FalconMailbox>();
+  auto box = std::make_unique<MotorMailbox>();
   const DeviceRelease release = Falcon({}, std::move(box), nullptr).release();
   CHECK(release.by == static_cast<uint32_t>(ReleaseBy::kUsbBulk));
   CHECK(release.endpoint == 2);

@@ -18,9 +18,9 @@ std::string text_of(const FalconBytes& bytes) {
 }
 
 /// Answers found in a stream.
-std::vector<FalconAnswer> read_all(FalconReader& reader, const std::string& stream) {
-  std::vector<FalconAnswer> all;
-  FalconAnswer answer;
+std::vector<MotorSample> read_all(FalconReader& reader, const std::string& stream) {
+  std::vector<MotorSample> all;
+  MotorSample answer;
   for (const char c : stream) {
     if (reader.push(static_cast<uint8_t>(c), answer)) all.push_back(answer);
   }
@@ -39,9 +39,9 @@ TEST_CASE("falcon packets: as libnifalcon has them", "[device-io]") {
   REQUIRE(answers.size() == 1);
   CHECK(answers[0].counts == std::array<int16_t, 3>{-1447, 0, 1});
   // −1447 is 0xFA59
-  CHECK(text_of(encode_falcon({.motors = {-1447, 0x0123, 0}})) == "<JFKPDCBAAAAAAA>");
+  CHECK(text_of(encode_falcon({{-1447, 0x0123, 0}, 0})) == "<JFKPDCBAAAAAAA>");
   // NOVINT_TEST_FW_HOMING_MODE is 1, the lights are bits 1 to 3
-  CHECK(text_of(encode_falcon({.homing = true, .lights = 0x02})) == "<AAAAAAAAAAAADA>");
+  CHECK(text_of(encode_falcon({.motors = {}, .flags = 0x03})) == "<AAAAAAAAAAAADA>");
 }
 
 TEST_CASE("falcon packets: buttons and homed legs", "[device-io]") {
@@ -50,13 +50,12 @@ TEST_CASE("falcon packets: buttons and homed legs", "[device-io]") {
   const auto with = [&](int flags) { return all + static_cast<char>(0x41 + flags) + "A>"; };
   auto answers = read_all(reader, with(0x4 | 0x50));
   REQUIRE(answers.size() == 1);
-  CHECK(answers[0].buttons == 4);
-  CHECK(answers[0].homed == 5);
+  CHECK((answers[0].flags & kFalconButtons) == 4);
+  CHECK((answers[0].flags & kFalconLegs) >> kFalconLegsAt == 5);
   // all legs and all buttons: a byte beyond the printable ones
   answers = read_all(reader, with(0x7f));
   REQUIRE(answers.size() == 1);
-  CHECK(answers[0].buttons == 15);
-  CHECK(answers[0].homed == 7);
+  CHECK(answers[0].flags == (kFalconButtons | kFalconLegs));
 }
 
 TEST_CASE("falcon packets: torques are clipped by one factor, never wrapped", "[device-io]") {
@@ -93,13 +92,13 @@ TEST_CASE("falcon packets: what was sent is received, among lost and spoiled byt
   size_t heard = 0, wrong = 0;
   const size_t n = test::sweep(20'000);
   for (size_t k = 0; k < n; ++k) {
-    FalconCommand sent;
+    MotorCommand sent;
     for (int16_t& motor : sent.motors) motor = static_cast<int16_t>(random());
     FalconBytes bytes = encode_falcon(sent);
     const auto fate = random() % 8;
     const auto at = random() % bytes.size();
     if (fate == 0) bytes[at] = static_cast<uint8_t>(random());
-    FalconAnswer answer;
+    MotorSample answer;
     for (size_t i = 0; i < bytes.size(); ++i) {
       if (fate == 1 && i == at) continue;
       if (!reader.push(bytes[i], answer)) continue;
@@ -116,14 +115,13 @@ TEST_CASE("falcon packets: what was sent is received, among lost and spoiled byt
 TEST_CASE("falcon packets: random bytes do no harm", "[device-io]") {
   std::mt19937 random(21);
   FalconReader reader;
-  FalconAnswer answer;
+  MotorSample answer;
   const std::string likely = "<>ABCDEFGHIJKLMNOP";
   for (size_t k = 0; k < test::sweep(300'000); ++k) {
     const auto r = random();
     const uint8_t byte = (r & 256u) != 0 ? static_cast<uint8_t>(r)
                                          : static_cast<uint8_t>(likely[(r >> 9) % likely.size()]);
     if (!reader.push(byte, answer)) continue;
-    CHECK(answer.buttons <= 15);
-    CHECK(answer.homed <= 7);
+    CHECK(answer.flags <= 0x7f);
   }
 }

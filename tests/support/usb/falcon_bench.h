@@ -44,7 +44,7 @@ class FalconBench final : public Device {
       : emulated_(options) {
     t_ns_ = kStartNs;
     bring_up(port_of(emulated_, t_ns_), UsbBytes(8000, 0x5a), "image");
-    auto mailbox = std::make_unique<FalconMailbox>();
+    auto mailbox = std::make_unique<MotorMailbox>();
     mailbox_ = mailbox.get();
     exchange_ = std::make_unique<FalconExchange>(*mailbox_);
     driver_ = std::make_unique<Falcon>(config, std::move(mailbox), nullptr);
@@ -66,7 +66,7 @@ class FalconBench final : public Device {
 
   EmulatedFalcon& emulated() { return emulated_; }
   const FalconExchange& exchange() const { return *exchange_; }
-  FalconMailbox& mailbox() { return *mailbox_; }
+  MotorMailbox& mailbox() { return *mailbox_; }
   int64_t t_ns() const { return t_ns_; }
 
   static constexpr int64_t kTurnNs = 125'000;
@@ -82,7 +82,7 @@ class FalconBench final : public Device {
   }
 
   EmulatedFalcon emulated_;
-  FalconMailbox* mailbox_ = nullptr;
+  MotorMailbox* mailbox_ = nullptr;
   std::unique_ptr<FalconExchange> exchange_;
   std::unique_ptr<Falcon> driver_;
   int64_t t_ns_ = 0;
