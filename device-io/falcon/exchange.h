@@ -6,7 +6,7 @@
 #include <span>
 
 #include "device-io/falcon/packet.h"
-#include "device-io/sensing/motor_mailbox.h"
+#include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
 

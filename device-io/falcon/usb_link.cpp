@@ -2,7 +2,6 @@
 #include "device-io/falcon/usb_link.h"
 
 #include <libusb-1.0/libusb.h>
-#include <sched.h>
 #include <time.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "device-io/plugged/find_node.h"
+#include "device-io/threemotors/follow_scheduling.h"
 #include "proto/ipc/process.h"
 #include "proto/os/realtime.h"
 
@@ -125,12 +125,7 @@ void FalconLink::ask_when_due() {
 void FalconLink::follow_servo() {
   if (follows_ || !mailbox_.command_at(now_ns())) return;
   follows_ = true;
-  int policy = SCHED_OTHER;
-  sched_param parameters{};
-  if (pthread_getschedparam(servo_, &policy, &parameters) != 0) return;
-  if ((policy & ~SCHED_RESET_ON_FORK) != SCHED_FIFO) return;
-  // without the right it stays as it is: the servo has reported that already
-  enter_realtime({.fifo_priority = parameters.sched_priority + 1, .lock_memory = false});
+  follow_scheduling_of(servo_);
 }
 
 /// Until a transfer fails, the firmware is silent, or this ends.

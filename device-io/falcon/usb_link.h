@@ -12,7 +12,7 @@
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
-#include "device-io/sensing/motor_mailbox.h"
+#include "device-io/threemotors/motor_mailbox.h"
 #include "proto/config/device_config.h"
 #include "proto/os/file_descriptor.h"
 

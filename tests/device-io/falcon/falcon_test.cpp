@@ -209,7 +209,7 @@ TEST_CASE("falcon: lying device: a flipped encoder drives nothing beyond the lim
     most = std::max(most, norm(w.bench.emulated().force_B()));
   }
   CHECK(std::isfinite(norm(w.state.X_BH.p)));
-  CHECK(most <= Falcon::kMaxForce * 1.01);
+  CHECK(most <= kFalconMaxForce * 1.01);
 }
 
 TEST_CASE("falcon: silent, it is lost within 20 ms and gets zero when it answers again",
@@ -263,10 +263,8 @@ TEST_CASE("falcon: cut power is a device that is lost, then not homed", "[device
 
 TEST_CASE("falcon: counts that wrap are followed, and those of no place are not homed",
           "[device-io]") {
-  MotorMailbox* mailbox = nullptr;
-  auto box = std::make_unique<MotorMailbox>();
-  mailbox = box.get();
-  Falcon driver({}, std::move(box), nullptr);
+  const auto mailbox = std::make_shared<MotorMailbox>();
+  ThreeMotorDevice driver(falcon_arm({}), {}, mailbox);
   DeviceState state;
   mailbox->put({{30'000, 30'000, 30'000}, 0x70, 0, kMs, kMs});
   driver.read({kMs, kMs}, state);
@@ -290,9 +288,7 @@ TEST_CASE("falcon: a wrench that is not finite is no force", "[device-io]") {
 }
 
 TEST_CASE("falcon: its zero is a bulk packet without force", "[device-io]") {
-  FalconBench bench({});
-  auto box = std::make_unique<MotorMailbox>();
-  const DeviceRelease release = Falcon({}, std::move(box), nullptr).release();
+  const DeviceRelease release = falcon_arm({}).release;
   CHECK(release.by == static_cast<uint32_t>(ReleaseBy::kUsbBulk));
   CHECK(release.endpoint == 2);
   CHECK(std::string(release.bytes.data(), release.size) == "<AAAAAAAAAAAABA>");

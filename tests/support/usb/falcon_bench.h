@@ -44,10 +44,8 @@ class FalconBench final : public Device {
       : emulated_(options) {
     t_ns_ = kStartNs;
     bring_up(port_of(emulated_, t_ns_), UsbBytes(8000, 0x5a), "image");
-    auto mailbox = std::make_unique<MotorMailbox>();
-    mailbox_ = mailbox.get();
     exchange_ = std::make_unique<FalconExchange>(*mailbox_);
-    driver_ = std::make_unique<Falcon>(config, std::move(mailbox), nullptr);
+    driver_ = std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), config, mailbox_);
   }
 
   DeviceCaps caps() const override { return driver_->caps(); }
@@ -82,9 +80,9 @@ class FalconBench final : public Device {
   }
 
   EmulatedFalcon emulated_;
-  MotorMailbox* mailbox_ = nullptr;
+  std::shared_ptr<MotorMailbox> mailbox_ = std::make_shared<MotorMailbox>();
   std::unique_ptr<FalconExchange> exchange_;
-  std::unique_ptr<Falcon> driver_;
+  std::unique_ptr<ThreeMotorDevice> driver_;
   int64_t t_ns_ = 0;
 };
 
