@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The whole driver of the Falcon, libusb included, at an emulated node of the kernel (umockdev).
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "device-io/device.h"
+#include "device-io/plugged/find_node.h"
+#include "device-io/plugged/send_release.h"
+#include "proto/ipc/process.h"
+#include "proto/os/realtime.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/usb/emulated_falcon.h"
+#include "tests/support/usb/umock_usb.h"
+
+using namespace haptic;
+using namespace haptic::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+
+/// True below umockdev-wrapper; says so where not.
+bool is_below_umockdev() {
+  const char* preloaded = std::getenv("LD_PRELOAD");
+  if (preloaded != nullptr && std::strstr(preloaded, "umockdev") != nullptr) return true;
+  WARN("SKIPPED: this test runs below umockdev-wrapper; ctest does so");
+  return false;
+}
+
+EmulatedFalconOptions pressing() {
+  EmulatedFalconOptions options;
+  options.hand.mass = 0.25;
+  options.hand.damping = 1;
+  options.hand.hand_mass = 0.5;
+  options.hand.hand_damping = 5;
+  options.hand.hand_stiffness = 300;
+  options.hand.intent.centre_B = {0, 0, -0.02};
+  options.hand.intent.hover_radius = options.hand.intent.press_radius = 0;
+  options.hand.intent.stroke_angle = 0;
+  options.has_firmware = true;
+  return options;
+}
+
+struct Unref {
+  void operator()(UMockdevTestbed* testbed) const { g_object_unref(testbed); }
+};
+
+struct Desk {
+  explicit Desk(const EmulatedFalconOptions& options)
+      : falcon(options), testbed(umockdev_testbed_new()), usb(testbed.get(), falcon, 2) {
+    config.kind = DeviceKind::kFalcon;
+    config.max_force = 8;
+  }
+  void open() { device = open_device(config, open_node(config)); }
+
+  /// Ticks at 1 kHz on a wall at z = 0 until a condition holds; the number of ticks, −1: never.
+  template <typename Until>
+  int tick_until(int most, Until until) {
+    for (int i = 0; i < most; ++i) {
+      sleep_until(next_ns += kMs);
+      next_ns = std::max(next_ns, now_ns() - kMs);
+      const int64_t t_ns = now_ns();
+      device->read({t_ns, t_ns}, state);
+      if (until()) return i + 1;
+      const bool open = (state.flags & (kDeviceLost | kDeviceHomed)) == kDeviceHomed;
+      device->write({{0, 0, open ? -500 * std::min(0.0, state.X_BH.p.z) : 0}, {}});
+    }
+    return -1;
+  }
+  bool has(uint32_t flags, uint32_t mask) const { return (state.flags & mask) == flags; }
+
+  std::array<int, 3> motors() {
+    const std::lock_guard guard(usb.lock());
+    return falcon.motors();
+  }
+  bool pushes() {
+    const auto words = motors();
+    return words[0] != 0 || words[1] != 0 || words[2] != 0;
+  }
+
+  EmulatedFalcon falcon;
+  std::unique_ptr<UMockdevTestbed, Unref> testbed;
+  UmockUsb usb;
+  DeviceConfig config;
+  std::unique_ptr<Device> device;
+  DeviceState state{};
+  int64_t next_ns = now_ns();
+};
+
+std::string image_file(const TemporaryFolder& folder) {
+  std::string path = folder.path() + "/image.bin";
+  std::ofstream(path, std::ios::binary) << std::string(7914, 'f');
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("falcon over usbfs: found, driven, and let go of", "[device-io]") {
+  if (!is_below_umockdev()) return;
+  Desk desk(pressing());
+  const auto plugged = list_plugged();
+  REQUIRE(plugged.size() == 1);
+  CHECK(plugged[0].serial == "EMU0001");
+  CHECK(plugged[0].port == "1-2");
+  desk.open();
+  REQUIRE(desk.tick_until(2000,
+                          [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) > 0);
+  CHECK_THAT(desk.device->description(), Contains("homed"));
+  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
+  desk.device->stop();
+  desk.tick_until(50, [&] { return false; });
+  desk.device->stop();
+  usleep(20'000);
+  CHECK_FALSE(desk.pushes());
+}
+
+TEST_CASE("falcon over usbfs: an image is sent, again after an echo that differs", "[device-io]") {
+  if (!is_below_umockdev()) return;
+  const TemporaryFolder folder;
+  EmulatedFalconOptions options = pressing();
+  options.has_firmware = false;
+  options.wrong_echoes = GENERATE(0, 1);
+  Desk desk(options);
+  CHECK_THROWS_WITH(desk.open(), Contains("no firmware"));
+  assign(desk.config.falcon.firmware, image_file(folder));
+  desk.open();
+  CHECK(desk.tick_until(2000, [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) >
+        0);
+}
+
+TEST_CASE("falcon over usbfs: unplugged in flight it is lost, and back at another node it is ready",
+          "[device-io]") {
+  if (!is_below_umockdev()) return;
+  Desk desk(pressing());
+  desk.open();
+  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
+  desk.usb.unplug();
+  const int64_t unplugged_ns = now_ns();
+  REQUIRE(desk.tick_until(2000, [&] { return desk.has(kDeviceLost, kDeviceLost); }) > 0);
+  INFO("found after " << (now_ns() - unplugged_ns) / kMs << " ms");
+  CHECK_THROWS_WITH(open_node(desk.config), Contains("no falcon is plugged in"));
+  desk.device.reset();
+  desk.usb.plug(3);
+  desk.open();
+  CHECK(desk.tick_until(3000, [&] { return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost); }) >
+        0);
+}
+
+TEST_CASE("falcon over usbfs: half packets, lost bytes and a stale queue end in sense or in zero",
+          "[device-io]") {
+  if (!is_below_umockdev()) return;
+  Desk desk(pressing());
+  desk.open();
+  REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
+  const auto fault = GENERATE(FalconFault::kHalves, FalconFault::kLoses, FalconFault::kOldFirst);
+  {
+    const std::lock_guard guard(desk.usb.lock());
+    desk.falcon.lie(fault);
+  }
+  const int stale = desk.tick_until(300, [&] { return desk.has(kDeviceStale, kDeviceStale); });
+  if (fault == FalconFault::kOldFirst) CHECK(stale > 0);
+  CHECK(std::isfinite(desk.state.X_BH.p.z));
+  {
+    const std::lock_guard guard(desk.usb.lock());
+    desk.falcon.lie(FalconFault::kHealthy);
+  }
+  CHECK(desk.tick_until(3000, [&] {
+    return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost | kDeviceStale);
+  }) > 0);
+}
+
+// umockdev does not know duplicates, so that hapticd's descriptor is another one of the same node;
+// that the claim survives the servo is tested in a virtual machine (tests/usb)
+TEST_CASE(
+    "falcon over usbfs: of a servo that is stopped or dead, hapticd cancels what is in flight",
+    "[device-io]") {
+  if (!is_below_umockdev()) return;
+  const int how = GENERATE(SIGSTOP, SIGKILL);
+  Desk desk(pressing());
+  const FileDescriptor kept = open_node(desk.config);
+  DeviceRelease release{};
+  int pipe_ends[2];
+  REQUIRE(pipe(pipe_ends) == 0);
+  const pid_t servo = fork();
+  if (servo == 0) {
+    desk.open();
+    release = desk.device->release();
+    if (write(pipe_ends[1], &release, sizeof release) != sizeof release) _exit(1);
+    desk.tick_until(100'000, [] { return false; });
+    _exit(0);
+  }
+  REQUIRE(read(pipe_ends[0], &release, sizeof release) == sizeof release);
+  const int64_t until_ns = now_ns() + 5000 * kMs;
+  while (!desk.pushes() && now_ns() < until_ns) usleep(1000);
+  REQUIRE(desk.pushes());
+  kill(servo, how);
+  usleep(5000);
+  CHECK(send_release(kept.get(), release));
+  CHECK_FALSE(desk.pushes());
+  const UsbfsAccount account = desk.usb.account();
+  CHECK(account.releases == 1);
+  CHECK(account.bulks == 1);
+  CHECK(account.in_flight_then == 0);
+  kill(servo, SIGKILL);
+  waitpid(servo, nullptr, 0);
+  close(pipe_ends[0]);
+  close(pipe_ends[1]);
+}
