@@ -19,7 +19,9 @@ struct BedDevice {
 /// umockdev-wrapper.
 class PluggedBed {
  public:
-  PluggedBed() : bed_(umockdev_testbed_new()) {}
+  PluggedBed() : bed_(umockdev_testbed_new()) {
+    if (umockdev_in_mock_environment() == 0) throw std::runtime_error("run umockdev-wrapper");
+  }
   ~PluggedBed() { g_object_unref(bed_); }
   PluggedBed(const PluggedBed&) = delete;
 
@@ -47,7 +49,7 @@ class PluggedBed {
   std::string plug_hid(const BedDevice& device, const std::string& number,
                        const std::string& node) {
     plug_usb(device, number);
-    const std::string hid = interface(device) + "/0003:0000:0000.0001";
+    const std::string hid = interface(device) + "/0003:0000:0000." + number;
     add("P: " + hid + "\nE: SUBSYSTEM=hid\n");
     add("P: " + hid + "/hidraw/" + node + "\nN: " + node +
         "\nE: SUBSYSTEM=hidraw\nE: DEVNAME=/dev/" + node + "\n");
