@@ -18,6 +18,7 @@ set(share ${CMAKE_INSTALL_DATADIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${share}/hapticd ${hapticd})
 configure_file(hapticd@.service.in hapticd@.service @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/hapticd@.service DESTINATION lib/systemd/system ${hapticd})
+install(FILES 70-hapticd.rules DESTINATION lib/udev/rules.d ${hapticd})
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   DESTINATION ${share}/doc/hapticd-doc COMPONENT hapticd-doc)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${share}/doc/hapticd-doc COMPONENT hapticd-doc)

@@ -55,6 +55,8 @@ void add_commands(Command& app) {
   add_of_lab(kZwidthCommand);
   add_of_lab(kPassivityCommand);
   add_of_lab(kBodeCommand);
+  add_devices_command(app);
+  add_doctor_command(app);
   add_bake_command(app);
   add_of_lab(kBenchCommand);
   add_of_lab(kSelftestCommand);

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <libudev.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -54,6 +55,12 @@ udev_device* usb_device_of(udev_device* device, NodeKind kind) {
   return type != nullptr && std::strcmp(type, "usb_device") == 0 ? device : nullptr;
 }
 
+/// The first of a node's other names, which udev makes of what the device says of itself.
+std::string link_of(udev_device* device) {
+  const char* name = udev_list_entry_get_name(udev_device_get_devlinks_list_entry(device));
+  return name != nullptr ? name : "";
+}
+
 void list(udev* context, const Subsystem& subsystem, std::vector<PluggedNode>& nodes) {
   const Held<udev_enumerate> all(udev_enumerate_new(context));
   if (!all || udev_enumerate_add_match_subsystem(all.get(), subsystem.name) < 0 ||
@@ -70,7 +77,8 @@ void list(udev* context, const Subsystem& subsystem, std::vector<PluggedNode>& n
     if (path == nullptr || usb == nullptr) continue;
     nodes.push_back({subsystem.kind, path, id_of(usb, "idVendor"), id_of(usb, "idProduct"),
                      attribute(usb, "serial"), udev_device_get_sysname(usb),
-                     attribute(usb, "manufacturer"), attribute(usb, "product")});
+                     attribute(usb, "manufacturer"), attribute(usb, "product"),
+                     link_of(device.get())});
   }
 }
 
@@ -109,6 +117,10 @@ FileDescriptor open_plain(const std::string& path) {
 }  // namespace
 
 std::vector<PluggedNode> list_plugged() {
+  // without it udev lists nothing, and says nothing
+  if (access("/sys/bus", F_OK) != 0) {
+    throw std::runtime_error("there is no /sys/bus here, so no device is found; mount /sys");
+  }
   const Held<udev> context(udev_new());
   if (!context) throw std::runtime_error("udev does not answer; is /sys mounted?");
   std::vector<PluggedNode> nodes;
@@ -124,7 +136,10 @@ bool is_of(const DeviceRow& row, const PluggedNode& node) {
 }
 
 std::string find_node(const DeviceConfig& device) {
-  const DeviceRow& row = row_of(device.kind);
+  return find_node(row_of(device.kind), device);
+}
+
+std::string find_node(const DeviceRow& row, const DeviceConfig& device) {
   if (row.node == NodeKind::kNone) return {};
   if (row.node == NodeKind::kSerial) return std::string(view(device.serial.path));
   std::vector<PluggedNode> found;

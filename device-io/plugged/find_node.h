@@ -19,6 +19,7 @@ struct PluggedNode {
   std::string serial;              // serial number; empty: it has none
   std::string port;                // "1-2.3"
   std::string manufacturer, name;  // of the product
+  std::string link{};              // "/dev/serial/by-id/…": stays when it is plugged in again
 };
 
 /// All serial, hidraw and USB nodes of USB devices, in the order of their paths. One device may
@@ -32,6 +33,8 @@ bool is_of(const DeviceRow& row, const PluggedNode& node);
 /// that its row and [device.usb] describe; empty: it has none. Throws InputError in one line if
 /// none or several are plugged in.
 std::string find_node(const DeviceConfig& device);
+/// By the row that is given.
+std::string find_node(const DeviceRow& row, const DeviceConfig& device);
 
 /// Opens a node so that it can be driven, or be let go of. Throws InputError in one line: what,
 /// why, how to mend it.

@@ -16,7 +16,8 @@ set(CPACK_DEBIAN_PACKAGE_SOURCE hapticd)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS hapticd-doc)
-set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA ${here}/prerm ${here}/postrm)
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA
+  ${here}/postinst ${here}/prerm ${here}/postrm)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_HAPTICD_DESCRIPTION "haptics server: renders the touch of virtual objects at 1 kHz
 Reads a force-feedback device a thousand times a second and answers with the

@@ -202,6 +202,7 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
   }
   homing_ = ((packet[13] - 'A') & 1) != 0;
   force_B_ = force_of(plant_.p_B, motors_);
+  if (std::any_of(motors_.begin(), motors_.end(), [](int w) { return w != 0; })) ++pushing_;
   if (packets_++ > 0) longest_gap_ns_ = std::max(longest_gap_ns_, t_ns - last_packet_ns_);
   last_packet_ns_ = t_ns;
   answer();
@@ -209,6 +210,7 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
 
 void EmulatedFalcon::answer() {
   if (fault_ == FalconFault::kSilent) return;
+  ++answers_;
   std::array<int, 3> said = counts_;
   if (fault_ == FalconFault::kNoise) said[1] += static_cast<int>(random_() % 61) - 30;
   if (fault_ == FalconFault::kFlipped) said[1] = 2 * mirror_[1] - said[1];

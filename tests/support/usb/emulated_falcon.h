@@ -59,6 +59,9 @@ class EmulatedFalcon final : public EmulatedUsb {
   const std::array<int, 3>& counts() const { return counts_; }
   uint64_t packets() const { return packets_; }
   uint64_t rejected() const { return rejected_; }
+  uint64_t answers() const { return answers_; }
+  /// Packets that commanded a force.
+  uint64_t pushing_packets() const { return pushing_; }
   size_t image_size() const { return image_.size(); }
   int64_t last_packet_ns() const { return last_packet_ns_; }
   /// Longest time between two packets, since the firmware runs [ns].
@@ -91,7 +94,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   std::array<int, 3> motors_{}, counts_{}, mirror_{};
   UsbBytes whole_;             // the last honest answer
   std::deque<UsbBytes> said_;  // the last answers, sent or not
-  uint64_t packets_ = 0, rejected_ = 0;
+  uint64_t packets_ = 0, rejected_ = 0, answers_ = 0, pushing_ = 0;
   int64_t last_packet_ns_ = 0, longest_gap_ns_ = 0;
   // the arm and the hand
   HandPlant plant_;

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/desk/device_list.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <ostream>
+
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+constexpr const char* kIndent = "                  ";
+
+bool has_ids(const DeviceRow& row, const PluggedNode& node) {
+  DeviceRow of_any_name = row;
+  of_any_name.usb_product = {};
+  return is_of(of_any_name, node);
+}
+
+bool is_any_serial(const DeviceRow& row, const PluggedNode& node) {
+  return node.kind == NodeKind::kSerial && row.node == NodeKind::kSerial && row.usb_ids.empty();
+}
+
+const char* state_of(const DeviceRow& row) {
+  if (!row.has_node()) return "no hardware needed";
+  return row.tried ? "tried on hardware" : "emulated only, not yet tried on hardware";
+}
+
+const char* word_of(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::kSerial:
+      return "serial";
+    case NodeKind::kHid:
+      return "HID";
+    case NodeKind::kUsb:
+      return "USB";
+    case NodeKind::kNone:
+      break;
+  }
+  return "none";
+}
+
+/// Whether one of the plugged devices is, or may be, that row's.
+bool is_among(const DeviceRow& row, const std::vector<ListedDevice>& plugged) {
+  return std::ranges::any_of(plugged, [&](const ListedDevice& device) {
+    return !device.other_product &&
+           std::ranges::any_of(device.rows, [&](const DeviceRow& one) { return one.id == row.id; });
+  });
+}
+
+std::string padded(std::string text, size_t width) {
+  const size_t length = count_characters(text);
+  return length < width ? text.append(width - length, ' ') : text + " ";
+}
+
+/// A text in the quotes of TOML; texts of a device may hold anything.
+std::string toml(const std::string& text) {
+  return json_string(text);
+}
+
+std::string names_of(const std::vector<DeviceRow>& rows) {
+  std::string text;
+  for (const DeviceRow& row : rows) text += (text.empty() ? "" : ", ") + std::string(row.name);
+  return text;
+}
+
+std::string identity(const PluggedNode& node) {
+  std::string text = usb_ids_of(node);
+  if (!node.manufacturer.empty()) text += " " + shown(node.manufacturer);
+  if (!node.name.empty()) text += " \"" + shown(node.name) + "\"";
+  text += node.serial.empty() ? ", no serial number" : ", serial number " + shown(node.serial);
+  return text + ", port " + shown(node.port) + ", " + shown(node.path);
+}
+
+void print_one(const ListedDevice& device, std::ostream& out) {
+  const bool known = device.rows.size() == 1 && !device.other_product;
+  const std::string name = known                  ? std::string(device.rows.front().name)
+                           : device.other_product ? "another product"
+                                                  : "serial port";
+  out << "  " << padded(name, 16) << identity(device.node) << '\n';
+  if (device.other_product) {
+    const DeviceRow& row = device.rows.front();
+    out << kIndent << "has the ids of " << row.name << ", whose product's name holds \""
+        << row.usb_product << "\": not driven\n";
+    return;
+  }
+  if (known) {
+    out << kIndent << state_of(device.rows.front()) << '\n';
+  } else {
+    out << kIndent << "may be any of: " << names_of(device.rows) << " (the config says which)\n";
+  }
+  const Obstacle obstacle = obstacle_of(device.node, device.access);
+  out << kIndent << (obstacle.blocks ? "cannot be opened" : "can be opened");
+  if (!obstacle.problem.empty()) out << ": " << obstacle.problem << "; " << obstacle.mend;
+  out << '\n';
+  bool first = true;
+  for (const std::string& line : config_lines(device.rows.front(), device.node)) {
+    out << kIndent << (first ? "config:  " : "         ") << one_line(line) << '\n';
+    first = false;
+  }
+}
+
+class Fields {
+ public:
+  explicit Fields(std::ostream& out) : out_(out) { out_ << "{"; }
+  ~Fields() { out_ << "}"; }
+  Fields(const Fields&) = delete;
+
+  void text(const char* key, const std::string& value) { raw(key, json_string(value)); }
+  void flag(const char* key, bool value) { raw(key, value ? "true" : "false"); }
+  void raw(const char* key, const std::string& value) {
+    out_ << (first_ ? "" : ", ") << '"' << key << "\": " << value;
+    first_ = false;
+  }
+
+ private:
+  std::ostream& out_;
+  bool first_ = true;
+};
+
+std::string array_of(const std::vector<std::string>& texts) {
+  std::string array;
+  for (const std::string& text : texts) array += (array.empty() ? "" : ", ") + json_string(text);
+  return "[" + array + "]";
+}
+
+void print_json(const ListedDevice& device, std::ostream& out) {
+  std::vector<std::string> kinds;
+  if (!device.other_product) {
+    for (const DeviceRow& row : device.rows) kinds.emplace_back(row.name);
+  }
+  const PluggedNode& node = device.node;
+  const Obstacle obstacle = obstacle_of(node, device.access);
+  const bool known = kinds.size() == 1;
+  Fields fields(out);
+  fields.flag("plugged", true);
+  fields.raw("kinds", array_of(kinds));
+  fields.flag("tried", known && device.rows.front().tried);
+  fields.text("node", word_of(node.kind));
+  fields.text("path", node.path);
+  fields.text("ids", usb_ids_of(node));
+  fields.text("manufacturer", node.manufacturer);
+  fields.text("product", node.name);
+  fields.text("serial", node.serial);
+  fields.text("port", node.port);
+  fields.flag("opens", !obstacle.blocks);
+  fields.text("problem", obstacle.problem);
+  fields.text("mend", obstacle.mend);
+  const bool is_chosen = !device.other_product;
+  fields.raw("config", array_of(is_chosen ? config_lines(device.rows.front(), node)
+                                          : std::vector<std::string>{}));
+}
+
+void print_json(const DeviceRow& row, std::ostream& out) {
+  Fields fields(out);
+  fields.flag("plugged", false);
+  fields.raw("kinds", array_of({std::string(row.name)}));
+  fields.flag("tried", row.tried);
+  fields.text("node", word_of(row.node));
+  fields.text("ids", std::string(row.usb_ids));
+}
+
+}  // namespace
+
+std::string usb_ids_of(const PluggedNode& node) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%04x:%04x", unsigned{node.vendor}, unsigned{node.product});
+  return text;
+}
+
+std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,
+                                    const std::vector<PluggedNode>& nodes) {
+  std::vector<ListedDevice> devices;
+  for (const PluggedNode& node : nodes) {
+    ListedDevice device{.node = node};
+    const auto add_where = [&](auto&& holds) {
+      std::ranges::copy_if(rows, std::back_inserter(device.rows), holds);
+    };
+    add_where([&](const DeviceRow& row) { return is_of(row, node); });
+    if (device.rows.empty()) {
+      add_where([&](const DeviceRow& row) { return has_ids(row, node); });
+      device.other_product = !device.rows.empty();
+    }
+    if (device.rows.empty()) {
+      add_where([&](const DeviceRow& row) { return is_any_serial(row, node); });
+    }
+    if (!device.rows.empty()) devices.push_back(std::move(device));
+  }
+  return devices;
+}
+
+std::vector<std::string> config_lines(const DeviceRow& row, const PluggedNode& node) {
+  std::vector<std::string> lines{"[device]", "kind = \"" + std::string(row.name) + "\""};
+  if (row.node == NodeKind::kSerial) {
+    lines.insert(lines.end(),
+                 {"[device.serial]", "path = " + toml(node.link.empty() ? node.path : node.link)});
+    return lines;
+  }
+  lines.emplace_back("[device.usb]  # only where several are plugged in");
+  lines.push_back(node.serial.empty() ? "port = " + toml(node.port)
+                                      : "serial = " + toml(node.serial));
+  return lines;
+}
+
+void print_devices(std::span<const DeviceRow> rows, const std::vector<ListedDevice>& plugged,
+                   std::ostream& out) {
+  out << "plugged in:" << (plugged.empty() ? " no device that hapticd drives\n" : "\n");
+  for (const ListedDevice& device : plugged) print_one(device, out);
+  out << "\nsupported besides:\n";
+  for (const DeviceRow& row : rows) {
+    if (is_among(row, plugged)) continue;
+    out << "  " << padded(std::string(row.name), 16) << state_of(row);
+    if (row.has_node()) {
+      out << "; " << word_of(row.node) << (row.usb_ids.empty() ? "" : " ") << row.usb_ids;
+    }
+    out << '\n';
+  }
+}
+
+void print_devices_json(std::span<const DeviceRow> rows, const std::vector<ListedDevice>& plugged,
+                        std::ostream& out) {
+  out << '[';
+  const char* apart = "\n  ";
+  for (const ListedDevice& device : plugged) {
+    out << apart;
+    print_json(device, out);
+    apart = ",\n  ";
+  }
+  for (const DeviceRow& row : rows) {
+    if (is_among(row, plugged)) continue;
+    out << apart;
+    print_json(row, out);
+    apart = ",\n  ";
+  }
+  out << "\n]\n";
+}
+
+}  // namespace haptic

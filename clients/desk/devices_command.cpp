@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// hapt devices: what is plugged in, whether it can be opened, how a session file chooses it.
+#include <iostream>
+#include <memory>
+
+#include "clients/desk/device_list.h"
+#include "clients/hapt/commands.h"
+#include "clients/hapt/options.h"
+
+namespace haptic {
+namespace {
+
+void list_devices(bool json) {
+  std::vector<ListedDevice> devices = supported(kDevices, list_plugged());
+  for (ListedDevice& device : devices) device.access = read_access("", device.node);
+  (json ? print_devices_json : print_devices)(kDevices, devices, std::cout);
+}
+
+}  // namespace
+
+void add_devices_command(Command& app) {
+  const auto json = std::make_shared<bool>(false);
+  Command command = app.subcommand(
+      "devices", "List the devices that are plugged in, whether they open, how to choose them");
+  add_json(command, *json);
+  command.example("hapt devices --json");
+  command.action([json] { list_devices(*json); });
+}
+
+}  // namespace haptic

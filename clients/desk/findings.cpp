@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/desk/findings.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <ostream>
+
+#include "proto/os/message.h"
+
+namespace haptic {
+namespace {
+
+// capability numbers, linux/capability.h
+constexpr int kIpcLock = 14, kSysNice = 23;
+constexpr int64_t kGuardPriority = 90;  // of hapticd's guard; servo 80, contact 60
+
+constexpr const char* kMendLimits =
+    "as root: printf 'NAME - rtprio 95\nNAME - memlock unlimited\n' > "
+    "/etc/security/limits.d/90-hapticd.conf, NAME being the user's; log in again";
+
+bool may(const MachineFacts& facts, int capability) {
+  return (facts.capabilities >> capability & 1) != 0;
+}
+
+Finding priority_of(const MachineFacts& facts) {
+  Finding finding{.subject = "real-time priority"};
+  if (may(facts, kSysNice)) {
+    finding.fact = "granted (CAP_SYS_NICE)";
+  } else if (!facts.realtime_priority) {
+    finding = {Grade::kHint, finding.subject, "unknown: /proc does not say", ""};
+  } else if (*facts.realtime_priority >= kGuardPriority) {
+    finding.fact = "granted up to " + std::to_string(*facts.realtime_priority);
+  } else {
+    finding.grade = Grade::kWrong;
+    finding.fact = "at most " + std::to_string(*facts.realtime_priority) + ", hapticd wants " +
+                   std::to_string(kGuardPriority) + ": other programs make the force late";
+    finding.mend = kMendLimits;
+  }
+  return finding;
+}
+
+Finding memory_of(const MachineFacts& facts) {
+  Finding finding{.subject = "locked memory"};
+  if (may(facts, kIpcLock)) {
+    finding.fact = "granted (CAP_IPC_LOCK)";
+  } else if (!facts.locked_memory) {
+    finding = {Grade::kHint, finding.subject, "unknown: /proc does not say", ""};
+  } else if (*facts.locked_memory == std::numeric_limits<uint64_t>::max()) {
+    finding.fact = "granted, unlimited";
+  } else {
+    finding.grade = Grade::kWrong;
+    finding.fact = "at most " + std::to_string(*facts.locked_memory / 1024) +
+                   " KiB: memory may be swapped out under the force loop";
+    finding.mend = kMendLimits;
+  }
+  return finding;
+}
+
+Finding kernel_of(const MachineFacts& facts) {
+  Finding finding{.subject = "kernel", .fact = shown(facts.kernel_release)};
+  const bool realtime = facts.kernel_version.find("PREEMPT_RT") != std::string::npos;
+  finding.fact += realtime ? ", PREEMPT_RT" : ", not PREEMPT_RT: single ticks may be late";
+  if (facts.virtual_machine) finding.fact += "; a virtual machine, which its host may stop";
+  if (!realtime) {
+    finding.grade = Grade::kHint;
+    finding.mend = "apt install linux-image-rt-amd64 (or -arm64) and start it";
+  } else if (facts.virtual_machine) {
+    finding.grade = Grade::kHint;
+    finding.mend = "use a device on the machine itself";
+  }
+  return finding;
+}
+
+Finding throttling_of(const MachineFacts& facts) {
+  constexpr double kEnough = 0.9;  // share of a core; a servo that spins before its tick needs less
+  Finding finding{.subject = "real-time throttling"};
+  if (!facts.realtime_share_us || !facts.realtime_period_us || *facts.realtime_period_us <= 0) {
+    return {Grade::kGood, finding.subject, "this kernel has none", ""};
+  }
+  if (*facts.realtime_share_us < 0) return {Grade::kGood, finding.subject, "off", ""};
+  const double share = static_cast<double>(*facts.realtime_share_us) /
+                       static_cast<double>(*facts.realtime_period_us);
+  finding.fact = std::to_string(*facts.realtime_share_us) + " of every " +
+                 std::to_string(*facts.realtime_period_us) + " µs are real time's";
+  if (share >= kEnough) return finding;
+  finding.grade = Grade::kWrong;
+  finding.fact += ": the force stops for the rest";
+  finding.mend = "as root: sysctl kernel.sched_rt_runtime_us=" +
+                 std::to_string(*facts.realtime_period_us / 20 * 19);
+  return finding;
+}
+
+Finding clock_of(const MachineFacts& facts) {
+  // read without a system call, in tens of nanoseconds
+  constexpr std::array kFast{"tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page"};
+  Finding finding{.subject = "clock", .fact = shown(facts.clocksource)};
+  if (facts.clocksource.empty()) return {Grade::kHint, finding.subject, "unknown", ""};
+  if (std::ranges::find(kFast, facts.clocksource) != kFast.end()) return finding;
+  finding.grade = Grade::kWrong;
+  finding.fact += ": slow to read, each tick reads it several times";
+  finding.mend =
+      "as root: echo tsc > /sys/devices/system/clocksource/clocksource0/current_clocksource; if "
+      "the kernel refuses, dmesg says why it distrusts the tsc";
+  return finding;
+}
+
+Finding governor_of(const MachineFacts& facts) {
+  Finding finding{.subject = "CPU governor"};
+  if (facts.governors.empty()) {
+    finding.fact = "none here (a virtual machine, or the firmware decides)";
+    return finding;
+  }
+  for (const std::string& one : facts.governors) {
+    finding.fact += (finding.fact.empty() ? "" : ", ") + shown(one);
+  }
+  if (facts.governors.size() == 1 && facts.governors.front() == "performance") return finding;
+  finding.grade = Grade::kHint;
+  finding.fact += ": cores slow down between ticks, wake-ups are later";
+  finding.mend = "as root: cpupower frequency-set -g performance (apt install linux-cpupower)";
+  return finding;
+}
+
+Finding cores_of(const MachineFacts& facts) {
+  Finding finding{.subject = "isolated cores"};
+  if (facts.isolated.empty() && facts.nohz_full.empty()) {
+    finding.grade = Grade::kHint;
+    finding.fact = "none: the servo shares its core with everything";
+    finding.mend =
+        "where ticks are late, start the kernel with isolcpus=3 nohz_full=3 (a core of "
+        "yours) and run `taskset -c 3 hapticd …`";
+    return finding;
+  }
+  finding.fact = "isolcpus " + (facts.isolated.empty() ? "none" : shown(facts.isolated)) +
+                 ", nohz_full " + (facts.nohz_full.empty() ? "none" : shown(facts.nohz_full));
+  return finding;
+}
+
+Finding runtime_of(const RuntimeFolder& folder) {
+  Finding finding{Grade::kWrong, "runtime folder", shown(folder.path), ""};
+  if (!folder.is_folder) {
+    finding.fact += " is no folder";
+    finding.mend = "remove it, or set HAPTICD_RUNTIME_DIR";
+  } else if (!folder.is_ours) {
+    finding.fact += " belongs to another user";
+    finding.mend = "set HAPTICD_RUNTIME_DIR to a folder of your own";
+  } else if (!folder.writable) {
+    finding.fact += folder.exists ? " may not be written" : " cannot be made";
+    finding.mend = "set HAPTICD_RUNTIME_DIR to a folder that you may write";
+  } else {
+    finding.grade = Grade::kGood;
+    finding.fact += folder.exists ? " is yours" : " will be made by the first session";
+  }
+  return finding;
+}
+
+Finding rules_of(const MachineFacts& facts) {
+  if (facts.rules_installed) return {Grade::kGood, "udev rules", "installed", ""};
+  const bool needed = !facts.devices.empty();
+  return {needed ? Grade::kWrong : Grade::kHint, "udev rules",
+          "70-hapticd.rules is not installed: devices are root's, may be suspended, and "
+          "ModemManager talks to serial ones",
+          kMendRules};
+}
+
+Finding spacenavd_of(const MachineFacts& facts) {
+  if (facts.spacenavd.empty()) return {Grade::kGood, "spacenavd", "not running", ""};
+  return {Grade::kHint, "spacenavd",
+          "running (pid " + std::to_string(facts.spacenavd.front().pid) +
+              "): it moves the pointer and other programs while hapticd reads the same knob",
+          "systemctl stop spacenavd"};
+}
+
+std::string name_of(const ListedDevice& device) {
+  const bool known = device.rows.size() == 1 && !device.other_product;
+  return (known ? std::string(device.rows.front().name) : "device") + " at " +
+         shown(device.node.path);
+}
+
+void add_device(const MachineFacts& facts, const ListedDevice& device,
+                std::vector<Finding>& findings) {
+  if (device.other_product) return;
+  const std::string name = name_of(device);
+  const Obstacle obstacle = obstacle_of(device.node, device.access);
+  const Grade grade = obstacle.problem.empty() ? Grade::kGood
+                      : obstacle.blocks        ? Grade::kWrong
+                                               : Grade::kHint;
+  findings.push_back(
+      {grade, name, obstacle.problem.empty() ? "can be opened" : obstacle.problem, obstacle.mend});
+  if (device.access.power == "auto") {
+    findings.push_back({Grade::kWrong, name,
+                        "may be suspended by the kernel when it is idle, and wakes up late",
+                        "as root: echo on > /sys/bus/usb/devices/" + shown(device.node.port) +
+                            "/power/control; hapticd's udev rules do it each time"});
+  }
+  if (device.access.driver == "logitech") {
+    findings.push_back({Grade::kGood, name,
+                        "bound to hid-logitech, which leaves the reports that hapticd reads as "
+                        "they are",
+                        ""});
+  }
+  if (device.node.kind == NodeKind::kSerial && !facts.modem_manager.empty() &&
+      !facts.rules_installed) {
+    findings.push_back({Grade::kWrong, name,
+                        "ModemManager sends it bytes when it is plugged in, to see whether it is a "
+                        "modem",
+                        kMendRules});
+  }
+}
+
+const char* word_of(Grade grade) {
+  switch (grade) {
+    case Grade::kGood:
+      return "good";
+    case Grade::kHint:
+      return "hint";
+    case Grade::kWrong:
+      break;
+  }
+  return "WRONG";
+}
+
+}  // namespace
+
+std::vector<Finding> findings_of(const MachineFacts& facts) {
+  std::vector<Finding> findings{priority_of(facts),   memory_of(facts),          kernel_of(facts),
+                                throttling_of(facts), clock_of(facts),           governor_of(facts),
+                                cores_of(facts),      runtime_of(facts.runtime), rules_of(facts),
+                                spacenavd_of(facts)};
+  if (!facts.udev_problem.empty()) {
+    findings.push_back({Grade::kWrong, "devices", facts.udev_problem,
+                        "run on the machine itself, or pass /sys and /dev into the container"});
+  } else if (facts.devices.empty()) {
+    findings.push_back({Grade::kHint, "devices", "none is plugged in that hapticd drives",
+                        "`hapt devices` lists those that it supports"});
+  }
+  for (const ListedDevice& device : facts.devices) add_device(facts, device, findings);
+  return findings;
+}
+
+bool is_any_wrong(const std::vector<Finding>& findings) {
+  return std::ranges::any_of(findings,
+                             [](const Finding& one) { return one.grade == Grade::kWrong; });
+}
+
+void print_findings(const std::vector<Finding>& findings, std::ostream& out) {
+  for (const Finding& one : findings) {
+    out << word_of(one.grade) << std::string(one.grade == Grade::kWrong ? 2 : 3, ' ') << one.subject
+        << ": " << one.fact << '\n';
+    if (!one.mend.empty()) out << "       mend: " << one.mend << '\n';
+  }
+  const auto wrong = std::ranges::count(findings, Grade::kWrong, &Finding::grade);
+  out << '\n'
+      << (wrong == 0
+              ? std::string("nothing is wrong")
+              : std::to_string(wrong) + (wrong == 1 ? " thing is" : " things are") + " wrong")
+      << '\n';
+}
+
+void print_findings_json(const std::vector<Finding>& findings, std::ostream& out) {
+  out << '[';
+  const char* apart = "\n  ";
+  for (const Finding& one : findings) {
+    const std::string grade = one.grade == Grade::kWrong ? "wrong" : word_of(one.grade);
+    out << apart << "{\"grade\": " << json_string(grade)
+        << ", \"subject\": " << json_string(one.subject) << ", \"fact\": " << json_string(one.fact)
+        << ", \"mend\": " << json_string(one.mend) << '}';
+    apart = ",\n  ";
+  }
+  out << "\n]\n";
+}
+
+}  // namespace haptic
