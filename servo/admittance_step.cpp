@@ -29,14 +29,16 @@ bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput
   return usable;
 }
 
-/// After skipped ticks the body is at rest, as the arm was, which holds its last command. Going on
-/// at the former speed would throw the hand, whose work would then be missing from the ledger.
-void rest_after_gap(AdmittanceState& own, uint64_t tick) {
-  if (own.started && tick > own.tick + 1) {
+/// After skipped ticks, and in a tick so late that the next is skipped, the body is at rest, as the
+/// arm is, which holds its last command. Going on at the former speed would throw the hand, whose
+/// work would then be missing from the ledger.
+void rest_after_gap(const ServoModel& model, AdmittanceState& own, const ServoInput& input) {
+  const bool is_late = 1e-9 * static_cast<double>(input.wake_late_ns) >= model.dt;
+  if (own.started && (is_late || input.tick > own.tick + 1)) {
     own.body.V_BH = {};
     own.ledger = {};
   }
-  own.tick = tick;
+  own.tick = input.tick;
 }
 
 /// The spring of the proxy, which is the inertia of one tick, in the scene.
@@ -165,7 +167,7 @@ Wrench scene_push(const ServoModel& model, const ServoState& state, const Render
 ServoFrame admittance_step(const ServoModel& model, ServoState& state, const ServoInput& input) {
   ServoFrame frame{};
   AdmittanceState& own = state.admittance;
-  rest_after_gap(own, input.tick);
+  rest_after_gap(model, own, input);
   const bool usable = take_sample(model, own, input, frame);
   follow_control(model, state, input);
   const ContactWeight age = weigh(state, input, model.dt, frame);

@@ -12,13 +12,21 @@ void ArmPath::rest_at(const Pose& X_B) {
   size_ = 1;
 }
 
-void ArmPath::add(int64_t t_ns, const Pose& X_B) {
-  HAPTIC_ASSERT(t_ns > back(0).t_ns);
-  knots_[size_++ % kRoom] = {t_ns, X_B};
+void ArmPath::go(int64_t t_ns, int64_t arrival_ns, const Pose& X_B) {
+  HAPTIC_ASSERT(arrival_ns > t_ns);
+  const Pose from_B = commanded(t_ns);
+  // what was still to come is given up
+  while (size_ > 1 && back(0).t_ns >= t_ns) --size_;
+  HAPTIC_ASSERT(size_ == 1 || back(0).t_ns < t_ns);
+  if (back(0).t_ns < t_ns) knots_[size_++ % kRoom] = {t_ns, from_B};
+  knots_[size_++ % kRoom] = {arrival_ns, X_B};
 }
 
 Pose ArmPath::at(int64_t t_ns) const {
-  const int64_t then_ns = t_ns - delay_ns_;
+  return commanded(t_ns - delay_ns_);
+}
+
+Pose ArmPath::commanded(int64_t then_ns) const {
   if (then_ns >= back(0).t_ns) return back(0).X_B;
   const size_t n = std::min(size_, kRoom);
   for (size_t i = 1; i < n; ++i) {

@@ -17,18 +17,21 @@ class ArmPath {
 
   /// Rests at this pose, whatever was commanded before.
   void rest_at(const Pose& X_B);
-  /// The commanded motion is at this pose at t_ns, later than the last one.
-  void add(int64_t t_ns, const Pose& X_B);
+  /// At t_ns the commanded motion leaves where it then is for this pose, which it reaches at
+  /// arrival_ns > t_ns. t_ns is not before that of the last call.
+  void go(int64_t t_ns, int64_t arrival_ns, const Pose& X_B);
+  int64_t delay_ns() const { return delay_ns_; }
   /// Where the arm is.
   Pose at(int64_t t_ns) const;
 
  private:
-  static constexpr size_t kRoom = 512;  // 50 ms of delay at 10 kHz
+  static constexpr size_t kRoom = 1024;  // 50 ms of delay at 10 kHz, two knots a tick
   struct Knot {
     int64_t t_ns = 0;
     Pose X_B;
   };
   const Knot& back(size_t i) const { return knots_[(size_ - 1 - i) % kRoom]; }
+  Pose commanded(int64_t then_ns) const;
 
   int64_t delay_ns_;
   std::array<Knot, kRoom> knots_{};

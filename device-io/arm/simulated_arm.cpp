@@ -13,8 +13,9 @@ namespace haptic {
 namespace {
 
 constexpr uint32_t kFlags = kDeviceFresh | kDeviceHomed | kDeviceSimulated | kDeviceAdmittance;
-constexpr int64_t kPartNs = 250'000;  // the hand's force is taken as linear for so long [ns]
-constexpr int64_t kMostParts = 500;   // of one read; after a stall they are longer
+constexpr int64_t kPartNs = 250'000;    // the hand's force is taken as linear for so long [ns]
+constexpr int64_t kMostParts = 500;     // of one read; after a stall they are longer
+constexpr int64_t kTickNs = 1'000'000;  // of the servo, until two reads have told [ns]
 
 Pose pose_of(const Intent& intent) {
   return {intent.p_B, intent.q_B};
@@ -32,7 +33,7 @@ SimulatedArm::SimulatedArm(const DeviceConfig& config, Intention intention)
       max_torque_(config.max_torque),
       reach_(reach_of(config)),
       path_(std::llround(config.admittance.arm_delay * 1e9)) {
-  X_B_ = intent_B_ = command_B_ = pose_of(intention_(0));
+  X_B_ = intent_B_ = pose_of(intention_(0));
   path_.rest_at(X_B_);
 }
 
@@ -50,8 +51,9 @@ std::string SimulatedArm::description() const {
 }
 
 bool SimulatedArm::read(const TickTime& tick, DeviceState& state) {
+  learn_tick(tick);
   const int64_t elapsed_ns = started_ ? tick.now_ns - last_.t_ns : 0;
-  if (started_ && elapsed_ns <= 0) {
+  if (started_ && (elapsed_ns <= 0 || elapsed_ns < tick_ns_ / 2)) {
     state = last_;
     state.flags = (state.flags & ~uint32_t{kDeviceFresh}) | kDeviceHeld;
     return false;
@@ -59,7 +61,6 @@ bool SimulatedArm::read(const TickTime& tick, DeviceState& state) {
   const Pose before_B = X_B_;
   last_ = DeviceState{};
   if (started_) {
-    path_.add(t_ns_ + elapsed_ns, command_B_);
     live(elapsed_ns);
     last_.V_BH = 1e9 / static_cast<double>(elapsed_ns) * way_between(before_B, X_B_);
   }
@@ -71,8 +72,21 @@ bool SimulatedArm::read(const TickTime& tick, DeviceState& state) {
   return true;
 }
 
+/// Skipped ticks leave gaps of several, so the shortest is one.
+void SimulatedArm::learn_tick(const TickTime& tick) {
+  const int64_t gap_ns = tick.deadline_ns - deadline_ns_;
+  if (started_ && gap_ns > 0 && (tick_ns_ == 0 || gap_ns < tick_ns_)) tick_ns_ = gap_ns;
+  if (!started_) start_ns_ = tick.now_ns;
+  deadline_ns_ = tick.deadline_ns;
+  late_ns_ = tick.now_ns - tick.deadline_ns;
+}
+
 void SimulatedArm::move(const Pose& X_BH) {
-  if (is_finite(X_BH)) command_B_ = {X_BH.p, normalized(X_BH.q)};
+  if (!is_finite(X_BH)) return;
+  // a command that is late, but not too late for the delay, is played as if it were not
+  const int64_t missed_ns = std::max(late_ns_ - path_.delay_ns(), int64_t{0});
+  const int64_t from_ns = std::max(deadline_ns_ - start_ns_ + missed_ns, int64_t{0});
+  path_.go(from_ns, from_ns + (tick_ns_ > 0 ? tick_ns_ : kTickNs), {X_BH.p, normalized(X_BH.q)});
 }
 
 void SimulatedArm::lead(const std::optional<Pose>& X_BH) {
@@ -84,7 +98,6 @@ void SimulatedArm::lead(const std::optional<Pose>& X_BH) {
 }
 
 void SimulatedArm::stop() {
-  command_B_ = X_B_;
   path_.rest_at(X_B_);
 }
 

@@ -17,8 +17,10 @@ struct HandWork {
 };
 
 /// An admittance device in a simulated hand: a stiff, position-controlled arm with a sensor of
-/// force and torque at its handle. It reaches a commanded pose one tick later, moves on a straight
-/// line until then, and all of it later by config.admittance.arm_delay. The hand moves the sensor
+/// force and torque at its handle. It reaches a commanded pose one tick after the command, on a
+/// straight line from where it then is, and rests there until the next command; all of it later by
+/// config.admittance.arm_delay. So after a late tick it has rested, and it goes no faster than the
+/// commands do by the next one following sooner. The hand moves the sensor
 /// only through the arm's controller; with the intended position x_h its force on it is
 ///   f = k_h (x_h − x) + b_h (ẋ_h − ẋ) − m_h ẍ,
 /// m_h the mass of the hand (all that is beyond the sensor), and with the rotation vector θ from
@@ -34,7 +36,8 @@ class SimulatedArm final : public Device {
 
   DeviceCaps caps() const override;
   std::string description() const override;
-  /// The arm starts at the first read, at the intended pose. False if time has not advanced.
+  /// The arm starts at the first read, at the intended pose. False if time has advanced by less
+  /// than half a tick: the sensor has no new mean yet.
   bool read(const TickTime& tick, DeviceState& state) override;
   /// A wrench has no effect on it.
   void write(const Wrench& /*F_B*/) override {}
@@ -50,6 +53,7 @@ class SimulatedArm final : public Device {
   const Pose& intent() const { return intent_B_; }
 
  private:
+  void learn_tick(const TickTime& tick);
   void live(int64_t elapsed_ns);
   Wrench push(const Pose& X_to_B, const Pose& intent_to_B, double h);
   Pose next_intent(int64_t dt_ns);
@@ -59,8 +63,10 @@ class SimulatedArm final : public Device {
   double max_force_, max_torque_;
   Ball reach_;
   ArmPath path_;
-  Pose command_B_;
-  int64_t t_ns_ = 0;  // since the start
+  int64_t t_ns_ = 0;                       // since the start
+  int64_t start_ns_ = 0;                   // instant of the first read
+  int64_t deadline_ns_ = 0, late_ns_ = 0;  // of the last one
+  int64_t tick_ns_ = 0;                    // the shortest time between two deadlines; 0: unknown
   Pose X_B_, intent_B_;
   Twist V_B_;
   LedIntent led_;

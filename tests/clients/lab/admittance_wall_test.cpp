@@ -139,20 +139,50 @@ SessionConfig strong_arm(Renderer renderer) {
   return config;
 }
 
+/// A point and a block, sticky and soft where asked for.
+Deepest point_at_block(Renderer renderer, uint64_t seed, bool is_rough, int ticks) {
+  SessionConfig config = strong_arm(renderer);
+  config.proxy_radius = 0;
+  if (is_rough) {
+    config.objects[0].material.friction_static = 0.6;
+    config.objects[0].material.friction_dynamic = 0.4;
+    config.objects[0].material.stiffness_share = 0.5;
+  }
+  return run_into(config, {make_box({0.1, 0.1, 0.1})}, restless(seed, 0.15, 0.15), ticks,
+                  [](const Pose& X) { return depth_in_block(X.p); });
+}
+
+/// A point or a sphere, and a round mesh.
+Deepest ball_at_mesh(Renderer renderer, uint64_t seed, int ticks) {
+  SessionConfig config = strong_arm(renderer);
+  const Soup soup = make_icosphere(0.06, 3);
+  const MeshShapeData shape = build_shape(soup);
+  const TriangleMesh mesh = shape.mesh.view();
+  config.proxy_radius = 2e-3;
+  // a point does not mind the radius
+  const double radius = renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
+  return run_into(config, {soup}, restless(seed, 0.12, 0.15), ticks,
+                  [&](const Pose& X) { return depth_in_convex(mesh, X.p, radius); });
+}
+
+/// A rigid box and a block.
+Deepest box_at_block(Renderer renderer, uint64_t seed, double friction, int ticks) {
+  SessionConfig config = strong_arm(renderer);
+  config.tool.mass = 0.05;
+  config.device.admittance.inertia = 2e-3;
+  config.objects[0].material.friction_static = config.objects[0].material.friction_dynamic =
+      friction;
+  const std::vector<Soup> soups{make_box({0.1, 0.1, 0.1}), make_box(2 * kTool)};
+  return run_into(config, soups, restless(seed, 0.12, 0.2, 1), ticks, depth_of_box);
+}
+
 }  // namespace
 
 TEST_CASE("admittance: a point never enters a block", "[lab]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject3, Renderer::kVirtualProxy3);
   const uint64_t seed = GENERATE(1u, 2u);
-  SessionConfig config = strong_arm(renderer);
-  config.proxy_radius = 0;
-  if (renderer == Renderer::kVirtualProxy3 && seed == 2) {
-    config.objects[0].material.friction_static = 0.6;
-    config.objects[0].material.friction_dynamic = 0.4;
-    config.objects[0].material.stiffness_share = 0.5;
-  }
-  const Deepest found = run_into(config, {make_box({0.1, 0.1, 0.1})}, restless(seed, 0.15, 0.15),
-                                 25000, [](const Pose& X) { return depth_in_block(X.p); });
+  const bool is_rough = renderer == Renderer::kVirtualProxy3 && seed == 2;
+  const Deepest found = point_at_block(renderer, seed, is_rough, 25000);
   CAPTURE(row_of(renderer).name, seed, found.hardest, found.touching, found.depth);
   CHECK(found.depth <= kRounding);
   CHECK(found.hardest > 90);
@@ -161,15 +191,7 @@ TEST_CASE("admittance: a point never enters a block", "[lab]") {
 
 TEST_CASE("admittance: neither a point nor a sphere enters a round mesh", "[lab]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject3, Renderer::kVirtualProxy3);
-  SessionConfig config = strong_arm(renderer);
-  const Soup soup = make_icosphere(0.06, 3);
-  const MeshShapeData shape = build_shape(soup);
-  const TriangleMesh mesh = shape.mesh.view();
-  config.proxy_radius = 2e-3;
-  // a point does not mind the radius
-  const double radius = renderer == Renderer::kVirtualProxy3 ? config.proxy_radius : 0;
-  const Deepest found = run_into(config, {soup}, restless(3, 0.12, 0.15), 12000,
-                                 [&](const Pose& X) { return depth_in_convex(mesh, X.p, radius); });
+  const Deepest found = ball_at_mesh(renderer, 3, 12000);
   CAPTURE(row_of(renderer).name, found.hardest, found.touching, found.depth);
   CHECK(found.depth <= kRounding);
   CHECK(found.touching > 2000);
@@ -178,16 +200,29 @@ TEST_CASE("admittance: neither a point nor a sphere enters a round mesh", "[lab]
 TEST_CASE("admittance: a rigid box never enters a block", "[lab]") {
   const Renderer renderer = GENERATE(Renderer::kGodObject6, Renderer::kConstrained6);
   const double friction = GENERATE(0.0, 0.4);
-  SessionConfig config = strong_arm(renderer);
-  config.tool.mass = 0.05;
-  config.device.admittance.inertia = 2e-3;
-  config.objects[0].material.friction_static = config.objects[0].material.friction_dynamic =
-      friction;
-  const std::vector<Soup> soups{make_box({0.1, 0.1, 0.1}), make_box(2 * kTool)};
-  const Deepest found = run_into(config, soups, restless(4, 0.12, 0.2, 1), 12000, depth_of_box);
+  const Deepest found = box_at_block(renderer, 4, friction, 12000);
   CAPTURE(row_of(renderer).name, friction, found.hardest, found.hardest_turn, found.touching,
           found.depth);
   CHECK(found.depth <= kRounding);
   CHECK(found.touching > 2000);
   CHECK(found.hardest_turn > 0.5);
+}
+
+// Many hands, by hand: test_admittance "[many]" takes some minutes.
+TEST_CASE("admittance: no hand of two hundred enters a wall", "[.many]") {
+  const uint64_t seed = GENERATE(range(uint64_t{100}, uint64_t{300}));
+  for (const Renderer renderer : {Renderer::kGodObject3, Renderer::kVirtualProxy3}) {
+    for (const bool is_rough : {false, true}) {
+      CAPTURE(row_of(renderer).name, seed, is_rough);
+      CHECK(point_at_block(renderer, seed, is_rough, 6000).depth <= kRounding);
+    }
+    CAPTURE(row_of(renderer).name, seed);
+    CHECK(ball_at_mesh(renderer, seed, 6000).depth <= kRounding);
+  }
+  for (const Renderer renderer : {Renderer::kGodObject6, Renderer::kConstrained6}) {
+    for (const double friction : {0.0, 0.4}) {
+      CAPTURE(row_of(renderer).name, seed, friction);
+      CHECK(box_at_block(renderer, seed, friction, 4000).depth <= kRounding);
+    }
+  }
 }
