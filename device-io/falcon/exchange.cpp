@@ -15,7 +15,8 @@ constexpr int kDoubtOfMiss = 4, kMostDoubt = 2 * kDoubtOfMiss;
 
 bool FalconExchange::may_ask(int64_t t_ns) const noexcept {
   if (distrusts_) return t_ns - heard_ns_ >= kQuietNs;
-  return !waits_ || t_ns - asked_ns_ >= kAskAgainNs;
+  if (owed_ == 0) return true;
+  return heard_since_ ? t_ns - heard_ns_ >= kQuietNs : t_ns - asked_ns_ >= patience_ns_;
 }
 
 /// The spacing varies, so that no constant delay fits it; in doubt it is short.
@@ -32,19 +33,19 @@ bool FalconExchange::is_challenge_due() noexcept {
 }
 
 FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
-  // nothing old is left: the next answer is the one to this question
-  if (distrusts_) {
-    distrusts_ = false;
-    reader_.clear();
-  }
+  if (distrusts_) reader_.clear();
+  // answers come in order, so after a silence nothing is left of what came before the last answer
+  if (distrusts_ || heard_since_) owed_ = 0;
+  patience_ns_ = owed_ == 0 ? kAskAgainNs : std::min(2 * patience_ns_, kAskAgainMostNs);
+  distrusts_ = heard_since_ = false;
   ++asked_;
-  // while one is unanswered, the next answer may be to either
-  if (!waits_) first_asked_ns_ = t_ns;
+  if (owed_ == 0) first_asked_ns_ = t_ns;
   asked_ns_ = t_ns;
-  waits_ = true;
+  alone_ = ++owed_ == 1;
   // before the servo's first command the answers are to say whether it is homed
   MotorCommand command = mailbox_.command_at(t_ns).value_or(MotorCommand{{}, kFalconHoming});
-  challenges_ = is_challenge_due();
+  // the answer to a challenge must be told from others
+  challenges_ = alone_ && is_challenge_due();
   if (challenges_) command.flags = static_cast<uint8_t>(command.flags & ~kFalconHoming);
   return encode_falcon(command);
 }
@@ -62,17 +63,21 @@ void FalconExchange::judge_challenge(bool met) noexcept {
 }
 
 void FalconExchange::take(MotorSample answer, int64_t t_ns) noexcept {
-  if (!waits_) {
+  if (owed_ == 0) {
     ++surplus_;
     distrusts_ = true;
     mailbox_.set_stale(true);
+    return;
   }
-  waits_ = false;
-  if (distrusts_) return;
+  --owed_;
+  heard_since_ = true;
   ++answered_;
   answered_ns_ = t_ns;
   if (challenges_) {
     judge_challenge((answer.flags & kFalconLegs) == 0);
+  }
+  // the answer to a challenge says nothing of the legs, and of several under way any may be one
+  if (challenges_ || (!alone_ && manners_ == Manners::kObeys)) {
     answer.flags = static_cast<uint8_t>((answer.flags & ~kFalconLegs) | legs_);
   }
   legs_ = answer.flags & kFalconLegs;

@@ -30,7 +30,7 @@ class FalconExchange {
  public:
   explicit FalconExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
 
-  /// Whether a question is due: the last one is answered, or given up after kAskAgainNs.
+  /// Whether a question is due: the last one is answered, or has waited long enough.
   bool may_ask(int64_t t_ns) const noexcept;
   /// The next question, from the servo's newest command.
   FalconBytes ask(int64_t t_ns) noexcept;
@@ -46,7 +46,8 @@ class FalconExchange {
   bool is_challenged() const noexcept { return manners_ == Manners::kObeys; }
 
   static constexpr int64_t kAskAgainNs = 5'000'000;  // an answer takes 1 ms; the rest is the bus
-  static constexpr int64_t kQuietNs = 5'000'000;     // old answers come within a millisecond
+  static constexpr int64_t kAskAgainMostNs = 80'000'000;
+  static constexpr int64_t kQuietNs = 5'000'000;            // old answers come within a millisecond
   static constexpr int kFewestApart = 16, kMostApart = 31;  // questions between challenges
 
  private:
@@ -60,8 +61,11 @@ class FalconExchange {
   FalconReader reader_;
   uint64_t asked_ = 0, answered_ = 0, surplus_ = 0;
   int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0;
-  bool waits_ = false;      // a question is unanswered
-  bool distrusts_ = false;  // one answer too many
+  int64_t patience_ns_ = kAskAgainNs;
+  int owed_ = 0;              // answers that may still come
+  bool alone_ = false;        // no other question was under way with the last one
+  bool heard_since_ = false;  // an answer since the last question
+  bool distrusts_ = false;    // one answer too many
   // challenges
   Manners manners_ = Manners::kUnknown;
   bool challenges_ = false;  // the last question is one

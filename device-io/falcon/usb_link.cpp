@@ -22,6 +22,7 @@ constexpr unsigned kRequestMs = 1000;  // for a request; a full-speed device ans
 constexpr int kTurnUs = 2000;     // longest wait for an event: the age of a question is looked at
 constexpr int kCancelTurns = 50;  // of kTurnUs: 100 ms
 constexpr int64_t kMs = 1'000'000;
+constexpr long kRetryNs = 2'000'000;  // after cancelled transfers; hapticd's zero comes first
 
 [[noreturn]] void fail(const char* what, int error) {
   throw DeviceError(std::string("the Falcon: ") + what + ": " + libusb_error_name(error) +
@@ -110,8 +111,20 @@ FtdiPort FalconLink::port() {
 }
 
 void FalconLink::submit(libusb_transfer* transfer, bool& in_flight) {
-  in_flight = libusb_submit_transfer(transfer) == 0;
+  const int error = libusb_submit_transfer(transfer);
+  in_flight = error == 0;
   failed_ |= !in_flight;
+  unplugged_ |= error == LIBUSB_ERROR_NO_DEVICE;
+}
+
+/// How a transfer ended. One that hapticd cancelled by releasing the interface ends as if the
+/// device were gone (ESHUTDOWN); whether it is shows when the next one is submitted.
+void FalconLink::note(int status) {
+  failed_ |= status != LIBUSB_TRANSFER_COMPLETED;
+}
+
+bool FalconLink::is_silent() const {
+  return now_ns() - std::max(began_ns_, exchange_.answered_ns()) > kSilentNs;
 }
 
 void FalconLink::ask_when_due() {
@@ -135,7 +148,7 @@ void FalconLink::serve() {
       [](libusb_transfer* t) {
         auto& self = *static_cast<FalconLink*>(t->user_data);
         self.in_flight_ = false;
-        self.failed_ |= t->status != LIBUSB_TRANSFER_COMPLETED;
+        self.note(t->status);
         if (self.failed_) return;
         self.exchange_.hear({t->buffer, static_cast<size_t>(t->actual_length)}, now_ns());
         self.ask_when_due();
@@ -147,19 +160,18 @@ void FalconLink::serve() {
       [](libusb_transfer* t) {
         auto& self = *static_cast<FalconLink*>(t->user_data);
         self.out_flight_ = false;
-        self.failed_ |= t->status != LIBUSB_TRANSFER_COMPLETED;
+        self.note(t->status);
         self.sent_.fetch_add(1, std::memory_order_release);
       },
       this, 0);
   failed_ = false;
-  began_ns_ = now_ns();
   submit(in_.get(), in_flight_);
   while (!failed_ && !ending_) {
     ask_when_due();
     timeval wait{0, kTurnUs};
     libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
     follow_servo();
-    if (now_ns() - std::max(began_ns_, exchange_.answered_ns()) > kSilentNs) break;
+    if (is_silent()) break;
   }
 }
 
@@ -173,12 +185,17 @@ void FalconLink::cancel() {
 }
 
 void FalconLink::run() {
-  while (true) {
+  began_ns_ = now_ns();
+  while (!ending_ && !unplugged_) {
     serve();
     cancel();
-    if (failed_ || ending_) break;
+    if (ending_ || unplugged_) break;
+    const timespec pause{0, kRetryNs};
+    nanosleep(&pause, nullptr);
+    if (!is_silent()) continue;
     try {
       bring_up(port(), image_, image_name_);
+      began_ns_ = now_ns();
     } catch (const std::exception&) {
       break;  // hapticd's next servo says why
     }

@@ -32,8 +32,9 @@ inline constexpr uint8_t kFalconInterface = 0, kFalconIn = 0x81, kFalconOut = 0x
 /// on the servo's. With the servo's first command the thread takes on its scheduling, one priority
 /// above: an answer that is late is worth more than a tick that has nothing to say.
 ///
-/// A firmware that stops answering while its chip does not (the power was cut) is brought up anew
-/// after kSilentNs; the device is then not homed.
+/// Transfers that were cancelled (hapticd has let go of the device for a servo that was late) begin
+/// anew. A firmware that stops answering while its chip does not (the power was cut) is brought up
+/// anew after kSilentNs; the device is then not homed.
 class FalconLink {
  public:
   /// Takes the open node, or finds and opens it. Blocks for up to some seconds, for the firmware.
@@ -60,6 +61,8 @@ class FalconLink {
   void open();
   void run();
   void serve();
+  void note(int status);
+  bool is_silent() const;
   void submit(libusb_transfer* transfer, bool& in_flight);
   void ask_when_due();
   void cancel();
@@ -75,7 +78,8 @@ class FalconLink {
   std::unique_ptr<libusb_transfer, Close> in_, out_;
   std::array<uint8_t, kFtdiPacket> in_bytes_{};
   FalconBytes out_bytes_{};
-  bool in_flight_ = false, out_flight_ = false, failed_ = false, follows_ = false;
+  bool in_flight_ = false, out_flight_ = false, failed_ = false, unplugged_ = false,
+       follows_ = false;
   int64_t began_ns_ = 0;
   pthread_t servo_;
   std::atomic<uint64_t> sent_{0};
