@@ -88,6 +88,16 @@ std::string id_text(const PluggedNode& node) {
   return text;
 }
 
+bool has_id(std::string_view ids, const PluggedNode& node) {
+  return ids.find(id_text(node)) != std::string_view::npos;
+}
+
+/// Naming a serial number or a port vouches for a device whose product calls itself otherwise.
+bool is_vouched_for(const DeviceRow& row, const PluggedConfig& wanted, const PluggedNode& node) {
+  const bool named = !view(wanted.serial).empty() || !view(wanted.port).empty();
+  return named && row.node == node.kind && has_id(row.usb_ids, node);
+}
+
 bool is_chosen(const PluggedConfig& wanted, const PluggedNode& node) {
   const std::string_view serial = view(wanted.serial), port = view(wanted.port);
   return (serial.empty() || node.serial == serial) && (port.empty() || node.port == port);
@@ -131,7 +141,7 @@ std::vector<PluggedNode> list_plugged() {
 }
 
 bool is_of(const DeviceRow& row, const PluggedNode& node) {
-  return row.node == node.kind && row.usb_ids.find(id_text(node)) != std::string_view::npos &&
+  return row.node == node.kind && has_id(row.usb_ids, node) &&
          node.name.find(row.usb_product) != std::string::npos;
 }
 
@@ -144,8 +154,12 @@ std::string find_node(const DeviceRow& row, const DeviceConfig& device) {
   if (row.node == NodeKind::kSerial) return std::string(view(device.serial.path));
   std::vector<PluggedNode> found;
   bool any = false;
+  std::string refused;
   for (const PluggedNode& node : list_plugged()) {
-    if (!is_of(row, node)) continue;
+    if (row.node == node.kind && has_id(row.usb_refused, node)) {
+      refused = "; " + node.path + " (" + id_text(node) + ", " + shown(node.name) + ") is none";
+    }
+    if (!is_of(row, node) && !is_vouched_for(row, device.plugged, node)) continue;
     any = true;
     if (is_chosen(device.plugged, node)) found.push_back(node);
   }
@@ -154,7 +168,7 @@ std::string find_node(const DeviceRow& row, const DeviceConfig& device) {
     throw InputError("no " + name + " is plugged in" +
                      (any ? " with that 'serial' and 'port'; correct [device.usb]"
                           : "; plug it in and switch it on") +
-                     " (`hapt devices` lists what is there)");
+                     " (`hapt devices` lists what is there)" + refused);
   }
   if (found.size() > 1) {
     throw InputError("several devices may be the " + name + ": " + one_of(found) +

@@ -26,11 +26,15 @@ enum class NodeKind {
   kUsb,     // /dev/bus/usb/BBB/DDD, found by its ids
 };
 
-/// 3Dconnexion's devices of six axes; of its other devices, keyboards and mice among them, none.
+/// 3Dconnexion's devices of six axes, its universal receiver among them. Source: spacenavd.
 inline constexpr std::string_view kSpaceMouseIds =
     "046d:c603 046d:c605 046d:c606 046d:c621 046d:c623 046d:c625 046d:c626 046d:c627 046d:c628 "
     "046d:c629 046d:c62b 046d:c640 256f:c62e 256f:c62f 256f:c631 256f:c632 256f:c633 256f:c635 "
-    "256f:c636 256f:c638 256f:c63a";
+    "256f:c636 256f:c638 256f:c63a 256f:c652";
+/// Its mice, keyboards and number pads, and two ids on which public drivers disagree.
+inline constexpr std::string_view kNoSpaceMouseIds =
+    "256f:c62c 256f:c641 256f:c650 256f:c651 256f:c654 256f:c655 256f:c656 256f:c657 256f:c658 "
+    "256f:c664 256f:c665 256f:c668";
 
 struct DeviceRow {
   std::string_view name;  // in a config
@@ -38,6 +42,7 @@ struct DeviceRow {
   NodeKind node = NodeKind::kNone;
   std::string_view usb_ids{};      // "vvvv:pppp" in hexadecimal, a blank between
   std::string_view usb_product{};  // what the product's name must contain; empty: anything
+  std::string_view usb_refused{};  // ids that look like it but are not, for a clear message
   bool tried = false;              // on hardware; else at an emulated device only
   bool can_be_led = false;         // `hapt lead` says where its hand means to go
   bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect

@@ -23,8 +23,8 @@ Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const Saf
   const auto largest = [](const Vec3& a) {
     return std::max({std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)});
   };
-  // a device without torque motors drops the torque
-  const bool is_huge = largest(input.F_B.f) > kHuge * limits.max_force ||
+  // a device without motors drops what they would have given
+  const bool is_huge = (limits.max_force > 0 && largest(input.F_B.f) > kHuge * limits.max_force) ||
                        (limits.max_torque > 0 && largest(input.F_B.t) > kHuge * limits.max_torque);
   return is_huge ? Fault::kForceHuge : Fault::kNone;
 }
@@ -101,6 +101,7 @@ void begin_softly(const SafetyLimits& limits, SafetyState& state, const SafetyIn
 /// What the motors can give at most. A torque that is dropped is flagged only in ticks in which it
 /// would have been felt.
 void limit_size(const SafetyLimits& limits, const WrenchLimit& bearable, SafetyOutput& out) {
+  if (limits.max_force <= 0) out.F_B.f = {};
   if (limits.max_torque <= 0) {
     if (out.F_B.t != Vec3{}) out.flags |= kServoTorqueDropped;
     out.F_B.t = {};

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/spacemouse/deflection.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/math/assert.h"
+
+namespace haptic {
+namespace {
+
+double share_of(int16_t count, const RateDeviceConfig& config) {
+  const double d = std::clamp(count / config.full_scale, -1.0, 1.0);
+  const double beyond = std::max(0.0, std::fabs(d) - config.dead_band);
+  return std::copysign(beyond / (1 - config.dead_band), d);
+}
+
+/// From the knob's axes to those of B: a quarter turn about x.
+Vec3 in_base(const Vec3& raw) {
+  return {raw.x, -raw.z, raw.y};
+}
+
+Vec3 shortened(const Vec3& a, double most) {
+  const double size = norm(a);
+  return size > most ? most / size * a : a;
+}
+
+}  // namespace
+
+Twist commanded_velocity(const SpaceMouseInput& input, const RateDeviceConfig& config) noexcept {
+  HAPTIC_ASSERT(config.full_scale > 0 && config.dead_band >= 0 && config.dead_band < 1);
+  Vec3 moving, turning;
+  for (int i = 0; i < 3; ++i) {
+    moving[i] = share_of(input.axes[static_cast<size_t>(i)], config);
+    turning[i] = share_of(input.axes[static_cast<size_t>(i) + 3], config);
+  }
+  return {config.speed * in_base(moving), config.turn_rate * in_base(turning)};
+}
+
+Pose moved_within(const Pose& X_BH, const Twist& V_BH, double dt, const HandleRange& range) {
+  HAPTIC_ASSERT(dt >= 0 && range.radius >= 0 && range.turn >= 0);
+  Pose to{X_BH.p + dt * V_BH.v, normalized(from_rotation_vector(dt * V_BH.w) * X_BH.q)};
+  if (range.radius > 0) to.p = range.centre_B + shortened(to.p - range.centre_B, range.radius);
+  if (range.turn > 0) {
+    const Vec3 away_B = to_rotation_vector(to.q * conjugate(range.rest_B));
+    to.q = normalized(from_rotation_vector(shortened(away_B, range.turn)) * range.rest_B);
+  }
+  return to;
+}
+
+}  // namespace haptic
