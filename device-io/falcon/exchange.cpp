@@ -6,10 +6,15 @@
 namespace haptic {
 namespace {
 
-constexpr int kTrials = 4;  // unmet challenges that show a firmware without manners
-// two misses are stale, for one may be a late answer to the question before; four met challenges
-// make up for a miss
-constexpr int kDoubtOfMiss = 4, kMostDoubt = 2 * kDoubtOfMiss;
+constexpr int64_t kLateNs = 200'000'000;     // after a question had to be asked again
+constexpr int64_t kGapNs = 100'000'000;      // without answers
+constexpr int64_t kUnmetNs = 1'000'000'000;  // forty challenges, none of them met
+constexpr int64_t kExcusedNs = 50'000'000;  // hapticd's four packets, 5 ms apart, and their answers
+constexpr int kGoodForDoubt = 32;           // answers for a challenge that is met
+constexpr int kTrials = 4;                  // unmet challenges that show a firmware without manners
+// four misses are stale, for a busy machine may mistake a late answer for another; as many
+// challenges that are met make up for one
+constexpr int kDoubtOfMiss = 4, kMostDoubt = 4 * kDoubtOfMiss;
 
 }  // namespace
 
@@ -42,6 +47,8 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   if (owed_ == 0) first_asked_ns_ = t_ns;
   asked_ns_ = t_ns;
   alone_ = ++owed_ == 1;
+  // on a machine or bus so busy, late answers are no lie
+  if (!alone_) excused_ns_ = std::max(excused_ns_, t_ns + kLateNs);
   // before the servo's first command the answers are to say whether it is homed
   MotorCommand command = mailbox_.command_at(t_ns).value_or(MotorCommand{{}, kFalconHoming});
   // the answer to a challenge must be told from others
@@ -50,38 +57,54 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   return encode_falcon(command);
 }
 
-void FalconExchange::judge_challenge(bool met) noexcept {
+void FalconExchange::judge_challenge(bool met, int64_t t_ns) noexcept {
+  if (met) met_ns_ = t_ns;
   if (manners_ == Manners::kUnknown) {
     if (met) manners_ = Manners::kObeys;
     if (!met && ++tried_ == kTrials) manners_ = Manners::kIgnores;
     return;
   }
-  if (!met) doubt_ = std::min(doubt_ + kDoubtOfMiss, kMostDoubt);
-  if (met && doubt_ > 0) --doubt_;
+  if (met || t_ns >= excused_ns_) doubt(met ? -1 : kDoubtOfMiss);
+}
+
+void FalconExchange::doubt(int change) noexcept {
+  doubt_ = std::clamp(doubt_ + change, 0, kMostDoubt);
   if (doubt_ == kMostDoubt) stale_ = true;
   if (doubt_ == 0) stale_ = false;
+  mailbox_.set_stale(stale_);
+}
+
+void FalconExchange::begin_anew(int64_t t_ns) noexcept {
+  heard_ns_ = t_ns;
+  excused_ns_ = t_ns + kExcusedNs;
+  distrusts_ = true;
+  owed_ = 0;
 }
 
 void FalconExchange::take(MotorSample answer, int64_t t_ns) noexcept {
   if (owed_ == 0) {
-    ++surplus_;
     distrusts_ = true;
-    mailbox_.set_stale(true);
+    if (t_ns < excused_ns_) return;
+    ++surplus_;
+    doubt(kDoubtOfMiss);
     return;
   }
   --owed_;
   heard_since_ = true;
   ++answered_;
+  // after a gap, or without homing, there was no challenge to meet
+  if (t_ns - answered_ns_ > kGapNs || legs_ != kFalconLegs) met_ns_ = t_ns;
   answered_ns_ = t_ns;
   if (challenges_) {
-    judge_challenge((answer.flags & kFalconLegs) == 0);
+    judge_challenge((answer.flags & kFalconLegs) == 0, t_ns);
   }
   // the answer to a challenge says nothing of the legs, and of several under way any may be one
   if (challenges_ || (!alone_ && manners_ == Manners::kObeys)) {
     answer.flags = static_cast<uint8_t>((answer.flags & ~kFalconLegs) | legs_);
   }
   legs_ = answer.flags & kFalconLegs;
-  mailbox_.set_stale(stale_);
+  if (manners_ != Manners::kObeys && ++good_ % kGoodForDoubt == 0) doubt(-1);
+  if (manners_ == Manners::kObeys && t_ns - met_ns_ > kUnmetNs) doubt(kMostDoubt);
   answer.number = number_++;
   answer.asked_ns = first_asked_ns_;
   answer.heard_ns = t_ns;

@@ -18,14 +18,18 @@ inline constexpr size_t kFtdiPacket = 64;
 /// The exchange with a running Falcon: one question, one answer, then the next question at once.
 /// Bytes in, bytes out, no clock of its own.
 ///
+/// A question that is not answered within kAskAgainNs is asked again, then each time after twice as
+/// long; its answer may still come, and counts as one to either.
+///
 /// Answers carry no number, so two things show that they are old. The firmware answers each
 /// question once: one too many means that old ones were queued somewhere; then samples are withheld
 /// until the line has been silent for kQuietNs. And from time to time a question is a *challenge*:
 /// it takes homing back, and an honest answer to it, and to no other, has no homed bits. A firmware
-/// that repeats itself, or answers from a queue, misses two in succession and is stale until it
-/// meets one. Whether a firmware obeys is tried once it is homed; one that does not is not
-/// challenged. The zero of its encoders is not touched: programs switch homing on and off with a
-/// homed device.
+/// that repeats itself, or answers from a queue, misses four challenges, or meets none for a
+/// second, and is stale until it has met sixteen. While questions had to be asked again, misses do
+/// not count: a busy machine is no lie. Whether a firmware obeys is tried once it is homed; one
+/// that does not is not challenged. The zero of its encoders is not touched: programs switch homing
+/// on and off with a homed device.
 class FalconExchange {
  public:
   explicit FalconExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
@@ -34,6 +38,9 @@ class FalconExchange {
   bool may_ask(int64_t t_ns) const noexcept;
   /// The next question, from the servo's newest command.
   FalconBytes ask(int64_t t_ns) noexcept;
+  /// Transfers were cancelled: somebody else may have asked, so that surplus answers are no
+  /// evidence for a while. The next question waits until the line is silent.
+  void begin_anew(int64_t t_ns) noexcept;
   /// A packet of the chip, at most kFtdiPacket bytes, its status included.
   void hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept;
 
@@ -54,13 +61,16 @@ class FalconExchange {
   enum class Manners { kUnknown, kObeys, kIgnores };
 
   void take(MotorSample answer, int64_t t_ns) noexcept;
-  void judge_challenge(bool met) noexcept;
+  void judge_challenge(bool met, int64_t t_ns) noexcept;
+  void doubt(int change) noexcept;
   bool is_challenge_due() noexcept;
 
   MotorMailbox& mailbox_;
   FalconReader reader_;
   uint64_t asked_ = 0, answered_ = 0, surplus_ = 0;
   int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0;
+  int64_t excused_ns_ = 0;  // until then
+  int64_t met_ns_ = 0;      // the last challenge that was met
   int64_t patience_ns_ = kAskAgainNs;
   int owed_ = 0;              // answers that may still come
   bool alone_ = false;        // no other question was under way with the last one
@@ -72,6 +82,7 @@ class FalconExchange {
   uint8_t legs_ = 0;         // homed, by the last other answer
   int tried_ = 0;            // before its manners are known
   int doubt_ = 0;            // rises by a miss, falls by one with each challenge that is met
+  int good_ = 0;             // answers, where the firmware ignores challenges
   bool stale_ = false;
   int until_next_ = 0;  // questions
   uint32_t random_ = 1;

@@ -166,10 +166,12 @@ void FalconLink::serve() {
       this, 0);
   failed_ = false;
   submit(in_.get(), in_flight_);
+  if (!failed_) ask_when_due();
   while (!failed_ && !ending_) {
-    ask_when_due();
+    // what has come is heard before a question counts as unanswered
     timeval wait{0, kTurnUs};
     libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
+    ask_when_due();
     follow_servo();
     if (is_silent()) break;
   }
@@ -192,6 +194,7 @@ void FalconLink::run() {
     if (ending_ || unplugged_) break;
     const timespec pause{0, kRetryNs};
     nanosleep(&pause, nullptr);
+    exchange_.begin_anew(now_ns());
     if (!is_silent()) continue;
     try {
       bring_up(port(), image_, image_name_);

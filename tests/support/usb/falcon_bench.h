@@ -62,6 +62,9 @@ class FalconBench final : public Device {
     for (; t_ns_ + kTurnNs <= t_ns; t_ns_ += kTurnNs) turn();
   }
 
+  /// As the link does after transfers that hapticd has cancelled.
+  void begin_anew() { exchange_->begin_anew(t_ns_); }
+
   EmulatedFalcon& emulated() { return emulated_; }
   const FalconExchange& exchange() const { return *exchange_; }
   MotorMailbox& mailbox() { return *mailbox_; }
