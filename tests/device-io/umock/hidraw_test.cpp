@@ -113,3 +113,13 @@ TEST_CASE("umock: a SpaceMouse is found, leads the handle, rests and is unplugge
   node.unplug();
   CHECK(run_until(*device, state, {}, [&] { return (state.flags & kDeviceLost) != 0; }));
 }
+
+TEST_CASE("umock: a mouse of 3Dconnexion is refused by name", "[umock]") {
+  EmulatedSpaceMouseOptions options;
+  options.product = 0xc650;  // a CadMouse
+  EmulatedSpaceMouse mouse(options);
+  UmockHidraw node(mouse);
+  CHECK_THROWS_WITH(find_node(of_kind(DeviceKind::kSpaceMouse)),
+                    Contains("no spacemouse is plugged in") &&
+                        Contains("/dev/hidraw0 (256f:c650, SpaceMouse Wireless) is none"));
+}

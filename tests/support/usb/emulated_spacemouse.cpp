@@ -28,10 +28,12 @@ UsbBytes report_descriptor() {
           0x07, 0x91, 0x03, 0xc0, 0xc0};
 }
 
-UsbDescriptors describe(bool whole) {
+UsbDescriptors describe(const EmulatedSpaceMouseOptions& options) {
+  const bool whole = options.whole || options.product != 0;
   UsbDescriptors all;
   all.vendor = whole ? 0x256f : 0x046d;
   all.product = whole ? 0xc62e : 0xc626;
+  if (options.product != 0) all.product = options.product;
   const auto low = [](uint16_t word) { return static_cast<uint8_t>(word % 256); };
   const auto high = [](uint16_t word) { return static_cast<uint8_t>(word / 256); };
   all.hid_report = report_descriptor();
@@ -64,7 +66,7 @@ UsbDescriptors describe(bool whole) {
 }  // namespace
 
 EmulatedSpaceMouse::EmulatedSpaceMouse(const EmulatedSpaceMouseOptions& options)
-    : options_(options), descriptors_(describe(options.whole)) {}
+    : options_(options), descriptors_(describe(options)) {}
 
 bool EmulatedSpaceMouse::control(const UsbSetup& setup, const UsbBytes& out, UsbBytes&,
                                  int64_t t_ns) {

@@ -24,7 +24,8 @@ enum class SpaceMouseFault {
 };
 
 struct EmulatedSpaceMouseOptions {
-  bool whole = false;  // one report of 13 bytes, not two of 7
+  bool whole = false;    // one report of 13 bytes, not two of 7
+  uint16_t product = 0;  // another id of 3Dconnexion's own vendor id; 0: that of the model
   /// Deflection in counts by time since the start [s].
   std::function<std::array<int, 6>(double t)> hand = [](double) { return std::array<int, 6>{}; };
   std::function<uint32_t(double t)> buttons = [](double) { return 0u; };
