@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/spacemouse/spacemouse.h"
 
-#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <memory>
 #include <utility>
 
-#include "device-io/hid/hid_node.h"
 #include "device-io/plugged/find_node.h"
 #include "proto/math/assert.h"
 
@@ -17,14 +17,15 @@ namespace {
 
 constexpr int64_t kLongestStepNs = 20'000'000;  // after a stall the handle does not jump
 
-/// Reports of the node, nonblocking. hidapi allocates its message about a device that has gone, so
-/// the kernel is asked first, over a descriptor of our own.
-NextReport reports_of(const std::string& path, FileDescriptor own) {
-  auto node = std::make_shared<HidNode>(path);
-  auto kept = std::make_shared<FileDescriptor>(std::move(own));
-  return [node, kept](std::span<uint8_t> report) {
-    pollfd hung_up{kept->get(), 0, 0};
-    return poll(&hung_up, 1, 0) > 0 ? -1 : node->read(report, 0);
+/// Reports of a nonblocking hidraw node, one a call: what hidapi does too, but over the descriptor
+/// that rt_guard knows, and without a message, which hidapi allocates, about a device that has
+/// gone.
+NextReport reports_of(FileDescriptor node) {
+  auto kept = std::make_shared<FileDescriptor>(std::move(node));
+  return [kept](std::span<uint8_t> report) {
+    const ssize_t n = read(kept->get(), report.data(), report.size());
+    const bool is_empty = n < 0 && (errno == EAGAIN || errno == EINTR);
+    return is_empty ? 0 : n > 0 ? static_cast<int>(n) : -1;
   };
 }
 
@@ -81,10 +82,9 @@ bool SpaceMouse::read(const TickTime& tick, DeviceState& state) {
 }
 
 std::unique_ptr<Device> open_spacemouse(const DeviceConfig& config, FileDescriptor node) {
-  const std::string path = find_node(config);
-  if (!node.is_open()) node = open_node(NodeKind::kHid, path);
+  if (!node.is_open()) node = open_node(config);
   return std::make_unique<SpaceMouse>(config, "3Dconnexion SpaceMouse",
-                                      reports_of(path, std::move(node)));
+                                      reports_of(std::move(node)));
 }
 
 }  // namespace haptic
