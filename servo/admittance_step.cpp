@@ -122,6 +122,39 @@ VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const Virtu
   return {moved(from.X_BH, model.dt * V_B), V_B};
 }
 
+/// Whether the tool goes where contact has proven it free; with the clutch held it goes nowhere.
+bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
+  return set != nullptr && is_renderer(set->renderer) && !state.clutch.held &&
+         is_rigid(static_cast<Renderer>(set->renderer));
+}
+
+/// Where contacts are not complete: where contact has proven the tool free, one tick later, and at
+/// rest until that is near.
+VirtualBody proven_body(const ServoModel& model, const ServoState& state, const ContactSet& set,
+                        const VirtualBody& from) {
+  if ((set.flags & kContactNoFreePose) != 0) return {from.X_BH, {}};
+  const Pose X_WT = tool_pose(model.map, state.clutch, from.X_BH);
+  if (norm(set.X_WG.p - X_WT.p) > kLeastSeen) return {from.X_BH, {}};
+  const Pose X_BH = handle_pose(model.map, state.clutch, set.X_WG);
+  return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
+}
+
+/// The body as the scene lets it go. Contacts that are not finite say nothing: it stays.
+VirtualBody constrained(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        const Rendered& rendered, const Pose& X_WT, const VirtualBody& from,
+                        const VirtualBody& free) {
+  if (!state.admittance.contacts_finite) return {from.X_BH, {}};
+  const ContactSet* set = input.contacts;
+  const bool is_cut = set != nullptr && (set->flags & kContactTruncated) != 0;
+  if (is_cut && !state.clutch.held && !is_led_by_contact(state, set)) {
+    return proven_body(model, state, *set, from);
+  }
+  // the way through the scene and back rounds
+  if (rendered.X_WP == X_WT) return free;
+  const Pose X_BH = handle_pose(model.map, state.clutch, rendered.X_WP);
+  return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
+}
+
 /// The handle where contact has proven the tool free; none where nothing is proven, or where the
 /// arm cannot have come from the last command.
 std::optional<Pose> proven_pose(const ServoModel& model, const ServoState& state,
@@ -133,29 +166,6 @@ std::optional<Pose> proven_pose(const ServoModel& model, const ServoState& state
   const double turning = kFarthest * model.dt * model.limits.angular_velocity_limit;
   if (norm(way.v) > moving || norm(way.w) > turning) return std::nullopt;
   return Pose{X_BH.p, normalized(X_BH.q)};
-}
-
-/// The body as the scene lets it go. Contacts that are not finite say nothing: it stays. Where they
-/// are not complete it goes where they have been proven, which is one tick later.
-VirtualBody constrained(const ServoModel& model, ServoState& state, const ServoInput& input,
-                        const Rendered& rendered, const Pose& X_WT, const VirtualBody& from,
-                        const VirtualBody& free) {
-  if (!state.admittance.contacts_finite) return {from.X_BH, {}};
-  const ContactSet* set = input.contacts;
-  if (set != nullptr && (set->flags & kContactTruncated) != 0 && !state.clutch.held) {
-    const std::optional<Pose> X_BH = proven_pose(model, state, *set);
-    return X_BH ? brought_to(from, *X_BH, model.dt) : VirtualBody{from.X_BH, {}};
-  }
-  // the way through the scene and back rounds
-  if (rendered.X_WP == X_WT) return free;
-  const Pose X_BH = handle_pose(model.map, state.clutch, rendered.X_WP);
-  return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
-}
-
-/// Whether the tool goes where contact has proven it free; with the clutch held it goes nowhere.
-bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
-  return set != nullptr && is_renderer(set->renderer) && !state.clutch.held &&
-         is_rigid(static_cast<Renderer>(set->renderer));
 }
 
 /// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it

@@ -10,8 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kLeastSeen = 25e-6;  // what a set that is not complete still covers [m]
-constexpr double kShare = 0.5;        // of the way that is left, which one tick may go
+constexpr double kShare = 0.5;  // of the way that is left, which one tick may go
 
 }  // namespace
 
