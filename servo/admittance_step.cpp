@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
@@ -121,35 +122,60 @@ VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const Virtu
   return {moved(from.X_BH, model.dt * V_B), V_B};
 }
 
+/// Whether the tool goes where contact has proven it free; with the clutch held it goes nowhere.
+bool is_led_by_contact(const ServoState& state, const ContactSet* set) {
+  return set != nullptr && is_renderer(set->renderer) && !state.clutch.held &&
+         is_rigid(static_cast<Renderer>(set->renderer));
+}
+
+/// Where contacts are not complete: where contact has proven the tool free, one tick later, and at
+/// rest until that is near.
+VirtualBody proven_body(const ServoModel& model, const ServoState& state, const ContactSet& set,
+                        const VirtualBody& from) {
+  if ((set.flags & kContactNoFreePose) != 0) return {from.X_BH, {}};
+  const Pose X_WT = tool_pose(model.map, state.clutch, from.X_BH);
+  if (norm(set.X_WG.p - X_WT.p) > kLeastSeen) return {from.X_BH, {}};
+  const Pose X_BH = handle_pose(model.map, state.clutch, set.X_WG);
+  return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
+}
+
 /// The body as the scene lets it go. Contacts that are not finite say nothing: it stays.
-VirtualBody constrained(const ServoModel& model, ServoState& state, const Rendered& rendered,
-                        const Pose& X_WT, const VirtualBody& from, const VirtualBody& free) {
+VirtualBody constrained(const ServoModel& model, ServoState& state, const ServoInput& input,
+                        const Rendered& rendered, const Pose& X_WT, const VirtualBody& from,
+                        const VirtualBody& free) {
   if (!state.admittance.contacts_finite) return {from.X_BH, {}};
+  const ContactSet* set = input.contacts;
+  const bool is_cut = set != nullptr && (set->flags & kContactTruncated) != 0;
+  if (is_cut && !state.clutch.held && !is_led_by_contact(state, set)) {
+    return proven_body(model, state, *set, from);
+  }
   // the way through the scene and back rounds
   if (rendered.X_WP == X_WT) return free;
   const Pose X_BH = handle_pose(model.map, state.clutch, rendered.X_WP);
   return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
 }
 
-/// The pose of a rigid tool that contact has proven free; none: nothing is proven.
-const Pose* verified(const ServoState& state, const ContactSet* set) {
-  if (set == nullptr || !is_renderer(set->renderer) || state.clutch.held) return nullptr;
-  if (!is_rigid(static_cast<Renderer>(set->renderer))) return nullptr;
-  return (set->flags & kContactNoFreePose) == 0 ? &set->X_WG : nullptr;
+/// The handle where contact has proven the tool free; none where nothing is proven, or where the
+/// arm cannot have come from the last command.
+std::optional<Pose> proven_pose(const ServoModel& model, const ServoState& state,
+                                const ContactSet& set) {
+  if ((set.flags & kContactNoFreePose) != 0) return std::nullopt;
+  const Pose X_BH = handle_pose(model.map, state.clutch, set.X_WG);
+  const Twist way = way_between(state.admittance.X_command_B, X_BH);
+  const double moving = kFarthest * model.dt * model.limits.velocity_limit;
+  const double turning = kFarthest * model.dt * model.limits.angular_velocity_limit;
+  if (norm(way.v) > moving || norm(way.w) > turning) return std::nullopt;
+  return Pose{X_BH.p, normalized(X_BH.q)};
 }
 
 /// Where the device is sent. The planes around a rigid tool hold to first order of its turn, so it
-/// goes where contact has proven it free, a tick later. From a place where it cannot have come from
-/// the last command the body begins anew.
+/// goes where contact has proven it free, a tick later. Where nothing is proven it stays, and the
+/// body begins anew.
 Pose command_of(const ServoModel& model, ServoState& state, const ContactSet* set) {
   AdmittanceState& own = state.admittance;
-  const Pose* X_WG = verified(state, set);
-  if (X_WG == nullptr) return own.body.X_BH;
-  const Pose X_BH = handle_pose(model.map, state.clutch, *X_WG);
-  const Twist way = way_between(own.X_command_B, X_BH);
-  const double moving = kFarthest * model.dt * model.limits.velocity_limit;
-  const double turning = kFarthest * model.dt * model.limits.angular_velocity_limit;
-  if (norm(way.v) <= moving && norm(way.w) <= turning) return {X_BH.p, normalized(X_BH.q)};
+  if (!is_led_by_contact(state, set)) return own.body.X_BH;
+  const std::optional<Pose> X_BH = proven_pose(model, state, *set);
+  if (X_BH) return *X_BH;
   own.body = {own.X_command_B, {}};
   return own.X_command_B;
 }
@@ -194,7 +220,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
   const Rendered rendered = render(model, state, input, scene, coupling, frame);
   own.contacts_finite = rendered.finite && is_finite(rendered.X_WP) && is_finite(rendered.F_W);
-  own.body = is_soft ? free : constrained(model, state, rendered, frame.X_WT, before, free);
+  own.body = is_soft ? free : constrained(model, state, input, rendered, frame.X_WT, before, free);
   own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
   if (!closed) {
     settle_ledger(*model.admittance, own.ledger, free, own.body,

@@ -257,9 +257,8 @@ std::string hand_line(const DeviceConfig& device) {
   if (row.has_node()) {
     return std::string(row.name) + " at " + std::string(view(device.serial.path)) + ", closed loop";
   }
-  const bool is_arm = device.kind == DeviceKind::kSimulatedArm;
-  return std::string("SIMULATED ") + (is_arm ? "arm that measures the hand's force" : "hand") +
-         ", seed " + std::to_string(device.hand.seed) + ", closed loop";
+  return "SIMULATED " + std::string(row.simulates) + ", seed " + std::to_string(device.hand.seed) +
+         ", closed loop";
 }
 
 /// The table: hand and machine, the figures with their goals, and the log's name.

@@ -40,11 +40,12 @@ struct DeviceRow {
   std::string_view name;  // in a config
   DeviceKind id;
   NodeKind node = NodeKind::kNone;
-  std::string_view usb_ids{};      // "vvvv:pppp" in hexadecimal, a blank between
-  std::string_view usb_product{};  // what the product's name must contain; empty: anything
-  std::string_view usb_refused{};  // ids that look like it but are not, for a clear message
-  bool tried = false;              // on hardware; else at an emulated device only
-  bool can_be_led = false;         // `hapt lead` says where its hand means to go
+  std::string_view usb_ids{};           // "vvvv:pppp" in hexadecimal, a blank between
+  std::string_view usb_product{};       // what the product's name must contain; empty: anything
+  std::string_view usb_refused{};       // ids that look like it but are not, for a clear message
+  bool tried = false;                   // on hardware; else at an emulated device only
+  bool can_be_led = false;              // `hapt lead` says where its hand means to go
+  std::string_view simulates = "hand";  // without a node and a recording: what, in words
   bool is_recorded = false;  // the motion is known before: it has an end, and force has no effect
 
   constexpr bool has_node() const { return node != NodeKind::kNone; }

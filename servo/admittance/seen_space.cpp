@@ -10,8 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kLeastSeen = 25e-6;  // what a set that is not complete still covers [m]
-constexpr double kShare = 0.5;        // of the way that is left, which one tick may go
+constexpr double kShare = 0.5;  // of the way that is left, which one tick may go
 
 }  // namespace
 
@@ -27,7 +26,7 @@ double seen_radius(const SeenSpace& seen, const ContactSet& set, const ContactAg
   if (!asked.known || asked.tick != set.answers_tick) return 0;
   if ((set.flags & kContactNoFreePose) != 0) return 0;
   if ((set.flags & kContactTruncated) != 0) return kLeastSeen;
-  const double period = std::max(1e-9 * static_cast<double>(median_interval_ns(age)), dt);
+  const double period = std::max(1e-9 * static_cast<double>(age.median_ns), dt);
   const double reach = look_ahead_reach(asked.speed, period, dt, is_body, true);
   // contact looks around the place where the tool would be a tick or two later
   return std::max(reach - 2 * dt * asked.speed, 0.0);

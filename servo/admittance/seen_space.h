@@ -9,6 +9,8 @@
 
 namespace haptic {
 
+inline constexpr double kLeastSeen = 25e-6;  // what a set that is not complete still covers [m]
+
 /// How fast the tool was in the ticks that contact may still answer [m/s], which is what its
 /// look-ahead goes by (proto/wire/look_ahead.h).
 struct SeenSpace {

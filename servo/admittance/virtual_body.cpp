@@ -5,6 +5,7 @@
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
+#include "servo/safety/limits.h"
 
 namespace haptic {
 namespace {
@@ -17,11 +18,6 @@ VirtualBody moved_on(const VirtualBody& body, const Twist& V_B, double dt) {
 Vec3 slowed(const Vec3& velocity, double inertia, double impulse) {
   const double momentum = inertia * norm(velocity);
   return momentum > impulse ? (1 - impulse / momentum) * velocity : Vec3{};
-}
-
-Vec3 shortened(const Vec3& a, double most) {
-  const double size = norm(a);
-  return size > most ? most / size * a : a;
 }
 
 }  // namespace
@@ -50,9 +46,10 @@ VirtualBody braked(const AdmittanceConfig& model, const VirtualBody& body, doubl
 
 VirtualBody bounded(const VirtualBody& from, const VirtualBody& to, const SpeedLimit& most,
                     double dt) {
-  if (norm(to.V_BH.v) <= most.moving && norm(to.V_BH.w) <= most.turning) return to;
-  return moved_on(from, {shortened(to.V_BH.v, most.moving), shortened(to.V_BH.w, most.turning)},
-                  dt);
+  Twist V_B = to.V_BH;
+  const bool moving_cut = saturate(V_B.v, most.moving);
+  const bool turning_cut = saturate(V_B.w, most.turning);
+  return moving_cut || turning_cut ? moved_on(from, V_B, dt) : to;
 }
 
 VirtualBody brought_to(const VirtualBody& from, const Pose& X_BH, double dt) {

@@ -16,6 +16,15 @@ constexpr int64_t kFade = 50 * kMs;      // duration of the fade
 constexpr double kReopenTime = 0.050;    // duration of the ramp up [s]
 constexpr int kFreshSetsToReopen = 5;    // after a complete fade
 
+int64_t median_of_intervals(const ContactAge& age) {
+  const size_t n = std::min(age.n_intervals, ContactAge::kIntervals);
+  HAPTIC_ASSERT(n > 0);
+  auto sorted = age.intervals_ns;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
+  return *middle;
+}
+
 void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
   const bool news = !age.any || !arrival.same_writer || arrival.seq != age.last_seq;
   if (!news) return;
@@ -23,6 +32,7 @@ void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
   // intervals longer than the longest hold are pauses and say nothing about the rate of contact
   if (age.any && interval > 0 && interval <= kMaxHold) {
     age.intervals_ns[age.n_intervals++ % ContactAge::kIntervals] = interval;
+    age.median_ns = median_of_intervals(age);
   }
   age.any = true;
   age.last_seq = arrival.seq;
@@ -32,17 +42,8 @@ void take_in(ContactAge& age, const ContactArrival& arrival, int64_t t_ns) {
 
 }  // namespace
 
-int64_t median_interval_ns(const ContactAge& age) {
-  const size_t n = std::min(age.n_intervals, ContactAge::kIntervals);
-  if (n == 0) return 0;
-  auto sorted = age.intervals_ns;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(sorted.begin(), middle, sorted.begin() + static_cast<std::ptrdiff_t>(n));
-  return *middle;
-}
-
 int64_t hold_ns(const ContactAge& age) {
-  return std::clamp(3 * median_interval_ns(age), kMinHold, kMaxHold);
+  return std::clamp(3 * age.median_ns, kMinHold, kMaxHold);
 }
 
 ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,

@@ -12,6 +12,7 @@ struct ContactAge {
   static constexpr size_t kIntervals = 9;
   std::array<int64_t, kIntervals> intervals_ns{};  // between the frames answered last
   size_t n_intervals = 0;
+  int64_t median_ns = 0;    // of those intervals; 0: none yet
   int64_t answered_ns = 0;  // newest answered frame
   uint64_t last_seq = 0;
   bool any = false;     // a set has been received
@@ -38,9 +39,6 @@ struct ContactArrival {
 /// complete fade five fresh sets reopen the contacts. The weight rises by a 50 ms ramp only.
 ContactWeight weigh_contacts(ContactAge& age, const ContactArrival& arrival, int64_t t_ns,
                              double dt);
-
-/// Median time between the frames answered last [ns]; 0: not known yet.
-int64_t median_interval_ns(const ContactAge& age);
 
 /// Age up to which the contacts have full weight [ns].
 int64_t hold_ns(const ContactAge& age);

@@ -208,6 +208,17 @@ TEST_CASE("admittance: a rigid box never enters a block", "[lab]") {
   CHECK(found.hardest_turn > 0.5);
 }
 
+// Contact found no way there: the tool stays where it was last proven free.
+TEST_CASE("admittance: a rigid box stays where contact knows no free pose", "[lab]") {
+  CHECK(box_at_block(Renderer::kConstrained6, 111, 0, 2500).depth <= kRounding);
+  CHECK(box_at_block(Renderer::kConstrained6, 106, 0, 1000).depth <= kRounding);
+}
+
+// More facets lie around the sphere than contact can list.
+TEST_CASE("admittance: a sphere goes where contact has proven it free", "[lab]") {
+  CHECK(ball_at_mesh(Renderer::kVirtualProxy3, 128, 5500).depth <= kRounding);
+}
+
 // Many hands, by hand: test_admittance "[many]" takes some minutes.
 TEST_CASE("admittance: no hand of two hundred enters a wall", "[.many]") {
   const uint64_t seed = GENERATE(range(uint64_t{100}, uint64_t{300}));
