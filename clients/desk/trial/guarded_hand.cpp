@@ -12,9 +12,9 @@ constexpr double kMostWay = 0.08;         // from where the step began [m]; a ha
 constexpr double kGentleStart = 0.2;      // soft start [s]; the pushes have ramps of their own
 constexpr double kNewtonsPerSecond = 50;  // slew [N/s]; 8 N in 160 ms, slower than a flinch
 
-bool answers(const DeviceState& device) {
+bool is_trusted(const DeviceState& device) {
   constexpr uint32_t kBad = kDeviceLost | kDeviceStale | kDeviceNoisy;
-  return (device.flags & kBad) == 0;
+  return (device.flags & kBad) == 0 && (device.flags & kDeviceHomed) != 0;
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ GuardedHand::GuardedHand(const SafetyLimits& limits, double share)
 TrialEnd GuardedHand::why_end(const DeviceState& device, uint32_t flags) {
   // nothing is felt yet, so a device that has to wake up or be homed may do so
   if (!pushes_) return TrialEnd::kNone;
-  if (!answers(device)) return TrialEnd::kLost;
+  if (!is_trusted(device)) return TrialEnd::kLost;
   if ((flags & kServoFault) != 0) return TrialEnd::kFault;
   if ((flags & kServoTooFast) != 0) return TrialEnd::kTooFast;
   if (begun_ && norm(device.X_BH.p - begin_B_) > kMostWay) return TrialEnd::kTooFar;
@@ -43,16 +43,15 @@ TrialEnd GuardedHand::why_end(const DeviceState& device, uint32_t flags) {
 
 Wrench GuardedHand::tick(const DeviceState& device, int64_t now_ns, const Wrench& wanted_B,
                          double dt) {
-  const bool usable = answers(device) && (device.flags & kDeviceHomed) != 0;
   SafetyInput input{};
   input.F_B = wanted_B;
   input.device = device;
   input.now_ns = now_ns;
   input.device_finite = is_sound(device);
   input.armed = pushes_ && end_ == TrialEnd::kNone;
-  input.force_closed = !usable;
+  input.force_closed = !is_trusted(device);
   const SafetyOutput safe = make_safe(limits_, state_, input, dt);
-  if (!begun_ && usable && input.device_finite) {
+  if (!begun_ && is_trusted(device) && input.device_finite) {
     begin_B_ = device.X_BH.p;
     begun_ = true;
   }

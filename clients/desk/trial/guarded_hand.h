@@ -10,7 +10,7 @@ namespace haptic {
 /// Why a step of a trial ends before its time.
 enum class TrialEnd {
   kNone,
-  kLost,     // the device does not answer, or its answers are stale or noisy
+  kLost,     // the device does not answer as it should, or its place is unknown
   kFault,    // safety latched another fault
   kTooFast,  // the hand did not hold the handle
   kTooFar,   // likewise

@@ -13,7 +13,7 @@ constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 const char* words_of(TrialEnd end) {
   switch (end) {
     case TrialEnd::kLost:
-      return "the device stopped answering";
+      return "the device stopped answering, or gave old, noisy or unhomed positions";
     case TrialEnd::kFault:
       return "a fault: the pose jumped or was no number";
     case TrialEnd::kTooFast:

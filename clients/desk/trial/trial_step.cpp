@@ -14,10 +14,10 @@ namespace {
 constexpr double kMostSilence = 0.1;  // between samples [s]; longer than any pause of a machine
 constexpr double kLeastWay = 0.005;   // of a hand that was asked to move [m]
 constexpr double kMostHandSpeed = 5;  // [m/s]; no hand holding a handle is faster
-// smallest response that counts, ten times a hand's tremor of 0.1 mm in a second, averaged twice
-constexpr double kLeastMotion = 3e-4;                          // [m]
-constexpr double kLeastTurn = 4e-3;                            // [rad]; the same at 75 mm
-constexpr double kRise = 0.5, kHold = 0.5, kFall = 0.3;        // of a push [s]
+// smallest response that counts: twice the amplitude of a hand's tremor, which the mean takes away
+constexpr double kLeastMotion = 2e-4;  // [m]
+constexpr double kLeastTurn = 3e-3;    // [rad]; the same at 70 mm
+constexpr double kWindow = 0.3;        // of the mean [s]; three turns of a tremor of 8 to 12 Hz
 constexpr double kFullRise = 3, kFullHold = 1, kFullFall = 1;  // of the full force [s]
 constexpr double kReached = 0.95;  // of the largest force; the damper may take the rest
 constexpr std::array<const char*, 6> kAxes{"x", "y", "z", "turning x", "turning y", "turning z"};
@@ -101,7 +101,8 @@ Wrench PushStep::wanted(double t) const {
   const int push = static_cast<int>(t / kPushTime);
   if (t < 0 || push >= 2 * axes_) return {};
   const int axis = push / 2;
-  const double share = trapezium(t - push * kPushTime, kRise, kHold, kFall);
+  const double since = t - push * kPushTime - kRest;
+  const double share = since < 0 ? 0 : trapezium(since, kRise, kHold, kFall);
   const double sign = push % 2 == 0 ? share : -share;
   Wrench F_B;
   if (axis < 3) {
@@ -115,34 +116,41 @@ Wrench PushStep::wanted(double t) const {
 void PushStep::note(const DeviceState& device, double t) {
   const int push = static_cast<int>(t / kPushTime);
   if (t < 0 || push >= 2 * axes_ || !is_sound(device)) return;
-  Seen& seen = seen_[static_cast<size_t>(push)];
+  if (!any_) X_first_ = device.X_BH;
+  any_ = true;
+  constexpr double kEnd = kRest + kRise + kHold;
   const double since = t - push * kPushTime;
-  if (!seen.began) seen.X_begin = device.X_BH;
-  seen.began = true;
-  // the last sample of the hold stays
-  if (since > kRise + kHold) return;
-  seen.X_end = device.X_BH;
-  seen.ended = since > kRise;
+  Seen& seen = seen_[static_cast<size_t>(push)];
+  const bool rests = since > kRest - kWindow && since <= kRest;
+  const bool holds = since > kEnd - kWindow && since <= kEnd;
+  if (!rests && !holds) return;
+  Place& place = rests ? seen.rest : seen.hold;
+  place.way += device.X_BH.p - X_first_.p;
+  place.turn += to_rotation_vector(device.X_BH.q * conjugate(X_first_.q));
+  place.samples += 1;
 }
 
-/// Half the difference of the two pushes, in which the hand's own drift goes away [m or rad].
+bool PushStep::is_seen(int push) const {
+  const Seen& seen = seen_[static_cast<size_t>(push)];
+  return seen.rest.samples > 0 && seen.hold.samples > 0;
+}
+
+/// Half the difference of the two pushes, in which a steady drift of the hand goes away [m or rad].
 double PushStep::response(int axis) const {
-  const auto along = [&](const Seen& seen) {
-    if (axis < 3) return (seen.X_end.p - seen.X_begin.p)[axis];
-    return to_rotation_vector(seen.X_end.q * conjugate(seen.X_begin.q))[axis - 3];
+  const auto along = [&](int push) {
+    const Seen& seen = seen_[static_cast<size_t>(push)];
+    return seen.hold.mean(axis) - seen.rest.mean(axis);
   };
-  const auto at = static_cast<size_t>(2 * axis);
-  return 0.5 * (along(seen_[at]) - along(seen_[at + 1]));
+  return 0.5 * (along(2 * axis) - along(2 * axis + 1));
 }
 
 std::vector<TrialRow> PushStep::rows() const {
   std::vector<TrialRow> rows;
   for (int axis = 0; axis < axes_; ++axis) {
-    const auto at = static_cast<size_t>(2 * axis);
     TrialRow row{std::string("pushes along ") + kAxes[static_cast<size_t>(axis)], "not reached",
                  Verdict::kUnclear};
     if (axis >= 3) row.what = kAxes[static_cast<size_t>(axis)];
-    if (seen_[at + 1].ended) {
+    if (is_seen(2 * axis) && is_seen(2 * axis + 1)) {
       const double moved = response(axis);
       const double least = axis < 3 ? kLeastMotion : kLeastTurn;
       row.measured = axis < 3 ? text("the handle went %+.2f mm with it", 1e3 * moved)

@@ -35,10 +35,11 @@ class LookStep {
 };
 
 /// Pushes along each axis that has a motor, in both directions, and compares the motion of the
-/// handle with the push. A push rises for 0.5 s, holds for 0.5 s, falls for 0.3 s, rests for 0.7 s.
+/// handle with the push. Before each push a rest, then it rises, holds and falls.
 class PushStep {
  public:
-  static constexpr double kPushTime = 2;  // of one push [s]
+  static constexpr double kRest = 0.5, kRise = 0.4, kHold = 0.7, kFall = 0.4;  // [s]
+  static constexpr double kPushTime = kRest + kRise + kHold + kFall;
 
   /// Of the force and torque that these limits allow.
   explicit PushStep(const SafetyLimits& limits);
@@ -49,15 +50,25 @@ class PushStep {
   std::vector<TrialRow> rows() const;
 
  private:
+  /// Sum of where the handle was, from where it was first: its way and its rotation vector.
+  struct Place {
+    Vec3 way, turn;
+    double samples = 0;
+
+    double mean(int axis) const { return (axis < 3 ? way[axis] : turn[axis - 3]) / samples; }
+  };
+  /// Before a push, and at its end.
   struct Seen {
-    Pose X_begin, X_end;
-    bool began = false, ended = false;
+    Place rest, hold;
   };
 
+  bool is_seen(int push) const;
   double response(int axis) const;
 
   double force_, torque_;
   int axes_;
+  Pose X_first_;
+  bool any_ = false;
   std::array<Seen, 12> seen_{};
 };
 
