@@ -12,6 +12,9 @@ constexpr double kMostWay = 0.08;         // from where the step began [m]; a ha
 constexpr double kGentleStart = 0.2;      // soft start [s]; the pushes have ramps of their own
 constexpr double kNewtonsPerSecond = 50;  // slew [N/s]; 8 N in 160 ms, slower than a flinch
 
+// a busy machine holds up a device for some ticks, without force; longer is the device's fault [s]
+constexpr double kMostDoubt = 0.1;
+
 bool is_trusted(const DeviceState& device) {
   constexpr uint32_t kBad = kDeviceLost | kDeviceStale | kDeviceNoisy;
   return (device.flags & kBad) == 0 && (device.flags & kDeviceHomed) != 0;
@@ -31,10 +34,10 @@ GuardedHand::GuardedHand(const SafetyLimits& limits, double share)
   limits_.angular_velocity_limit = kMostTurning;
 }
 
-TrialEnd GuardedHand::why_end(const DeviceState& device, uint32_t flags) {
+TrialEnd GuardedHand::why_end(const DeviceState& device, uint32_t flags) const {
   // nothing is felt yet, so a device that has to wake up or be homed may do so
   if (!pushes_) return TrialEnd::kNone;
-  if (!is_trusted(device)) return TrialEnd::kLost;
+  if (untrusted_ > kMostDoubt) return TrialEnd::kLost;
   if ((flags & kServoFault) != 0) return TrialEnd::kFault;
   if ((flags & kServoTooFast) != 0) return TrialEnd::kTooFast;
   if (begun_ && norm(device.X_BH.p - begin_B_) > kMostWay) return TrialEnd::kTooFar;
@@ -55,6 +58,7 @@ Wrench GuardedHand::tick(const DeviceState& device, int64_t now_ns, const Wrench
     begin_B_ = device.X_BH.p;
     begun_ = true;
   }
+  untrusted_ = is_trusted(device) ? 0 : untrusted_ + dt;
   if (end_ == TrialEnd::kNone) end_ = why_end(device, safe.flags);
   return end_ == TrialEnd::kNone ? safe.F_B : Wrench{};
 }

@@ -10,8 +10,8 @@ namespace haptic {
 /// Why a step of a trial ends before its time.
 enum class TrialEnd {
   kNone,
-  kLost,     // the device does not answer as it should, or its place is unknown
-  kFault,    // safety latched another fault
+  kLost,     // for 0.1 s the device has not answered, or its place was unknown
+  kFault,    // safety latched a fault
   kTooFast,  // the hand did not hold the handle
   kTooFar,   // likewise
 };
@@ -33,13 +33,14 @@ class GuardedHand {
   const SafetyLimits& limits() const { return limits_; }
 
  private:
-  TrialEnd why_end(const DeviceState& device, uint32_t flags);
+  TrialEnd why_end(const DeviceState& device, uint32_t flags) const;
 
   SafetyLimits limits_;
   bool pushes_;
   SafetyState state_;
   Vec3 begin_B_;
   bool begun_ = false;
+  double untrusted_ = 0;  // since the last sample that a force may follow from [s]
   TrialEnd end_ = TrialEnd::kNone;
 };
 

@@ -13,9 +13,9 @@ constexpr int kExitInterrupted = 130;  // 128 + SIGINT
 const char* words_of(TrialEnd end) {
   switch (end) {
     case TrialEnd::kLost:
-      return "the device stopped answering, or gave old, noisy or unhomed positions";
+      return "the device stopped answering, or is no longer homed";
     case TrialEnd::kFault:
-      return "a fault: the pose jumped or was no number";
+      return "a fault: the pose jumped, was noisy, old or no number";
     case TrialEnd::kTooFast:
       return "the handle went too fast; hold it";
     case TrialEnd::kTooFar:
