@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "clients/desk/trial/command.h"
 #include "clients/desk/trial/serial_tap.h"
@@ -187,9 +188,17 @@ void try_out(const TryOptions& options) {
       build_servo_model(config, {caps.max_force, caps.max_torque, false}).limits;
   std::cout << one_line(device->description()) << '\n';
   enter_realtime({.fifo_priority = config.realtime != 0 ? kFifoPriority : 0});
-  const std::vector<TrialRow> rows = try_device(*device, limits, config.servo_rate, options);
+  std::vector<TrialRow> rows;
+  std::optional<ExitCode> stopped;
+  try {
+    rows = try_device(*device, limits, config.servo_rate, options);
+  } catch (const ExitCode& code) {
+    stopped = code;
+  }
+  // what was said until Ctrl-C is worth as much
   device.reset();
   save_bytes(tap.get(), options);
+  if (stopped) throw *stopped;
   const bool all_passed = std::ranges::all_of(
       rows, [](const TrialRow& row) { return row.verdict == Verdict::kPassed; });
   if (!all_passed) throw ExitCode{kExitFailed};
