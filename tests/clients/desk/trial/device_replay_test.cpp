@@ -7,7 +7,7 @@
 
 #include "device-io/woodenhaptics/woodenhaptics.h"
 #include "tests/support/data.h"
-#include "tests/support/device_replay.h"
+#include "tests/support/usb/device_replay.h"
 
 namespace haptic {
 namespace {
