@@ -136,7 +136,7 @@ TEST_CASE("trial: what a hand does not hold ends the push, and nothing more is c
   CHECK(guard.end() == TrialEnd::kTooFar);
   CHECK(force == 0);
   // nor when the hand has brought it back
-  for (double x = 0.09; x > 0.01; x -= 1e-4, t += kDt) CHECK(told(t, kReady, x) == 0);
+  for (double x = 0.0995; x > 0.01; x -= 1e-4, t += kDt) CHECK(told(t, kReady, x) == 0);
 }
 
 TEST_CASE("trial: a device that goes silent, noisy, mad or unhomed gets no force any more") {
