@@ -90,6 +90,13 @@ std::string interface_driver(const std::string& root, const std::string& port) {
   return {};
 }
 
+/// The driver of the kernel that reads the reports of a hidraw node.
+std::string hid_driver(const std::string& root, const std::string& node) {
+  const std::string name = fs::path(node).filename();
+  std::error_code none;
+  return fs::read_symlink(root + "/sys/class/hidraw/" + name + "/device/driver", none).filename();
+}
+
 std::string names_of(const std::vector<Holder>& holders) {
   std::string text;
   for (const Holder& holder : holders) {
@@ -132,7 +139,8 @@ NodeAccess read_access(const std::string& root, const PluggedNode& node) {
   seen.exists = access(path.c_str(), F_OK) == 0;
   seen.allowed = access(path.c_str(), R_OK | W_OK) == 0;
   seen.locked = node.kind == NodeKind::kSerial && is_locked(root, node.path);
-  seen.driver = interface_driver(root, node.port);
+  seen.driver =
+      node.kind == NodeKind::kHid ? hid_driver(root, node.path) : interface_driver(root, node.port);
   seen.power = first_line(root + "/sys/bus/usb/devices/" + node.port + "/power/control");
   for (const fs::path& process : processes(root)) {
     if (!has_open(process, node.path)) continue;
