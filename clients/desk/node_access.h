@@ -17,10 +17,9 @@ struct Holder {
 /// What decides whether this process can open a node.
 struct NodeAccess {
   bool exists = false;
-  bool allowed = false;  // to read and write
-  bool locked = false;   // another program drives this serial node
-  std::string
-      driver{};  // of the HID device, else of its USB interface ("usbfs": a program); or none
+  bool allowed = false;           // to read and write
+  bool locked = false;            // another program drives this serial node
+  std::string driver{};           // of the HID device, else of the interface; usbfs: a program
   std::string power{};            // power/control of its USB device: "on", or "auto" suspends it
   std::vector<Holder> holders{};  // of other users' processes only root learns
 };
