@@ -158,6 +158,9 @@ std::vector<TrialRow> PushStep::rows() const {
       row.verdict = moved > least    ? Verdict::kPassed
                     : moved < -least ? Verdict::kFailed
                                      : Verdict::kUnclear;
+      if (row.verdict == Verdict::kFailed) {
+        row.measured += "; try again with a still hand, else a sign is wrong";
+      }
     }
     rows.push_back(std::move(row));
   }
