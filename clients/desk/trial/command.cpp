@@ -209,7 +209,7 @@ void try_out(const TryOptions& options) {
 void add_try_command(Command& devices, bool& ran) {
   const auto options = std::make_shared<TryOptions>();
   Command command = devices.subcommand(
-      "try", "Try a device for the first time: read it, push gently, then with all its force");
+      "try", "Try a new device in three guarded steps, from reading it to all of its force");
   command.option("KIND|CONFIG", options->what, "kind of the device, or a session file with it")
       .required();
   command.option("--path NODE", options->path, "serial port of the device");
