@@ -11,13 +11,6 @@
 namespace haptic {
 namespace {
 
-/// Finite, and the orientation is a rotation.
-bool is_sound(const DeviceState& device) {
-  constexpr double kUnit = 1e-3;
-  return is_finite(device.X_BH) && is_finite(device.V_BH) &&
-         std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
-}
-
 /// Another solver of a soft body begins where nothing is felt any more, with nothing of the former:
 /// its proxy is anew at the hand.
 void follow_soft_solver(ServoState& state, const ServoInput& input) {
@@ -58,6 +51,12 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
 }
 
 }  // namespace
+
+bool is_sound(const DeviceState& device) {
+  constexpr double kUnit = 1e-3;
+  return is_finite(device.X_BH) && is_finite(device.V_BH) &&
+         std::fabs(dot(device.X_BH.q, device.X_BH.q) - 1) < kUnit;
+}
 
 bool is_usable(const DeviceState& device) {
   return (device.flags & kDeviceLost) == 0 && (device.flags & kDeviceHomed) != 0;

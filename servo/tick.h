@@ -8,6 +8,9 @@
 /// that of an admittance device.
 namespace haptic {
 
+/// Whether all numbers of the pose and the velocity are finite and the orientation is a rotation.
+bool is_sound(const DeviceState& device);
+
 /// True if a force may follow from where the device says it is: it answers and is homed.
 bool is_usable(const DeviceState& device);
 

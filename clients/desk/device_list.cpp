@@ -10,7 +10,8 @@
 namespace haptic {
 namespace {
 
-constexpr const char* kIndent = "                  ";
+constexpr size_t kNameWidth = 19;
+const std::string kIndent(kNameWidth + 2, ' ');
 
 bool has_ids(const DeviceRow& row, const PluggedNode& node) {
   DeviceRow of_any_name = row;
@@ -78,7 +79,7 @@ void print_one(const ListedDevice& device, std::ostream& out) {
   const std::string name = known                  ? std::string(device.rows.front().name)
                            : device.other_product ? "another product"
                                                   : "serial port";
-  out << "  " << padded(name, 16) << identity(device.node) << '\n';
+  out << "  " << padded(name, kNameWidth) << identity(device.node) << '\n';
   if (device.other_product) {
     const DeviceRow& row = device.rows.front();
     out << kIndent << "has the ids of " << row.name << ", whose product's name holds \""
@@ -95,7 +96,7 @@ void print_one(const ListedDevice& device, std::ostream& out) {
   if (!obstacle.problem.empty()) out << ": " << obstacle.problem << "; " << obstacle.mend;
   out << '\n';
   bool first = true;
-  for (const std::string& line : config_lines(device.rows.front(), device.node)) {
+  for (const std::string& line : config_lines(device)) {
     out << kIndent << (first ? "config:  " : "         ") << one_line(line) << '\n';
     first = false;
   }
@@ -147,9 +148,7 @@ void print_json(const ListedDevice& device, std::ostream& out) {
   fields.flag("opens", !obstacle.blocks);
   fields.text("problem", obstacle.problem);
   fields.text("mend", obstacle.mend);
-  const bool is_chosen = !device.other_product;
-  fields.raw("config", array_of(is_chosen ? config_lines(device.rows.front(), node)
-                                          : std::vector<std::string>{}));
+  fields.raw("config", array_of(config_lines(device)));
 }
 
 void print_json(const DeviceRow& row, std::ostream& out) {
@@ -190,17 +189,23 @@ std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,
   return devices;
 }
 
-std::vector<std::string> config_lines(const DeviceRow& row, const PluggedNode& node) {
-  std::vector<std::string> lines{"[device]", "kind = \"" + std::string(row.name) + "\""};
-  if (row.node == NodeKind::kSerial) {
-    lines.insert(lines.end(),
-                 {"[device.serial]", "path = " + toml(node.link.empty() ? node.path : node.link)});
-    return lines;
+bool is_certain(const ListedDevice& device) {
+  return !device.other_product && !device.rows.front().usb_ids.empty();
+}
+
+std::vector<std::string> config_lines(const ListedDevice& device) {
+  if (device.other_product) return {};
+  const PluggedNode& node = device.node;
+  std::string kind = "kind = \"" + std::string(device.rows.front().name) + "\"";
+  for (size_t i = 1; i < device.rows.size(); ++i) {
+    kind += std::string(i == 1 ? "  # or " : ", ") + std::string(device.rows[i].name);
   }
-  lines.emplace_back("[device.usb]  # only where several are plugged in");
-  lines.push_back(node.serial.empty() ? "port = " + toml(node.port)
-                                      : "serial = " + toml(node.serial));
-  return lines;
+  if (node.kind == NodeKind::kSerial) {
+    return {"[device]", kind, "[device.serial]",
+            "path = " + toml(node.link.empty() ? node.path : node.link)};
+  }
+  return {"[device]", kind, "[device.usb]  # only where several are plugged in",
+          node.serial.empty() ? "port = " + toml(node.port) : "serial = " + toml(node.serial)};
 }
 
 void print_devices(std::span<const DeviceRow> rows, const std::vector<ListedDevice>& plugged,
@@ -210,7 +215,7 @@ void print_devices(std::span<const DeviceRow> rows, const std::vector<ListedDevi
   out << "\nsupported besides:\n";
   for (const DeviceRow& row : rows) {
     if (is_among(row, plugged)) continue;
-    out << "  " << padded(std::string(row.name), 16) << state_of(row);
+    out << "  " << padded(std::string(row.name), kNameWidth) << state_of(row);
     if (row.has_node()) {
       out << "; " << word_of(row.node) << (row.usb_ids.empty() ? "" : " ") << row.usb_ids;
     }

@@ -26,8 +26,12 @@ std::vector<ListedDevice> supported(std::span<const DeviceRow> rows,
 /// "vvvv:pppp".
 std::string usb_ids_of(const PluggedNode& node);
 
-/// The lines of a session file that choose this device of that row, also among several.
-std::vector<std::string> config_lines(const DeviceRow& row, const PluggedNode& node);
+/// Whether it is one row's for certain: by its ids.
+bool is_certain(const ListedDevice& device);
+
+/// The lines of a session file that choose this device, also among several; none for another
+/// product.
+std::vector<std::string> config_lines(const ListedDevice& device);
 
 /// For people: what is plugged in, then what is supported besides.
 void print_devices(std::span<const DeviceRow> rows, const std::vector<ListedDevice>& plugged,

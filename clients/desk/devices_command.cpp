@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "clients/desk/device_list.h"
+#include "clients/desk/trial/command.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
 
@@ -16,15 +17,23 @@ void list_devices(bool json) {
   (json ? print_devices_json : print_devices)(kDevices, devices, std::cout);
 }
 
+struct DevicesOptions {
+  bool json = false, tried = false;
+};
+
 }  // namespace
 
 void add_devices_command(Command& app) {
-  const auto json = std::make_shared<bool>(false);
+  const auto options = std::make_shared<DevicesOptions>();
   Command command = app.subcommand(
       "devices", "List the devices that are plugged in, whether they open, how to choose them");
-  add_json(command, *json);
+  add_json(command, options->json);
+  add_try_command(command, options->tried);
   command.example("hapt devices --json");
-  command.action([json] { list_devices(*json); });
+  command.action([options] {
+    // the action of `try` has run before
+    if (!options->tried) list_devices(options->json);
+  });
 }
 
 }  // namespace haptic

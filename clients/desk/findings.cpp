@@ -156,7 +156,7 @@ Finding runtime_of(const RuntimeFolder& folder) {
 
 Finding rules_of(const MachineFacts& facts) {
   if (facts.rules_installed) return {Grade::kGood, "udev rules", "installed", ""};
-  const bool needed = !facts.devices.empty();
+  const bool needed = std::ranges::any_of(facts.devices, is_certain);
   return {needed ? Grade::kWrong : Grade::kHint, "udev rules",
           "70-hapticd.rules is not installed: devices are root's, may be suspended, and "
           "ModemManager talks to serial ones",
@@ -173,7 +173,7 @@ Finding spacenavd_of(const MachineFacts& facts) {
 
 std::string name_of(const ListedDevice& device) {
   const bool known = device.rows.size() == 1 && !device.other_product;
-  return (known ? std::string(device.rows.front().name) : "device") + " at " +
+  return (known ? std::string(device.rows.front().name) : "serial port") + " at " +
          shown(device.node.path);
 }
 
@@ -182,13 +182,15 @@ void add_device(const MachineFacts& facts, const ListedDevice& device,
   if (device.other_product) return;
   const std::string name = name_of(device);
   const Obstacle obstacle = obstacle_of(device.node, device.access);
+  // behind a serial port there may be anything
+  const Grade bad = is_certain(device) ? Grade::kWrong : Grade::kHint;
   const Grade grade = obstacle.problem.empty() ? Grade::kGood
-                      : obstacle.blocks        ? Grade::kWrong
+                      : obstacle.blocks        ? bad
                                                : Grade::kHint;
   findings.push_back(
       {grade, name, obstacle.problem.empty() ? "can be opened" : obstacle.problem, obstacle.mend});
   if (device.access.power == "auto") {
-    findings.push_back({Grade::kWrong, name,
+    findings.push_back({bad, name,
                         "may be suspended by the kernel when it is idle, and wakes up late",
                         "as root: echo on > /sys/bus/usb/devices/" + shown(device.node.port) +
                             "/power/control; hapticd's udev rules do it each time"});
@@ -201,7 +203,7 @@ void add_device(const MachineFacts& facts, const ListedDevice& device,
   }
   if (device.node.kind == NodeKind::kSerial && !facts.modem_manager.empty() &&
       !facts.rules_installed) {
-    findings.push_back({Grade::kWrong, name,
+    findings.push_back({bad, name,
                         "ModemManager sends it bytes when it is plugged in, to see whether it is a "
                         "modem",
                         kMendRules});

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/desk/node_access.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
@@ -91,6 +90,13 @@ std::string interface_driver(const std::string& root, const std::string& port) {
   return {};
 }
 
+/// The driver of the kernel that reads the reports of a hidraw node.
+std::string hid_driver(const std::string& root, const std::string& node) {
+  const std::string name = fs::path(node).filename();
+  std::error_code none;
+  return fs::read_symlink(root + "/sys/class/hidraw/" + name + "/device/driver", none).filename();
+}
+
 std::string names_of(const std::vector<Holder>& holders) {
   std::string text;
   for (const Holder& holder : holders) {
@@ -128,19 +134,20 @@ std::vector<Holder> processes_named(const std::string& root, const std::string& 
 }
 
 NodeAccess read_access(const std::string& root, const PluggedNode& node) {
-  NodeAccess access;
+  NodeAccess seen;
   const std::string path = root + node.path;
-  access.exists = faccessat(AT_FDCWD, path.c_str(), F_OK, AT_EACCESS) == 0;
-  access.allowed = faccessat(AT_FDCWD, path.c_str(), R_OK | W_OK, AT_EACCESS) == 0;
-  access.locked = node.kind == NodeKind::kSerial && is_locked(root, node.path);
-  access.driver = interface_driver(root, node.port);
-  access.power = first_line(root + "/sys/bus/usb/devices/" + node.port + "/power/control");
+  seen.exists = access(path.c_str(), F_OK) == 0;
+  seen.allowed = access(path.c_str(), R_OK | W_OK) == 0;
+  seen.locked = node.kind == NodeKind::kSerial && is_locked(root, node.path);
+  seen.driver =
+      node.kind == NodeKind::kHid ? hid_driver(root, node.path) : interface_driver(root, node.port);
+  seen.power = first_line(root + "/sys/bus/usb/devices/" + node.port + "/power/control");
   for (const fs::path& process : processes(root)) {
     if (!has_open(process, node.path)) continue;
     Holder holder = holder_at(process);
-    if (holder.pid != getpid()) access.holders.push_back(std::move(holder));
+    if (holder.pid != getpid()) seen.holders.push_back(std::move(holder));
   }
-  return access;
+  return seen;
 }
 
 Obstacle obstacle_of(const PluggedNode& node, const NodeAccess& access) {

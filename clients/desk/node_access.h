@@ -19,7 +19,7 @@ struct NodeAccess {
   bool exists = false;
   bool allowed = false;           // to read and write
   bool locked = false;            // another program drives this serial node
-  std::string driver{};           // that has the USB interface; "usbfs": a program; empty: none
+  std::string driver{};           // of the HID device, else of the interface; usbfs: a program
   std::string power{};            // power/control of its USB device: "on", or "auto" suspends it
   std::vector<Holder> holders{};  // of other users' processes only root learns
 };

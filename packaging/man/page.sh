@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Makes a manual page of a template; what the programs say of themselves is asked of them, so that it
 # cannot be out of date. Run: page.sh PROGRAMS VERSION TEMPLATE > page
-# A line "@options WORDS" stands for the options of a command, "@commands WORD" for those of its
-# commands with their options, "@keys FILE" for a reference in Markdown.
+# A line "@options WORDS" stands for the options of a command, "@commands WORDS" for those of its
+# commands, and of theirs, with their options, "@keys FILE" for a reference in Markdown.
 set -euo pipefail
 programs=$1 version=$2 template=$3
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
@@ -28,6 +28,7 @@ commands() {
   for command in $(commands_of "$@"); do
     printf '\n## %s %s\n\n' "$*" "$command"
     options "$@" "$command"
+    commands "$@" "$command"
   done
 }
 

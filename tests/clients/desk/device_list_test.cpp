@@ -85,23 +85,25 @@ TEST_CASE("device list: a stranger sees what it is, whether it opens, and what t
   const std::string text = listed({kDelta, kArm});
   INFO(text);
   CHECK(has(text,
-            "  delta           0403:cb48 Novint \"Falcon\", serial number F001, port 1-1, "
+            "  delta              0403:cb48 Novint \"Falcon\", serial number F001, port 1-1, "
             "/dev/bus/usb/001/004\n"
-            "                  emulated only, not yet tried on hardware\n"
-            "                  can be opened\n"
-            "                  config:  [device]\n"
-            "                           kind = \"delta\"\n"
-            "                           [device.usb]  # only where several are plugged in\n"
-            "                           serial = \"F001\"\n"));
+            "                     emulated only, not yet tried on hardware\n"
+            "                     can be opened\n"
+            "                     config:  [device]\n"
+            "                              kind = \"delta\"\n"
+            "                              [device.usb]  # only where several are plugged in\n"
+            "                              serial = \"F001\"\n"));
   CHECK(has(text, "tried on hardware\n"));
   CHECK(has(text, "port = \"1-2\""));  // without a serial number
-  CHECK(has(text, "supported besides:\n  hand            no hardware needed\n  text-line       "));
+  CHECK(has(text,
+            "supported besides:\n  hand               no hardware needed\n  text-line          "));
   CHECK_FALSE(has(text.substr(text.find("besides")), "delta"));
 }
 
 TEST_CASE("device list: a serial port is named by its lasting path and by all it may be") {
   const std::string text = listed({kLine});
   CHECK(has(text, "may be any of: text-line, other-line (the config says which)"));
+  CHECK(has(text, "kind = \"text-line\"  # or other-line\n"));
   CHECK(has(text, "path = \"/dev/serial/by-id/usb-Teensyduino_USB_Serial_9-if00\""));
   PluggedNode plain = kLine;
   plain.link.clear();

@@ -149,12 +149,18 @@ TEST_CASE("findings: of a device its rights, its power, and who else talks to it
   CHECK(after([](MachineFacts& m) {
           m.spacenavd = {{812, "spacenavd"}};
         }) == Seen("spacenavd", Grade::kHint));
+  MachineFacts knob = best();
+  knob.devices[0].access.driver = "logitech";
+  CHECK(bad(knob).empty());
+  CHECK(findings_of(knob).back().fact.find("hid-logitech") != std::string::npos);
   MachineFacts modem = best();
   modem.modem_manager = {{9, "ModemManager"}};
   modem.devices = {plugged(kLine, "/dev/ttyACM0")};
   CHECK(bad(modem).empty());
   modem.rules_installed = false;
   CHECK(bad(modem).size() == 2);
+  // the port may be anybody's
+  CHECK_FALSE(is_any_wrong(findings_of(modem)));
 }
 
 TEST_CASE("findings: printed one a line, the mend below, in JSON as they are") {

@@ -67,6 +67,7 @@ TEST_CASE("node access: who has a node open, which driver has the interface, wha
   root.process(812, "spacenavd", "/dev/hidraw3");
   root.process(9, "reader", "/dev/hidraw30");
   root.process(getpid(), "hapt", "/dev/hidraw3");  // who asks is in nobody's way
+  root.link("/sys/class/hidraw/hidraw3/device/driver", "../../../../bus/hid/drivers/logitech");
   root.link("/sys/bus/usb/devices/1-2:1.0/driver", "../../../../bus/usb/drivers/usbhid");
   root.link("/sys/bus/usb/devices/1-20:1.0/driver", "../../../../bus/usb/drivers/usbfs");
   root.write("/sys/bus/usb/devices/1-2/power/control", "auto\n");
@@ -74,8 +75,11 @@ TEST_CASE("node access: who has a node open, which driver has the interface, wha
   REQUIRE(access.holders.size() == 1);
   CHECK(access.holders[0].pid == 812);
   CHECK(access.holders[0].name == "spacenavd");
-  CHECK(access.driver == "usbhid");
+  CHECK(access.driver == "logitech");
   CHECK(access.power == "auto");
+  PluggedNode usb = kHid;
+  usb.kind = NodeKind::kUsb;
+  CHECK(read_access(root.path(), usb).driver == "usbhid");
   CHECK(processes_named(root.path(), "spacenavd").size() == 1);
   CHECK(processes_named(root.path(), "space").empty());
 }

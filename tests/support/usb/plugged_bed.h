@@ -2,6 +2,7 @@
 #pragma once
 
 #include <umockdev.h>
+#include <unistd.h>
 
 #include <stdexcept>
 #include <string>
@@ -67,6 +68,12 @@ class PluggedBed {
 
   void unplug(const BedDevice& device) {
     umockdev_testbed_remove_device(bed_, sys(device).c_str());
+  }
+
+  /// The same, and its node hangs up on who has it open.
+  void unplug_hid(const BedDevice& device, const std::string& node) {
+    close(umockdev_testbed_get_dev_fd(bed_, ("/dev/" + node).c_str()));
+    unplug(device);
   }
 
   /// Adds devices in umockdev's own words.
