@@ -49,6 +49,14 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   return encode_falcon(command);
 }
 
+/// A challenge hides the homed bits of its own answer behind those before it, which a firmware that
+/// has just begun does not have.
+void FalconExchange::restart() noexcept {
+  reader_.clear();
+  waits_ = distrusts_ = challenges_ = false;
+  legs_ = 0;
+}
+
 void FalconExchange::judge_challenge(bool met) noexcept {
   if (manners_ == Manners::kUnknown) {
     if (met) manners_ = Manners::kObeys;

@@ -34,6 +34,9 @@ class FalconExchange {
   bool may_ask(int64_t t_ns) const noexcept;
   /// The next question, from the servo's newest command.
   FalconBytes ask(int64_t t_ns) noexcept;
+  /// The firmware was brought up anew: nothing is under way, and what was homed before counts no
+  /// longer. What is known of its manners stays.
+  void restart() noexcept;
   /// A packet of the chip, at most kFtdiPacket bytes, its status included.
   void hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept;
 

@@ -152,6 +152,7 @@ void FalconLink::serve() {
       },
       this, 0);
   failed_ = false;
+  exchange_.restart();
   began_ns_ = now_ns();
   submit(in_.get(), in_flight_);
   while (!failed_ && !ending_) {
