@@ -57,6 +57,15 @@ FalconBytes FalconExchange::ask(int64_t t_ns) noexcept {
   return encode_falcon(command);
 }
 
+/// A challenge hides the homed bits of its own answer behind those before it, which a firmware that
+/// has just begun does not have.
+void FalconExchange::restart() noexcept {
+  reader_.clear();
+  owed_ = 0;
+  heard_since_ = distrusts_ = challenges_ = false;
+  legs_ = 0;
+}
+
 void FalconExchange::judge_challenge(bool met, int64_t t_ns) noexcept {
   if (met) met_ns_ = t_ns;
   if (manners_ == Manners::kUnknown) {

@@ -41,6 +41,9 @@ class FalconExchange {
   /// Transfers were cancelled: somebody else may have asked, so that surplus answers are no
   /// evidence for a while. The next question waits until the line is silent.
   void begin_anew(int64_t t_ns) noexcept;
+  /// The firmware was brought up anew: nothing is under way, and what was homed before counts no
+  /// longer. What is known of its manners stays.
+  void restart() noexcept;
   /// A packet of the chip, at most kFtdiPacket bytes, its status included.
   void hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept;
 

@@ -86,6 +86,8 @@ FtdiPort FalconLink::port() {
     if (n < 0) fail("a request failed", n);
   };
   port.send = [this](std::span<const uint8_t> bytes) {
+    // a bring-up in the thread may take seconds, which nobody waits for at the end
+    if (ending_) throw DeviceError("the Falcon: the session ends");
     std::vector<uint8_t> copy(bytes.begin(), bytes.end());
     int sent = 0;
     const int error = libusb_bulk_transfer(handle_.get(), kFalconOut, copy.data(),
@@ -199,6 +201,7 @@ void FalconLink::run() {
     try {
       bring_up(port(), image_, image_name_);
       began_ns_ = now_ns();
+      exchange_.restart();
     } catch (const std::exception&) {
       break;  // hapticd's next servo says why
     }

@@ -20,6 +20,7 @@ constexpr int kFifoPriority = 90;  // above the servo's 80
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kLookNs = 2 * kMs;        // longest period of the checks
 constexpr int64_t kHeldUpNs = 3 * kMs;      // a check later than this is skipped
+constexpr int64_t kLetGoNs = 50 * kMs;      // for the thread to take what is handed over
 constexpr int64_t kTryAgainNs = 200 * kMs;  // between attempts to reopen a missing device
 
 FileDescriptor duplicate(const FileDescriptor& fd) {
@@ -52,6 +53,23 @@ DeviceGuard::~DeviceGuard() {
 
 void DeviceGuard::start() {
   thread_ = std::thread([this] { run(); });
+}
+
+int DeviceGuard::node_for_servo() {
+  const NodeKind kind = row_of(device_.kind).node;
+  if (kind != NodeKind::kUsb || generation_ == 0 || !node_.is_open()) return node_.get();
+  node_ = {};
+  hand_over();
+  const timespec turn{0, kMs};
+  for (int64_t waited_ns = 0; next_.load() != nullptr && waited_ns < kLetGoNs; waited_ns += kMs) {
+    nanosleep(&turn, nullptr);
+  }
+  try {
+    node_ = open_node(kind, path_);
+  } catch (const std::runtime_error&) {
+    try_again_ns_ = 0;  // look() tries again
+  }
+  return node_.get();
 }
 
 void DeviceGuard::watch(int pidfd, uint64_t generation) {

@@ -42,8 +42,14 @@ class DeviceGuard {
   /// Starts the thread; without the right to FIFO it runs at normal priority.
   void start();
 
-  /// The open node, for a servo to inherit; −1 while the device is gone.
+  /// The open node; −1 while the device is gone.
   int node() const { return node_.get(); }
+
+  /// The node for a new servo to inherit; −1 while the device is gone. That of a USB device
+  /// is opened anew for each servo: it would reap the finished transfers of the one before, whose
+  /// data the kernel writes to addresses in the dead one's memory. Waits a little for the thread to
+  /// let go of the old one, whose claim would keep the new servo out.
+  int node_for_servo();
 
   /// Watches this servo from now on.
   void watch(int pidfd, uint64_t generation);

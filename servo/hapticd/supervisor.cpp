@@ -315,7 +315,7 @@ void Supervisor::launch(const Process& process, uint64_t generation, ChildProces
   };
   hand_over("--config-fd", config_file_.get());
   hand_over("--control-fd", socket.get());
-  if (drives(process)) hand_over("--device-fd", guard_->node());
+  if (drives(process)) hand_over("--device-fd", guard_->node_for_servo());
   if (spare_fd >= 0) hand_over("--spare-fd", spare_fd);
   words.insert(words.end(), {"--generation", std::to_string(generation)});
   child.launch(folder_, process.program, std::move(words), kept);

@@ -29,9 +29,11 @@ struct Account {
   double stored = 0;  // in the springs of the coupling, by the wrench that the motors hold [J]
 };
 
+/// A coupling without a turning spring holds nothing in it.
 inline double stored_in(const CouplingConfig& k, const Wrench& F) {
-  return norm_squared(F.f) / (2 * k.translational_stiffness) +
-         norm_squared(F.t) / (2 * k.rotational_stiffness);
+  const double moving = norm_squared(F.f) / (2 * k.translational_stiffness);
+  if (k.rotational_stiffness == 0) return moving;
+  return moving + norm_squared(F.t) / (2 * k.rotational_stiffness);
 }
 
 inline double kinetic_energy(const SimulatedHandConfig& c, const HandPlant& plant) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <string>
 
 #include "device-io/hand/impedance.h"
 #include "tests/support/near.h"
@@ -293,6 +294,31 @@ TEST_CASE("falcon: counts that wrap are followed, and those of no place are not 
   CHECK(state.buttons == 4);
   CHECK_THAT(state.X_BH.p, IsNear({0, 0, 0}, 50e-6));
   CHECK_FALSE(driver.read({3 * kMs, 3 * kMs}, state));
+}
+
+TEST_CASE("falcon: a firmware brought up anew is not homed, whichever question is a challenge",
+          "[device-io]") {
+  const auto answer = [](FalconExchange& exchange, uint8_t flags, int64_t t_ns) {
+    UsbBytes packet{0x01, 0x60};
+    const std::string text = "<AAAAAAAAAAAA" + std::string(1, static_cast<char>(0x41 + flags));
+    packet.insert(packet.end(), text.begin(), text.end());
+    packet.insert(packet.end(), {'A', '>'});
+    exchange.ask(t_ns);
+    exchange.hear(packet, t_ns + kMs);
+  };
+  for (int homed = 1; homed < 40; ++homed) {
+    MotorMailbox mailbox;
+    FalconExchange exchange(mailbox);
+    int64_t t_ns = kMs;
+    for (int n = 0; n < homed; ++n, t_ns += 2 * kMs) {
+      // before any answer homing is asked for; a challenge takes it back
+      answer(exchange, 0x70, t_ns);
+    }
+    exchange.restart();
+    answer(exchange, 0, t_ns);
+    CAPTURE(homed);
+    CHECK((mailbox.newest()->flags & kFalconLegs) == 0);
+  }
 }
 
 TEST_CASE("falcon: a wrench that is not finite is no force", "[device-io]") {

@@ -84,7 +84,7 @@ UsbDescriptors describe(const std::string& serial) {
 EmulatedFalcon::EmulatedFalcon(const EmulatedFalconOptions& options)
     : options_(options),
       descriptors_(describe(options.serial)),
-      intention_(seeded_intention(options.hand)) {
+      intention_(options.intention ? options.intention : seeded_intention(options.hand)) {
   if (options.has_firmware) state_ = State::kRunning;
   plant_ = start_plant(options_.hand, intention_);
   sense();
