@@ -68,8 +68,11 @@ void FalconLink::open() {
     fail("its node cannot be used", error);
   }
   handle_.reset(handle);
-  // not supported everywhere, and without effect where no kernel driver is bound
-  libusb_set_auto_detach_kernel_driver(handle, 1);
+  // not libusb's own way to do so at each claim, which refuses a claim that hapticd has made
+  // already
+  if (libusb_kernel_driver_active(handle, kFalconInterface) == 1) {
+    libusb_detach_kernel_driver(handle, kFalconInterface);
+  }
   if (const int error = libusb_claim_interface(handle, kFalconInterface); error != 0) {
     fail("it is in use", error);
   }

@@ -7,6 +7,12 @@ NR == 1 {
   for (i = 1; i <= NF; ++i) column[$i] = i
   next
 }
+# busybox has no square root: Newton's method
+function root(square,   guess, i) {
+  guess = 1
+  for (i = 0; i < 30; ++i) guess = (guess + square / guess) / 2
+  return square > 0 ? guess : 0
+}
 function has(flags, flag) {return int(flags / flag) % 2 == 1}
 {
   ++ticks
@@ -14,8 +20,8 @@ function has(flags, flag) {return int(flags / flag) % 2 == 1}
   if (has(flags, fresh_flag)) ++fresh
   if (has(flags, stale_flag) || has(flags, noisy_flag)) ++doubted
   if (has(flags, lost_flag)) ++lost
-  x = $column["F_device_B.f.x"]; y = $column["F_device_B.f.y"]; z = $column["F_device_B.f.z"]
-  force = sqrt(x * x + y * y + z * z)
+  x = $column["F_device_B.force.x_N"]; y = $column["F_device_B.force.y_N"]; z = $column["F_device_B.force.z_N"]
+  force = x * x + y * y + z * z
   if (force > most) most = force
   if ($column["n_contacts"] > 0) ++contact
   skipped = $column["skipped"]
@@ -24,8 +30,8 @@ function has(flags, flag) {return int(flags / flag) % 2 == 1}
   if (late > latest) latest = late
 }
 END {
-  good = ticks > 0 && fresh > ticks / 4 && doubted == 0 && most > 0.5 && contact > 0
+  good = ticks > 0 && fresh > ticks / 4 && doubted == 0 && most > 0.25 && contact > 0
   printf "result %s %s: %d ticks, %d skipped, %d fresh samples, %d ticks lost, %d doubted, ", kind,
     good ? "passed" : "FAILED", ticks, skipped - skipped_before, fresh, lost, doubted
-  printf "contact in %d, force to %.2f N, latest wake-up %.1f ms\n", contact, most, latest
+  printf "contact in %d, force to %.2f N, latest wake-up %.1f ms\n", contact, root(most), latest
 }
