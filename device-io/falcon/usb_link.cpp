@@ -19,8 +19,8 @@ namespace {
 
 constexpr uint8_t kVendorRequest = 0x40;
 constexpr unsigned kRequestMs = 1000;  // for a request; a full-speed device answers within 5 ms
-constexpr int kTurnUs = 2000;     // longest wait for an event: the age of a question is looked at
-constexpr int kCancelTurns = 50;  // of kTurnUs: 100 ms
+constexpr int kTurnUs = 2000;      // longest wait for an event: the age of a question is looked at
+constexpr int kCancelTurns = 500;  // of kTurnUs: 1 s
 constexpr int64_t kMs = 1'000'000;
 constexpr long kRetryNs = 2'000'000;  // after cancelled transfers; hapticd's zero comes first
 
@@ -55,6 +55,9 @@ FalconLink::FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMai
 FalconLink::~FalconLink() {
   ending_ = true;
   if (thread_.joinable()) thread_.join();
+  // libusb still knows a transfer that the kernel has not given back: it stays, as does its memory
+  if (in_flight_) in_.release();
+  if (out_flight_) out_.release();
 }
 
 /// Over the node that hapticd holds too, so that the claim outlives this process (decision 20).
@@ -196,7 +199,7 @@ void FalconLink::run() {
   while (!ending_ && !unplugged_) {
     serve();
     cancel();
-    if (ending_ || unplugged_) break;
+    if (ending_ || unplugged_ || in_flight_ || out_flight_) break;
     const timespec pause{0, kRetryNs};
     nanosleep(&pause, nullptr);
     exchange_.begin_anew(now_ns());

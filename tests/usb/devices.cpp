@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/usb/devices.h"
 
+#include <array>
+#include <cmath>
 #include <stdexcept>
 
 #include "device-io/hand/impedance.h"
 #include "proto/os/message.h"
 #include "tests/support/usb/emulated_falcon.h"
+#include "tests/support/usb/emulated_hid_arm.h"
+#include "tests/support/usb/emulated_spacemouse.h"
 
 namespace haptic::test {
 namespace {
 
-/// A typical hand that presses on the middle of the workspace, along `down_B`, each 1.2 s.
+/// A typical hand that presses on the middle of the workspace, against `up_B`, each 1.2 s.
 SimulatedHandConfig stroking_hand(const Vec3& up_B, double mass, double damping) {
   SimulatedHandConfig hand;
   hand.mass = mass;
@@ -40,11 +44,39 @@ class CountedFalcon final : public CountedDevice {
   EmulatedFalcon falcon_;
 };
 
+class CountedHidArm final : public CountedDevice {
+ public:
+  CountedHidArm() : arm_({.hand = stroking_hand({0, 0, 1}, 0.15, 0.3)}) {}
+  EmulatedUsb& usb() override { return arm_; }
+  std::string account() const override { return "commands=" + std::to_string(arm_.commands()); }
+
+ private:
+  EmulatedHidArm arm_;
+};
+
+/// A hand that pushes the knob down and lets it rise, once in four seconds.
+class CountedSpaceMouse final : public CountedDevice {
+ public:
+  CountedSpaceMouse()
+      : knob_({.product = 0xc635, .hand = [](double t) {
+                 return std::array<int, 6>{0, 0, std::fmod(t, 4) < 2 ? 200 : -200, 0, 0, 0};
+               }}) {}
+  EmulatedUsb& usb() override { return knob_; }
+  std::string account() const override { return "reports=" + std::to_string(knob_.reports()); }
+
+ private:
+  EmulatedSpaceMouse knob_;
+};
+
 }  // namespace
 
 std::unique_ptr<CountedDevice> make_device(const std::string& kind) {
   if (kind == "falcon") return std::make_unique<CountedFalcon>();
-  throw std::runtime_error("there is no emulated '" + shown(kind) + "'; use falcon");
+  if (kind == "woodenhaptics-hid") return std::make_unique<CountedHidArm>();
+  if (kind == "spacemouse") return std::make_unique<CountedSpaceMouse>();
+  throw std::runtime_error("there is no emulated '" + shown(kind) +
+                           "'; use falcon, woodenhaptics-hid or "
+                           "spacemouse");
 }
 
 }  // namespace haptic::test
