@@ -37,10 +37,18 @@ class CountedFalcon final : public CountedDevice {
            " rejected=" + std::to_string(falcon_.rejected()) +
            " answers=" + std::to_string(falcon_.answers()) +
            " longest_gap_ms=" + std::to_string(falcon_.longest_gap_ns() / 1'000'000) +
-           " force_words=" + std::to_string(falcon_.pushing_packets());
+           " force_words=" + std::to_string(falcon_.pushing_packets()) + " let_go_ms=" + let_go();
   }
 
  private:
+  std::string let_go() const {
+    std::string text;
+    for (const int64_t t_ns : falcon_.let_go_ns()) {
+      text += (text.empty() ? "" : ",") + std::to_string(t_ns / 1'000'000);
+    }
+    return text;
+  }
+
   EmulatedFalcon falcon_;
 };
 

@@ -195,12 +195,17 @@ void EmulatedFalcon::take_packet(int64_t t_ns) {
     ++rejected_;
     return;
   }
+  const bool pushed = std::any_of(motors_.begin(), motors_.end(), [](int w) { return w != 0; });
   for (size_t i = 0; i < 3; ++i) {
     int word = 0;
     for (size_t k = 4; k-- > 0;) word = word * 16 + ((packet[1 + 4 * i + k] - 'A') & 15);
     motors_[i] = word < 32768 ? word : word - 65536;
   }
   homing_ = ((packet[13] - 'A') & 1) != 0;
+  constexpr char kZero[] = "<AAAAAAAAAAAABA>";
+  if (pushed && std::equal(packet.begin(), packet.end(), kZero)) {
+    let_go_ns_.push_back(t_ns - last_packet_ns_);
+  }
   force_B_ = force_of(plant_.p_B, motors_);
   if (std::any_of(motors_.begin(), motors_.end(), [](int w) { return w != 0; })) ++pushing_;
   if (packets_++ > 0) longest_gap_ns_ = std::max(longest_gap_ns_, t_ns - last_packet_ns_);

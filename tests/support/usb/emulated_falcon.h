@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <random>
+#include <vector>
 
 #include "device-io/hand/plant.h"
 #include "tests/support/usb/emulated_usb.h"
@@ -65,6 +66,9 @@ class EmulatedFalcon final : public EmulatedUsb {
   uint64_t pushing_packets() const { return pushing_; }
   size_t image_size() const { return image_.size(); }
   int64_t last_packet_ns() const { return last_packet_ns_; }
+  /// Times from a packet that commanded a force to the next, where that is the zero of hapticd or
+  /// of a servo that ends [ns].
+  const std::vector<int64_t>& let_go_ns() const { return let_go_ns_; }
   /// Longest time between two packets, since the firmware runs [ns].
   int64_t longest_gap_ns() const { return longest_gap_ns_; }
 
@@ -97,6 +101,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   std::deque<UsbBytes> said_;  // the last answers, sent or not
   uint64_t packets_ = 0, rejected_ = 0, answers_ = 0, pushing_ = 0;
   int64_t last_packet_ns_ = 0, longest_gap_ns_ = 0;
+  std::vector<int64_t> let_go_ns_;
   // the arm and the hand
   HandPlant plant_;
   Intention intention_;
