@@ -20,7 +20,7 @@ expect() {
   exit 1
 }
 
-expect "hapt d" demo diff disarm
+expect "hapt d" demo devices diff disarm doctor
 expect "hapt demo rigid" rigid-bunnies rigid-peg
 expect "hapt demo peg --renderer v" virtual-proxy3 voxel
 expect "hapt demo --over" --overwrite
