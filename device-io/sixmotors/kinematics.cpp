@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "device-io/woodenhaptics/encoder_noise.h"
+#include "device-io/sensing/encoder_noise.h"
 #include "proto/math/assert.h"
 
 namespace haptic {

@@ -5,15 +5,11 @@
 #include <cstdint>
 #include <string_view>
 
+#include "device-io/sensing/motor_counts.h"
 #include "proto/math/pose.h"
 
 namespace haptic {
 
-/// As many as an answer of the device has encoders; motors that a device lacks are zero in all of
-/// these.
-inline constexpr size_t kMostMotors = 6;
-
-using MotorCounts = std::array<int32_t, kMostMotors>;   // of the encoders on the motors
 using Milliamperes = std::array<int32_t, kMostMotors>;  // of the motors' currents
 using MotorAmperes = std::array<double, kMostMotors>;   // the same [A]
 using JointAngles = std::array<double, kMostMotors>;    // [rad]

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "device-io/woodenhaptics/encoder_noise.h"
+#include "device-io/sensing/encoder_noise.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -38,7 +38,7 @@ double reach(const WoodenHapticsGeometry& g, const Vec3& q) {
 double torque_of_current(const WoodenHapticsGeometry& g, int i) {
   HAPTIC_ASSERT(i >= 0 && i < 3 && g.torque_constant > 0);
   const size_t k = static_cast<size_t>(i);
-  return g.direction[k] * g.ratio[k] * g.torque_constant;
+  return g.torque_direction[k] * g.ratio[k] * g.torque_constant;
 }
 
 }  // namespace

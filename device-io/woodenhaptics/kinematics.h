@@ -18,10 +18,11 @@ struct WoodenHapticsGeometry {
   double forearm = 0.245;                      // [m]
   Vec3 origin{0.220, 0, 0.080};                // of frame B, from the foot of A's axis [m]
   std::array<double, 3> ratio{16, 12, 12};     // diameter of the body over that of the capstan
-  std::array<double, 3> direction{1, -1, -1};  // sign of the body's rotation per motor's
-  MotorCounts home_counts{0, 0, -6000};        // added to counts that are zero at home
-  double counts_per_turn = 2000;               // per motor turn, with quadrature
-  double torque_constant = 0.0259;             // of a motor [N·m/A]
+  std::array<double, 3> direction{1, -1, -1};  // sign of the body's rotation per encoder's
+  std::array<double, 3> torque_direction{1, -1, -1};  // sign of the body's torque per current
+  MotorCounts home_counts{0, 0, -6000};               // added to counts that are zero at home
+  double counts_per_turn = 2000;                      // per motor turn, with quadrature
+  double torque_constant = 0.0259;                    // of a motor [N·m/A]
 };
 
 /// Joint angles q = (θ_A, β, γ) [rad]: azimuth; upper arm from the vertical; forearm from the

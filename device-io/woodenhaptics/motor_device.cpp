@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include "device-io/sensing/handle_velocity.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -58,11 +58,7 @@ void MotorDevice::move_to(const MotorLine::Sample& sample) {
     noise_.restart();
     return;
   }
-  const double share = dt / (dt + 1 / (2 * std::numbers::pi * velocity_cutoff_));
-  const Vec3 raw_B = (last_.X_BH.p - before_B.p) / dt;
-  const Vec3 raw_w_B = to_rotation_vector(last_.X_BH.q * conjugate(before_B.q)) / dt;
-  last_.V_BH.v += share * (raw_B - last_.V_BH.v);
-  last_.V_BH.w += share * (raw_w_B - last_.V_BH.w);
+  low_pass_velocity(before_B, last_.X_BH, dt, velocity_cutoff_, last_.V_BH);
 }
 
 bool MotorDevice::read(const TickTime& tick, DeviceState& state) {

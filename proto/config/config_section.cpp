@@ -183,14 +183,19 @@ bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) 
   return read_quantities(key, Dimension::kLength, range, out);
 }
 
-bool Section::read_direction(std::string_view key, Vec3& out) {
+bool Section::read_numbers(std::string_view key, const Range& range, Vec3& out) {
   const toml::node* node = take(key);
   if (node == nullptr) return false;
   const toml::array& array = array_of(*node, key, 3, "[0, 0, 1]");
-  Vec3 direction;
   for (int i = 0; i < 3; ++i) {
-    direction[i] = number_of(*array.get(static_cast<size_t>(i)), key, kAny);
+    out[i] = number_of(*array.get(static_cast<size_t>(i)), key, range);
   }
+  return true;
+}
+
+bool Section::read_direction(std::string_view key, Vec3& out) {
+  Vec3 direction;
+  if (!read_numbers(key, kAny, direction)) return false;
   const double length = norm(direction);
   if (!(length > 0) || !std::isfinite(length)) {
     fail_at(key, "has no direction; write for example [0, 0, 1]");

@@ -114,6 +114,8 @@ class Section {
   /// Three quantities of one kind.
   bool read_quantities(std::string_view key, Dimension dimension, const Range& range, Vec3& out);
   bool read_lengths(std::string_view key, const Range& range, Vec3& out);
+  /// Three numbers without unit.
+  bool read_numbers(std::string_view key, const Range& range, Vec3& out);
   /// Three numbers, normalised to a unit vector.
   bool read_direction(std::string_view key, Vec3& out);
   /// {axis, angle} or {quaternion = [x, y, z, w]}.

@@ -94,17 +94,20 @@ struct FalconConfig {
 };
 
 /// An arm of three joints driven by capstans, behind a board with HID reports (WoodenHaptics and
-/// its relatives). Joint angle: sign · 2π · counts · capstan / (counts_per_turn · body) + home.
+/// its relatives). Joint angle: sign · 2π · counts · capstan / (counts_per_turn · body) + home. The
+/// joints are A about the vertical, the upper arm's lean from standing, the forearm's rise from
+/// hanging. The defaults are the WoodenHaptics of 2016.
 struct HidArmConfig {
-  Vec3 links{0.080, 0.205, 0.245};     // lengths of base, upper and lower link [m]
-  Vec3 capstans{0.010, 0.010, 0.010};  // diameters [m]
-  Vec3 bodies{0.160, 0.120, 0.120};    // diameters of the driven bodies [m]
-  Vec3 signs{-1, -1, 1};               // of the joint angle by its counts: 1 or −1
-  Vec3 homes;                          // joint angles where the counts are zero [rad]
-  double counts_per_turn = 2000;       // of a motor, all four edges
-  double torque_constant = 0.0259;     // [N·m/A]
-  double max_current = 3;              // per motor [A]
-  double velocity_cutoff = 100;        // low-pass of the differentiated position [Hz]
+  Vec3 links{0.080, 0.205, 0.245};       // height of the shoulder, upper arm, forearm [m]
+  Vec3 capstans{0.010, 0.010, 0.010};    // diameters [m]
+  Vec3 bodies{0.160, 0.120, 0.120};      // diameters of the driven bodies [m]
+  Vec3 signs{-1, -1, -1};                // of a joint's angle by its counts: 1 or −1
+  Vec3 motor_signs{1, -1, -1};           // of a joint's torque by its motor's current
+  Vec3 homes{0, 0, 1.5707963267948966};  // joint angles where the counts are zero [rad]
+  double counts_per_turn = 2000;         // of a motor, all four edges
+  double torque_constant = 0.0259;       // [N·m/A]
+  double max_current = 3;                // per motor [A]
+  double velocity_cutoff = 100;          // low-pass of the differentiated position [Hz]
 };
 
 /// A sprung knob whose deflection commands a velocity.

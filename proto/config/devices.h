@@ -26,6 +26,12 @@ enum class NodeKind {
   kUsb,     // /dev/bus/usb/BBB/DDD, found by its ids
 };
 
+/// 3Dconnexion's devices of six axes; of its other devices, keyboards and mice among them, none.
+inline constexpr std::string_view kSpaceMouseIds =
+    "046d:c603 046d:c605 046d:c606 046d:c621 046d:c623 046d:c625 046d:c626 046d:c627 046d:c628 "
+    "046d:c629 046d:c62b 046d:c640 256f:c62e 256f:c62f 256f:c631 256f:c632 256f:c633 256f:c635 "
+    "256f:c636 256f:c638 256f:c63a";
+
 struct DeviceRow {
   std::string_view name;  // in a config
   DeviceKind id;

@@ -21,7 +21,7 @@ struct Kind {
   double most = kMost;  // in SI units, either sign
 };
 
-constexpr std::array<Kind, 19> kKinds{{
+constexpr std::array<Kind, 20> kKinds{{
     {Dimension::kLength, "a length", "100 mm", kMostLength},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
@@ -40,6 +40,7 @@ constexpr std::array<Kind, 19> kKinds{{
     {Dimension::kInertia, "a moment of inertia", "1e-4 kg·m²"},
     {Dimension::kDensity, "a density", "1 g/cm³"},
     {Dimension::kCurrent, "a current", "3 A"},
+    {Dimension::kTorqueConstant, "a torque constant", "0.0259 N·m/A"},
     {Dimension::kMemory, "an amount of memory", "4 GiB", kMostMemory},
 }};
 
@@ -107,6 +108,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"g/cm3", Dimension::kDensity, 1e3},
     {"A", Dimension::kCurrent, 1},
     {"mA", Dimension::kCurrent, 1e-3},
+    {"Nm/A", Dimension::kTorqueConstant, 1},
+    {"mNm/A", Dimension::kTorqueConstant, 1e-3},
     {"B", Dimension::kMemory, 1},
     {"kB", Dimension::kMemory, 1e3},
     {"MB", Dimension::kMemory, 1e6},

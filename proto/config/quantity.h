@@ -29,6 +29,7 @@ enum class Dimension {
   kInertia,              // [kg·m²]
   kDensity,              // [kg/m³]
   kCurrent,              // [A]
+  kTorqueConstant,       // of a motor [N·m/A]
   kMemory,               // [bytes]
 };
 

@@ -107,18 +107,18 @@ void RedirectedDevice::answer_questions() {
 }
 
 void RedirectedDevice::answer_transfers() {
-  parser_->start_interrupt_receiving_func =
-      [](void* self, uint64_t id, usb_redir_start_interrupt_receiving_header* wanted) {
-        of(self).pushing_ = wanted->endpoint;
-        usb_redir_interrupt_receiving_status_header status{usb_redir_success, wanted->endpoint};
-        usbredirparser_send_interrupt_receiving_status(of(self).parser_.get(), id, &status);
-      };
-  parser_->stop_interrupt_receiving_func =
-      [](void* self, uint64_t id, usb_redir_stop_interrupt_receiving_header* wanted) {
-        of(self).pushing_ = 0;
-        usb_redir_interrupt_receiving_status_header status{usb_redir_success, wanted->endpoint};
-        usbredirparser_send_interrupt_receiving_status(of(self).parser_.get(), id, &status);
-      };
+  parser_->start_interrupt_receiving_func = [](void* self, uint64_t id,
+                                               usb_redir_start_interrupt_receiving_header* wanted) {
+    of(self).pushing_ = wanted->endpoint;
+    usb_redir_interrupt_receiving_status_header status{usb_redir_success, wanted->endpoint};
+    usbredirparser_send_interrupt_receiving_status(of(self).parser_.get(), id, &status);
+  };
+  parser_->stop_interrupt_receiving_func = [](void* self, uint64_t id,
+                                              usb_redir_stop_interrupt_receiving_header* wanted) {
+    of(self).pushing_ = 0;
+    usb_redir_interrupt_receiving_status_header status{usb_redir_success, wanted->endpoint};
+    usbredirparser_send_interrupt_receiving_status(of(self).parser_.get(), id, &status);
+  };
   parser_->cancel_data_packet_func = [](void* self, uint64_t id) { of(self).cancel(id); };
   parser_->control_packet_func = [](void* self, uint64_t id,
                                     usb_redir_control_packet_header* header, uint8_t* data,
@@ -206,8 +206,7 @@ void RedirectedDevice::answer_control(uint64_t id, usb_redir_control_packet_head
                        header.length};
   UsbBytes in;
   const bool standard = (setup.type & kTypeMask) == 0;
-  const bool done =
-      standard ? answer_standard(setup, in) : device_.control(setup, out, in, t_ns_);
+  const bool done = standard ? answer_standard(setup, in) : device_.control(setup, out, in, t_ns_);
   header.status = done ? usb_redir_success : usb_redir_stall;
   if ((setup.type & kToHost) != 0) {
     in.resize(std::min<size_t>(in.size(), setup.length));
@@ -229,8 +228,8 @@ void RedirectedDevice::answer_bulk(uint64_t id, usb_redir_bulk_packet_header hea
 }
 
 void RedirectedDevice::cancel(uint64_t id) {
-  const auto it = std::find_if(waiting_.begin(), waiting_.end(),
-                               [id](const Waiting& w) { return w.id == id; });
+  const auto it =
+      std::find_if(waiting_.begin(), waiting_.end(), [id](const Waiting& w) { return w.id == id; });
   if (it == waiting_.end()) return;  // it was answered meanwhile
   it->header.status = usb_redir_cancelled;
   it->header.length = it->header.length_high = 0;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Plugs an emulated device into a virtual machine: haptic-usb-device KIND SOCKET [options]. QEMU
-// connects to the socket by `-chardev socket,path=SOCKET -device usb-redir`. It says what the device
-// has seen, as one line of key=value, when QEMU hangs up.
+// connects to the socket by `-chardev socket,path=SOCKET -device usb-redir`. It says what the
+// device has seen, as one line of key=value, when QEMU hangs up.
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -16,8 +15,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "proto/config/command_line.h"
 #include "proto/ipc/process.h"
 #include "proto/os/file_descriptor.h"
+#include "proto/os/message.h"
+#include "proto/os/realtime.h"
 #include "tests/usb/devices.h"
 #include "tests/usb/redirected_device.h"
 
@@ -81,20 +83,20 @@ void serve(const Options& options) {
 }  // namespace
 }  // namespace haptic::test
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
+  using haptic::Dimension;
+  constexpr haptic::Range kTimes{0, 3600};  // longer than anybody waits
   haptic::test::Options options;
-  CLI::App app("An emulated USB device, plugged into a virtual machine of QEMU.");
-  app.add_option("kind", options.kind, "as in a config: falcon, woodenhaptics-hid, spacemouse")
-      ->required();
-  app.add_option("socket", options.socket, "QEMU's end of USB redirection")->required();
-  app.add_option("--unplug-after", options.unplug_after, "seconds; 0: never");
-  app.add_option("--away", options.away, "seconds until it is plugged in again");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    haptic::test::serve(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "haptic-usb-device: %s\n", error.what());
-    return 1;
-  }
+  haptic::CommandLine line("haptic-usb-device",
+                           "An emulated USB device, plugged into a virtual machine of QEMU.");
+  line.option("KIND", options.kind, "falcon, woodenhaptics-hid or spacemouse").required();
+  line.option("SOCKET", options.socket, "QEMU's end of USB redirection").required();
+  line.quantity("--unplug-after", options.unplug_after, Dimension::kTime, kTimes,
+                "from the guest's configuration; 0 s: never");
+  line.quantity("--away", options.away, Dimension::kTime, kTimes, "until it is plugged in again");
+  if (const auto code = line.read(argc, argv)) return *code;
+  haptic::test::serve(options);
   return 0;
+} catch (const std::exception& error) {
+  return haptic::report_failure("haptic-usb-device", error);
 }

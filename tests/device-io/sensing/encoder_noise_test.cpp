@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Encoder noise against motion: paths in closed form, and recorded hands.
-#include "device-io/woodenhaptics/encoder_noise.h"
+#include "device-io/sensing/encoder_noise.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

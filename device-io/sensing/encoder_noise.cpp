@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "device-io/woodenhaptics/encoder_noise.h"
+#include "device-io/sensing/encoder_noise.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "device-io/woodenhaptics/arm.h"
+#include "device-io/sensing/motor_counts.h"
 
 namespace haptic {
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/falcon/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/math/assert.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kClosed = 1e-12;      // agreement of the angles: 1e-13 m at the handle [rad]
+constexpr double kLongestStep = 0.02;  // of Newton's method [m]; the workspace is 0.1 m wide
+constexpr int kMostSteps = 20;         // from the origin ten reach any corner
+constexpr double kFlatLeg = 1e-6;      // of a·L sin(knee) [m²]; in the workspace it is above 1e-3
+constexpr double kSingular = 100;      // of det J [rad³/m³]; in the workspace it is above 1000
+
+/// Solves A x = b by Cramer's rule. False, and x is zero, if the determinant is too small.
+bool solve(const Mat3& A, const Vec3& b, Vec3& x) {
+  const Vec3 c0 = A.column(0), c1 = A.column(1), c2 = A.column(2);
+  const double determinant = dot(c0, cross(c1, c2));
+  x = {};
+  if (!(std::fabs(determinant) > kSingular)) return false;
+  x = Vec3{dot(b, cross(c1, c2)), dot(c0, cross(b, c2)), dot(c0, cross(c1, b))} / determinant;
+  return true;
+}
+
+bool solve_leg(const FalconGeometry& g, size_t i, const Vec3& p, double& angle, Vec3& row) {
+  const double a = g.upper_arm, b = g.parallelogram;
+  const double cos_phi = std::cos(g.azimuth[i]), sin_phi = std::sin(g.azimuth[i]);
+  const double u = p.x * cos_phi + p.y * sin_phi - g.motor_radius + g.plate_radius;
+  const double v = -p.x * sin_phi + p.y * cos_phi - g.motor_shift + g.plate_shift;
+  const double w = p.z + g.origin_z;
+  if (!(v * v < b * b)) return false;
+  const double q = std::sqrt(b * b - v * v);
+  const double L = g.knee + g.ankle + q;
+  const double rho = std::hypot(u, w);
+  const double cos_shoulder = (rho * rho + a * a - L * L) / (2 * a * rho);
+  if (!(std::fabs(cos_shoulder) < 1)) return false;
+  angle = std::atan2(w, u) - std::acos(cos_shoulder);
+
+  // the constraint, differentiated
+  const double U = u - a * std::cos(angle), W = w - a * std::sin(angle);
+  const double by_angle = a * (U * std::sin(angle) - W * std::cos(angle));
+  if (!(std::fabs(by_angle) > kFlatLeg)) return false;
+  const double du = -U / by_angle, dv = -L * v / (q * by_angle), dw = -W / by_angle;
+  row = {cos_phi * du - sin_phi * dv, sin_phi * du + cos_phi * dv, dw};
+  return true;
+}
+
+}  // namespace
+
+bool solve_falcon(const FalconGeometry& g, const Vec3& p_B, FalconPose& pose) noexcept {
+  for (size_t i = 0; i < 3; ++i) {
+    const int leg = static_cast<int>(i);
+    if (!solve_leg(g, i, p_B, pose.angles[leg], pose.J.row[leg])) return false;
+  }
+  return true;
+}
+
+bool find_falcon_handle(const FalconGeometry& g, const Vec3& angles, Vec3& p_B) noexcept {
+  Vec3 p = p_B;
+  FalconPose pose;
+  for (int n = 0; n < kMostSteps; ++n) {
+    if (!solve_falcon(g, p, pose)) return false;
+    const Vec3 error = angles - pose.angles;
+    if (std::max({std::fabs(error.x), std::fabs(error.y), std::fabs(error.z)}) < kClosed) {
+      p_B = p;
+      return true;
+    }
+    Vec3 step;
+    if (!solve(pose.J, error, step)) return false;
+    const double length = norm(step);
+    p += (length > kLongestStep ? kLongestStep / length : 1.0) * step;
+  }
+  return false;
+}
+
+bool falcon_torques(const FalconPose& pose, const Vec3& F_B, Vec3& torques) noexcept {
+  return solve(transpose(pose.J), F_B, torques);
+}
+
+Vec3 falcon_force(const FalconPose& pose, const Vec3& torques) noexcept {
+  return transpose(pose.J) * torques;
+}
+
+double falcon_angle(const FalconGeometry& g, int32_t counts) noexcept {
+  return g.home + g.angle_per_count * counts;
+}
+
+}  // namespace haptic

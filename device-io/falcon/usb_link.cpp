@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/falcon/usb_link.h"
+
+#include <libusb-1.0/libusb.h>
+#include <time.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "device-io/plugged/find_node.h"
+#include "device-io/threemotors/follow_scheduling.h"
+#include "proto/ipc/process.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr uint8_t kVendorRequest = 0x40;
+constexpr unsigned kRequestMs = 1000;  // for a request; a full-speed device answers within 5 ms
+constexpr int kTurnUs = 2000;     // longest wait for an event: the age of a question is looked at
+constexpr int kCancelTurns = 50;  // of kTurnUs: 100 ms
+constexpr int64_t kMs = 1'000'000;
+
+[[noreturn]] void fail(const char* what, int error) {
+  throw DeviceError(std::string("the Falcon: ") + what + ": " + libusb_error_name(error) +
+                    "; plug it out and in again, and close other programs that use it");
+}
+
+}  // namespace
+
+void FalconLink::Close::operator()(libusb_context* context) const {
+  libusb_exit(context);
+}
+void FalconLink::Close::operator()(libusb_device_handle* handle) const {
+  libusb_release_interface(handle, kFalconInterface);
+  libusb_close(handle);
+}
+void FalconLink::Close::operator()(libusb_transfer* transfer) const {
+  libusb_free_transfer(transfer);
+}
+
+FalconLink::FalconLink(const DeviceConfig& config, FileDescriptor node, MotorMailbox& mailbox)
+    : mailbox_(mailbox), exchange_(mailbox), node_(std::move(node)), servo_(pthread_self()) {
+  image_name_ = view(config.falcon.firmware);
+  if (!image_name_.empty()) image_ = read_firmware(image_name_);
+  if (!node_.is_open()) node_ = open_node(config);
+  open();
+  bring_up(port(), image_, image_name_);
+  thread_ = std::thread([this] { run(); });
+}
+
+FalconLink::~FalconLink() {
+  ending_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+/// Over the node that hapticd holds too, so that the claim outlives this process (decision 20).
+void FalconLink::open() {
+  libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
+  libusb_context* context = nullptr;
+  if (const int error = libusb_init(&context); error != 0) fail("libusb does not begin", error);
+  context_.reset(context);
+  libusb_device_handle* handle = nullptr;
+  if (const int error = libusb_wrap_sys_device(context, node_.get(), &handle); error != 0) {
+    fail("its node cannot be used", error);
+  }
+  handle_.reset(handle);
+  // not supported everywhere, and without effect where no kernel driver is bound
+  libusb_set_auto_detach_kernel_driver(handle, 1);
+  if (const int error = libusb_claim_interface(handle, kFalconInterface); error != 0) {
+    fail("it is in use", error);
+  }
+  in_.reset(libusb_alloc_transfer(0));
+  out_.reset(libusb_alloc_transfer(0));
+  if (!in_ || !out_) throw std::runtime_error("no memory for two USB transfers; free some");
+}
+
+FtdiPort FalconLink::port() {
+  FtdiPort port;
+  port.control = [this](uint8_t request, uint16_t value) {
+    const int n = libusb_control_transfer(handle_.get(), kVendorRequest, request, value, 0, nullptr,
+                                          0, kRequestMs);
+    if (n < 0) fail("a request failed", n);
+  };
+  port.send = [this](std::span<const uint8_t> bytes) {
+    std::vector<uint8_t> copy(bytes.begin(), bytes.end());
+    int sent = 0;
+    const int error = libusb_bulk_transfer(handle_.get(), kFalconOut, copy.data(),
+                                           static_cast<int>(copy.size()), &sent, kRequestMs);
+    if (error != 0) fail("nothing can be sent", error);
+  };
+  port.receive = [this](int64_t wait_ns) {
+    const int64_t until_ns = now_ns() + wait_ns;
+    std::array<uint8_t, kFtdiPacket> packet;
+    do {
+      int got = 0;
+      const auto wait_ms = static_cast<unsigned>(std::max<int64_t>(1, (until_ns - now_ns()) / kMs));
+      const int error =
+          libusb_bulk_transfer(handle_.get(), kFalconIn, packet.data(), kFtdiPacket, &got, wait_ms);
+      if (error != 0 && error != LIBUSB_ERROR_TIMEOUT) fail("nothing can be received", error);
+      if (got > static_cast<int>(kModemStatus)) {
+        return std::vector<uint8_t>(packet.begin() + kModemStatus, packet.begin() + got);
+      }
+    } while (now_ns() < until_ns);
+    return std::vector<uint8_t>();
+  };
+  return port;
+}
+
+void FalconLink::submit(libusb_transfer* transfer, bool& in_flight) {
+  in_flight = libusb_submit_transfer(transfer) == 0;
+  failed_ |= !in_flight;
+}
+
+void FalconLink::ask_when_due() {
+  const int64_t t_ns = now_ns();
+  if (out_flight_ || !exchange_.may_ask(t_ns)) return;
+  out_bytes_ = exchange_.ask(t_ns);
+  submit(out_.get(), out_flight_);
+}
+
+/// Takes on the servo's scheduling once it has one.
+void FalconLink::follow_servo() {
+  if (follows_ || !mailbox_.command_at(now_ns())) return;
+  follows_ = true;
+  follow_scheduling_of(servo_);
+}
+
+/// Until a transfer fails, the firmware is silent, or this ends.
+void FalconLink::serve() {
+  libusb_fill_bulk_transfer(
+      in_.get(), handle_.get(), kFalconIn, in_bytes_.data(), kFtdiPacket,
+      [](libusb_transfer* t) {
+        auto& self = *static_cast<FalconLink*>(t->user_data);
+        self.in_flight_ = false;
+        self.failed_ |= t->status != LIBUSB_TRANSFER_COMPLETED;
+        if (self.failed_) return;
+        self.exchange_.hear({t->buffer, static_cast<size_t>(t->actual_length)}, now_ns());
+        self.ask_when_due();
+        self.submit(t, self.in_flight_);
+      },
+      this, 0);
+  libusb_fill_bulk_transfer(
+      out_.get(), handle_.get(), kFalconOut, out_bytes_.data(), kFalconPacket,
+      [](libusb_transfer* t) {
+        auto& self = *static_cast<FalconLink*>(t->user_data);
+        self.out_flight_ = false;
+        self.failed_ |= t->status != LIBUSB_TRANSFER_COMPLETED;
+        self.sent_.fetch_add(1, std::memory_order_release);
+      },
+      this, 0);
+  failed_ = false;
+  began_ns_ = now_ns();
+  submit(in_.get(), in_flight_);
+  while (!failed_ && !ending_) {
+    ask_when_due();
+    timeval wait{0, kTurnUs};
+    libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
+    follow_servo();
+    if (now_ns() - std::max(began_ns_, exchange_.answered_ns()) > kSilentNs) break;
+  }
+}
+
+void FalconLink::cancel() {
+  if (in_flight_) libusb_cancel_transfer(in_.get());
+  if (out_flight_) libusb_cancel_transfer(out_.get());
+  for (int n = 0; n < kCancelTurns && (in_flight_ || out_flight_); ++n) {
+    timeval wait{0, kTurnUs};
+    libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
+  }
+}
+
+void FalconLink::run() {
+  while (true) {
+    serve();
+    cancel();
+    if (failed_ || ending_) break;
+    try {
+      bring_up(port(), image_, image_name_);
+    } catch (const std::exception&) {
+      break;  // hapticd's next servo says why
+    }
+  }
+  mailbox_.set_gone();
+}
+
+void FalconLink::stop() {
+  const uint64_t before = sent_.load(std::memory_order_acquire);
+  const timespec turn{0, kMs};
+  for (int64_t waited_ns = 0; waited_ns < kStopNs; waited_ns += kMs) {
+    // one may have been under way with the command before
+    if (mailbox_.is_gone() || sent_.load(std::memory_order_acquire) >= before + 2) return;
+    nanosleep(&turn, nullptr);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/hidarm/hid_link.h"
+
+#include <time.h>
+
+#include <array>
+
+#include "device-io/threemotors/follow_scheduling.h"
+#include "proto/ipc/process.h"
+#include "proto/os/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kWaitMs = 2;        // for a report, which is due each millisecond
+constexpr int kMostReports = 64;  // the kernel keeps as many for a late reader
+constexpr int64_t kFirstNs = 1'000'000'000;
+
+}  // namespace
+
+HidLink::HidLink(const std::string& path, MotorMailbox& mailbox)
+    : node_(path), exchange_(mailbox), mailbox_(mailbox), servo_(pthread_self()) {
+  const int64_t until_ns = now_ns() + kFirstNs;
+  while (exchange_.heard() == 0 && now_ns() < until_ns) {
+    if (!hear_all(kWaitMs)) break;
+  }
+  if (exchange_.heard() == 0) {
+    throw DeviceError(path +
+                      ": reports nothing; check that it is a WoodenHaptics with its HID firmware, "
+                      "plug it out and in again");
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+HidLink::~HidLink() {
+  ending_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+/// Takes all reports that wait; false: the device has gone.
+bool HidLink::hear_all(int wait_ms) {
+  std::array<uint8_t, 64> report;
+  for (int i = 0; i < kMostReports; ++i) {
+    const int n = node_.read(report, i == 0 ? wait_ms : 0);
+    if (n < 0) return false;
+    if (n == 0) return true;
+    exchange_.hear({report.data(), static_cast<size_t>(n)}, now_ns());
+  }
+  return true;
+}
+
+void HidLink::run() {
+  bool follows = false;
+  while (!ending_ && hear_all(kWaitMs)) {
+    const auto command = exchange_.command(now_ns());
+    if (!command) continue;
+    if (!follows) follow_scheduling_of(servo_);
+    follows = true;
+    if (!node_.write(*command)) break;
+    sent_.fetch_add(1, std::memory_order_release);
+  }
+  node_.write(encode_hid_arm({}));
+  mailbox_.set_gone();
+}
+
+void HidLink::stop() {
+  const uint64_t before = sent_.load(std::memory_order_acquire);
+  const timespec turn{0, 1'000'000};
+  for (int64_t waited_ns = 0; waited_ns < kStopNs; waited_ns += turn.tv_nsec) {
+    // one may have been under way with the command before
+    if (mailbox_.is_gone() || sent_.load(std::memory_order_acquire) >= before + 2) return;
+    nanosleep(&turn, nullptr);
+  }
+}
+
+}  // namespace haptic

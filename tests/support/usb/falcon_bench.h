@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "device-io/falcon/bring_up.h"
+#include "device-io/falcon/exchange.h"
+#include "device-io/falcon/falcon.h"
+#include "device-io/falcon/usb_link.h"
+#include "tests/support/usb/emulated_falcon.h"
+
+namespace haptic::test {
+
+/// A port to the chip of an emulated Falcon, on virtual time that it moves on.
+inline FtdiPort port_of(EmulatedFalcon& device, int64_t& t_ns) {
+  constexpr int64_t kFrameNs = 125'000;
+  FtdiPort port;
+  port.control = [&](uint8_t request, uint16_t value) {
+    UsbBytes none;
+    device.control({0x40, request, value, 0, 0}, {}, none, t_ns += kFrameNs);
+  };
+  port.send = [&](std::span<const uint8_t> bytes) {
+    device.take(kFalconOut, bytes.data(), bytes.size(), t_ns += kFrameNs);
+  };
+  port.receive = [&](int64_t wait_ns) {
+    UsbBytes packet;
+    for (const int64_t until_ns = t_ns + wait_ns; t_ns < until_ns;) {
+      t_ns += kFrameNs;
+      if (device.give(kFalconIn, kFtdiPacket, packet, t_ns) && packet.size() > kModemStatus) {
+        return UsbBytes(packet.begin() + kModemStatus, packet.end());
+      }
+    }
+    return UsbBytes{};
+  };
+  return port;
+}
+
+/// The driver and an emulated Falcon on virtual time: its transfers take place in turns of 125 µs,
+/// half of a packet's time on the chip's serial side. All of the driver but libusb.
+class FalconBench final : public Device {
+ public:
+  explicit FalconBench(const EmulatedFalconOptions& options, const DeviceConfig& config = {})
+      : emulated_(options) {
+    t_ns_ = kStartNs;
+    bring_up(port_of(emulated_, t_ns_), UsbBytes(8000, 0x5a), "image");
+    exchange_ = std::make_unique<FalconExchange>(*mailbox_);
+    driver_ = std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), config, mailbox_);
+  }
+
+  DeviceCaps caps() const override { return driver_->caps(); }
+  std::string description() const override { return driver_->description(); }
+  bool read(const TickTime& tick, DeviceState& state) override {
+    pass(tick.now_ns);
+    return driver_->read(tick, state);
+  }
+  void write(const Wrench& F_B) override { driver_->write(F_B); }
+  void stop() override { driver_->stop(); }
+
+  /// Time passes for the device and the transfers.
+  void pass(int64_t t_ns) {
+    for (; t_ns_ + kTurnNs <= t_ns; t_ns_ += kTurnNs) turn();
+  }
+
+  EmulatedFalcon& emulated() { return emulated_; }
+  const FalconExchange& exchange() const { return *exchange_; }
+  MotorMailbox& mailbox() { return *mailbox_; }
+  int64_t t_ns() const { return t_ns_; }
+
+  static constexpr int64_t kTurnNs = 125'000;
+  static constexpr int64_t kStartNs = 1'000'000'000;
+
+ private:
+  void turn() {
+    UsbBytes packet;
+    if (emulated_.give(kFalconIn, kFtdiPacket, packet, t_ns_)) exchange_->hear(packet, t_ns_);
+    if (!exchange_->may_ask(t_ns_)) return;
+    const FalconBytes question = exchange_->ask(t_ns_);
+    emulated_.take(kFalconOut, question.data(), question.size(), t_ns_);
+  }
+
+  EmulatedFalcon emulated_;
+  std::shared_ptr<MotorMailbox> mailbox_ = std::make_shared<MotorMailbox>();
+  std::unique_ptr<FalconExchange> exchange_;
+  std::unique_ptr<ThreeMotorDevice> driver_;
+  int64_t t_ns_ = 0;
+};
+
+}  // namespace haptic::test
