@@ -62,12 +62,12 @@ class CountedHidArm final : public CountedDevice {
   EmulatedHidArm arm_;
 };
 
-/// A hand that pushes the knob down and lets it rise, once in two seconds.
+/// A hand that pushes the knob down for 3 s and pulls it up for 1 s.
 class CountedSpaceMouse final : public CountedDevice {
  public:
   CountedSpaceMouse()
       : knob_({.product = 0xc635, .hand = [](double t) {
-                 return std::array<int, 6>{0, 0, std::fmod(t, 2) < 1 ? 200 : -200, 0, 0, 0};
+                 return std::array<int, 6>{0, 0, std::fmod(t, 4) < 3 ? 200 : -200, 0, 0, 0};
                }}) {}
   EmulatedUsb& usb() override { return knob_; }
   std::string account() const override { return "reports=" + std::to_string(knob_.reports()); }
