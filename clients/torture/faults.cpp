@@ -31,7 +31,7 @@ constexpr int64_t kTurnFoundNs = 200 * kMs;
 constexpr int64_t kTrustNs = 500 * kMs;        // until the driver trusts an honest device again
 constexpr int kLatchAttempts = 5;              // a faulty answer may be overwritten unread
 constexpr int64_t kHealthyNs = 10'200 * kMs;   // hapticd's ten seconds plus one look
-constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // limit for children to end after hapticd has died
+constexpr int64_t kGoneNs = 2 * kNsPerSecond;  // limit for children to end and firmware to let go
 constexpr int64_t kStopNs = 2 * kMs;           // until SIGSTOP has reached every thread
 constexpr size_t kManyClients = 64;
 constexpr const char* kStressTime = "2s";  // of stress-ng
@@ -374,6 +374,13 @@ FaultInjector::Done FaultInjector::pause_servo() {
   return stop_for([pid](int signal) { send(pid, signal); }, 20 * kMs, 150 * kMs);
 }
 
+bool FaultInjector::has_let_go(int64_t since_ns) const {
+  const std::vector<EmulatorRecord>& records = session_.records();
+  return std::any_of(records.begin(), records.end(), [&](const EmulatorRecord& r) {
+    return r.t_ns > since_ns && r.event == EmulatorEvent::kWatchdog;
+  });
+}
+
 /// Kills hapticd alone, or together with the servo: hapticd is stopped first, so that it cannot
 /// release the device on the servo's death.
 FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
@@ -391,6 +398,11 @@ FaultInjector::Done FaultInjector::kill_hapticd(bool servo_too) {
   };
   if (!session_.wait_until(all_gone, kGoneNs)) {
     done.problems.push_back("a process of the session outlived hapticd by " +
+                            milliseconds(kGoneNs));
+  }
+  // a new servo is ready sooner than that, and its first line would be the zero
+  if (servo_too && !session_.wait_until([&] { return has_let_go(done.begin_ns); }, kGoneNs)) {
+    done.problems.push_back("the firmware did not switch the motors off within " +
                             milliseconds(kGoneNs));
   }
   done.recovery_from_ns = now_ns();

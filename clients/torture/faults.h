@@ -119,6 +119,8 @@ class FaultInjector {
   Done fell_servo(int signal);
   Done pause_servo();
   Done kill_hapticd(bool servo_too);
+  /// Whether the firmware's watchdog has switched the motors off since then.
+  bool has_let_go(int64_t since_ns) const;
   Done stop_hapticd();
   Done kill_recorder();
   Done stop_recorder();
