@@ -50,6 +50,10 @@ BenchRun bench_jitter(Command& command);
 /// catches and how many contacts there are.
 BenchRun bench_point_proxy(Command& command);
 
+/// How long a device on a serial node takes to answer the line of docs/six-motors.md, asked once a
+/// tick with zero currents: from before the write to after the read.
+BenchRun bench_line(Command& command);
+
 /// All pairs of triangles within 0.1 mm, from scratch and with a bounding-volume-tree front kept
 /// from pose to pose, and their reduction to contacts, compared with FCL's collision and distance
 /// (W3).

@@ -49,6 +49,7 @@ constexpr std::array kBenches{
           "First hit of a dragged probe, compared with Embree, CGAL and Bullet",
           bench_segment,
           {3, 1000, "times each segment is asked"}},
+    Bench{"line", "How long a device on a serial node takes to answer a line", bench_line},
     Bench{"bake",
           "Trees and grid of a large mesh: built, and from the cache",
           bench_bake,

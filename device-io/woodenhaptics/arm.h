@@ -19,10 +19,11 @@ using JointAngles = std::array<double, kMostMotors>;    // [rad]
 /// hand at the origin of H, in B.
 struct Arm {
   std::string_view name;
-  int32_t model;      // in its answers
-  size_t motors;      // at most kMostMotors
-  double max_force;   // limit of the design [N]
-  double max_torque;  // [N·m]; 0: it does not turn
+  int32_t model;         // in its answers
+  size_t motors;         // at most kMostMotors
+  uint32_t buttons = 0;  // that its answers can tell of
+  double max_force;      // limit of the design [N]
+  double max_torque;     // [N·m]; 0: it does not turn
 
   /// Above what a hand, or the motors, can accelerate the motors' shafts [counts/ns²]
   /// (EncoderNoise).

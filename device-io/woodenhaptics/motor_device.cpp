@@ -51,6 +51,7 @@ void MotorDevice::move_to(const MotorLine::Sample& sample) {
   const double dt = 1e-9 * static_cast<double>(sample.asked_ns - last_.t_ns);
   angles_ = arm_.angles(sample.counts);
   last_.X_BH = arm_.pose(angles_);
+  last_.buttons = sample.buttons;
   // the older instant: bounds the hand's motion over the longer time
   last_.t_ns = sample.first_asked_ns;
   if (!sample.follows || !(dt > 0)) {
@@ -67,6 +68,8 @@ bool MotorDevice::read(const TickTime& tick, DeviceState& state) {
     move_to(*sample);
     noise_.add(sample->counts, sample->first_asked_ns, tick.now_ns);
   }
+  // nobody holds a button of a device that is gone
+  if ((line_.flags() & kDeviceLost) != 0) last_.buttons = 0;
   last_.flags = (sample ? kDeviceFresh : kDeviceHeld) | line_.flags() |
                 (saturated_ ? uint32_t{kDeviceSaturated} : 0) |
                 (noise_.is_noisy() ? uint32_t{kDeviceNoisy} : 0);

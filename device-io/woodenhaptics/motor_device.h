@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// A device of motors with encoders on a serial node, without buttons. A sample is one tick old:
+/// A device of motors with encoders on a serial node. A sample is one tick old:
 /// t_ns is the instant of the write that asked for it. The loop thus has one tick of delay in
 /// addition to the hold: a wall is stable for K < (b + B)/(3T/2).
 ///

@@ -53,10 +53,14 @@ MotorLine::MotorLine(const Arm& arm, const std::string& path, FileDescriptor nod
   greet(path);
 }
 
+bool MotorLine::is_this_arm(const EncoderReply& reply) const {
+  return model_of(reply) == arm_.model && buttons_of(reply) >> arm_.buttons == 0;
+}
+
 bool MotorLine::is_plausible(const EncoderReply& reply) const {
-  return reply.model == arm_.model &&
-         std::all_of(reply.counts.begin(), reply.counts.end(),
-                     [](int32_t n) { return n >= -kMostCounts && n <= kMostCounts; });
+  return is_this_arm(reply) && std::all_of(reply.counts.begin(), reply.counts.end(), [](int32_t n) {
+           return n >= -kMostCounts && n <= kMostCounts;
+         });
 }
 
 /// Waits for the first answer, before anything is real time.
@@ -68,7 +72,7 @@ void MotorLine::greet(const std::string& path) {
     ask({}, false);
     // an error here is a remnant of an earlier program
     if (!wait_for_answer(haptic::now_ns() + kGreetingRoundNs, reply) || reply.error != 0) continue;
-    if (reply.model != arm_.model) {
+    if (!is_this_arm(reply)) {
       throw std::runtime_error(path + ": answers as model " + std::to_string(reply.model) +
                                ", not " + std::to_string(arm_.model) + " (" + name +
                                "); set 'path' in [device.serial] to the right node");
@@ -166,7 +170,8 @@ std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
   returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
   std::optional<Sample> sample;
   if (fresh) {
-    sample = Sample{counts_of(reply, arm_.motors), first_asked_ns_, asked_ns_, sampled_ && !lost_};
+    sample = Sample{counts_of(reply, arm_.motors), buttons_of(reply), first_asked_ns_, asked_ns_,
+                    sampled_ && !lost_};
     sampled_ = true;
   }
   const bool silent = now_ns - answered_ns_ > kDeviceSilenceNs;

@@ -33,6 +33,7 @@ class MotorLine {
   /// The counts that an answer gave.
   struct Sample {
     MotorCounts counts;
+    uint32_t buttons;        // one bit a button
     int64_t first_asked_ns;  // of the first line that the answer may be to
     int64_t asked_ns;        // of the last
     bool follows;            // another sample, without a loss in between
@@ -73,6 +74,7 @@ class MotorLine {
   void hang_up();
   bool ask(const Milliamperes& currents, bool may_challenge);
   bool receive(EncoderReply& newest);
+  bool is_this_arm(const EncoderReply& reply) const;
   bool is_plausible(const EncoderReply& reply) const;
   bool accept(const EncoderReply& reply);
   bool is_stale() const;

@@ -13,6 +13,8 @@
 /// device answers:
 ///   host    [mA,mA,mA]\n                           currents, as many as there are motors
 ///   device  [model,e0,e1,e2,e3,e4,e5,error]\n      encoder counts
+/// A device with buttons adds 256 to its model for the first, 512 for the second, and so on, while
+/// they are pressed.
 /// A line followed by another before it is read is dropped by the firmware and answered with an
 /// error, so a line is sent only when the one before is answered. An answer with an error repeats
 /// the counts of the last valid line. After 100 ms without a valid line the motors are switched
@@ -55,6 +57,15 @@ struct EncoderReply {
   MotorCounts counts{};
   int32_t error = 0;  // not zero: the counts are old
 };
+
+/// The two halves of an answer's first number.
+constexpr int32_t model_of(const EncoderReply& reply) {
+  return reply.model & 0xff;
+}
+/// One bit a button.
+constexpr uint32_t buttons_of(const EncoderReply& reply) {
+  return static_cast<uint32_t>(reply.model) >> 8;
+}
 
 /// Finds answers in a byte stream, however it is split. Anything else (noise, torn or overlong
 /// lines, words, fractions, numbers beyond 32 bits) is skipped: an answer is the text from the last
