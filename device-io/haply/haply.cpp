@@ -19,8 +19,11 @@ DeviceRelease zero_force() {
   const HaplyTorques zero = encode_haply_torques(kHaplyDevice, {});
   DeviceRelease release{};
   release.by = static_cast<uint32_t>(ReleaseBy::kWrite);
-  release.size = zero.size();
-  std::copy(zero.begin(), zero.end(), release.bytes.begin());
+  release.size = kHaplyPadding.size() + zero.size();
+  // zeros behind half a question would be a reset, after which the board knows no motors and holds
+  // its torques
+  auto* const after = std::copy(kHaplyPadding.begin(), kHaplyPadding.end(), release.bytes.begin());
+  std::copy(zero.begin(), zero.end(), after);
   return release;
 }
 

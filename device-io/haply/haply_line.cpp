@@ -36,6 +36,7 @@ HaplyLine::HaplyLine(const std::string& path, FileDescriptor node, MotorMailbox&
 /// Asks first, with zero torques: to a board that is not set up, that is a reset.
 void HaplyLine::greet(const std::string& path) {
   const int64_t give_up_ns = now_ns() + kGreetingNs;
+  write_all(kHaplyPadding);
   for (int round = 0; !mailbox_.is_gone() && now_ns() < give_up_ns; ++round) {
     if (round >= kAskedBefore && (round - kAskedBefore) % kSetupRounds == 0) {
       write_all(kHaplyReset);

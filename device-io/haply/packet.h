@@ -47,6 +47,10 @@ using HaplyQuestion = std::array<uint8_t, 2 + 10>;
 
 inline constexpr std::array<uint8_t, 2> kHaplyReset{0, 0};
 
+/// No command: the board passes over each of these bytes. Behind half a question they end it, with
+/// a float of less than 1e-36; then what follows is understood.
+inline constexpr std::array<uint8_t, 10> kHaplyPadding{3, 3, 3, 3, 3, 3, 3, 3, 3, 3};
+
 /// A device with motors and encoders on ports 1 and 2, turning clockwise by the board's word.
 HaplySetup encode_haply_setup(uint8_t device, const std::array<HaplyEncoder, 2>& encoders) noexcept;
 
