@@ -115,11 +115,13 @@ TEST_CASE("polhem: forward after inverse is the identity over the workspace", "[
 TEST_CASE("polhem: a handle in line with the forearm has D = 0", "[device-io]") {
   JointAngles angles;
   for (const double straight : {0.0, std::numbers::pi}) {
-    const JointAngles in_line{0.1, 1.0, 2.0, 0, -straight, 0.7};
-    const Pose X_BH = handle_pose(kPolhem, in_line);
-    REQUIRE(solve_joint_angles(kPolhem, X_BH, angles));
-    const Quat found = handle_pose(kPolhem, angles).q;
-    CHECK(norm(to_rotation_vector(found * conjugate(X_BH.q))) < 1e-7);
+    for (const double d : {0.0, 0.4, -2.0}) {
+      const Pose X_BH = handle_pose(kPolhem, {0.1, 1.0, 2.0, d, -straight, 0.7});
+      REQUIRE(solve_joint_angles(kPolhem, X_BH, angles));
+      CHECK(angles[3] == 0);
+      const Quat found = handle_pose(kPolhem, angles).q;
+      CHECK(norm(to_rotation_vector(found * conjugate(X_BH.q))) < 1e-7);
+    }
   }
 }
 
