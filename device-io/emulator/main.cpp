@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// haptic-emulator: a simulated WoodenHaptics, or a device with six motors, behind a
+// haptic-emulator: a simulated WoodenHaptics, Polhem or device with six motors, behind a
 // pseudo-terminal, in its own process with its own clock. A server sees only its bytes. It logs the
 // wrench that it received.
 #include <fcntl.h>
@@ -25,6 +25,7 @@
 #include "device-io/emulator/log.h"
 #include "device-io/hand/impedance.h"
 #include "device-io/hand/intent.h"
+#include "device-io/polhem/kinematics.h"
 #include "device-io/sixmotors/kinematics.h"
 #include "proto/config/command_line.h"
 #include "proto/config/quantity.h"
@@ -52,7 +53,7 @@ struct Options {
   double tremor = 1e-4;               // [m]
   uint64_t seed = 1;
   bool realtime = false;
-  bool six = false;
+  bool six = false, polhem = false;
 };
 
 std::vector<std::string> hand_names() {
@@ -79,15 +80,28 @@ SimulatedHandConfig six_motors_body() {
   return body;
 }
 
+/// The same of a Polhem, by the published masses of its links: 80 to 160 g each.
+SimulatedHandConfig polhem_body() {
+  SimulatedHandConfig body = woodenhaptics_body();
+  body.mass = 0.3;
+  body.inertia = 1e-4;
+  return body;
+}
+
 /// A direction of the command line; zero: not given.
 Vec3 direction_of(const std::vector<double>& words) {
   return words.empty() ? Vec3{} : normalized(Vec3{words[0], words[1], words[2]});
 }
 
 EmulatedDeviceOptions device_options(const Options& options) {
+  if (options.six && options.polhem) throw UsageError("--six, --polhem: are two devices; give one");
   EmulatedDeviceOptions device;
-  device.hand = options.six ? six_motors_body() : woodenhaptics_body();
-  device.arm = options.six ? &six_motors_arm() : &woodenhaptics_arm();
+  device.hand = options.six      ? six_motors_body()
+                : options.polhem ? polhem_body()
+                                 : woodenhaptics_body();
+  device.arm = options.six      ? &six_motors_arm()
+               : options.polhem ? &polhem_arm()
+                                : &woodenhaptics_arm();
   put_into_hand(*find_hand(options.hand), device.hand);
   device.hand.seed = options.seed;
   IntentConfig& intent = device.hand.intent;
@@ -111,7 +125,7 @@ void check_reach(const EmulatedDeviceOptions& device) {
     throw UsageError("--stroke-time: is zero; write for example \"1.2 s\"");
   }
   if (intent.turn_angle != 0 && !can_turn(device.hand)) {
-    throw UsageError("--turn-angle: this device does not turn; give --six as well");
+    throw UsageError("--turn-angle: this device does not turn; give --six as well, or --polhem");
   }
   JointAngles angles;
   for (int i = 0; i < 1000; ++i) {
@@ -250,12 +264,14 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) try {
   haptic::Options options;
-  haptic::CommandLine line("haptic-emulator",
-                           "A simulated WoodenHaptics in a simulated hand, behind a serial node; "
-                           "with --six one with six motors, whose handle turns.");
+  haptic::CommandLine line(
+      "haptic-emulator",
+      "A simulated WoodenHaptics in a simulated hand, behind a serial node; "
+      "with --six one with six motors, with --polhem a Polhem, whose handles turn.");
   line.option("--link PATH", options.link, "name of the node, for [device.serial] path");
   line.option("--log FILE.csv", options.log, "what the device received and where it was");
   line.flag("--six", options.six, "six motors: a session with kind = \"six-motors\"");
+  line.flag("--polhem", options.polhem, "a Polhem: a session with kind = \"polhem\"");
   line.option("--hand HAND", options.hand, "impedance: none, light-grip, typical, firm, stiff-arm")
       .one_of(haptic::hand_names())
       .show_default();

@@ -36,6 +36,7 @@ const Arm& own_device_arm() {
       .name = "device of your own",
       .model = 7,
       .motors = 6,
+      .encoders = 6,
       .buttons = 8,
       .max_force = kMostForce,
       .max_torque = kMostTorque,

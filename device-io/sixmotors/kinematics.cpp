@@ -140,6 +140,7 @@ const Arm& six_motors_arm() {
       .name = "device with six motors",
       .model = 6,
       .motors = 6,
+      .encoders = 6,
       .max_force = 5,
       .max_torque = 0.3,
       .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration,

@@ -33,7 +33,8 @@ DeviceCaps ThreeMotorDevice::caps() const {
 std::string ThreeMotorDevice::description() const {
   const std::optional<MotorSample> sample = mailbox_->newest();
   const bool homed = sample && arm_.is_homed(sample->flags);
-  return arm_.name + ", 3 axes, " + (homed ? "homed" : "NOT HOMED: " + arm_.not_homed);
+  return arm_.name + ", " + std::to_string(arm_.axes) + " axes, " +
+         (homed ? "homed" : "NOT HOMED: " + arm_.not_homed);
 }
 
 /// Unwraps the counts: the shorter way round, since no motor turns by half of the 16 bits in a
@@ -95,6 +96,7 @@ void ThreeMotorDevice::write(const Wrench& F_B) {
   command.flags = arm_.command_flags(ready);
   saturated_ = !is_finite(F_B.f);
   Vec3 force_B = saturated_ || !ready ? Vec3{} : F_B.f;
+  if (arm_.axes == 2) force_B.z = 0;
   const double size = norm(force_B);
   saturated_ |= size > max_force_;
   if (size > max_force_) force_B = max_force_ / size * force_B;

@@ -17,6 +17,7 @@ namespace haptic {
 /// without state that neither allocate nor throw. Places are those of the handle in B.
 struct ThreeMotorArm {
   std::string name;
+  int axes = 3;  // 2: it moves in the plane z = 0 of B; force along z is dropped, and none missing
   double max_force = 0;                                 // [N]
   double velocity_cutoff = 0;                           // [Hz]
   std::array<double, kMostMotors> most_acceleration{};  // of the encoders (EncoderNoise)

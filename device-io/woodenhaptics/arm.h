@@ -20,7 +20,8 @@ using JointAngles = std::array<double, kMostMotors>;    // [rad]
 struct Arm {
   std::string_view name;
   int32_t model;         // in its answers
-  size_t motors;         // at most kMostMotors
+  size_t motors;         // the first of its encoders; at most kMostMotors
+  size_t encoders;       // at most kMostMotors
   uint32_t buttons = 0;  // that its answers can tell of
   double max_force;      // limit of the design [N]
   double max_torque;     // [N·m]; 0: it does not turn

@@ -127,6 +127,7 @@ const Arm& woodenhaptics_arm() {
       .name = "WoodenHaptics",
       .model = 3,
       .motors = 3,
+      .encoders = 3,
       .max_force = 5,
       .max_torque = 0,
       .most_acceleration = {kTipAcceleration, kTipAcceleration, kTipAcceleration},

@@ -42,7 +42,10 @@ DeviceCaps MotorDevice::caps() const {
 
 std::string MotorDevice::description() const {
   return std::string(arm_.name) + " (model " + std::to_string(arm_.model) + "), " +
-         std::to_string(arm_.motors) + " axes, " +
+         std::to_string(arm_.encoders) + " axes, " +
+         (arm_.encoders > arm_.motors
+              ? std::to_string(arm_.motors) + " of them driven (torque is dropped), "
+              : "") +
          (line_.is_homed() ? "homed" : "NOT HOMED: rest the arm at home, press its button");
 }
 

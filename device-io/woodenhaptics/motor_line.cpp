@@ -38,10 +38,10 @@ bool may_be_invented(int32_t count) {
   return std::abs(count - kSineMiddle) <= kSineAmplitude;
 }
 
-/// Those of the motors; a firmware may report anything for encoders that are not there.
-MotorCounts counts_of(const EncoderReply& reply, size_t motors) {
+/// A firmware may report anything for encoders that are not there.
+MotorCounts counts_of(const EncoderReply& reply, size_t encoders) {
   MotorCounts counts{};
-  std::copy_n(reply.counts.begin(), motors, counts.begin());
+  std::copy_n(reply.counts.begin(), encoders, counts.begin());
   return counts;
 }
 
@@ -49,7 +49,7 @@ MotorCounts counts_of(const EncoderReply& reply, size_t motors) {
 
 MotorLine::MotorLine(const Arm& arm, const std::string& path, FileDescriptor node)
     : arm_(arm), node_(std::move(node)) {
-  HAPTIC_ASSERT(arm.motors > 0 && arm.motors <= kMostMotors);
+  HAPTIC_ASSERT(arm.motors > 0 && arm.motors <= arm.encoders && arm.encoders <= kMostMotors);
   greet(path);
 }
 
@@ -79,7 +79,7 @@ void MotorLine::greet(const std::string& path) {
     }
     if (!is_plausible(reply)) continue;
     homed_ = !may_be_invented(reply.counts[0]);
-    if (homed_) home_ = counts_of(reply, arm_.motors);
+    if (homed_) home_ = counts_of(reply, arm_.encoders);
     return;
   }
   throw DeviceError(path + (gone_ ? ": hung up" : ": no answer within 2 s") +
@@ -170,7 +170,7 @@ std::optional<MotorLine::Sample> MotorLine::hear(int64_t now_ns) {
   returning_ = lost_ && !fresh && (returning_ || answered) && match_.is_settled();
   std::optional<Sample> sample;
   if (fresh) {
-    sample = Sample{counts_of(reply, arm_.motors), buttons_of(reply), first_asked_ns_, asked_ns_,
+    sample = Sample{counts_of(reply, arm_.encoders), buttons_of(reply), first_asked_ns_, asked_ns_,
                     sampled_ && !lost_};
     sampled_ = true;
   }

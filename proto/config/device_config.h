@@ -126,7 +126,13 @@ struct PantographConfig {
   double counts_per_turn = 13824;            // of a driven link
   double offset_1 = 3.14159265358979323846;  // angle of link 1 where the board starts [rad]
   double offset_2 = 0;                       // of link 2 [rad]
-  double velocity_cutoff = 100;              // low-pass of the differentiated position [Hz]
+  double sign_1 = 1;             // of link 1's angle and torque by its port's: 1 or −1
+  double sign_2 = 1;             // of link 2's
+  double reduction = 1;          // torque of a link per torque that the board is told
+  double max_torque = 0.123;     // that the board may be told, each motor [N·m]
+  double velocity_cutoff = 100;  // low-pass of the differentiated position [Hz]
+  uint32_t port_1 = 1;           // of the board, for link 1: 1 or 2; link 2 has the other
+  uint32_t reserved = 0;
 };
 
 struct DeviceConfig {

@@ -352,6 +352,8 @@ TEST_CASE("emulator: wrong words on its command line are one line and change not
       {{"--six", "--hover", "2 m"}, "the arm does not reach"},
       {{"--six", "--turn-angle", "120 deg"}, "the wrist does not reach"},
       {{"--turn-angle", "20 deg"}, "give --six as well"},
+      {{"--six", "--polhem"}, "are two devices"},
+      {{"--polhem", "--hover", "2 m"}, "the arm does not reach"},
       {{"--hover", "50"}, "needs a unit"},
       {{"--stroke-time", "0 s"}, "--stroke-time: is zero"},
   }));

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "device-io/haply/haply_line.h"
+#include "device-io/haply/pantograph.h"
+#include "device-io/threemotors/three_motor_device.h"
+
+namespace haptic {
+
+/// Above what the motors of the pantograph can do anywhere in its workspace [N].
+inline constexpr double kHaplyMaxForce = 5;
+
+/// A Haply board with a pantograph as an arm of two motors, in units of kHaplyTorqueUnit. Frame B
+/// as in pantograph.h: with both motors before you and the handle on your side, x to the left, y
+/// towards you, z up. The pose has z = 0 and the identity as orientation. Always homed: it counts
+/// from where it was set up.
+ThreeMotorArm haply_arm(const PantographConfig& config);
+
+/// The board on its serial line. A sample is one tick old, as with MotorDevice: a wall is stable
+/// for K < (b + B)/(3T/2).
+class Haply final : public Device {
+ public:
+  /// Takes the open node. Throws as HaplyLine does.
+  Haply(const DeviceConfig& config, FileDescriptor node);
+
+  DeviceCaps caps() const override { return driver_->caps(); }
+  std::string description() const override;
+  bool read(const TickTime& tick, DeviceState& state) override;
+  void write(const Wrench& F_B) override;
+  void stop() override { driver_->stop(); }
+  DeviceRelease release() const override { return driver_->release(); }
+
+ private:
+  std::shared_ptr<MotorMailbox> mailbox_;
+  std::shared_ptr<HaplyLine> line_;
+  std::unique_ptr<ThreeMotorDevice> driver_;
+  int64_t now_ns_ = 0;
+};
+
+}  // namespace haptic

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "device-io/haply/exchange.h"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <random>
+#include <set>
+
+#include "device-io/haply/haply.h"
+#include "tests/support/guarded.h"
+#include "tests/support/torture_scale.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+using Bytes = std::array<uint8_t, 10>;
+
+Bytes answer_of(uint8_t number, float first, float second) {
+  Bytes bytes{number, kHaplyDevice};
+  const auto a = std::bit_cast<std::array<uint8_t, 4>>(first);
+  const auto b = std::bit_cast<std::array<uint8_t, 4>>(second);
+  std::copy(a.begin(), a.end(), bytes.begin() + 2);
+  std::copy(b.begin(), b.end(), bytes.begin() + 6);
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("haply exchange: each question has another number than the last", "[device-io]") {
+  MotorMailbox mailbox;
+  HaplyExchange exchange(mailbox);
+  std::set<uint8_t> numbers;
+  uint8_t before = 0;
+  for (int i = 1; i <= 2000; ++i) {
+    REQUIRE(exchange.may_ask(i * kMs));
+    const HaplyQuestion question = exchange.ask(i * kMs);
+    CHECK(question[1] != before);
+    CHECK(question[1] >= kFirstNumber);
+    CHECK(question[1] <= kLastNumber);
+    before = question[1];
+    numbers.insert(before);
+    CHECK_FALSE(exchange.may_ask(i * kMs + 1));
+    exchange.hear(answer_of(before, 1, 2), i * kMs + 500'000);
+  }
+  CHECK(numbers.size() == 39);
+  CHECK(exchange.answered() == 2000);
+}
+
+TEST_CASE("haply exchange: a question is repeated with its number, and all its answers may come",
+          "[device-io]") {
+  MotorMailbox mailbox;
+  HaplyExchange exchange(mailbox);
+  const uint8_t number = exchange.ask(kMs)[1];
+  CHECK_FALSE(exchange.may_ask(5 * kMs));
+  CHECK(exchange.ask(6 * kMs)[1] == number);
+  CHECK_FALSE(exchange.may_ask(15 * kMs));
+  CHECK(exchange.ask(16 * kMs)[1] == number);
+  exchange.hear(answer_of(number, 3, 4), 17 * kMs);
+  const auto sample = mailbox.newest();
+  REQUIRE(sample);
+  CHECK(sample->asked_ns == kMs);
+  CHECK(sample->heard_ns == 17 * kMs);
+  CHECK(sample->counts == std::array<int16_t, 3>{3, 4, 0});
+  exchange.ask(18 * kMs);
+  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
+  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
+  CHECK(exchange.old() == 0);
+  exchange.hear(answer_of(number, 30, 40), 19 * kMs);
+  CHECK(exchange.old() == 1);
+  CHECK(mailbox.newest()->counts[0] == 3);
+}
+
+TEST_CASE("haply exchange: a torque that the servo has not renewed is zero", "[device-io]") {
+  MotorMailbox mailbox;
+  HaplyExchange exchange(mailbox);
+  mailbox.post({{1000, -1000, 0}, 0}, kMs);
+  const HaplyQuestion first = exchange.ask(2 * kMs);
+  CHECK(first[11] != 0);
+  exchange.hear(answer_of(first[1], 0, 0), 3 * kMs);
+  const HaplyQuestion late = exchange.ask(12 * kMs);
+  CHECK(std::all_of(late.begin() + 4, late.end(), [](uint8_t byte) { return byte == 0; }));
+}
+
+TEST_CASE("haply exchange: fuzz: answers that are right, damaged, cut, doubled or old",
+          "[device-io]") {
+  // 10⁷: HAPTIC_TORTURE_SCALE=250, with a sanitizer 5000
+  const auto mailbox = std::make_shared<MotorMailbox>();
+  HaplyExchange exchange(*mailbox);
+  ThreeMotorDevice device(haply_arm({}), {}, mailbox);
+  std::mt19937 random(22);
+  DeviceState state{};
+  size_t fresh = 0;
+  int64_t t_ns = kMs;
+  Bytes before{};
+  uint8_t number = 0;
+  const size_t n = sweep(40'000);
+  for (size_t k = 0; k < n; ++k, t_ns += kMs) {
+    if (exchange.may_ask(t_ns)) number = exchange.ask(t_ns)[1];
+    Bytes bytes = answer_of(number, static_cast<float>(static_cast<int>(random() % 4000) - 2000),
+                            static_cast<float>(static_cast<int>(random() % 4000) - 2000));
+    size_t size = bytes.size();
+    switch (random() % 16) {
+      case 0:
+        bytes[random() % bytes.size()] = static_cast<uint8_t>(random());
+        break;
+      case 1:
+        size = random() % bytes.size();
+        break;
+      case 2:
+        exchange.hear(bytes, t_ns);
+        break;
+      case 3:
+        std::swap(bytes, before);
+        break;
+      case 4:
+        for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+        break;
+      default:
+        break;
+    }
+    exchange.hear({bytes.data(), size}, t_ns + 500'000);
+    before = bytes;
+    fresh += device.read({t_ns + 600'000, t_ns + 600'000}, state) ? 1 : 0;
+    device.write({{0, random() % 2 == 0 ? 1.0 : 1e300, 0}, {}});
+    const MotorCommand command = mailbox->command_at(t_ns + 600'000).value();
+    const bool within =
+        std::abs(command.motors[0]) <= 12'300 && std::abs(command.motors[1]) <= 12'300;
+    if (!within || !is_finite(state.X_BH.p) || !is_finite(state.V_BH.v)) FAIL("input " << k);
+  }
+  CHECK(fresh > n / 2);
+}
+
+TEST_CASE("haply exchange: a tick neither allocates, locks nor calls the system", "[device-io]") {
+  if (!hooks_are_here()) return;
+  const auto mailbox = std::make_shared<MotorMailbox>();
+  ThreeMotorDevice device(haply_arm({}), {}, mailbox);
+  HaplyExchange exchange(*mailbox);
+  DeviceState state{};
+  int64_t fresh = 0;
+  const auto tick = [&](int64_t i) {
+    const HaplyQuestion asked = exchange.ask(i * kMs);
+    const Bytes answer = answer_of(asked[1], static_cast<float>(-1000 - i / 8 % 300), 900);
+    exchange.hear({answer.data(), i % 500 == 3 ? size_t{5} : answer.size()}, i * kMs);
+    fresh += device.read({i * kMs, i * kMs}, state) ? 1 : 0;
+    device.write({i % 1000 == 7 ? Vec3{1e300, 0, 0} : -20.0 * state.X_BH.p, {}});
+  };
+  for (int64_t i = 1; i <= 1000; ++i) tick(i);
+  const auto ticks = static_cast<int64_t>(11'000 * torture_scale());
+  const GuardReport report = guarded([&] {
+    for (int64_t i = 1001; i <= 1000 + ticks; ++i) tick(i);
+  });
+  INFO(report.explain());
+  CHECK(report.violations() == 0);
+  CHECK(fresh > ticks * 9 / 10);
+}
