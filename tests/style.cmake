@@ -12,7 +12,7 @@ set(apache_files "^(proto/|clients/(examples|library)/)")
 set(caps
   "^CMakeLists\\.txt$ | 100"
   "^servo/main\\.cpp$ | 120"
-  "^clients/examples/ | 60"
+  "^clients/examples/ | 150"
   "CMakeLists\\.txt$  | 25"
   "                   | 600")
 

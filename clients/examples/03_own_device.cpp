@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <pty.h>
 #include <sched.h>
+#include <stand_in_sdk.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -18,8 +19,6 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
-
-#include "stand_in_sdk.h"
 
 namespace {
 

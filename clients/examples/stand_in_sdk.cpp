@@ -2,7 +2,7 @@
 // A simulated device in a simulated hand, in place of a vendor's library. With $STAND_IN_SDK_LOG it
 // writes down each wrench that it is given: t [ns], force [N], torque [N·m], place [m], rotation
 // vector [rad].
-#include "stand_in_sdk.h"
+#include <stand_in_sdk.h>
 
 #include <array>
 #include <chrono>

@@ -40,7 +40,8 @@ const std::vector<Mistake> kInSessionFiles{
      "hapticd: there is no renderer 'godobject3'; did you mean 'god-object3'?"},
     {"with s/simulated-hand/omega/; hapticd --check-config bad.toml", 2,
      "hapticd: bad.toml:7:8: 'kind' is 'omega'; known here: simulated-hand, simulated-arm, "
-     "replay, woodenhaptics, six-motors, own-device, falcon, woodenhaptics-hid, spacemouse, polhem, haply-2dof (other "
+     "replay, woodenhaptics, six-motors, own-device, falcon, woodenhaptics-hid, spacemouse, "
+     "polhem, haply-2dof (other "
      "hardware needs a driver: docs/adding.md)"},
     {"with 's:\"800 N/m\":800:'; hapticd --check-config bad.toml", 2,
      "hapticd: bad.toml:14:13: 'stiffness' needs a unit; write for example \"800 N/m\"; known "
