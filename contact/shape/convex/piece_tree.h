@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "contact/shape/convex/hull.h"
+
+namespace haptic {
+
+/// A node of a PieceTree: a convex piece of the surface at one level of detail, or, above the
+/// coarsest level, the hull of several.
+struct Piece {
+  // its hull, in the arrays of the tree
+  uint32_t first_vertex, n_vertices;
+  uint32_t first_edge, n_edges;
+  uint32_t first_face, n_faces;
+  uint32_t parent;       // kNoPiece: the root
+  uint32_t first_child;  // children are consecutive, and after their parent
+  uint32_t n_children;   // 0: a piece of the original surface
+  uint32_t level;        // of detail; 0: the original surface
+  Vec3 centre;           // of a ball that contains the hull
+  double radius;         // of that ball [m]
+  double deviation;      // s: from the original surface of its leaves to its own, at most [m]
+  double hull_distance;  // h: from the hulls of its leaves to its own hull, at most (Hausdorff) [m]
+  double resolution;     // r: 1 / edge length of its surface [1/m]
+  double area;           // of the original surface that it stands for [m²]
+};
+
+inline constexpr uint32_t kNoPiece = 0xffffffff;
+
+/// Contact levels of detail of one mesh, and at the same time its bounding-volume hierarchy
+/// (Otaduy & Lin 2003); views. The root is piece 0.
+struct PieceTree {
+  std::span<const Piece> pieces;
+  std::span<const Vec3> vertices;
+  std::span<const HullEdge> edges;         // indices are those within the piece's own hull
+  std::span<const HullFace> faces;         // the same
+  std::span<const uint32_t> edge_from;     // parallel to vertices
+  std::span<const uint32_t> leaf_of;       // of each triangle of the mesh: its leaf piece
+  std::span<const uint32_t> level_pieces;  // number of pieces of each level, the original first
+
+  Hull hull(const Piece& piece) const {
+    return {vertices.subspan(piece.first_vertex, piece.n_vertices),
+            edges.subspan(piece.first_edge, piece.n_edges),
+            faces.subspan(piece.first_face, piece.n_faces),
+            edge_from.subspan(piece.first_vertex, piece.n_vertices)};
+  }
+};
+
+}  // namespace haptic
