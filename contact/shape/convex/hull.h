@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "proto/math/vec3.h"
 
@@ -38,5 +39,30 @@ struct Hull {
   std::span<const HullFace> faces;
   std::span<const uint32_t> edge_from;  // of each vertex: one half-edge that leaves it
 };
+
+/// The arrays of a Hull.
+struct HullData {
+  std::vector<Vec3> vertices;
+  std::vector<HullEdge> edges;
+  std::vector<HullFace> faces;
+  std::vector<uint32_t> edge_from;
+
+  Hull view() const { return {vertices, edges, faces, edge_from}; }
+};
+
+/// The half-edge that leaves the same vertex next, clockwise seen from outside.
+inline uint32_t next_around(const Hull& hull, uint32_t edge) {
+  return hull.edges[hull.edges[edge].twin].next;
+}
+
+/// A vertex that is farthest along a direction (of any length but 0): from the vertex `start` to a
+/// neighbour that is farther, until there is none. On a convex polyhedron that is a farthest one.
+uint32_t support_vertex(const Hull& hull, const Vec3& direction, uint32_t start);
+
+/// What is wrong with a hull, for people; null where it is sound: indices within their arrays,
+/// twins and cycles that belong together, Euler's V − E + F = 2, at least three edges around each
+/// face, unit normals, each vertex of a face within the tolerance of its plane, and no vertex
+/// beyond any plane by more than the tolerance [m]. O(vertices · faces): at start-up and in tests.
+const char* hull_defect(const Hull& hull, double tolerance);
 
 }  // namespace haptic
