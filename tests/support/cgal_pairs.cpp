@@ -2,6 +2,9 @@
 #include "tests/support/cgal_pairs.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
@@ -45,6 +48,27 @@ std::vector<std::pair<uint32_t, uint32_t>> cgal_triangle_pairs(const Triangles& 
                            });
   std::sort(pairs.begin(), pairs.end());
   return pairs;
+}
+
+CgalSurface cgal_surface(std::span<const Vec3> vertices,
+                         std::span<const std::array<uint32_t, 3>> triangles) {
+  using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+  namespace pmp = CGAL::Polygon_mesh_processing;
+  Mesh mesh;
+  for (const Vec3& v : vertices) mesh.add_vertex({v.x, v.y, v.z});
+  CgalSurface surface{.is_manifold = true};
+  for (const auto& [a, b, c] : triangles) {
+    const auto face =
+        mesh.add_face(Mesh::Vertex_index(a), Mesh::Vertex_index(b), Mesh::Vertex_index(c));
+    if (face == Mesh::null_face()) surface.is_manifold = false;
+  }
+  surface.is_manifold = surface.is_manifold && mesh.is_valid();
+  surface.is_closed = surface.is_manifold && CGAL::is_closed(mesh);
+  surface.faces_out = surface.is_closed && pmp::is_outward_oriented(mesh);
+  std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> pairs;
+  pmp::self_intersections(mesh, std::back_inserter(pairs));
+  surface.self_intersections = pairs.size();
+  return surface;
 }
 
 }  // namespace haptic::test

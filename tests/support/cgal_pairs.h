@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,5 +18,14 @@ bool cgal_triangles_meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>
 /// exact predicates.
 std::vector<std::pair<uint32_t, uint32_t>> cgal_triangle_pairs(
     const std::vector<std::array<Vec3, 3>>& a, const std::vector<std::array<Vec3, 3>>& b);
+
+/// What CGAL says of a surface.
+struct CgalSurface {
+  bool is_manifold = false, is_closed = false;
+  bool faces_out = false;         // of a closed one
+  size_t self_intersections = 0;  // pairs of triangles that meet beyond what they share
+};
+CgalSurface cgal_surface(std::span<const Vec3> vertices,
+                         std::span<const std::array<uint32_t, 3>> triangles);
 
 }  // namespace haptic::test
