@@ -55,7 +55,7 @@ Json renderers_json(const SceneInfo& info) {
       const CouplingConfig& coupling = info.config->coupling;
       lack = lack_of(*info.config, row.id, solver_of(info.config->proxy, row.id),
                      {coupling.translational_stiffness, coupling.rotational_stiffness},
-                     has_maps(*info.config));
+                     baked_for(*info.config));
     }
     renderers.push_back({{"name", row.name},
                          {"available", lack.empty()},

@@ -61,6 +61,7 @@ void read_rates(Section& root, SessionConfig& config) {
     config.mesh_memory_limit = static_cast<uint64_t>(bytes);
     contact->read_flag("spare", config.contact_spare);
     read_voxel(*contact, config.voxel);
+    read_pieces(*contact, config.pieces);
     read_rigid(*contact, config.rigid);
     contact->finish();
   }

@@ -26,7 +26,9 @@ constexpr Range kRigidGains{0.05, 2};    // k_s
 constexpr Range kMargins{1e-7, 1e-3};    // [m]
 constexpr int64_t kMaxMoves = 64;        // per step of contact
 constexpr int64_t kMaxOffsetLayers = 8;  // [voxels]
-constexpr int64_t kMaxBudget = 1 << 30;  // points per step
+constexpr int64_t kMaxBudget = 1 << 30;  // points, or pairs of pieces, per step
+constexpr Range kThresholds{0, 10e-3};   // [m]
+constexpr Range kClusterRadii{1e-5, 1};  // [m]
 
 /// Triangle inequality: no moment exceeds the sum of the two others (equal for a thin plate).
 void check_inertia(const Section& tool, const Vec3& inertia) {
@@ -89,6 +91,17 @@ void read_voxel(Section& contact, VoxelConfig& voxel) {
   section->read_quantity("braking", kDamping, kNotNegative, voxel.braking);
   section->read_choice("braking_along", words(kBrakings), voxel.braking_along);
   section->read_integer("budget", 0, kMaxBudget, voxel.budget);
+  section->finish();
+}
+
+void read_pieces(Section& contact, PieceConfig& pieces) {
+  auto section = contact.section("pieces");
+  if (!section) return;
+  pieces.is_wanted = 1;
+  section->read_quantity("threshold", kLength, kThresholds, pieces.threshold);
+  section->read_quantity("bandwidth", kFrequency, kNotNegative, pieces.bandwidth);
+  section->read_integer("budget", 0, kMaxBudget, pieces.budget);
+  section->read_quantity("cluster_radius", kLength, kClusterRadii, pieces.cluster_radius);
   section->finish();
 }
 

@@ -24,6 +24,9 @@ void read_proxy(Section& root, ProxyConfig& proxy);
 /// Reads [contact.voxel]. Throws ConfigError.
 void read_voxel(Section& contact, VoxelConfig& voxel);
 
+/// Reads [contact.pieces]. Throws ConfigError.
+void read_pieces(Section& contact, PieceConfig& pieces);
+
 /// Reads [contact.rigid]. Throws ConfigError.
 void read_rigid(Section& contact, RigidConfig& rigid);
 

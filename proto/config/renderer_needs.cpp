@@ -8,14 +8,17 @@
 namespace haptic {
 
 std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
-                    const Springs& springs, bool has_maps) {
+                    const Springs& springs, const BakedFor& baked) {
   if (!is_of_body(renderer)) return "";
   if (view(config.tool.mesh).empty()) {
     return "moves a tool with six degrees of freedom, and this session has a point; add [tool] to "
            "its file";
   }
-  if (row_of(renderer).has_maps && !has_maps) {
+  if (row_of(renderer).has_maps && !baked.maps) {
     return "asks maps of voxels, and this session has none; add [contact.voxel] to its file";
+  }
+  if (row_of(renderer).has_pieces && !baked.pieces) {
+    return "asks convex pieces, and this session has none; add [contact.pieces] to its file";
   }
   if (!has_springs(solver, renderer)) return "";
   if (springs.translational > 0 && springs.rotational > 0) return "";
@@ -50,9 +53,9 @@ void use_renderer(SessionConfig& config, std::string_view name) {
   }
   const Springs springs{config.coupling.translational_stiffness,
                         config.coupling.rotational_stiffness};
-  // maps are baked for the renderer that a session begins with
+  // maps and pieces are baked for the renderer that a session begins with
   const std::string lack =
-      lack_of(config, row->id, solver_of(config.proxy, row->id), springs, true);
+      lack_of(config, row->id, solver_of(config.proxy, row->id), springs, {true, true});
   if (!lack.empty()) {
     throw ConfigError(std::string(view(config.file)) + ": renderer '" + std::string(name) + "' " +
                       lack);

@@ -32,11 +32,24 @@ inline bool has_maps(const SessionConfig& config) {
   return row_of(config.renderer).has_maps || config.voxel.is_wanted != 0;
 }
 
+/// True if contact bakes convex pieces of the objects and the tool, should there be a tool.
+inline bool has_pieces(const SessionConfig& config) {
+  return row_of(config.renderer).has_pieces || config.pieces.is_wanted != 0;
+}
+
+/// What contact has baked for a tool with six degrees of freedom.
+struct BakedFor {
+  bool maps = false, pieces = false;
+};
+inline BakedFor baked_for(const SessionConfig& config) {
+  return {has_maps(config), has_pieces(config)};
+}
+
 /// What a session lacks to be rendered by another renderer, where that moves a soft body with this
-/// solver, and what to add to its file; empty: nothing. `has_maps`: contact has voxels of its
+/// solver, and what to add to its file; empty: nothing. `baked`: what contact has of its
 /// objects.
 std::string lack_of(const SessionConfig& config, Renderer renderer, SoftSolver solver,
-                    const Springs& springs, bool has_maps);
+                    const Springs& springs, const BakedFor& baked);
 
 /// The row of that name; null: there is none.
 const RendererRow* find_renderer(std::string_view name);

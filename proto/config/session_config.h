@@ -50,6 +50,15 @@ struct VoxelConfig {
   uint32_t is_wanted = 0;      // 1: the section is present: baked even if another renderer starts
 };
 
+/// Convex pieces and contact levels of detail, of the renderers localized and sensation.
+struct PieceConfig {
+  double threshold = 20e-6;      // s0, haptic error beyond which sensation refines [m]
+  double bandwidth = 0;          // detail that slides past more often is left out [Hz]; 0: none
+  uint32_t budget = 4000;        // pairs of pieces tested per step; 0: unlimited
+  double cluster_radius = 0;     // [m]; 0: a quarter of the tool's radius
+  uint32_t is_wanted = 0;        // 1: the section is present: baked even if another renderer starts
+};
+
 /// The verified pose of the renderers god-object6 and constrained6.
 struct RigidConfig {
   double k_s = 2;      // of the paper: a move covers k_s/2 of the remaining way
@@ -101,6 +110,7 @@ struct SessionConfig {
   Renderer renderer{};
   double proxy_radius = 1e-3;  // of virtual-proxy3; 0: a point [m]
   VoxelConfig voxel;
+  PieceConfig pieces;
   RigidConfig rigid;
   ToolConfig tool;
   ProxyConfig proxy;

@@ -27,6 +27,7 @@ struct RendererRow {
   Moves moves = Moves::kPoint;
   SoftSolver soft = SoftSolver::kQuasiStatic;  // of a soft body, where the session names none
   bool has_maps = false;                       // asks voxels and fields of the objects
+  bool has_pieces = false;                     // asks convex pieces of objects and tool
   bool has_mass = false;  // the servo's proxy goes its own way, and contact's follows it
 };
 

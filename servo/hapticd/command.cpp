@@ -41,7 +41,7 @@ std::string lack_with(const SessionConfig& config, Renderer renderer, const Cont
   const Springs springs{wanted.translational_stiffness, wanted.rotational_stiffness};
   const SoftSolver solver =
       soft_solver_of(wanted.solver).value_or(solver_of(config.proxy, renderer));
-  return lack_of(config, renderer, solver, springs, has_maps(config));
+  return lack_of(config, renderer, solver, springs, baked_for(config));
 }
 
 Command set_renderer(std::string_view name, const SessionConfig& config, ControlFrame& wanted) {
@@ -65,7 +65,7 @@ Command set_solver(std::string_view name, const SessionConfig& config, ControlFr
   const RendererRow& renderer = row_of(static_cast<Renderer>(wanted.renderer));
   if (renderer.moves != Moves::kSoftBody) {
     return refused("solver: the present renderer '" + std::string(renderer.name) +
-                   "' has one of its own; first set renderer voxel or direct6");
+                   "' has one of its own; first set renderer voxel, direct6, localized or sensation");
   }
   wanted.solver = number_of(static_cast<SoftSolver>(known - kSoftSolverNames.begin()));
   const std::string lack = lack_with(config, renderer.id, wanted);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/shape/baked/mesh_shape.h"
+#include "contact/shape/convex/piece_tree.h"
 #include "contact/shape/volume/distance_field.h"
 #include "contact/shape/volume/pointshell.h"
 #include "contact/shape/volume/voxmap.h"
@@ -23,6 +24,8 @@ struct BodyShapes {
   MeshShape tool;                    // in T; empty: a point
   std::vector<VoxelObject> volumes;  // per object of the session; empty: no maps
   Pointshell shell;                  // of the tool
+  std::vector<PieceTree> pieces;     // per object of the session; empty: no convex pieces
+  PieceTree tool_pieces;             // in T
 };
 
 /// All shapes that a session touches, ready for queries; views, whose owner must outlive the model.
