@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,10 @@ constexpr std::array kPrimitives{
 constexpr int64_t kMaxSubdivisions = 8;            // 1.3 million triangles
 constexpr int64_t kMaxSteps = 1000;                // two million triangles
 constexpr int64_t kMinTeeth = 6, kMaxTeeth = 200;  // of a gear
+constexpr int64_t kMaxSideSteps = 250;             // 1.25 million triangles
+constexpr double kDegree = std::numbers::pi / 180;
+// a socket's cavity: from a dish to one that holds the ball
+constexpr Range kCovers{10 * kDegree, 150 * kDegree};
 
 /// Absolute path of a mesh; "package:" skips the folder of the config file.
 std::string find_mesh(const Section& section, std::string name, const fs::path& config_folder) {
@@ -88,6 +93,13 @@ void read_steps(Section& section, int64_t around, int64_t along, PartConfig& par
   section.read_integer("along", 1, kMaxSteps, along);
   part.around = static_cast<uint32_t>(around);
   part.along = static_cast<uint32_t>(along);
+}
+
+/// Steps around a part whose end is a disc of six sectors.
+void read_sixfold(Section& section, int64_t around, PartConfig& part) {
+  section.read_integer("around", 6, kMaxSteps, around);
+  if (around % 6 != 0) section.fail_at("around", "is no multiple of 6, as this part needs it");
+  part.around = static_cast<uint32_t>(around);
 }
 
 void read_thread(Section& section, PartConfig& part) {
@@ -198,6 +210,70 @@ void read_nut(Section& section, ShapeConfig& shape) {
   }
   const double across_corners = part.width * 2 / std::sqrt(3.0);
   shape.extent = {across_corners, across_corners, part.height};
+}
+
+void read_lower_molar(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.width = read_dimension(section, "width", "11 mm");
+  read_sixfold(section, 264, part);
+  shape.extent = part.width / 11 * Vec3{10.2, 11, 8.3};
+}
+
+void read_upper_molar(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.width = read_dimension(section, "width", "11 mm");
+  part.clearance = read_dimension(section, "clearance", "0.05 mm");
+  read_sixfold(section, 264, part);
+  shape.extent = part.width / 11 * Vec3{11.4, 10.4, 8.3};
+}
+
+void read_joint_ball(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.diameter = read_dimension(section, "diameter", "40 mm");
+  part.stem = read_dimension(section, "stem", "16 mm");
+  part.length = read_dimension(section, "length", "50 mm");
+  read_sixfold(section, 240, part);
+  if (part.stem >= part.diameter) {
+    section.fail_at("stem", "is no thinner than the ball; write less than its diameter");
+  }
+  if (2 * part.length <= part.diameter) {
+    section.fail_at("length", "ends within the ball; write more than half its diameter");
+  }
+  shape.extent = {part.diameter, part.diameter, 0.5 * part.diameter + part.length};
+}
+
+void read_joint_socket(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.diameter = read_dimension(section, "diameter", "40 mm");
+  part.clearance = read_dimension(section, "clearance", "0.1 mm");
+  part.width = read_dimension(section, "width", "60 mm");
+  part.height = read_dimension(section, "height", "30 mm");
+  part.cover = 80 * kDegree;
+  section.read_quantity("cover", Dimension::kAngle, kCovers, part.cover);
+  read_sixfold(section, 240, part);
+  const double cavity = 0.5 * part.diameter + part.clearance;
+  if (2 * cavity >= part.width) {
+    section.fail_at("width",
+                    "is no wider than the cavity; diameter + 2 clearance must fit into it");
+  }
+  if (cavity >= part.height) {
+    section.fail_at("height",
+                    "ends above the cavity; half the diameter and the clearance must fit into it");
+  }
+  shape.extent = {part.width, part.width, part.height - cavity * std::cos(part.cover)};
+}
+
+void read_dimpled_ball(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  part.diameter = read_dimension(section, "diameter", "42.7 mm");
+  part.depth = read_dimension(section, "depth", "0.25 mm");
+  int64_t along = 82;
+  section.read_integer("along", 1, kMaxSideSteps, along);
+  part.along = static_cast<uint32_t>(along);
+  if (10 * part.depth > part.diameter) {
+    section.fail_at("depth", "is more than a tenth of the diameter; write less");
+  }
+  shape.extent = {part.diameter, part.diameter, part.diameter};
 }
 
 uint32_t default_colour(uint32_t index) {

@@ -72,19 +72,22 @@ struct MaterialConfig {
   TextureConfig texture;
 };
 
-/// Dimensions of a generated machine part; each kind uses some of them.
+/// Dimensions of a generated part; each kind uses some of them.
 struct PartConfig {
-  double diameter = 0;   // of a peg, a hole's peg, a thread's crest [m]
-  double length = 0;     // of a peg, a hole, a bolt [m]
-  double clearance = 0;  // between the radii of a pair [m]
+  double diameter = 0;   // of a peg, a hole's peg, a thread's crest, a ball [m]
+  double length = 0;     // of a peg, a hole, a bolt; from a ball to the end of its stem [m]
+  double clearance = 0;  // between the radii of a pair; of molars along z [m]
   double block = 0;      // edge of the square block around a hole [m]
   double module = 0;     // of a gear: pitch diameter over teeth [m]
-  double width = 0;      // of a gear along its axis; of a nut across its flats [m]
+  double width = 0;      // of a gear along its axis; of a nut across its flats; of a lower molar's
+                         // crown; diameter of a socket [m]
   double bore = 0;       // diameter [m]
   double backlash = 0;   // of a gear, along the pitch circle [m]
   double pitch = 0;      // of a thread [m]
-  double depth = 0;      // of a thread [m]
-  double height = 0;     // of a nut [m]
+  double depth = 0;      // of a thread, of a dimple [m]
+  double height = 0;     // of a nut; of a socket below the ball's centre [m]
+  double stem = 0;       // diameter of a ball's stem [m]
+  double cover = 0;      // of a socket's cavity, from its pole [rad]
   uint32_t teeth = 0;
   uint32_t around = 0, along = 0;  // segments of its mesh around and along the axis
 };

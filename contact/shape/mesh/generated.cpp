@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/shape/mesh/generated.h"
 
+#include "contact/shape/mesh/ball_joint.h"
+#include "contact/shape/mesh/dimpled_ball.h"
 #include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/mesh/molars.h"
 
 namespace haptic {
 
@@ -21,6 +24,15 @@ PegAndHole fit_of(const PartConfig& part) {
 BoltAndNut thread_of(const PartConfig& part) {
   return {part.diameter, part.pitch, part.depth,    part.length,
           part.height,   part.width, part.clearance};
+}
+
+Molars molars_of(const PartConfig& part) {
+  return {part.width, part.clearance, part.around};
+}
+
+BallJoint joint_of(const PartConfig& part) {
+  return {part.diameter, part.stem,  part.length, part.clearance,
+          part.cover,    part.width, part.height, part.around};
 }
 
 }  // namespace
@@ -52,6 +64,27 @@ Soup generate_bolt(const ShapeConfig& shape) {
 
 Soup generate_nut(const ShapeConfig& shape) {
   return make_nut(thread_of(shape.part), grid_of(shape.part));
+}
+
+Soup generate_lower_molar(const ShapeConfig& shape) {
+  return make_lower_molar(molars_of(shape.part));
+}
+
+Soup generate_upper_molar(const ShapeConfig& shape) {
+  return make_upper_molar(molars_of(shape.part));
+}
+
+Soup generate_joint_ball(const ShapeConfig& shape) {
+  return make_joint_ball(joint_of(shape.part));
+}
+
+Soup generate_joint_socket(const ShapeConfig& shape) {
+  return make_joint_socket(joint_of(shape.part));
+}
+
+Soup generate_dimpled_ball(const ShapeConfig& shape) {
+  const PartConfig& p = shape.part;
+  return make_dimpled_ball({p.diameter, p.depth, p.along});
 }
 
 Soup generate_mesh(std::string_view wanted, const ShapeConfig& shape) {

@@ -218,6 +218,35 @@ TEST_CASE("config: parts of machines are read with their dimensions") {
   CHECK(peg.extent == Vec3{0.02, 0.02, 0.04});
 }
 
+TEST_CASE("config: molars, joints and dimpled balls are read with their dimensions") {
+  const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
+  const auto part = [&](const std::string& keys) {
+    return parse_config(scene_with(box, keys), "x.toml").objects[0];
+  };
+  const ObjectConfig upper =
+      part("primitive = \"upper-molar\"\nwidth = \"33 mm\"\nclearance = \"0.2 mm\"\n");
+  CHECK(view(upper.mesh) == "primitive:upper-molar");
+  CHECK(upper.part.width == 33e-3);
+  CHECK(upper.part.clearance == 0.2e-3);
+  CHECK(upper.part.around == 264);
+  const ObjectConfig lower = part("primitive = \"lower-molar\"\nwidth = \"33 mm\"\naround = 120\n");
+  CHECK(lower.part.around == 120);
+  CHECK(lower.size == Approx(33e-3));
+  const ObjectConfig ball = part(
+      "primitive = \"joint-ball\"\ndiameter = \"40 mm\"\nstem = \"16 mm\"\nlength = \"50 mm\"\n");
+  CHECK(ball.part.stem == 0.016);
+  CHECK(ball.extent == Vec3{0.04, 0.04, 0.07});
+  const ObjectConfig socket = part(
+      "primitive = \"joint-socket\"\ndiameter = \"40 mm\"\nclearance = \"0.1 mm\"\n"
+      "width = \"60 mm\"\nheight = \"30 mm\"\ncover = \"90 deg\"\n");
+  CHECK(socket.part.cover == Approx(1.5707963267949));
+  CHECK(socket.extent.z == Approx(0.03));
+  const ObjectConfig golf =
+      part("primitive = \"dimpled-ball\"\ndiameter = \"42.7 mm\"\ndepth = \"0.25 mm\"\n");
+  CHECK(golf.part.along == 82);
+  CHECK(golf.part.depth == 0.25e-3);
+}
+
 TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line and column") {
   const std::string box = "primitive = \"box\"\nextent = [\"80 mm\", \"8 cm\", \"0.08 m\"]\n";
   const auto part = [&](const std::string& keys) { return scene_with(box, keys); };
@@ -232,9 +261,11 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
                       "[tool]\nprimitive = \"sphere\"\nsize = \"1 cm\"\n" + keys + "[coupling]\n");
   };
   const std::string thread = "diameter = \"20 mm\"\npitch = \"2 mm\"\n";
+  const std::string joint = "diameter = \"4 cm\"\n";
   for (const auto& [what, text, place, says] : std::vector<Bad>{
            {"unknown part", part("primitive = \"flywheel\"\n"), "x.toml:9:13: ",
-            "'primitive' is 'flywheel'; known here: box, sphere, peg, hole, gear, bolt, nut"},
+            "'primitive' is 'flywheel'; known here: box, sphere, peg, hole, gear, bolt, nut, "
+            "lower-molar, upper-molar, joint-ball, joint-socket, dimpled-ball"},
            {"peg without length", part("primitive = \"peg\"\ndiameter = \"2 cm\"\n"),
             "x.toml:7:1: ", "[[object]] has no 'length'"},
            {"key of another part",
@@ -261,6 +292,31 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
             part("primitive = \"nut\"\n" + thread +
                  "depth = \"1 mm\"\nclearance = \"1 mm\"\nheight = \"1 cm\"\nwidth = \"22 mm\"\n"),
             "x.toml:15:9: ", "'width' is no wider than the thread"},
+           {"molar of seven sectors",
+            part("primitive = \"lower-molar\"\nwidth = \"1 cm\"\naround = 100\n"),
+            "x.toml:11:10: ", "'around' is no multiple of 6"},
+           {"stem as wide as the ball",
+            part("primitive = \"joint-ball\"\n" + joint + "stem = \"4 cm\"\nlength = \"5 cm\"\n"),
+            "x.toml:11:8: ", "'stem' is no thinner than the ball"},
+           {"stem within the ball",
+            part("primitive = \"joint-ball\"\n" + joint + "stem = \"1 cm\"\nlength = \"2 cm\"\n"),
+            "x.toml:12:10: ", "'length' ends within the ball"},
+           {"socket without a wall",
+            part("primitive = \"joint-socket\"\n" + joint +
+                 "clearance = \"1 mm\"\nwidth = \"4.2 cm\"\nheight = \"3 cm\"\n"),
+            "x.toml:12:9: ", "'width' is no wider than the cavity"},
+           {"socket without a floor",
+            part("primitive = \"joint-socket\"\n" + joint +
+                 "clearance = \"1 mm\"\nwidth = \"6 cm\"\nheight = \"2.1 cm\"\n"),
+            "x.toml:13:10: ", "'height' ends above the cavity"},
+           {"socket without a ball",
+            part("primitive = \"joint-socket\"\n" + joint +
+                 "clearance = \"1 mm\"\nwidth = \"6 cm\"\nheight = \"3 cm\"\n"
+                 "cover = \"170 deg\"\n"),
+            "x.toml:14:9: ", "'cover' is out of range"},
+           {"dimples as deep as the ball",
+            part("primitive = \"dimpled-ball\"\n" + joint + "depth = \"5 mm\"\n"),
+            "x.toml:11:9: ", "'depth' is more than a tenth of the diameter"},
            {"voxels of no size", voxel("size = \"0 mm\"\n"),
             "x.toml:6:8: ", "'size' is out of range"},
            {"narrow band", voxel("size = \"1 mm\"\nband = \"0.5 mm\"\n"),
