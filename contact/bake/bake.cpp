@@ -2,6 +2,7 @@
 #include "contact/bake/bake.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -29,6 +30,7 @@ constexpr double kSizeTolerance = 0.01;  // relative, between the stated and the
 constexpr double kSmallestCoordinate = 1e-40;
 constexpr char kGridMark = '\t';  // begins the lines of the stored report that explain the grid
 constexpr std::string_view kPrimitive = "primitive:";
+constexpr size_t kCachedTriangles = 5000;  // a generated mesh of fewer is made faster than mapped
 
 std::string millimetres(double metres) {
   std::ostringstream text;
@@ -219,18 +221,6 @@ bool open_cache(const std::string& path, uint64_t key, const std::string& file, 
   }
 }
 
-BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind) {
-  const Soup soup = generate_mesh(kind, object);
-  if (soup.triangles.empty()) {
-    throw MeshError(std::string(kPrimitive) + std::string(kind) +
-                    ": unknown primitive; use one of " + generated_names());
-  }
-  // made in metres: there is no file to disagree with
-  ShapeConfig metres = object;
-  metres.unit = metres.size = 0;
-  return bake_soup(soup.vertices, soup.triangles, metres);
-}
-
 MappedFile open_mesh(const std::string& path) {
   try {
     return map_file(path);
@@ -239,31 +229,71 @@ MappedFile open_mesh(const std::string& path) {
   }
 }
 
-/// From the cache, else read, checked and cached.
-BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_t memory_limit,
-                     const BakeProgress& progress) {
-  const MappedFile file = open_mesh(path);
-  const uint64_t key = content_key(file.bytes, path, object);
+/// From the cache, else baked and cached.
+BakedShape bake_cached(const std::string& name, uint64_t key,
+                       const std::function<std::vector<std::byte>()>& bake) {
   const std::string cached = cache_path(key);
   BakedShape shape;
   std::string problem;
-  if (open_cache(cached, key, path, shape, problem)) return shape;
-
-  const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
-  const std::string stage =
-      "reading and checking " + shown(std::filesystem::path(path).filename().string());
-  const auto tell = [&](double share) {
-    if (progress) progress(stage, share);
-  };
-  tell(0);
-  std::vector<std::byte> bytes =
-      bake_bytes(read_mesh(text, path, memory_limit), object, path, key, tell);
+  if (open_cache(cached, key, name, shape, problem)) return shape;
+  std::vector<std::byte> bytes = bake();
   const std::string refused = write_atomically(cached, bytes);
-  shape = shape_in_memory(std::move(bytes), key, path);
+  shape = shape_in_memory(std::move(bytes), key, name);
   // these concern this run, not the mesh: they are not cached
   if (!problem.empty()) shape.report.lines.push_back(problem);
   if (!refused.empty()) shape.report.lines.push_back(unwritable_cache(refused));
   return shape;
+}
+
+/// Progress of reading and checking a mesh.
+std::function<void(double share)> teller(const std::string& file, const BakeProgress& progress) {
+  return [stage = "reading and checking " + shown(file), progress](double share) {
+    if (progress) progress(stage, share);
+  };
+}
+
+BakedShape bake_file(const ShapeConfig& object, const std::string& path, uint64_t memory_limit,
+                     const BakeProgress& progress) {
+  const MappedFile file = open_mesh(path);
+  const uint64_t key = content_key(file.bytes, path, object);
+  return bake_cached(path, key, [&] {
+    const auto tell = teller(std::filesystem::path(path).filename().string(), progress);
+    tell(0);
+    const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()),
+                                file.bytes.size());
+    return bake_bytes(read_mesh(text, path, memory_limit), object, path, key, tell);
+  });
+}
+
+PolygonSoup polygons_of(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles) {
+  PolygonSoup soup;
+  soup.points = vertices;
+  soup.polygons.reserve(triangles.size());
+  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
+  return soup;
+}
+
+BakedShape bake_primitive(const ShapeConfig& object, std::string_view kind,
+                          const BakeProgress& progress) {
+  const Soup soup = generate_mesh(kind, object);
+  const std::string name = std::string(kPrimitive) + std::string(kind);
+  if (soup.triangles.empty()) {
+    throw MeshError(name + ": unknown primitive; use one of " + generated_names());
+  }
+  // made in metres: there is no file to disagree with
+  ShapeConfig metres = object;
+  metres.unit = metres.size = 0;
+  if (soup.triangles.size() < kCachedTriangles) {
+    return bake_soup(soup.vertices, soup.triangles, metres);
+  }
+  const std::array corners = {hash_bytes(std::as_bytes(std::span(soup.vertices))),
+                              hash_bytes(std::as_bytes(std::span(soup.triangles)))};
+  const uint64_t key = content_key(std::as_bytes(std::span(corners)), name, metres);
+  return bake_cached(name, key, [&] {
+    const auto tell = teller(std::string(kind), progress);
+    tell(0);
+    return bake_bytes(polygons_of(soup.vertices, soup.triangles), metres, name, key, tell);
+  });
 }
 
 }  // namespace
@@ -276,10 +306,7 @@ BakedShape bake_contents(std::string_view bytes, const ShapeConfig& object, uint
 
 BakedShape bake_soup(const std::vector<Vec3>& vertices, const std::vector<Triangle>& triangles,
                      const ShapeConfig& object) {
-  PolygonSoup soup;
-  soup.points = vertices;
-  soup.polygons.reserve(triangles.size());
-  for (const auto& [a, b, c] : triangles) soup.polygons.push_back({a, b, c});
+  PolygonSoup soup = polygons_of(vertices, triangles);
   const std::string name = view(object.mesh).empty()
                                ? std::string("mesh '") + std::string(view(object.name)) + "'"
                                : std::string(view(object.mesh));
@@ -290,7 +317,9 @@ BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit,
                        const BakeProgress& progress) {
   const std::string path(view(object.mesh));
   try {
-    if (path.starts_with(kPrimitive)) return bake_primitive(object, path.substr(kPrimitive.size()));
+    if (path.starts_with(kPrimitive)) {
+      return bake_primitive(object, path.substr(kPrimitive.size()), progress);
+    }
     return bake_file(object, path, memory_limit, progress);
   } catch (const std::bad_alloc&) {
     throw MeshError(path +

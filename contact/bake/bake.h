@@ -30,7 +30,8 @@ struct BakedShape {
 };
 
 /// Reads, checks, repairs and bakes the object's mesh, or maps it from the cache folder if it was
-/// baked before (key: content, unit, size, options, version). Throws MeshError.
+/// baked before (key: content, unit, size, options, version). A generated mesh of a few thousand
+/// triangles or less is made anew. Throws MeshError.
 BakedShape bake_object(const ShapeConfig& object, uint64_t memory_limit,
                        const BakeProgress& progress = {});
 

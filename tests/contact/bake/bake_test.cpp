@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -386,6 +387,29 @@ TEST_CASE("bake: unit and size must agree and any unit is scaled") {
   const BakedShape baked = bake_object(object, kPlenty);
   CHECK_THAT(baked.shape.mesh.upper, IsNear({0.05, 0.02, 0.02}, kLengthTolerance));
   CHECK(baked.report.size == Approx(0.1));
+}
+
+TEST_CASE("bake: a generated mesh of many triangles is cached by its shape, a small one is not") {
+  const Bench bench;
+  ObjectConfig molar;
+  assign(molar.mesh, "primitive:lower-molar");
+  molar.part.width = 11e-3;
+  molar.part.around = 132;
+  const BakedShape fresh = bake_object(molar, kPlenty);
+  CHECK_FALSE(fresh.report.from_cache);
+  CHECK(fresh.report.closed);
+  const BakedShape cached = bake_object(molar, kPlenty);
+  CHECK(cached.report.from_cache);
+  CHECK(cached.shape.mesh.triangles.size() == fresh.shape.mesh.triangles.size());
+  CHECK(std::ranges::equal(cached.shape.mesh.vertices, fresh.shape.mesh.vertices));
+  // another shape is another entry
+  molar.part.width = 12e-3;
+  CHECK_FALSE(bake_object(molar, kPlenty).report.from_cache);
+  ObjectConfig peg;
+  assign(peg.mesh, "primitive:peg");
+  peg.part = {.diameter = 0.02, .length = 0.04, .around = 24, .along = 4};
+  CHECK_FALSE(bake_object(peg, kPlenty).report.from_cache);
+  CHECK_FALSE(bake_object(peg, kPlenty).report.from_cache);
 }
 
 TEST_CASE("bake: the cache gives back the same shape and the same report, mapped") {
