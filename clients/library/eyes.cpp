@@ -12,12 +12,21 @@ std::shared_ptr<const EyeMesh> map_eye(const Announcement& announcement, FileDes
   SealedMapping mapping = map_sealed_file(std::move(fd), kMostEyeBytes);
   auto mesh = std::make_shared<EyeMesh>();
   static_cast<EyeFile&>(*mesh) = view_eye(mapping.bytes);
-  if (eye_id(mesh->object) != announcement.id) {
+  const bool has_pieces = is_pieces(announcement.id);
+  if ((has_pieces ? pieces_id(mesh->object) : eye_id(mesh->object)) != announcement.id) {
     throw EyeError("eye file: it was announced for another object than it names");
   }
   mesh->generation = announcement.generation;
   mesh->storage = std::move(mapping.storage);
   return mesh;
+}
+
+std::shared_ptr<const EyeMesh>& place_of(SegmentId id, Eyes& eyes) {
+  const uint32_t object = eye_object(id);
+  if (is_pieces(id)) {
+    return object == kEyeOfTool ? eyes.tool_pieces : eyes.object_pieces.at(object);
+  }
+  return object == kEyeOfTool ? eyes.tool : eyes.objects.at(object);
 }
 
 }  // namespace
@@ -35,9 +44,7 @@ void EyeBook::take(const Announcement& announcement, FileDescriptor fd) {
     eyes_.problem = std::move(problem);
     return;
   }
-  const uint32_t object = eye_object(announcement.id);
-  std::shared_ptr<const EyeMesh>& place =
-      object == kEyeOfTool ? eyes_.tool : eyes_.objects.at(object);
+  std::shared_ptr<const EyeMesh>& place = place_of(announcement.id, eyes_);
   if (place && place->generation >= mesh->generation) return;
   place = std::move(mesh);
   ++eyes_.changes;

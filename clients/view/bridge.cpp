@@ -39,6 +39,25 @@ bool is_page_path(const std::string& path) {
   return std::all_of(path.begin(), path.end(), is_known) && path.find("/.") == path.npos;
 }
 
+/// "tool" of "/mesh/tool.bin" where the folder is "/mesh/"; empty: the path is another's.
+std::string name_in(const std::string& folder, const std::string& path) {
+  constexpr std::string_view kEnd = ".bin";
+  if (!path.starts_with(folder) || !path.ends_with(kEnd)) return {};
+  if (path.size() <= folder.size() + kEnd.size()) return {};
+  return path.substr(folder.size(), path.size() - folder.size() - kEnd.size());
+}
+
+/// An eye file by name: that of the tool, or of an object by its number.
+WebAnswer mesh_answer(const std::string& name, const SharedText& tool,
+                      const std::vector<SharedText>& objects) {
+  SharedText eye = name == "tool" ? tool : nullptr;
+  for (size_t i = 0; i < objects.size(); ++i) {
+    if (name == std::to_string(i)) eye = objects[i];
+  }
+  if (eye == nullptr) return plain(404, "there is no such mesh");
+  return {200, "application/octet-stream", eye};
+}
+
 }  // namespace
 
 Bridge::Bridge(FrameSource source, BridgeOptions options)
@@ -96,23 +115,14 @@ WebAnswer Bridge::answer(const WebRequest& request) {
   if (target.path == "/overview.json" || target.path == "/export.csv") {
     return study(target.path, target.query);
   }
-  const std::string mesh_folder = "/mesh/", end = ".bin";
-  if (target.path.starts_with(mesh_folder) && target.path.ends_with(end) &&
-      target.path.size() > mesh_folder.size() + end.size()) {
-    return mesh(target.path.substr(mesh_folder.size(),
-                                   target.path.size() - mesh_folder.size() - end.size()));
+  const EyeFiles& eyes = source_.scene().eyes;
+  if (const std::string name = name_in("/mesh/", target.path); !name.empty()) {
+    return mesh_answer(name, eyes.tool, eyes.objects);
+  }
+  if (const std::string name = name_in("/pieces/", target.path); !name.empty()) {
+    return mesh_answer(name, eyes.tool_pieces, eyes.object_pieces);
   }
   return file(target.path);
-}
-
-WebAnswer Bridge::mesh(const std::string& name) const {
-  const EyeFiles& eyes = source_.scene().eyes;
-  SharedText eye = name == "tool" ? eyes.tool : nullptr;
-  for (size_t i = 0; i < eyes.objects.size(); ++i) {
-    if (name == std::to_string(i)) eye = eyes.objects[i];
-  }
-  if (eye == nullptr) return plain(404, "there is no such mesh");
-  return {200, "application/octet-stream", eye};
 }
 
 WebAnswer Bridge::file(const std::string& path) {

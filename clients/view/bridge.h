@@ -46,7 +46,6 @@ class Bridge {
   WebHandlers handlers();
   WebAnswer answer(const WebRequest& request);
   WebAnswer file(const std::string& path);
-  WebAnswer mesh(const std::string& name) const;
   UpgradeAnswer upgrade(const WebRequest& request) const;
   void open(SocketId id, const std::string& protocol);
   void hear(SocketId id, std::string_view text);

@@ -15,8 +15,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json mesh_of(const SharedText& eye, const std::string& name) {
-  return eye == nullptr ? Json(nullptr) : Json("/mesh/" + name + ".bin");
+Json path_of(const SharedText& eye, const std::string& folder, const std::string& name) {
+  return eye == nullptr ? Json(nullptr) : Json("/" + folder + "/" + name + ".bin");
+}
+
+SharedText eye_at(const std::vector<SharedText>& eyes, size_t index) {
+  return index < eyes.size() ? eyes[index] : nullptr;
 }
 
 Json material_json(const MaterialConfig& material) {
@@ -34,9 +38,10 @@ Json objects_json(const SceneInfo& info, const View& view) {
                         view.has_scene ? view.scene.n_objects : 0, info.eyes.objects.size()});
   Json objects = Json::array();
   for (size_t i = 0; i < std::min<size_t>(n, kMaxObjects); ++i) {
-    const SharedText eye = i < info.eyes.objects.size() ? info.eyes.objects[i] : nullptr;
-    Json object{{"index", i}, {"name", "object " + std::to_string(i)}};
-    object["mesh"] = mesh_of(eye, std::to_string(i));
+    const std::string number = std::to_string(i);
+    Json object{{"index", i}, {"name", "object " + number}};
+    object["mesh"] = path_of(eye_at(info.eyes.objects, i), "mesh", number);
+    object["pieces"] = path_of(eye_at(info.eyes.object_pieces, i), "pieces", number);
     if (info.config && i < info.config->n_objects) {
       const ObjectConfig& configured = info.config->objects[i];
       if (!haptic::view(configured.name).empty()) object["name"] = haptic::view(configured.name);
@@ -66,7 +71,8 @@ Json renderers_json(const SceneInfo& info) {
 }
 
 Json tool_json(const SceneInfo& info) {
-  Json tool{{"mesh", mesh_of(info.eyes.tool, "tool")}};
+  Json tool{{"mesh", path_of(info.eyes.tool, "mesh", "tool")},
+            {"pieces", path_of(info.eyes.tool_pieces, "pieces", "tool")}};
   if (info.config) tool["radius"] = info.config->proxy_radius;
   return tool;
 }

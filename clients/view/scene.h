@@ -17,6 +17,8 @@ namespace haptic {
 struct EyeFiles {
   SharedText tool;
   std::vector<SharedText> objects;
+  SharedText tool_pieces;
+  std::vector<SharedText> object_pieces;
 };
 
 /// The properties that only a log has.

@@ -9,6 +9,7 @@
 #include <iostream>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -52,17 +53,23 @@ SharedText text_of(const EyeMesh* mesh) {
                                              bytes.size());
 }
 
+/// The same of all objects up to the last that has one.
+std::vector<SharedText> texts_of(std::span<const std::shared_ptr<const EyeMesh>> meshes) {
+  std::vector<SharedText> texts;
+  for (const auto& mesh : meshes) texts.push_back(text_of(mesh.get()));
+  while (!texts.empty() && texts.back() == nullptr) texts.pop_back();
+  return texts;
+}
+
 /// Takes over the eye files that hapticd has handed to this client; whether there were new ones.
 bool take_eyes(const Client& client, uint64_t& changes, SceneInfo& info) {
   const Eyes eyes = client.eyes();
   if (eyes.changes == changes) return false;
   changes = eyes.changes;
   info.eyes.tool = text_of(eyes.tool.get());
-  info.eyes.objects.clear();
-  for (const auto& mesh : eyes.objects) info.eyes.objects.push_back(text_of(mesh.get()));
-  while (!info.eyes.objects.empty() && info.eyes.objects.back() == nullptr) {
-    info.eyes.objects.pop_back();
-  }
+  info.eyes.objects = texts_of(eyes.objects);
+  info.eyes.tool_pieces = text_of(eyes.tool_pieces.get());
+  info.eyes.object_pieces = texts_of(eyes.object_pieces);
   return true;
 }
 

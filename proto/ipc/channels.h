@@ -13,8 +13,16 @@
 namespace haptic {
 
 /// Owner of a segment; those of a hand follow. From 0x100 on are the eye files of contact
-/// (eye_file.h): that of the tool, then of the objects, by index.
-enum class SegmentId : uint32_t { kControl = 1, kSim = 4, kEyeTool = 0x100, kEye0 = 0x101 };
+/// (eye_file.h): that of the tool, then of the objects, by index; from 0x200 on in the same order
+/// those of their convex pieces, where a session has them.
+enum class SegmentId : uint32_t {
+  kControl = 1,
+  kSim = 4,
+  kEyeTool = 0x100,
+  kEye0 = 0x101,
+  kPiecesTool = 0x200,
+  kPieces0 = 0x201
+};
 
 /// The servo and the contact of a hand.
 constexpr SegmentId servo_segment(uint32_t hand) {
@@ -31,15 +39,25 @@ constexpr SegmentId eye_id(uint32_t object) {
                               : SegmentId{static_cast<uint32_t>(SegmentId::kEye0) + object};
 }
 
+/// The same for the eye file of its convex pieces.
+constexpr SegmentId pieces_id(uint32_t object) {
+  return object == kEyeOfTool ? SegmentId::kPiecesTool
+                              : SegmentId{static_cast<uint32_t>(SegmentId::kPieces0) + object};
+}
+static_assert(eye_id(kMaxObjects) < SegmentId::kPiecesTool);
+
+constexpr bool is_pieces(SegmentId id) {
+  return id >= SegmentId::kPiecesTool && id < pieces_id(kMaxObjects);
+}
+
 constexpr bool is_eye(SegmentId id) {
-  return id >= SegmentId::kEyeTool && id < eye_id(kMaxObjects);
+  return (id >= SegmentId::kEyeTool && id < eye_id(kMaxObjects)) || is_pieces(id);
 }
 
 /// The object of such a number; only where is_eye(id).
 constexpr uint32_t eye_object(SegmentId id) {
-  return id == SegmentId::kEyeTool
-             ? kEyeOfTool
-             : static_cast<uint32_t>(id) - static_cast<uint32_t>(SegmentId::kEye0);
+  const SegmentId tool = is_pieces(id) ? SegmentId::kPiecesTool : SegmentId::kEyeTool;
+  return id == tool ? kEyeOfTool : static_cast<uint32_t>(id) - static_cast<uint32_t>(tool) - 1;
 }
 
 /// Whether the child that owns segment `child` may offer `id`: its own, and contact the eye files.

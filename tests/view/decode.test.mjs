@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { read_eye } from "../../clients/view/page/source/eye.js";
+import { pieces_of, read_eye } from "../../clients/view/page/source/eye.js";
 import { decode_frame, each_sample, kQuantities } from "../../clients/view/page/source/layout.js";
 import { tables_of } from "../../clients/view/page/source/overview.js";
-import { encode, encode_eye, make_layout } from "./mock_layout.mjs";
+import { encode, encode_eye, make_layout, octants } from "./mock_layout.mjs";
 
 const layout = make_layout();
 const sample = (time, force) => ({
@@ -130,4 +130,16 @@ test("an overview has two points for each step: the least and the greatest", () 
   assert.deepEqual(table[0], [10, 11, 12, 13]);
   assert.deepEqual(table[1 + kQuantities.indexOf("depth")], [1, 2, null, null]);
   assert.deepEqual(table[1], [null, null, null, null]);
+});
+
+test("pieces of an eye file are what triangles connect, in the order of the vertices", () => {
+  const eye = read_eye(new Uint8Array(octants("ball", 0, 1)).buffer);
+  assert.equal(eye.triangles.length, 3 * 4 * 8);
+  assert.deepEqual(
+    [...pieces_of(eye)],
+    Array.from({ length: 32 }, (_, vertex) => Math.floor(vertex / 4)),
+  );
+  // a chain whose ends meet last, and a vertex that nothing uses
+  const chain = { vertices: new Float32Array(3 * 8), triangles: Uint32Array.of(0, 1, 2, 4, 5, 6, 2, 6, 1) };
+  assert.deepEqual([...pieces_of(chain)], [0, 0, 0, 1, 0, 0, 0, 2]);
 });

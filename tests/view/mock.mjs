@@ -6,7 +6,7 @@ import { readFile } from "node:fs/promises";
 import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { WebSocketServer } from "ws";
-import { ball, encode, make_layout } from "./mock_layout.mjs";
+import { ball, encode, make_layout, octants } from "./mock_layout.mjs";
 import { Recording } from "./mock_recording.mjs";
 import { frame_at, kPeriod, kRadius } from "./mock_session.mjs";
 
@@ -27,12 +27,20 @@ const kNames = ["god-object3", "virtual-proxy3", "penalty3", "voxel"];
 
 /** What the tests change while it runs: `trouble` is null, "servo", "contact", "silent" or "gone". */
 export class Mock {
-  constructor({ view, log = false, columns = 1, growing = false, simulated = true }) {
+  constructor({
+    view,
+    log = false,
+    columns = 1,
+    growing = false,
+    simulated = true,
+    pieces = false,
+  }) {
     this.layout = make_layout();
     this.view = view;
     this.columns = columns === 1 ? ["session"] : kNames.slice(0, columns);
     this.recording = log ? new Recording(columns, growing) : null;
     this.simulated = simulated;
+    this.pieces = pieces; // whether there are convex pieces of the ball
     this.trouble = null;
     this.faults = [];
     this.fault = 0;
@@ -46,6 +54,7 @@ export class Mock {
     this.meshes = {
       "/mesh/0.bin": ball("ball", 0, [0.62, 0.68, 0.75, 1], kRadius, 32, 1500),
       "/mesh/1.bin": ball("bead", 1, [0.85, 0.72, 0.35, 1], 0.009, 16),
+      "/pieces/0.bin": octants("ball", 0, kRadius),
     };
   }
 
@@ -66,8 +75,8 @@ export class Mock {
     return {
       session: this.recording ? "run.mcap" : "demo",
       objects: [
-        { index: 0, name: "ball", mesh: "/mesh/0.bin" },
-        { index: 1, name: "bead", mesh: "/mesh/1.bin" },
+        { index: 0, name: "ball", mesh: "/mesh/0.bin", pieces: this.pieces && "/pieces/0.bin" },
+        { index: 1, name: "bead", mesh: "/mesh/1.bin", pieces: null },
       ],
       tool: { radius: 0.0015 },
       renderers: renderers.map(([name, lack]) => ({

@@ -78,6 +78,22 @@ export function encode_eye({ name, object, colour, vertices, normals, triangles,
   return bytes;
 }
 
+/** An octahedron of `radius` as an eye of eight convex pieces, a tetrahedron each. */
+export function octants(name, object, radius) {
+  const [vertices, normals, triangles] = [[], [], []];
+  for (let piece = 0; piece < 8; piece += 1) {
+    const sign = [1, 2, 4].map((bit) => (piece & bit ? -1 : 1));
+    const corners = [0, 1, 2].map((axis) => [0, 1, 2].map((k) => (k === axis ? sign[k] * radius : 0)));
+    const [a, b, c, d] = [0, 1, 2, 3].map((k) => 4 * piece + k);
+    vertices.push(0, 0, 0, ...corners.flat());
+    normals.push(...Array.from({ length: 4 }, () => sign.map((s) => s / Math.sqrt(3))).flat());
+    const turned = sign[0] * sign[1] * sign[2] < 0;
+    for (const [u, v, w] of [[b, c, d], [a, c, b], [a, d, c], [a, b, d]])
+      triangles.push(...(turned ? [u, w, v] : [u, v, w]));
+  }
+  return encode_eye({ name, object, colour: [1, 1, 1, 1], vertices, normals, triangles });
+}
+
 /** A ball of `radius` as an eye. */
 export function ball(name, object, colour, radius, rings, shell = 0) {
   const [vertices, normals, triangles, points] = [[], [], [], []];

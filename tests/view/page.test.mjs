@@ -270,6 +270,57 @@ describe("the page", { skip: lack }, () => {
     await eventually(() => sent("release").length === 1);
   });
 
+  test("a ball of nine millimetres is shaded round, not by the centimetre", async () => {
+    await open();
+    const least = await page.evaluate(() => {
+      const [{ geometry }] = window.hapticd.stage.models[0].objects[1].children;
+      const { position, normal } = geometry.attributes;
+      let worst = 1;
+      for (let i = 0; i < position.count; i += 1) {
+        const p = [position.getX(i), position.getY(i), position.getZ(i)];
+        if (normal.getX(i) === 0 && normal.getY(i) === 0 && normal.getZ(i) === 0) continue; // at a pole
+        const along = p[0] * normal.getX(i) + p[1] * normal.getY(i) + p[2] * normal.getZ(i);
+        worst = Math.min(worst, along / Math.hypot(...p));
+      }
+      return worst;
+    });
+    assert.ok(least > 0.99, `${least}: cosine between a normal and its radius`); // 16 rings of facets
+  });
+
+  test("convex pieces are fetched where they are first shown, and stand for the mesh", async () => {
+    const asked = [];
+    const url = await open({ pieces: true });
+    page.on("request", (request) => asked.push(request.url()));
+    const shown = () =>
+      page.evaluate(() =>
+        window.hapticd.stage.models[0].objects.map((group) =>
+          group.children
+            .filter(({ isMesh, visible }) => isMesh && visible)
+            .map(({ name, geometry }) => {
+              const { array } = geometry.attributes.color ?? { array: [] };
+              const colours = new Set();
+              for (let i = 0; i < array.length; i += 3) colours.add(array.slice(i, i + 3).join());
+              return `${name || "mesh"} ${colours.size}`;
+            }),
+        ),
+      );
+    assert.deepEqual(await shown(), [["mesh 0"], ["mesh 0"]]);
+    await page.check("#pieces");
+    await until(() => window.hapticd.stage.pieces !== null);
+    assert.deepEqual(asked, [`${url}pieces/0.bin`]);
+    assert.deepEqual(await shown(), [["pieces 8"], ["mesh 0"]]);
+    await page.uncheck("#pieces");
+    assert.deepEqual(await shown(), [["mesh 0"], ["mesh 0"]]);
+    await page.keyboard.press("c");
+    assert.deepEqual(await shown(), [["pieces 8"], ["mesh 0"]]);
+    assert.equal(asked.length, 1, "fetched once");
+  });
+
+  test("a scene without convex pieces offers none", async () => {
+    await open();
+    assert.equal(await page.isDisabled("#pieces"), true);
+  });
+
   test("by keyboard alone: camera, touch, help, plots; no trap", async () => {
     await open();
     const seen = [];

@@ -302,6 +302,13 @@ TEST_CASE(
   CHECK(scene["renderers"][0]["has_solver"] == false);
   CHECK(scene["renderers"][3]["name"] == "direct6");
   CHECK(scene["renderers"][3]["has_solver"] == true);
+  CHECK(scene["objects"][0]["mesh"].is_null());
+  CHECK(scene["objects"][0]["pieces"].is_null());
+  info.eyes.objects = info.eyes.object_pieces = {shared_text("eye")};
+  const Json with_eyes = Json::parse(scene_json(info, *view, false));
+  CHECK(with_eyes["objects"][0]["mesh"] == "/mesh/0.bin");
+  CHECK(with_eyes["objects"][0]["pieces"] == "/pieces/0.bin");
+  CHECK(with_eyes["tool"]["pieces"].is_null());
   CHECK(!scene.contains("started"));
   info.started = 12.5;
   CHECK(Json::parse(scene_json(info, *view, false))["started"] == 12.5);

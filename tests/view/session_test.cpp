@@ -154,6 +154,7 @@ TEST_CASE("hapt view: who may watch, who may command, what is refused") {
   }
   CHECK(get(port, "/nothing").status == 404);
   CHECK(get(port, "/mesh/99.bin").status == 404);
+  CHECK(get(port, "/pieces/0.bin").status == 404);  // the session has none
   CHECK(test::ask(port, "DELETE / HTTP/1.1\r\nHost: " + bridge.host + "\r\n\r\n").status == 405);
   CHECK(test::ask(port, "GET / HTTP/1.1\r\nHost: " + bridge.host +
                             "\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n")

@@ -74,6 +74,39 @@ TEST_CASE("eyes: their numbers are apart from the segments and name their object
   CHECK_FALSE(is_eye(eye_id(kMaxObjects)));
   CHECK_FALSE(is_eye(SegmentId{0xff}));
   CHECK_FALSE(is_eye(contact_segment(kFirstHand)));
+  CHECK(pieces_id(kEyeOfTool) == SegmentId{0x200});
+  CHECK(pieces_id(3) == SegmentId{0x204});
+  for (const uint32_t object : {0u, uint32_t{kMaxObjects} - 1, kEyeOfTool}) {
+    CHECK(is_eye(pieces_id(object)));
+    CHECK(is_pieces(pieces_id(object)));
+    CHECK_FALSE(is_pieces(eye_id(object)));
+    CHECK(eye_object(pieces_id(object)) == object);
+  }
+  CHECK_FALSE(is_eye(pieces_id(kMaxObjects)));
+}
+
+TEST_CASE("eyes: convex pieces come beside the meshes, of the object that they name") {
+  Session session;
+  Client client("eyes");
+  client.start();
+  const auto offer = [&](SegmentId id, const FileDescriptor& file) {
+    offer_segment(session.contact.get(), id, 1, "eye", file.get());
+  };
+  offer(eye_id(2), eye_of(2, 5));
+  offer(pieces_id(2), eye_of(2, 9));
+  offer(pieces_id(kEyeOfTool), eye_of(kEyeOfTool, 7));
+  REQUIRE(serve_until(session.server, [&] { return client.eyes().changes == 3; }));
+  const Eyes eyes = client.eyes();
+  CHECK(eyes.objects[2]->vertices.size() == 5);
+  CHECK(eyes.object_pieces[2]->vertices.size() == 9);
+  CHECK(eyes.tool_pieces->vertices.size() == 7);
+  CHECK(eyes.tool == nullptr);
+  CHECK(eyes.problem.empty());
+  // one that says of another object than it was announced for
+  offer(pieces_id(4), eye_of(5));
+  REQUIRE(serve_until(session.server, [&] { return !client.eyes().problem.empty(); }));
+  CHECK(client.eyes().object_pieces[4] == nullptr);
+  CHECK(client.eyes().object_pieces[5] == nullptr);
 }
 
 TEST_CASE("eyes: clients of before and after get them all, and those of a later contact") {

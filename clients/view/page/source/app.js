@@ -7,7 +7,7 @@ import { announce, by_id, write } from "./dom.js";
 import { follow, judge, kNothingYet, kWell } from "./health.js";
 import { History } from "./history.js";
 import { each_sample, kQuantities } from "./layout.js";
-import { load_eyes, picture_key } from "./loader.js";
+import { has_pieces, load_eyes, load_pieces, picture_key } from "./loader.js";
 import { Banner, note_event, Processes, Readings } from "./panels.js";
 import { Player } from "./player.js";
 import { kWindow, Plots } from "./plots.js";
@@ -153,7 +153,22 @@ async function take_scene(scene) {
   stage.set_scene(eyes, scene.tool?.radius, scene.limits, key === state.pictured);
   state.pictured = key;
   by_id("shell").disabled = !stage.has_shell;
+  by_id("pieces").disabled = !has_pieces(scene);
+  await show_pieces();
   window.hapticd.ready = true;
+}
+
+/** The convex pieces instead of the meshes, or no longer; fetched where they are first shown. */
+async function show_pieces() {
+  const on = by_id("pieces").checked && !by_id("pieces").disabled;
+  const { picture } = state;
+  if (on && !stage.pieces) {
+    const { troubles, ...eyes } = await load_pieces(state.scene);
+    if (state.picture !== picture) return; // another scene has come meanwhile
+    troubles.forEach(note_event);
+    stage.set_pieces(eyes);
+  }
+  stage.show_pieces(by_id("pieces").checked && on);
 }
 
 function permit() {
@@ -323,7 +338,7 @@ window.hapticd = {
   touch,
 };
 stage.on_draw = show_legend;
-set_up_stage_tools({ stage, plots, player, touch, state });
+set_up_stage_tools({ stage, plots, player, touch, state, show_pieces });
 set_up_theme(() => {
   stage.theme();
   plots.redraw();

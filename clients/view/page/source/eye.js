@@ -35,3 +35,27 @@ export function read_eye(buffer) {
   }
   return { object, colour, name: text(40, 40), vertices, normals, triangles, points };
 }
+
+/** Of an eye file of convex pieces the number of its piece for each vertex, from 0 on in the order of
+ *  the vertices. No two pieces share a vertex, so a piece is what its triangles connect. */
+export function pieces_of({ vertices, triangles }) {
+  const parent = Uint32Array.from({ length: vertices.length / 3 }, (_, i) => i);
+  const root = (vertex) => {
+    let at = vertex;
+    while (parent[at] !== at) {
+      parent[at] = parent[parent[at]]; // halves the way of the next search
+      at = parent[at];
+    }
+    return at;
+  };
+  for (let i = 0; i < triangles.length; i += 3) {
+    const lowest = Math.min(...triangles.subarray(i, i + 3).map(root));
+    for (let k = i; k < i + 3; k += 1) parent[root(triangles[k])] = lowest;
+  }
+  const numbers = new Map();
+  return Uint32Array.from(parent, (_, vertex) => {
+    const of = root(vertex);
+    if (!numbers.has(of)) numbers.set(of, numbers.size);
+    return numbers.get(of);
+  });
+}

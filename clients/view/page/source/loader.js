@@ -27,6 +27,20 @@ export async function load_eyes(scene) {
   return { objects: Array.from(objects, (eye) => eye ?? null), tool, troubles };
 }
 
+/** The same of the convex pieces that a scene names, which are fetched where somebody wants to see
+ *  them. */
+export function load_pieces(scene) {
+  return load_eyes({
+    objects: (scene.objects ?? []).map(({ index, pieces }) => ({ index, mesh: pieces })),
+    tool: { mesh: scene.tool?.pieces },
+  });
+}
+
+/** Whether the scene has pieces of anything. */
+export function has_pieces(scene) {
+  return Boolean(scene.tool?.pieces) || (scene.objects ?? []).some(({ pieces }) => pieces);
+}
+
 /** What the pictures depend on; of equal text no mesh need be loaded again. */
 export function picture_key(scene) {
   return JSON.stringify([scene.session, scene.objects, scene.tool, scene.limits]);

@@ -5,8 +5,10 @@ import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { css } from "./dom.js";
 import { Arrow, Contacts, Trail } from "./scene_marks.js";
+import { piece_colours } from "./scene_pieces.js";
 
 const kCrease = 0.7; // [rad]: sides that meet in a sharper edge are shaded apart
+const kFine = 1e6; // toCreasedNormals takes vertices within 0.01 for one: that must be less than 1 µm
 const kLeastTool = 6; // [px], radius that a tool has in the picture at least
 
 /** Position and quaternion (w x y z) of a pose of seven numbers. */
@@ -18,13 +20,15 @@ export function place(object, pose) {
   object.quaternion.set(pose[4], pose[5], pose[6], pose[3]);
 }
 
-function geometry_of(eye) {
+function geometry_of(eye, colours = null) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(eye.vertices, 3));
+  const fine = eye.vertices.map((metres) => kFine * metres);
+  geometry.setAttribute("position", new THREE.BufferAttribute(fine, 3));
   geometry.setAttribute("normal", new THREE.BufferAttribute(eye.normals, 3));
+  if (colours) geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
   geometry.setIndex(new THREE.BufferAttribute(eye.triangles, 1));
   // an eye file has one normal for each vertex; the sides of a block meet in an edge all the same
-  const creased = toCreasedNormals(geometry, kCrease);
+  const creased = toCreasedNormals(geometry, kCrease).scale(1 / kFine, 1 / kFine, 1 / kFine);
   creased.computeBoundingSphere();
   return creased;
 }
@@ -68,6 +72,7 @@ export class Model {
     this.intent.visible = false;
     this.intent_line.visible = false;
     this.shell_visible = false;
+    this.pieces_visible = false;
   }
 
   add_lights() {
@@ -147,6 +152,32 @@ export class Model {
     this.hand.add(new THREE.Mesh(shape, ghost));
     this.proxy.add(new THREE.Mesh(shape, solid));
     if (eye) this.add_shell(this.proxy, eye);
+  }
+
+  /** Takes the eyes of the convex pieces, as set_eyes takes those of the meshes. */
+  set_pieces(eyes) {
+    eyes.objects.forEach((eye, index) => this.add_pieces(this.objects[index], eye));
+    this.add_pieces(this.proxy, eyes.tool);
+    this.show_pieces(this.pieces_visible);
+  }
+
+  add_pieces(group, eye) {
+    if (!group || !eye) return;
+    const surface = material(this.low, { vertexColors: true, side: THREE.DoubleSide });
+    const pieces = new THREE.Mesh(geometry_of(eye, piece_colours(eye)), surface);
+    pieces.name = "pieces";
+    group.add(pieces);
+  }
+
+  /** Pieces instead of the mesh, where there are some. */
+  show_pieces(on) {
+    this.pieces_visible = on;
+    for (const group of [...this.objects, this.proxy]) {
+      const pieces = group.getObjectByName("pieces");
+      for (const node of pieces ? group.children : []) {
+        if (node.isMesh) node.visible = (node === pieces) === on;
+      }
+    }
   }
 
   show_shell(on) {

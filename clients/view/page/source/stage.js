@@ -33,6 +33,7 @@ export class Stage {
     this.rules = [];
     this.last_time = [];
     this.eyes = { objects: [], tool: null };
+    this.pieces = null;
     this.box = bounds_of([], []);
     this.size = 0.1;
     this.scales = arrow_scales(this.size, null);
@@ -61,6 +62,7 @@ export class Stage {
   /** Takes the meshes and what the scene says of tool and limits; the camera waits for a pose. */
   set_scene(eyes, radius, limits, keep_view) {
     this.eyes = eyes;
+    this.pieces = null; // those of another scene
     this.radius = radius;
     this.limits = limits;
     const frames = this.newest.filter(Boolean);
@@ -84,6 +86,7 @@ export class Stage {
   apply_eyes() {
     for (const [index, model] of this.models.entries()) {
       model.set_eyes(this.eyes, this.radius, this.size);
+      if (this.pieces) model.set_pieces(this.pieces);
       model.force.thickness = model.torque.thickness = this.size * 0.006;
       this.rules[index].build(this.box, this.size);
     }
@@ -95,6 +98,18 @@ export class Stage {
       model.theme();
       this.rules[index].build(this.box, this.size);
     });
+    this.dirty = true;
+  }
+
+  /** Takes the eyes of the convex pieces of the scene that is shown. */
+  set_pieces(eyes) {
+    this.pieces = eyes;
+    for (const model of this.models) model.set_pieces(eyes);
+    this.dirty = true;
+  }
+
+  show_pieces(on) {
+    for (const model of this.models) model.show_pieces(on);
     this.dirty = true;
   }
 

@@ -11,6 +11,7 @@ const kShortcuts = {
   t: "touch",
   f: "plot-pause",
   g: "shell",
+  c: "pieces",
   k: "play",
   ",": "step-back",
   ".": "step-on",
@@ -20,14 +21,17 @@ const kShortcuts = {
   p: "previous",
 };
 
+const kChecks = new Set(["shell", "pieces"]); // by their label: the box itself has no place
+
 const is_typing = ({ target }) =>
   target instanceof Element && target.closest("input:not([type=checkbox], [type=range]), select");
 
-export function set_up_stage_tools({ stage, plots, player, touch, state }) {
+export function set_up_stage_tools({ stage, plots, player, touch, state, show_pieces }) {
   const on = (id, event, action) => by_id(id).addEventListener(event, action);
   for (const name of ["start", "front", "side", "top"])
     on(`view-${name}`, "click", () => stage.view(name));
   on("shell", "change", () => stage.show_shell(by_id("shell").checked));
+  on("pieces", "change", show_pieces);
   on("touch", "click", () => {
     touch.set_on(!touch.on);
     if (touch.on) by_id("stage").focus({ preventScroll: true });
@@ -55,7 +59,7 @@ function shortcut(event, touch) {
   if (touch.on && event.target === by_id("stage") && event.key !== "t" && event.key !== "?") return;
   const button = by_id(kShortcuts[event.key] ?? "");
   if (!button || button.disabled || button.closest("[hidden]")) return;
-  if (button.offsetParent === null && button.id !== "shell") return;
+  if (button.offsetParent === null && !kChecks.has(button.id)) return;
   event.preventDefault();
   button.click();
 }
