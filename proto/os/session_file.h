@@ -14,13 +14,15 @@ struct Scene {
 
 inline constexpr std::array kScenes{
     Scene{"admittance", "admittance.toml", "an arm that follows the hand, on a block"},
+    Scene{"ball-joint", "ball-joint.toml", "a ball in its socket"},
     Scene{"bunnies", "bunny-on-bunny.toml", "a bunny on a bunny", true},
     Scene{"bunny", "bunny.toml", "the Stanford bunny", true},
+    Scene{"dimpled-ball", "dimpled-ball.toml", "a ball with dimples"},
     Scene{"gears", "gears.toml", "two gears"},
     Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
     Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},
     Scene{"rigid-peg", "rigid-peg.toml", "a rigid peg in a tight hole"},
-    Scene{"teeth", "teeth.toml", "a jaw that bites"}};
+    Scene{"teeth", "teeth.toml", "two molars that bite"}};
 
 /// Finds a session file by path, or by name in $HAPTICD_CONFIGS or among those that belong to this
 /// checkout or installation: that of the file, with or without .toml, or of a scene. Throws

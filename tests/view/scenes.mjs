@@ -20,6 +20,8 @@ const kScenes = [
   ["peg", ["peg"], { nearer: 1.15, turn: [0, 0.1] }],
   ["gears", ["gears"], { nearer: 1.3, turn: [0.4, -0.1], shell: true }],
   ["teeth", ["teeth"], { nearer: 1.15 }],
+  ["ball-joint", ["ball-joint"], { nearer: 1.1 }],
+  ["dimpled-ball", ["dimpled-ball"], { nearer: 1.1, face: true }],
   ["bunnies", ["bunnies"], { nearer: 0.85, face: true }],
   ["rigid-peg", ["rigid-peg"], { nearer: 1.1, turn: [0, 0.1] }],
   ["admittance", ["admittance"], { nearer: 1.1, face: true }],

@@ -500,9 +500,7 @@ TEST_CASE("config: a file that is not there is one line") {
 TEST_CASE("config: the scenes that are shipped load") {
   const test::TemporaryFolder temporary;
   const fs::path meshes = temporary.path();
-  for (const char* mesh : {"bunny00.off", "teeth-top.obj", "teeth-bottom.obj"}) {
-    touch(meshes / mesh);
-  }
+  touch(meshes / "bunny00.off");
   const Environment environment("HAPTICD_MESHES", meshes.string());
   size_t n = 0;
   for (const auto& entry : fs::directory_iterator(test::from_source("configs"))) {
