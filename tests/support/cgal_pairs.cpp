@@ -2,12 +2,17 @@
 #include "tests/support/cgal_pairs.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Gmpzf.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polytope_distance_d.h>
+#include <CGAL/Polytope_distance_d_traits_3.h>
+#include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace haptic::test {
 namespace {
@@ -69,6 +74,17 @@ CgalSurface cgal_surface(std::span<const Vec3> vertices,
   pmp::self_intersections(mesh, std::back_inserter(pairs));
   surface.self_intersections = pairs.size();
   return surface;
+}
+
+double cgal_polytope_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  using Plain = CGAL::Simple_cartesian<double>;
+  using Traits = CGAL::Polytope_distance_d_traits_3<Plain, CGAL::Gmpzf, double>;
+  std::vector<Plain::Point_3> p, q;
+  for (const Vec3& v : a) p.emplace_back(v.x, v.y, v.z);
+  for (const Vec3& v : b) q.emplace_back(v.x, v.y, v.z);
+  const CGAL::Polytope_distance_d<Traits> found(p.begin(), p.end(), q.begin(), q.end());
+  return std::sqrt(CGAL::to_double(found.squared_distance_numerator()) /
+                   CGAL::to_double(found.squared_distance_denominator()));
 }
 
 }  // namespace haptic::test

@@ -28,4 +28,7 @@ struct CgalSurface {
 CgalSurface cgal_surface(std::span<const Vec3> vertices,
                          std::span<const std::array<uint32_t, 3>> triangles);
 
+/// Distance of the convex hulls of two sets of points by CGAL's exact quadratic program [m].
+double cgal_polytope_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b);
+
 }  // namespace haptic::test

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/query/convex/overlay_descent.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+// α, how far around a local minimum a better one is searched for: cosine and sine of 0.8 rad. With
+// 0.5 the walk misses 1.8 % of the minima of two hulls of 20 vertices, with 0.7 it misses 0.7 %,
+// and with 1.0 it takes twice the time
+constexpr double kCosAround = 0.6967067093471654, kSinAround = 0.7173560908995228;
+
+}  // namespace
+
+bool OverlayDescent::add(const OverlayVertex& v) {
+  for (size_t i = 0; i < n_; ++i) {
+    if (visited_[i].feature == v.feature) return true;
+  }
+  if (n_ == visited_.size()) return false;
+  visited_[n_] = v;
+  expanded_[n_] = false;
+  ++n_;
+  return true;
+}
+
+bool OverlayDescent::expand(size_t at, bool all) {
+  expanded_[at] = true;
+  OverlayVertex& here = visited_[at];
+  const double most = (visited_[best_].depth - here.depth * kCosAround) / kSinAround;
+  bool room = true;
+  overlay_.for_arcs(here, [&](const OverlayArc& arc) {
+    const bool hides = arc.extent < 0
+                           ? most > 0 || arc.extent * arc.extent > most * most * arc.length2
+                           : most > 0 && arc.extent * arc.extent < most * most * arc.length2;
+    if ((all || hides) && !add(overlay_.end_of(here, arc))) room = false;
+  });
+  return room;
+}
+
+size_t OverlayDescent::shallowest() const {
+  size_t next = n_;
+  for (size_t i = 0; i < n_; ++i) {
+    if (!expanded_[i] && (next == n_ || visited_[i].depth < visited_[next].depth)) next = i;
+  }
+  return next;
+}
+
+bool OverlayDescent::run(const OverlayVertex& start) {
+  n_ = best_ = 0;
+  n_steps_ = 0;
+  add(start);
+  for (size_t next = 0; next < n_; next = shallowest()) {
+    const size_t known = n_, before = best_;
+    const bool room = expand(next, false);
+    for (size_t i = known; i < n_; ++i) {
+      if (visited_[i].depth < visited_[best_].depth) best_ = i;
+    }
+    n_steps_ += best_ != before;
+    if (!room) return false;
+  }
+  return true;
+}
+
+bool OverlayDescent::reaches_foot(OverlayVertex& v) const {
+  bool inside = true;
+  overlay_.for_arcs(v, [&](const OverlayArc& arc) { inside = inside && arc.extent >= 0; });
+  return inside;
+}
+
+const OverlayVertex* OverlayDescent::find_real() {
+  std::fill_n(expanded_.begin(), n_, false);
+  const OverlayVertex* beside = nullptr;
+  for (size_t next = best_; next < n_; next = shallowest()) {
+    OverlayVertex& here = visited_[next];
+    if (is_real(overlay_.hull(0), here.feature[0]) && is_real(overlay_.hull(1), here.feature[1])) {
+      if (reaches_foot(here)) return &here;
+      if (beside == nullptr) beside = &here;
+    }
+    if (!expand(next, true)) break;
+  }
+  return beside;
+}
+
+}  // namespace haptic
