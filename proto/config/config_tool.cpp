@@ -99,6 +99,7 @@ void read_pieces(Section& contact, PieceConfig& pieces) {
   if (!section) return;
   pieces.is_wanted = 1;
   section->read_quantity("threshold", kLength, kThresholds, pieces.threshold);
+  section->read_quantity("carry", kLength, kThresholds, pieces.carry);
   section->read_quantity("bandwidth", kFrequency, kNotNegative, pieces.bandwidth);
   section->read_integer("budget", 0, kMaxBudget, pieces.budget);
   section->read_quantity("cluster_radius", kLength, kClusterRadii, pieces.cluster_radius);

@@ -52,11 +52,12 @@ struct VoxelConfig {
 
 /// Convex pieces and contact levels of detail, of the renderers localized and sensation.
 struct PieceConfig {
-  double threshold = 20e-6;      // s0, haptic error beyond which sensation refines [m]
-  double bandwidth = 0;          // detail that slides past more often is left out [Hz]; 0: none
-  uint32_t budget = 4000;        // pairs of pieces tested per step; 0: unlimited
-  double cluster_radius = 0;     // [m]; 0: a quarter of the tool's radius
-  uint32_t is_wanted = 0;        // 1: the section is present: baked even if another renderer starts
+  double threshold = 50e-6;   // s0, haptic error beyond which sensation refines [m]
+  double carry = 20e-6;       // motion until sensation asks a pair in contact again [m]
+  double bandwidth = 0;       // detail that slides past more often is left out [Hz]; 0: none
+  uint32_t budget = 2000;     // pairs of pieces that sensation tests per step; 0: unlimited
+  double cluster_radius = 0;  // [m]; 0: a quarter of the tool's radius
+  uint32_t is_wanted = 0;     // 1: the section is present: baked even if another renderer starts
 };
 
 /// The verified pose of the renderers god-object6 and constrained6.
