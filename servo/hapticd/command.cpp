@@ -64,8 +64,9 @@ Command set_solver(std::string_view name, const SessionConfig& config, ControlFr
   }
   const RendererRow& renderer = row_of(static_cast<Renderer>(wanted.renderer));
   if (renderer.moves != Moves::kSoftBody) {
-    return refused("solver: the present renderer '" + std::string(renderer.name) +
-                   "' has one of its own; first set renderer voxel, direct6, localized or sensation");
+    return refused(
+        "solver: the present renderer '" + std::string(renderer.name) +
+        "' has one of its own; first set renderer voxel, direct6, localized or sensation");
   }
   wanted.solver = number_of(static_cast<SoftSolver>(known - kSoftSolverNames.begin()));
   const std::string lack = lack_with(config, renderer.id, wanted);
