@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "proto/config/config.h"
@@ -32,6 +34,9 @@ struct TickTime {
   int64_t deadline_ns;  // grid point of this tick
   int64_t now_ns;       // actual wake-up
 };
+
+/// Hears a piece of what a device and its driver say to each other: a report, or a packet.
+using HearBytes = std::function<void(bool by_device, std::span<const uint8_t> bytes)>;
 
 /// A haptic device. Its constructor opens it and may throw and block; after that no call allocates,
 /// throws, locks or takes unbounded time.
@@ -63,7 +68,13 @@ class Device {
   /// go by itself. Only a simulated hand can be led; others go where a person moves them.
   virtual void lead(const std::optional<Pose>& /*X_BH*/) {}
 
-  /// The bytes that do so when written to the node by another process; empty: there is no node.
+  /// From now on `hears` is told all that is said, on whichever thread says it, as long as this
+  /// lives: for somebody who tries a device out, since it may allocate. At most once. False: this
+  /// driver does not; a serial line is recorded at its node.
+  virtual bool tap(HearBytes /*hears*/) { return false; }
+
+  /// The bytes that command zero when written to the node by another process; empty: there is no
+  /// node.
   virtual DeviceRelease release() const { return {}; }
 };
 

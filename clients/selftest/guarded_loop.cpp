@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "clients/selftest/guarded_loop.h"
-#include "device-io/plugged/find_node.h"
 
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -13,6 +12,7 @@
 #include <system_error>
 #include <thread>
 
+#include "device-io/plugged/find_node.h"
 #include "proto/config/devices.h"
 #include "proto/ipc/control.h"
 #include "servo/loop.h"
@@ -39,14 +39,12 @@ std::array<FileDescriptor, 2> make_socket_pair() {
 /// The three processes of a session and hapticd's controls, each with its own segment.
 class OneThreadSession {
  public:
-  OneThreadSession(const SessionConfig& config, const ContactShapes& shapes)
+  OneThreadSession(const SessionConfig& config, const ContactShapes& shapes, GuardedDevice device)
       : sockets_(make_socket_pair()),
         attachments_(std::move(sockets_[1])),
         inbox_(attachments_),
-        node_(open_node(config.device)),
-        node_number_(node_.is_open() ? node_.get() : -1),
-        device_(open_device(config.device, std::move(node_))),
-        loop_(config, *device_, inbox_, servo_.channels()),
+        device_(std::move(device)),
+        loop_(config, *device_.device, inbox_, servo_.channels()),
         contact_model_(build_contact_model(config, shapes)),
         contact_state_(contact_model_),
         sim_model_(build_sim(config)),
@@ -72,8 +70,7 @@ class OneThreadSession {
   /// Leaves the device without force.
   ~OneThreadSession() { loop_.stop(); }
 
-  /// Descriptor of the device's node, or -1.
-  int device_node() const { return node_number_; }
+  const GuardedDevice& device() const { return device_; }
 
   /// One tick on virtual time.
   void tick() { tick({next_index_, next_ns_, 0, 0}); }
@@ -131,9 +128,7 @@ class OneThreadSession {
   std::array<FileDescriptor, 2> sockets_;
   Attachments attachments_;
   ServoInbox inbox_;
-  FileDescriptor node_;  // until the device takes it over
-  int node_number_;
-  std::unique_ptr<Device> device_;
+  GuardedDevice device_;
   ServoLoop loop_;
   ContactModel contact_model_;
   ContactState contact_state_;
@@ -152,11 +147,11 @@ class OneThreadSession {
 /// Runs on the guarded thread: rights, warm-up, then the guarded ticks.
 void run_armed(OneThreadSession& session, const SessionConfig& config,
                const GuardedLoopOptions& options, GuardedLoopResult& result) {
-  const bool always_timed = session.device_node() >= 0;
-  // no FIFO without a device node: RLIMIT_RTTIME would end a million ticks without a sleep
+  const bool always_timed = session.device().is_real_time;
+  // no FIFO on virtual time: RLIMIT_RTTIME would end a million ticks without a sleep
   result.rights = enter_realtime(
       {.fifo_priority = always_timed && config.realtime ? kServoPriority : 0, .lock_memory = true});
-  RtGuard guard({.device_node = session.device_node()});
+  RtGuard guard({.device_node = session.device().node});
   const int64_t period = period_ns(config.servo_rate);
   DeadlineClock warm_clock(period);
   session.tick(warm_clock);
@@ -178,6 +173,12 @@ void run_armed(OneThreadSession& session, const SessionConfig& config,
 
 }  // namespace
 
+GuardedDevice open_guarded(const DeviceConfig& config) {
+  FileDescriptor node = open_node(config);
+  const int number = node.is_open() ? node.get() : -1;
+  return {open_device(config, std::move(node)), number, number >= 0};
+}
+
 bool has_node(const DeviceConfig& device) {
   return row_of(device.kind).has_node();
 }
@@ -196,7 +197,8 @@ GuardedLoopResult run_guarded_loop(const SessionConfig& config, const ContactSha
         "rt_guard has no hooks in this program: sanitizers interpose the same functions; use a dev "
         "or release build");
   }
-  const auto session = std::make_unique<OneThreadSession>(config, shapes);
+  const auto session =
+      std::make_unique<OneThreadSession>(config, shapes, options.open(config.device));
   GuardedLoopResult result;
   std::exception_ptr failure;
   // its own thread: the system call filter stays until the thread ends

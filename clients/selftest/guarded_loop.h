@@ -4,20 +4,32 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "contact/step.h"
+#include "device-io/device.h"
 #include "proto/config/config.h"
 #include "proto/os/realtime.h"
 #include "proto/os/rt_guard.h"
 
 namespace haptic {
 
+/// A device under guard.
+struct GuardedDevice {
+  std::unique_ptr<Device> device;
+  int node = -1;              // descriptor that the loop may read and write; -1: none
+  bool is_real_time = false;  // it answers in real time: then all ticks are on the deadline clock
+};
+
+/// As haptic-servo opens it; a device with a node lives in real time.
+GuardedDevice open_guarded(const DeviceConfig& config);
+
 struct GuardedLoopOptions {
-  uint64_t ticks = 1'000'000;   // guarded, on virtual time, as fast as possible
-  uint64_t timed_ticks = 1000;  // guarded, before those, on the deadline clock
-  uint64_t warm_up = 20'000;    // unguarded, on virtual time, before both
-  // a device with a node runs in real time: then all ticks are on the deadline clock
+  uint64_t ticks = 1'000'000;                  // guarded, on virtual time, as fast as possible
+  uint64_t timed_ticks = 1000;                 // guarded, before those, on the deadline clock
+  uint64_t warm_up = 20'000;                   // unguarded, on virtual time, before both
   std::function<void(uint64_t)> also_do = {};  // guarded, after each tick: tests plant defects here
+  std::function<GuardedDevice(const DeviceConfig&)> open = open_guarded;
 };
 
 struct GuardedLoopResult {
@@ -40,7 +52,7 @@ struct GuardedLoopResult {
 bool has_node(const DeviceConfig& device);
 
 /// Runs a whole session in one thread under rt_guard: haptic-servo's own loop body with the
-/// configured device (a node may be read and written, at the servo's priority), the rings of four
+/// configured device (in real time it runs at the servo's priority), the rings of four
 /// real segments that an attach thread maps read-only, and between the ticks the steps of contact
 /// and sim, also guarded. The controls change every few seconds. Locks this process's memory if
 /// permitted. Throws std::runtime_error if the hooks are not linked or nothing attaches.

@@ -65,8 +65,10 @@ ThreeMotorArm falcon_arm(const FalconConfig& config) {
 std::unique_ptr<Device> open_falcon(const DeviceConfig& config, FileDescriptor node) {
   auto mailbox = std::make_shared<MotorMailbox>();
   auto link = std::make_shared<FalconLink>(config, std::move(node), *mailbox);
-  return std::make_unique<ThreeMotorDevice>(falcon_arm(config.falcon), config, mailbox, link,
-                                            [link = link.get()] { link->stop(); });
+  FalconLink* const thread = link.get();
+  return std::make_unique<ThreeMotorDevice>(
+      falcon_arm(config.falcon), config, mailbox,
+      MotorLink{std::move(link), [thread] { thread->stop(); }, &thread->tap()});
 }
 
 }  // namespace haptic

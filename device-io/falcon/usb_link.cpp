@@ -132,13 +132,14 @@ void FalconLink::note(int status) {
 }
 
 bool FalconLink::is_silent() const {
-  return now_ns() - std::max(began_ns_, exchange_.answered_ns()) > kSilentNs;
+  return now_ns() - std::max(began_ns_, exchange_->answered_ns()) > kSilentNs;
 }
 
 void FalconLink::ask_when_due() {
   const int64_t t_ns = now_ns();
-  if (out_flight_ || !exchange_.may_ask(t_ns)) return;
-  out_bytes_ = exchange_.ask(t_ns);
+  if (out_flight_ || !exchange_->may_ask(t_ns)) return;
+  out_bytes_ = exchange_->ask(t_ns);
+  if (tapped_) tap_(false, out_bytes_);
   submit(out_.get(), out_flight_);
 }
 
@@ -158,7 +159,9 @@ void FalconLink::serve() {
         self.in_flight_ = false;
         self.note(t->status);
         if (self.failed_) return;
-        self.exchange_.hear({t->buffer, static_cast<size_t>(t->actual_length)}, now_ns());
+        const std::span<const uint8_t> packet{t->buffer, static_cast<size_t>(t->actual_length)};
+        if (self.tapped_ && packet.size() > kModemStatus) self.tap_(true, packet);
+        self.exchange_->hear(packet, now_ns());
         self.ask_when_due();
         self.submit(t, self.in_flight_);
       },
@@ -181,7 +184,7 @@ void FalconLink::serve() {
     libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
     ask_when_due();
     follow_servo();
-    if (is_silent()) break;
+    if (is_silent() || is_tapped_anew()) break;
   }
 }
 
@@ -194,6 +197,17 @@ void FalconLink::cancel() {
   }
 }
 
+bool FalconLink::is_tapped_anew() const {
+  return tap_.is_set() && !tapped_;
+}
+
+/// With an exchange that knows nothing yet, so that the record can be played to another one.
+void FalconLink::begin_record() {
+  tapped_ = true;
+  exchange_.emplace(mailbox_);
+  began_ns_ = now_ns();
+}
+
 void FalconLink::run() {
   began_ns_ = now_ns();
   while (!ending_ && !unplugged_) {
@@ -202,12 +216,13 @@ void FalconLink::run() {
     if (ending_ || unplugged_ || in_flight_ || out_flight_) break;
     const timespec pause{0, kRetryNs};
     nanosleep(&pause, nullptr);
-    exchange_.begin_anew(now_ns());
+    if (is_tapped_anew()) begin_record();
+    exchange_->begin_anew(now_ns());
     if (!is_silent()) continue;
     try {
       bring_up(port(), image_, image_name_);
       began_ns_ = now_ns();
-      exchange_.restart();
+      exchange_->restart();
     } catch (const std::exception&) {
       break;  // hapticd's next servo says why
     }

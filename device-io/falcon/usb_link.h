@@ -7,11 +7,13 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "device-io/falcon/bring_up.h"
 #include "device-io/falcon/exchange.h"
+#include "device-io/threemotors/byte_tap.h"
 #include "device-io/threemotors/motor_mailbox.h"
 #include "proto/config/device_config.h"
 #include "proto/os/file_descriptor.h"
@@ -47,6 +49,10 @@ class FalconLink {
   /// Waits until the servo's last command has been sent twice, at most kStopNs.
   void stop();
 
+  /// Tells of the packets of the exchange, not of the bring-up: the firmware's image is not for
+  /// handing on.
+  ByteTap& tap() { return tap_; }
+
   static constexpr int64_t kSilentNs = 2'000'000'000;
   static constexpr int64_t kStopNs = 20'000'000;
 
@@ -67,9 +73,12 @@ class FalconLink {
   void ask_when_due();
   void cancel();
   void follow_servo();
+  bool is_tapped_anew() const;
+  void begin_record();
 
   MotorMailbox& mailbox_;
-  FalconExchange exchange_;
+  std::optional<FalconExchange> exchange_;
+  ByteTap tap_;
   FileDescriptor node_;  // outlives the handle
   std::vector<uint8_t> image_;
   std::string image_name_;
@@ -79,7 +88,7 @@ class FalconLink {
   std::array<uint8_t, kFtdiPacket> in_bytes_{};
   FalconBytes out_bytes_{};
   bool in_flight_ = false, out_flight_ = false, failed_ = false, unplugged_ = false,
-       follows_ = false;
+       follows_ = false, tapped_ = false;
   int64_t began_ns_ = 0;
   pthread_t servo_;
   std::atomic<uint64_t> sent_{0};

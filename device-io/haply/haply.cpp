@@ -105,8 +105,9 @@ Haply::Haply(const DeviceConfig& config, FileDescriptor node)
     : mailbox_(std::make_shared<MotorMailbox>()),
       line_(std::make_shared<HaplyLine>(std::string(view(config.serial.path)), std::move(node),
                                         *mailbox_)),
-      driver_(std::make_unique<ThreeMotorDevice>(haply_arm(config.pantograph), config, mailbox_,
-                                                 line_, [line = line_.get()] { line->stop(); })) {}
+      driver_(std::make_unique<ThreeMotorDevice>(
+          haply_arm(config.pantograph), config, mailbox_,
+          MotorLink{line_, [line = line_.get()] { line->stop(); }})) {}
 
 std::string Haply::description() const {
   return driver_->description() +

@@ -88,8 +88,10 @@ std::unique_ptr<Device> open_hid_arm(const DeviceConfig& config, FileDescriptor)
   // hapticd keeps a file of its own on the same node, which several may open
   auto mailbox = std::make_shared<MotorMailbox>();
   auto link = std::make_shared<HidLink>(find_node(config), *mailbox);
-  return std::make_unique<ThreeMotorDevice>(hid_arm(config.hid_arm), config, mailbox, link,
-                                            [link = link.get()] { link->stop(); });
+  HidLink* const thread = link.get();
+  return std::make_unique<ThreeMotorDevice>(
+      hid_arm(config.hid_arm), config, mailbox,
+      MotorLink{std::move(link), [thread] { thread->stop(); }, &thread->tap()});
 }
 
 }  // namespace haptic

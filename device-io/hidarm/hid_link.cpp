@@ -44,7 +44,9 @@ bool HidLink::hear_all(int wait_ms) {
     const int n = node_.read(report, i == 0 ? wait_ms : 0);
     if (n < 0) return false;
     if (n == 0) return true;
-    exchange_.hear({report.data(), static_cast<size_t>(n)}, now_ns());
+    const std::span<const uint8_t> heard{report.data(), static_cast<size_t>(n)};
+    tap_(true, heard);
+    exchange_.hear(heard, now_ns());
   }
   return true;
 }
@@ -56,6 +58,7 @@ void HidLink::run() {
     if (!command) continue;
     if (!follows) follow_scheduling_of(servo_);
     follows = true;
+    tap_(false, *command);
     if (!node_.write(*command)) break;
     sent_.fetch_add(1, std::memory_order_release);
   }

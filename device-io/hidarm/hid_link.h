@@ -9,6 +9,7 @@
 
 #include "device-io/hid/hid_node.h"
 #include "device-io/hidarm/hid_exchange.h"
+#include "device-io/threemotors/byte_tap.h"
 
 namespace haptic {
 
@@ -28,6 +29,8 @@ class HidLink {
   void stop();
   static constexpr int64_t kStopNs = 20'000'000;
 
+  ByteTap& tap() { return tap_; }
+
  private:
   void run();
   bool hear_all(int wait_ms);
@@ -35,6 +38,7 @@ class HidLink {
   HidNode node_;
   HidExchange exchange_;
   MotorMailbox& mailbox_;
+  ByteTap tap_;
   pthread_t servo_;
   std::atomic<uint64_t> sent_{0};
   std::atomic<bool> ending_{false};

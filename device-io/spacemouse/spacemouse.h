@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "device-io/device.h"
 #include "device-io/spacemouse/deflection.h"
@@ -33,6 +34,10 @@ class SpaceMouse final : public Device {
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& /*F_B*/) override {}
   void stop() override {}
+  bool tap(HearBytes hears) override {
+    hears_ = std::move(hears);
+    return true;
+  }
 
   /// Reports that are none of this family's.
   uint64_t rejected() const { return rejected_; }
@@ -48,6 +53,7 @@ class SpaceMouse final : public Device {
   HandleRange range_;
   std::string name_;
   NextReport next_report_;
+  HearBytes hears_;
   SpaceMouseInput input_;
   DeviceState last_{};
   int64_t heard_ns_ = 0;  // the axes

@@ -15,13 +15,11 @@ constexpr int64_t kSilenceNs = 20'000'000;  // without a sample the device is lo
 }  // namespace
 
 ThreeMotorDevice::ThreeMotorDevice(ThreeMotorArm arm, const DeviceConfig& config,
-                                   std::shared_ptr<MotorMailbox> mailbox,
-                                   std::shared_ptr<void> link, std::function<void()> stop_link)
+                                   std::shared_ptr<MotorMailbox> mailbox, MotorLink link)
     : arm_(std::move(arm)),
       max_force_(std::min(config.max_force, arm_.max_force)),
       mailbox_(std::move(mailbox)),
       link_(std::move(link)),
-      stop_link_(std::move(stop_link)),
       noise_(arm_.most_acceleration) {
   HAPTIC_ASSERT(mailbox_ && arm_.velocity_cutoff > 0 && arm_.max_force > 0);
 }
@@ -108,7 +106,12 @@ void ThreeMotorDevice::write(const Wrench& F_B) {
 
 void ThreeMotorDevice::stop() {
   write({});
-  if (stop_link_) stop_link_();
+  if (link_.stop) link_.stop();
+}
+
+bool ThreeMotorDevice::tap(HearBytes hears) {
+  if (link_.tap != nullptr) link_.tap->set(std::move(hears));
+  return link_.tap != nullptr;
 }
 
 }  // namespace haptic

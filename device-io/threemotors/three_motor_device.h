@@ -9,6 +9,7 @@
 
 #include "device-io/device.h"
 #include "device-io/sensing/encoder_noise.h"
+#include "device-io/threemotors/byte_tap.h"
 #include "device-io/threemotors/motor_mailbox.h"
 
 namespace haptic {
@@ -38,6 +39,14 @@ struct ThreeMotorArm {
   DeviceRelease release{};
 };
 
+/// The thread of transfers behind a mailbox; empty: somebody else serves it (tests in virtual
+/// time).
+struct MotorLink {
+  std::shared_ptr<void> thread{};  // ends with its last owner
+  std::function<void()> stop{};    // waits until the last command has been sent
+  ByteTap* tap = nullptr;          // of the thread; null: it tells nobody
+};
+
 /// A device of three motors whose transfers run in a thread of their own: read() and write()
 /// exchange with it by a MotorMailbox, and never wait.
 ///
@@ -46,17 +55,15 @@ struct ThreeMotorArm {
 /// its counts. Force is clipped to max_force and to the motors; one that is not finite is zero.
 class ThreeMotorDevice final : public Device {
  public:
-  /// `stop_link` waits until the last command has been sent; `link` is kept alive, and ends the
-  /// thread with itself. Both may be empty (tests in virtual time).
   ThreeMotorDevice(ThreeMotorArm arm, const DeviceConfig& config,
-                   std::shared_ptr<MotorMailbox> mailbox, std::shared_ptr<void> link = {},
-                   std::function<void()> stop_link = {});
+                   std::shared_ptr<MotorMailbox> mailbox, MotorLink link = {});
 
   DeviceCaps caps() const override;
   std::string description() const override;
   bool read(const TickTime& tick, DeviceState& state) override;
   void write(const Wrench& F_B) override;
   void stop() override;
+  bool tap(HearBytes hears) override;
   DeviceRelease release() const override { return arm_.release; }
 
  private:
@@ -67,8 +74,7 @@ class ThreeMotorDevice final : public Device {
   ThreeMotorArm arm_;
   double max_force_;
   std::shared_ptr<MotorMailbox> mailbox_;
-  std::shared_ptr<void> link_;  // after the mailbox, which it uses
-  std::function<void()> stop_link_;
+  MotorLink link_;  // after the mailbox, which it uses
   EncoderNoise noise_;
   MotorCounts counts_{};
   DeviceState last_{};

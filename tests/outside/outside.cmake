@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Adds the renderer "hold" to a copy of the tree as docs/adding.md says, by two new files and one line
-# of the table, builds a small session of it and runs that. So it fails when anything else lists
-# renderers. ccache knows what does not read the table.
+# Adds the renderer "hold" and the device "slider" to a copy of the tree, as docs/adding.md and
+# docs/how-to-add-a-device.md say: by new files and one line of a table each. Builds a small session
+# with either and runs it. So it fails when anything else lists renderers or devices. ccache knows
+# what does not read the tables.
 # Run: cmake -DROOT=<repository> -DWORK=<folder> -P tests/outside/outside.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -9,9 +10,18 @@ function(run)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${tree} RESULT_VARIABLE status
     OUTPUT_VARIABLE text ERROR_VARIABLE text)
   if(NOT status EQUAL 0)
-    message(FATAL_ERROR "outside: '${ARGN}' failed; a renderer is to cost two files and a line:\n${text}")
+    message(FATAL_ERROR "outside: '${ARGN}' failed; a renderer is to cost two files and a line, a device a \
+folder and a line:\n${text}")
   endif()
   set(said "${text}" PARENT_SCOPE)
+endfunction()
+
+# one line more in a table
+function(add_line file table)
+  file(READ ${here}/${file} line)
+  file(READ ${tree}/${table} text)
+  string(REPLACE "\n#undef" "${line}\n#undef" text "${text}")
+  file(WRITE ${tree}/${table} "${text}")
 endfunction()
 
 set(tree ${WORK}/tree)
@@ -22,19 +32,23 @@ foreach(room IN LISTS rooms)
   file(REMOVE_RECURSE ${tree}/${room})
   file(COPY ${ROOT}/${room} DESTINATION ${tree})
 endforeach()
-file(COPY ${ROOT}/CMakeLists.txt ${ROOT}/CMakePresets.json ${here}/main.cpp DESTINATION ${tree})
+file(COPY ${ROOT}/CMakeLists.txt ${ROOT}/CMakePresets.json ${here}/main.cpp
+  ${here}/slider_session.cpp DESTINATION ${tree})
 file(APPEND ${tree}/CMakeLists.txt "add_executable(outside main.cpp)
-target_link_libraries(outside PRIVATE haptic_contact haptic_servo)\n")
+target_link_libraries(outside PRIVATE haptic_contact haptic_servo)
+add_executable(outside_device slider_session.cpp)
+target_link_libraries(outside_device PRIVATE haptic_contact haptic_servo haptic_device)\n")
 
-# the two files and the line
+# the files and the lines
 file(COPY ${here}/hold_detector.cpp DESTINATION ${tree}/contact/detect)
 file(COPY ${here}/hold_solver.cpp DESTINATION ${tree}/servo/render)
-file(READ ${here}/hold.def line)
-file(READ ${tree}/proto/wire/renderers.def table)
-string(REPLACE "\n#undef" "${line}\n#undef" table "${table}")
-file(WRITE ${tree}/proto/wire/renderers.def "${table}")
+add_line(hold.def proto/wire/renderers.def)
+file(COPY ${here}/slider DESTINATION ${tree}/device-io)
+add_line(slider.def proto/config/devices.def)
 
 run(${CMAKE_COMMAND} --preset dev -DBUILD_TESTING=OFF)
-run(${CMAKE_COMMAND} --build build/dev --target outside)
-run(build/dev/bin/outside)
-message(STATUS "outside: ${said}")
+run(${CMAKE_COMMAND} --build build/dev --target outside outside_device)
+foreach(program IN ITEMS outside outside_device)
+  run(build/dev/bin/${program})
+  message(STATUS "${program}: ${said}")
+endforeach()

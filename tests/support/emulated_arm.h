@@ -32,6 +32,7 @@ class EmulatedArm final : public Device {
     wire_ = FileDescriptor(ends[0]);
     // the answer to the greeting, for which the driver waits in real time
     say("[" + std::to_string(options.arm->model) + ",0,0,0,0,0,0,0]\n");
+    node_ = ends[1];
     driver_ = std::make_unique<Driver>(config, FileDescriptor(ends[1]));
     hear();
   }
@@ -51,6 +52,9 @@ class EmulatedArm final : public Device {
 
   /// Delay until the driver can read the board's answers; their order is kept.
   int64_t delay_ns = 0;
+
+  /// Descriptor of the driver's end.
+  int node() const { return node_; }
 
   EmulatedDevice& board() { return board_; }
   const Driver& driver() const { return *driver_; }
@@ -83,6 +87,7 @@ class EmulatedArm final : public Device {
   EmulatedDevice board_;
   std::deque<std::pair<int64_t, std::string>> under_way_;
   FileDescriptor wire_;
+  int node_ = -1;
   std::unique_ptr<Driver> driver_;
   int64_t turned_ns_ = 999'000'000;  // the first tick of virtual time is at one second
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -15,6 +16,9 @@ struct DeviceBytes {
   std::string bytes;
   bool operator==(const DeviceBytes&) const = default;
 };
+
+/// Most pieces of a record: three minutes of 1 kHz in both directions, 40 MB.
+inline constexpr size_t kMostPieces = 400'000;
 
 /// First line of a file of such pieces. After it one piece a line, in the order of time: t_ns, then
 /// '>' for the host's or '<' for the device's, then the bytes in hexadecimal; "120 > 5b305d0a".

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 
+#include "clients/desk/trial/byte_record.h"
 #include "clients/desk/trial/command.h"
 #include "clients/desk/trial/serial_tap.h"
 #include "clients/desk/trial/trial_run.h"
@@ -144,19 +145,41 @@ std::vector<TrialRow> try_device(Device& device, const SafetyLimits& limits, dou
   return all;
 }
 
-void save_bytes(SerialTap* tap, const TryOptions& options) {
-  if (options.output.empty()) return;
-  if (tap == nullptr) {
-    std::cout << "bytes of HID and USB devices are not recorded yet\n";
-    return;
+/// A device that may be recorded while it is tried: a serial line at its node, others by their
+/// drivers.
+class RecordedDevice {
+ public:
+  RecordedDevice(const DeviceConfig& config, bool is_recorded) {
+    FileDescriptor node = open_node(config);
+    if (is_recorded && row_of(config.kind).node == NodeKind::kSerial) {
+      tap_ = std::make_unique<SerialTap>(std::move(node));
+      node = tap_->driver_end();
+    }
+    device_ = open_device(config, std::move(node));
+    if (!is_recorded || tap_) return;
+    record_ = std::make_unique<ByteRecord>();
+    if (!record_->listen_to(*device_)) throw std::logic_error("its driver does not tell its bytes");
   }
-  std::ofstream out(options.output);
-  write_device_bytes(tap->finish(), out);
-  out.close();
-  if (!out) throw std::runtime_error(shown(options.output) + ": cannot be written");
-  std::cout << "its bytes: " << shown(options.output) << (tap->is_cut() ? ", without the end" : "")
-            << '\n';
-}
+
+  Device& device() { return *device_; }
+
+  /// Ends the device and writes what was said.
+  void save(const std::string& path) {
+    device_.reset();
+    if (!tap_ && !record_) return;
+    std::ofstream out(path);
+    write_device_bytes(tap_ ? tap_->finish() : record_->pieces(), out);
+    out.close();
+    if (!out) throw std::runtime_error(shown(path) + ": cannot be written");
+    const bool cut = tap_ ? tap_->is_cut() : record_->is_cut();
+    std::cout << "its bytes: " << shown(path) << (cut ? ", without the end" : "") << '\n';
+  }
+
+ private:
+  std::unique_ptr<SerialTap> tap_;
+  std::unique_ptr<ByteRecord> record_;
+  std::unique_ptr<Device> device_;  // last: both of the above outlive it
+};
 
 void try_out(const TryOptions& options) {
   if (!options.yes && isatty(STDIN_FILENO) != 1) {
@@ -166,38 +189,30 @@ void try_out(const TryOptions& options) {
   }
   if (!options.output.empty()) check_outputs({options.output}, {}, options.overwrite);
   const SessionConfig config = config_of(options);
-  const bool serial = row_of(config.device.kind).node == NodeKind::kSerial;
   if (!is_agreed(nullptr, options,
                  "This opens the " + std::string(row_of(config.device.kind).name) +
                      " and reads it, without force. Begin?")) {
     return;
   }
   catch_stop_signals();
-  FileDescriptor node = open_node(config.device);
-  std::unique_ptr<SerialTap> tap;
-  if (serial && !options.output.empty()) {
-    tap = std::make_unique<SerialTap>(std::move(node));
-    node = tap->driver_end();
-  }
-  std::unique_ptr<Device> device = open_device(config.device, std::move(node));
-  const DeviceCaps caps = device->caps();
+  RecordedDevice tried(config.device, !options.output.empty());
+  const DeviceCaps caps = tried.device().caps();
   if (caps.causality == Causality::kAdmittance) {
     throw InputError("a device that is commanded a pose cannot be tried this way");
   }
   const SafetyLimits limits =
       build_servo_model(config, {caps.max_force, caps.max_torque, false}).limits;
-  std::cout << one_line(device->description()) << '\n';
+  std::cout << one_line(tried.device().description()) << '\n';
   enter_realtime({.fifo_priority = config.realtime != 0 ? kFifoPriority : 0});
   std::vector<TrialRow> rows;
   std::optional<ExitCode> stopped;
   try {
-    rows = try_device(*device, limits, config.servo_rate, options);
+    rows = try_device(tried.device(), limits, config.servo_rate, options);
   } catch (const ExitCode& code) {
     stopped = code;
   }
   // what was said until Ctrl-C is worth as much
-  device.reset();
-  save_bytes(tap.get(), options);
+  tried.save(options.output);
   if (stopped) throw *stopped;
   const bool all_passed = std::ranges::all_of(
       rows, [](const TrialRow& row) { return row.verdict == Verdict::kPassed; });
@@ -214,7 +229,7 @@ void add_try_command(Command& devices, bool& ran) {
       .required();
   command.option("--path NODE", options->path, "serial port of the device");
   command.option("-o,--output FILE", options->output,
-                 "write down the bytes of both sides, to send in (serial devices)");
+                 "write down the bytes of both sides, to send in");
   add_overwrite(command, options->overwrite);
   command.flag("-y,--yes", options->yes, "ask nothing: the device moves by itself");
   command.example("hapt devices try woodenhaptics --path /dev/ttyACM0 -o woody.bytes");

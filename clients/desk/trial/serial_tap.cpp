@@ -15,9 +15,8 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostPieces = 400'000;  // three minutes of 1 kHz in both directions, 40 MB
-constexpr int kPriority = 85;            // above the loop, which waits for it
-constexpr int kLookMs = 20;              // whether to end
+constexpr int kPriority = 85;  // above the loop, which waits for it
+constexpr int kLookMs = 20;    // whether to end
 
 }  // namespace
 

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The drivers of HID devices as a session opens them, by udev and hidapi, at emulated nodes, in
 // real time. Nothing here depends on how fast this machine is.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <functional>
 #include <thread>
 
+#include "clients/desk/trial/byte_record.h"
 #include "device-io/device.h"
 #include "device-io/plugged/find_node.h"
 #include "device-io/plugged/send_release.h"
+#include "device-io/spacemouse/spacemouse.h"
 #include "proto/os/realtime.h"
 #include "tests/support/usb/emulated_hid_arm.h"
 #include "tests/support/usb/emulated_spacemouse.h"
+#include "tests/support/usb/packet_replay.h"
 #include "tests/support/usb/umock_hidraw.h"
 
 using namespace haptic;
@@ -81,6 +85,81 @@ TEST_CASE("umock: a WoodenHaptics over HID that is unplugged is lost", "[umock]"
   node.unplug();
   CHECK(run_until(*device, state, {}, [&] { return (state.flags & kDeviceLost) != 0; }));
   CHECK_THROWS_WITH(find_node(of_kind(DeviceKind::kHidArm)), Contains("is plugged in"));
+}
+
+TEST_CASE("umock: a HID arm's half reports, lost ones and old ones end in sense or in zero",
+          "[umock]") {
+  EmulatedHidArm arm(resting_arm());
+  UmockHidraw node(arm);
+  auto device = open_device(of_kind(DeviceKind::kHidArm));
+  DeviceState state{};
+  const auto is_good = [&] {
+    constexpr uint32_t kBad = kDeviceLost | kDeviceStale | kDeviceNoisy;
+    return (state.flags & (kBad | kDeviceFresh)) == kDeviceFresh;
+  };
+  REQUIRE(run_until(*device, state, {}, is_good));
+  const auto fault = GENERATE(HidArmFault::kHalves, HidArmFault::kLoses, HidArmFault::kOldFirst);
+  node.with_device([&] { arm.lie(fault); });
+  // half of the reports are none; a lost one is a step of the counter; an old one is a lie
+  const uint32_t found = fault == HidArmFault::kHalves     ? kDeviceLost
+                         : fault == HidArmFault::kOldFirst ? kDeviceStale
+                                                           : kDeviceFresh;
+  CHECK(run_until(*device, state, {{0, 0, 1}, {}}, [&] { return (state.flags & found) != 0; }));
+  CHECK(is_finite(state.X_BH.p));
+  node.with_device([&] { arm.lie(HidArmFault::kHealthy); });
+  CHECK(run_until(*device, state, {}, is_good));
+}
+
+TEST_CASE("umock: what a HID arm says is recorded, and played to its driver again", "[umock]") {
+  ByteRecord record;
+  DeviceState state{};
+  {
+    EmulatedHidArm arm(resting_arm());
+    UmockHidraw node(arm);
+    auto device = open_device(of_kind(DeviceKind::kHidArm));
+    REQUIRE(record.listen_to(*device));
+    int ticks = 0;
+    run_until(*device, state, {{0, 0, 1}, {}}, [&] { return ++ticks > 200; });
+  }
+  const ReplayedPackets replayed = replay_hid_arm(record.pieces());
+  REQUIRE(replayed.samples.size() > 20);
+  CHECK(replayed.mismatches == 0);
+  CHECK(replayed.samples.back().flags == (kDeviceFresh | kDeviceHomed));
+  // the driver took the newest of those that waited, and has not seen the last ones
+  CHECK(std::ranges::any_of(replayed.samples, [&](const DeviceState& sample) {
+    return norm(sample.X_BH.p - state.X_BH.p) < 1e-12;
+  }));
+  const bool said = std::ranges::any_of(record.pieces(), [](const DeviceBytes& piece) {
+    return !piece.by_device && piece.bytes != std::string(9, '\0');
+  });
+  CHECK(said);
+}
+
+TEST_CASE("umock: what a SpaceMouse says is recorded", "[umock]") {
+  ByteRecord record;
+  EmulatedSpaceMouseOptions options;
+  options.hand = [](double) { return std::array<int, 6>{0x15e, 0, 0, 0, 0, 0}; };
+  EmulatedSpaceMouse mouse(options);
+  UmockHidraw node(mouse);
+  DeviceConfig config = of_kind(DeviceKind::kSpaceMouse);
+  config.workspace_radius = 0.05;
+  auto device = open_device(config, open_node(config));
+  REQUIRE(record.listen_to(*device));
+  DeviceState state{};
+  CHECK(run_until(*device, state, {}, [&] { return state.X_BH.p.x > 0.01; }));
+  device.reset();
+  REQUIRE_FALSE(record.pieces().empty());
+  // played to another one, the handle goes the same way
+  size_t next = 0;
+  SpaceMouse again(config, "played", [&](std::span<uint8_t> report) {
+    if (next == record.pieces().size()) return 0;
+    const std::string& bytes = record.pieces()[next++].bytes;
+    std::ranges::copy(bytes, report.begin());
+    return static_cast<int>(bytes.size());
+  });
+  for (int64_t t_ms = 1; t_ms < 100; ++t_ms)
+    again.read({t_ms * 1'000'000, t_ms * 1'000'000}, state);
+  CHECK(state.X_BH.p.x > 0.001);
 }
 
 TEST_CASE("umock: ids that are anybody's need the product's name, or be vouched for", "[umock]") {
