@@ -35,8 +35,9 @@ struct TickTime {
   int64_t now_ns;       // actual wake-up
 };
 
-/// Hears a piece of what a device and its driver say to each other: a report, or a packet.
-using HearBytes = std::function<void(bool by_device, std::span<const uint8_t> bytes)>;
+/// Hears a piece of what a device and its driver say to each other: a report or a packet, and the
+/// instant that the driver takes for that of the piece.
+using HearBytes = std::function<void(bool by_device, std::span<const uint8_t> bytes, int64_t t_ns)>;
 
 /// A haptic device. Its constructor opens it and may throw and block; after that no call allocates,
 /// throws, locks or takes unbounded time.

@@ -139,7 +139,7 @@ void FalconLink::ask_when_due() {
   const int64_t t_ns = now_ns();
   if (out_flight_ || !exchange_->may_ask(t_ns)) return;
   out_bytes_ = exchange_->ask(t_ns);
-  if (tapped_) tap_(false, out_bytes_);
+  if (tapped_) tap_(false, out_bytes_, t_ns);
   submit(out_.get(), out_flight_);
 }
 
@@ -160,8 +160,9 @@ void FalconLink::serve() {
         self.note(t->status);
         if (self.failed_) return;
         const std::span<const uint8_t> packet{t->buffer, static_cast<size_t>(t->actual_length)};
-        if (self.tapped_ && packet.size() > kModemStatus) self.tap_(true, packet);
-        self.exchange_->hear(packet, now_ns());
+        const int64_t t_ns = now_ns();
+        if (self.tapped_ && packet.size() > kModemStatus) self.tap_(true, packet, t_ns);
+        self.exchange_->hear(packet, t_ns);
         self.ask_when_due();
         self.submit(t, self.in_flight_);
       },
@@ -201,8 +202,12 @@ bool FalconLink::is_tapped_anew() const {
   return tap_.is_set() && !tapped_;
 }
 
-/// With an exchange that knows nothing yet, so that the record can be played to another one.
+/// With nothing under way and an exchange that knows nothing, so that the record can be played to
+/// another one. May throw, as port() does.
 void FalconLink::begin_record() {
+  const FtdiPort chip = port();
+  while (!chip.receive(FalconExchange::kQuietNs).empty()) {
+  }
   tapped_ = true;
   exchange_.emplace(mailbox_);
   began_ns_ = now_ns();
@@ -216,10 +221,13 @@ void FalconLink::run() {
     if (ending_ || unplugged_ || in_flight_ || out_flight_) break;
     const timespec pause{0, kRetryNs};
     nanosleep(&pause, nullptr);
-    if (is_tapped_anew()) begin_record();
-    exchange_->begin_anew(now_ns());
-    if (!is_silent()) continue;
     try {
+      if (is_tapped_anew()) {
+        begin_record();
+        continue;
+      }
+      exchange_->begin_anew(now_ns());
+      if (!is_silent()) continue;
       bring_up(port(), image_, image_name_);
       began_ns_ = now_ns();
       exchange_->restart();

@@ -45,8 +45,9 @@ bool HidLink::hear_all(int wait_ms) {
     if (n < 0) return false;
     if (n == 0) return true;
     const std::span<const uint8_t> heard{report.data(), static_cast<size_t>(n)};
-    tap_(true, heard);
-    exchange_.hear(heard, now_ns());
+    const int64_t t_ns = now_ns();
+    tap_(true, heard, t_ns);
+    exchange_.hear(heard, t_ns);
   }
   return true;
 }
@@ -54,11 +55,12 @@ bool HidLink::hear_all(int wait_ms) {
 void HidLink::run() {
   bool follows = false;
   while (!ending_ && hear_all(kWaitMs)) {
-    const auto command = exchange_.command(now_ns());
+    const int64_t t_ns = now_ns();
+    const auto command = exchange_.command(t_ns);
     if (!command) continue;
     if (!follows) follow_scheduling_of(servo_);
     follows = true;
-    tap_(false, *command);
+    tap_(false, *command, t_ns);
     if (!node_.write(*command)) break;
     sent_.fetch_add(1, std::memory_order_release);
   }

@@ -52,7 +52,7 @@ void SpaceMouse::hear(int64_t t_ns) {
     gone_ = n < 0;
     if (n <= 0) break;
     const auto size = std::min(static_cast<size_t>(n), report.size());
-    if (hears_) hears_(true, {report.data(), size});
+    if (hears_) hears_(true, {report.data(), size}, t_ns);
     const SpaceMouseReport kind = take_report({report.data(), size}, input_);
     if (kind == SpaceMouseReport::kAxes) heard_ns_ = t_ns;
     if (kind == SpaceMouseReport::kInvalid) ++rejected_;

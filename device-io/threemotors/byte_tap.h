@@ -19,8 +19,8 @@ class ByteTap {
     set_.store(true, std::memory_order_release);
   }
   bool is_set() const noexcept { return set_.load(std::memory_order_acquire); }
-  void operator()(bool by_device, std::span<const uint8_t> bytes) const {
-    if (is_set()) hears_(by_device, bytes);
+  void operator()(bool by_device, std::span<const uint8_t> bytes, int64_t t_ns) const {
+    if (is_set()) hears_(by_device, bytes, t_ns);
   }
 
  private:

@@ -25,7 +25,7 @@ class ByteRecord {
   bool is_cut() const { return cut_; }
 
  private:
-  void add(bool by_device, std::span<const uint8_t> bytes);
+  void add(bool by_device, std::span<const uint8_t> bytes, int64_t t_ns);
 
   std::vector<DeviceBytes> pieces_;
   int64_t begin_ns_ = 0;

