@@ -132,7 +132,10 @@ std::vector<Corners> hull_triangles(std::span<const Vec3> points) {
       const auto& p = mesh.point(vertex);
       corners[k++] = point_at.at({p.x(), p.y(), p.z()});
     }
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   }
+  // CGAL's order depends on addresses
+  std::sort(triangles.begin(), triangles.end());
   return triangles;
 }
 

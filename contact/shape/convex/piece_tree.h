@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <vector>
+
 #include "contact/shape/convex/hull.h"
 
 namespace haptic {
@@ -15,12 +17,13 @@ struct Piece {
   uint32_t parent;       // kNoPiece: the root
   uint32_t first_child;  // children are consecutive, and after their parent
   uint32_t n_children;   // 0: a piece of the original surface
-  uint32_t level;        // of detail; 0: the original surface
+  uint32_t level;        // of detail, above those of its children; 0: the original surface
   Vec3 centre;           // of a ball that contains the hull
   double radius;         // of that ball [m]
-  double deviation;      // s: from the original surface of its leaves to its own, at most [m]
-  double hull_distance;  // h: from the hulls of its leaves to its own hull, at most (Hausdorff) [m]
-  double resolution;     // r: 1 / edge length of its surface [1/m]
+  double deviation;      // s: of a point of the original surface to its own, at most [m]
+  double hull_distance;  // h: of a point of its leaves' hulls to its own hull, at most [m]
+  double resolution;     // r: 1 / mean edge length of its surface; of the hull of several pieces
+                         // 1 / √area [1/m]
   double area;           // of the original surface that it stands for [m²]
 };
 
@@ -42,6 +45,19 @@ struct PieceTree {
             edges.subspan(piece.first_edge, piece.n_edges),
             faces.subspan(piece.first_face, piece.n_faces),
             edge_from.subspan(piece.first_vertex, piece.n_vertices)};
+  }
+};
+
+/// The arrays of a PieceTree.
+struct PieceTreeData {
+  std::vector<Piece> pieces;
+  std::vector<Vec3> vertices;
+  std::vector<HullEdge> edges;
+  std::vector<HullFace> faces;
+  std::vector<uint32_t> edge_from, leaf_of, level_pieces;
+
+  PieceTree view() const {
+    return {pieces, vertices, edges, faces, edge_from, leaf_of, level_pieces};
   }
 };
 

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/bake/convex/piece_tree.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "contact/shape/mesh/machine_parts.h"
+#include "contact/shape/mesh/mesh_topology.h"
+#include "tests/support/cgal_pairs.h"
+#include "tests/support/convex/meshes.h"
+#include "tests/support/meshes.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+struct Made {
+  MeshData mesh;
+  PieceTreeData data;
+  PieceTree tree;
+  double size;
+};
+
+Made make(const Soup& soup) {
+  Made made;
+  made.mesh = build_mesh(soup.vertices, soup.triangles);
+  made.data = build_piece_tree(made.mesh.view());
+  made.tree = made.data.view();
+  const Vec3 side = made.mesh.upper - made.mesh.lower;
+  made.size = std::max({side.x, side.y, side.z});
+  return made;
+}
+
+/// By how much a point lies outside of the hull, along the normal of one of its faces.
+double most_outside(const Hull& hull, const Vec3& p) {
+  double most = 0;
+  for (const HullFace& face : hull.faces) {
+    most = std::max(most, dot(face.normal, p) - face.offset);
+  }
+  return most;
+}
+
+void check_links(const PieceTree& tree) {
+  REQUIRE(!tree.pieces.empty());
+  CHECK(tree.pieces[0].parent == kNoPiece);
+  std::vector<int> times(tree.pieces.size(), 0);
+  for (uint32_t i = 0; i < tree.pieces.size(); ++i) {
+    const Piece& piece = tree.pieces[i];
+    CHECK(piece.n_children != 1);
+    for (uint32_t c = 0; c < piece.n_children; ++c) {
+      const uint32_t child = piece.first_child + c;
+      REQUIRE(child > i);
+      REQUIRE(child < tree.pieces.size());
+      CHECK(tree.pieces[child].parent == i);
+      CHECK(tree.pieces[child].level < piece.level);
+      ++times[child];
+    }
+  }
+  CHECK(std::all_of(times.begin() + 1, times.end(), [](int n) { return n == 1; }));
+}
+
+void check_bounds(const Made& made) {
+  const PieceTree& tree = made.tree;
+  double outside = 0, off_plane = 0;
+  for (const Piece& piece : tree.pieces) {
+    const Hull hull = tree.hull(piece);
+    const char* defect = hull_defect(hull, 1e-6 * made.size);
+    CHECK((defect == nullptr ? "" : std::string(defect)) == "");
+    CHECK(piece.resolution > 0);
+    for (const Vec3& v : hull.vertices) CHECK(norm(v - piece.centre) <= piece.radius);
+    for (const HullFace& face : hull.faces) {
+      CHECK((face.is_virtual == 1) == (face.triangle == kNoTriangle));
+      if (face.triangle == kNoTriangle) continue;
+      const Triangle& t = made.mesh.triangles[face.triangle];
+      for (const uint32_t v : t) {
+        off_plane =
+            std::max(off_plane, std::fabs(dot(face.normal, made.mesh.vertices[v]) - face.offset));
+      }
+    }
+  }
+  CHECK(off_plane <= 1e-6 * made.size);
+  // of every triangle up to the root
+  for (uint32_t t = 0; t < made.mesh.triangles.size(); ++t) {
+    for (uint32_t i = tree.leaf_of[t]; i != kNoPiece; i = tree.pieces[i].parent) {
+      const Piece& piece = tree.pieces[i];
+      for (const uint32_t v : made.mesh.triangles[t]) {
+        outside =
+            std::max(outside, most_outside(tree.hull(piece), made.mesh.vertices[v]) -
+                                  piece.hull_distance - tree.pieces[tree.leaf_of[t]].deviation);
+      }
+    }
+  }
+  CHECK(outside <= 1e-12);
+}
+
+/// Points of the surface against the hulls above them, up to the root: CGAL's exact quadratic
+/// program says how far outside they are.
+void check_containment(const Made& made) {
+  Random random(11);
+  double beyond = 0;
+  for (int n = 0; n < 40; ++n) {
+    const size_t t = random.index(made.mesh.triangles.size());
+    const auto& [a, b, c] = made.mesh.triangles[t];
+    const double u = random.uniform(0, 1), v = random.uniform(0, 1 - u);
+    const Vec3& origin = made.mesh.vertices[a];
+    const Vec3 p =
+        origin + u * (made.mesh.vertices[b] - origin) + v * (made.mesh.vertices[c] - origin);
+    const double of_leaf = made.tree.pieces[made.tree.leaf_of[t]].deviation;
+    for (uint32_t i = made.tree.leaf_of[t]; i != kNoPiece; i = made.tree.pieces[i].parent) {
+      const Hull hull = made.tree.hull(made.tree.pieces[i]);
+      const double outside =
+          cgal_polytope_distance({p}, {hull.vertices.begin(), hull.vertices.end()});
+      beyond = std::max(beyond, outside - made.tree.pieces[i].hull_distance - of_leaf);
+    }
+  }
+  CHECK(beyond <= 1e-12);
+}
+
+void check_counts(const Made& made) {
+  const PieceTree& tree = made.tree;
+  REQUIRE(tree.level_pieces.back() == 1);
+  const auto leaves = std::count_if(tree.pieces.begin(), tree.pieces.end(),
+                                    [](const Piece& p) { return p.n_children == 0; });
+  CHECK(tree.level_pieces[0] == leaves);
+  for (size_t i = 0; i + 1 < tree.level_pieces.size(); ++i) {
+    CHECK(tree.level_pieces[i + 1] == (tree.level_pieces[i] + 1) / 2);
+  }
+  double area = 0, of_leaves = 0;
+  for (size_t t = 0; t < made.mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = made.mesh.triangles[t];
+    const Vec3& p = made.mesh.vertices[a];
+    area += 0.5 * norm(cross(made.mesh.vertices[b] - p, made.mesh.vertices[c] - p));
+  }
+  for (const Piece& piece : tree.pieces) of_leaves += piece.n_children == 0 ? piece.area : 0;
+  CHECK(of_leaves == Approx(area).epsilon(1e-9));
+  CHECK(tree.pieces[0].area == Approx(area).epsilon(1e-9));
+}
+
+void check(const Made& made) {
+  check_links(made.tree);
+  check_bounds(made);
+  check_containment(made);
+  check_counts(made);
+}
+
+}  // namespace
+
+TEST_CASE("piece tree: a box is one piece without virtual faces") {
+  const Made made = make(make_box({0.02, 0.03, 0.05}));
+  check(made);
+  CHECK(made.tree.pieces.size() == 1);
+  CHECK(made.tree.faces.size() == 6);
+  CHECK(made.tree.vertices.size() == 8);
+  for (const HullFace& face : made.tree.faces) CHECK(face.is_virtual == 0);
+}
+
+TEST_CASE("piece tree: an open sheet is a polygon of two sides, one of them virtual") {
+  const Made made = make(make_grid(0.03, 6));
+  check(made);
+  REQUIRE(made.tree.faces.size() == 2);
+  const size_t front = made.tree.faces[0].normal.z > 0 ? 0 : 1;
+  CHECK(made.tree.faces[front].is_virtual == 0);
+  CHECK(made.tree.faces[front].triangle == 0);
+  CHECK(made.tree.faces[1 - front].is_virtual == 1);
+}
+
+TEST_CASE("piece tree: an L is two pieces and their common hull") {
+  const Made made = make(make_l_shape(0.02, 0.01));
+  check(made);
+  REQUIRE(made.tree.pieces.size() == 3);
+  // the hull of an L has one face that is none of its own, from arm to arm
+  const Hull hull = made.tree.hull(made.tree.pieces[0]);
+  CHECK(hull.faces.size() == 7);
+  CHECK(std::count_if(hull.faces.begin(), hull.faces.end(),
+                      [](const HullFace& f) { return f.is_virtual == 1; }) == 1);
+  // it lies over the inner corner, which is half of the diagonal of an arm's width away
+  CHECK(made.tree.pieces[0].deviation >= 0.01 * std::sqrt(0.5) - 1e-9);
+}
+
+TEST_CASE("piece tree: a bumpy ball, a torus, a sheet and machine parts") {
+  check(make(make_bumpy_ball(0.02, 2, 0.05, 12)));
+  check(make(make_torus(0.03, 0.01, 24, 12)));
+  check(make(make_rough_sheet(3, 16, 0.3)));
+  check(make(make_gear({}, {96, 1})));
+  check(make(make_hole({}, {16, 2})));
+  check(make(make_bolt({}, {16, 32})));
+}
+
+TEST_CASE("piece tree: solids apart from each other end in one root") {
+  Soup two = make_icosphere(0.01, 1);
+  const Soup other = two;
+  const auto n = static_cast<uint32_t>(two.vertices.size());
+  for (const Vec3& v : other.vertices) two.vertices.push_back(v + Vec3{0.05});
+  for (const Triangle& t : other.triangles) two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  const Made made = make(two);
+  check(made);
+  CHECK(made.tree.pieces.size() == 3);
+}
+
+TEST_CASE("piece tree: no triangles, no pieces") {
+  CHECK(make({}).tree.pieces.empty());
+}
+
+TEST_CASE("piece tree: the same mesh has the same tree") {
+  const Soup soup = make_bumpy_ball(0.02, 2, 0.05, 12);
+  const Made a = make(soup), b = make(soup);
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0;
+  };
+  CHECK(same(a.data.pieces, b.data.pieces));
+  CHECK(same(a.data.vertices, b.data.vertices));
+  CHECK(same(a.data.faces, b.data.faces));
+}
