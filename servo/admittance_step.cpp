@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "proto/math/assert.h"
 #include "proto/math/motion_metric.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
+#include "servo/admittance/free_region.h"
 #include "servo/tick.h"
 
 namespace haptic {
@@ -16,6 +18,7 @@ namespace {
 
 constexpr double kOfSpeed = 0.95;  // of the velocity limits: an arm that overshoots is not too fast
 constexpr double kFarthest = 2;    // times the velocity limits: no way of one tick
+constexpr int kLongestWait = 20;   // ticks until contact has come to a body that is free
 
 /// Starts the body, at rest, where the device is; it keeps its pose while the device is lost.
 bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput& input,
@@ -105,7 +108,9 @@ void stay_in_sight(const ServoModel& model, const ServoState& state, const Servo
 }
 
 /// How much the scene may push: it may stop the body at once, and turn what moving holds into
-/// turning, but not throw it.
+/// turning, but not throw it. The shortened way ends between both poses: a point is free there,
+/// since the region that both lie in is convex; a rigid tool is commanded where contact has proven
+/// it.
 VirtualBody pushed(const ServoModel& model, const VirtualBody& from, const VirtualBody& free,
                    const VirtualBody& proxy) {
   const AdmittanceConfig& m = *model.admittance;
@@ -139,20 +144,60 @@ VirtualBody proven_body(const ServoModel& model, const ServoState& state, const 
   return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
 }
 
+/// Where contact has proven a point or a sphere free; everywhere where the tool is a body, and with
+/// the clutch held, when the tool goes nowhere.
+FreeRegion proven_region(const ServoModel& model, const ServoState& state, const ContactSet* set,
+                         const TickScene& scene) {
+  if (set == nullptr || !is_renderer(set->renderer) || state.clutch.held) return {};
+  const auto renderer = static_cast<Renderer>(set->renderer);
+  if (is_of_body(renderer)) return {};
+  const bool is_sphere = row_of(renderer).moves == Moves::kSphere;
+  return free_region(*set, scene, is_sphere ? model.virtual_proxy.radius : 0);
+}
+
+/// The body brought to the pose whose tool is at X_WP.
+VirtualBody brought_to_proxy(const ServoModel& model, const ServoState& state,
+                             const VirtualBody& from, const Pose& X_WP) {
+  const Pose X_BH = handle_pose(model.map, state.clutch, X_WP);
+  return brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt);
+}
+
+/// A point goes from place to place of what is proven free. Where the solver lets it past the rim
+/// of a plane, it stays in front of it until contact has come to that place. A body that is not
+/// where contact is, since friction holds it back before an edge, waits until contact has come to
+/// it; if that takes too long it is inside of an object, and is pushed out.
+VirtualBody kept_free(const ServoModel& model, ServoState& state, const FreeRegion& region,
+                      const VirtualBody& from, const VirtualBody& free, Pose X_WP) {
+  const int waited = std::exchange(state.admittance.waited, 0);
+  if (holds(region, tool_pose(model.map, state.clutch, from.X_BH).p)) {
+    if (!holds(region, X_WP.p)) X_WP.p = brought_into(region, X_WP.p);
+    return pushed(model, from, free, brought_to_proxy(model, state, from, X_WP));
+  }
+  const VirtualBody proxy = brought_to_proxy(model, state, from, X_WP);
+  const VirtualBody to = pushed(model, from, free, proxy);
+  const bool is_proven = to.X_BH == proxy.X_BH && holds(region, X_WP.p);
+  if (is_proven || waited >= kLongestWait) return to;
+  state.admittance.waited = waited + 1;
+  return {from.X_BH, {}};
+}
+
 /// The body as the scene lets it go. Contacts that are not finite say nothing: it stays.
 VirtualBody constrained(const ServoModel& model, ServoState& state, const ServoInput& input,
-                        const Rendered& rendered, const Pose& X_WT, const VirtualBody& from,
-                        const VirtualBody& free) {
+                        const TickScene& scene, const Rendered& rendered, const Pose& X_WT,
+                        const VirtualBody& from, const VirtualBody& free) {
   if (!state.admittance.contacts_finite) return {from.X_BH, {}};
   const ContactSet* set = input.contacts;
   const bool is_cut = set != nullptr && (set->flags & kContactTruncated) != 0;
   if (is_cut && !state.clutch.held && !is_led_by_contact(state, set)) {
     return proven_body(model, state, *set, from);
   }
+  const FreeRegion region = proven_region(model, state, set, scene);
   // the way through the scene and back rounds
-  if (rendered.X_WP == X_WT) return free;
-  const Pose X_BH = handle_pose(model.map, state.clutch, rendered.X_WP);
-  return pushed(model, from, free, brought_to(from, {X_BH.p, normalized(X_BH.q)}, model.dt));
+  if (rendered.X_WP == X_WT && holds(region, X_WT.p)) {
+    state.admittance.waited = 0;
+    return free;
+  }
+  return kept_free(model, state, region, from, free, rendered.X_WP);
 }
 
 /// The handle where contact has proven the tool free; none where nothing is proven, or where the
@@ -220,7 +265,8 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
   const Rendered rendered = render(model, state, input, scene, coupling, frame);
   own.contacts_finite = rendered.finite && is_finite(rendered.X_WP) && is_finite(rendered.F_W);
-  own.body = is_soft ? free : constrained(model, state, input, rendered, frame.X_WT, before, free);
+  own.body =
+      is_soft ? free : constrained(model, state, input, scene, rendered, frame.X_WT, before, free);
   own.F_scene_B = is_soft && !closed ? scene_push(model, state, rendered) : Wrench{};
   if (!closed) {
     settle_ledger(*model.admittance, own.ledger, free, own.body,
@@ -230,8 +276,12 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   note_safety(state, rendered, safe, frame);
   frame.F_device_B = -push_B;
   frame.X_command_B = own.X_command_B = command_of(model, state, input.contacts);
-  // where nothing is rendered contact begins anew, at the tool
-  if (closed) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
+  // where nothing is rendered contact begins anew, at the tool; where it is waited for it comes
+  if (closed || own.waited > 0) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
+  if (own.waited > 0) {
+    frame.V_WT = {};
+    frame.held_back_W = {};
+  }
   note_frame(state, input, rendered, !closed, usable, frame);
   const double rim = rim_of(input.contacts);
   note_asked(own.seen, input.tick,

@@ -18,6 +18,7 @@ struct AdmittanceState {
   Pose X_command_B;             // of the last tick
   bool started = false;         // the body has a pose
   bool contacts_finite = true;  // in the last tick
+  int waited = 0;               // ticks until now that the body has waited for contact
   Wrench F_scene_B;             // of the springs of a soft body, in the last tick
   EnergyLedger ledger;
   SeenSpace seen;

@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kArrived = 0.05;  // margins: a shorter rest of the way counts as arrived
+constexpr double kExact = 1e-10;   // of the way to the target: a shorter rest is rounding
+constexpr double kPressed = 10;  // margins: a shorter way is of a pose that follows contacts itself
 // what a step may leave to the next one: a share of a way that took much work, and margins
 constexpr double kRestShare = 0.1, kRest = 5;
 constexpr size_t kMuchWork = 2000;   // pairs visited by the fronts
@@ -322,8 +324,13 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const bool is_near = distance_of(motion) <= kRest * options_.margin;
     const bool is_vain = before < kFar && before - left < kWorthwhile * hoped;
     const bool is_small = work_ > kMuchWork && length <= kRestShare * gone_so_far;
-    result.is_settled = length <= kArrived * options_.margin || (is_near && (is_vain || is_small));
-    if (result.is_settled || i == options_.moves) break;
+    const bool is_there = length <= kArrived * options_.margin;
+    result.is_settled = is_there || (is_near && (is_vain || is_small));
+    // at rest in front of a hand that presses one short move in each step makes the pose exact
+    const double pressed = length_of(way);
+    const bool is_inexact =
+        i == 0 && is_there && pressed > kPressed * options_.margin && length > kExact * pressed;
+    if ((result.is_settled && !is_inexact) || i == options_.moves) break;
     const double share = share_of(motion);
     const double gone = advance(share * motion);
     gone_so_far += gone * share * length;

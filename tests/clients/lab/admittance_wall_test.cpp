@@ -219,6 +219,12 @@ TEST_CASE("admittance: a sphere goes where contact has proven it free", "[lab]")
   CHECK(ball_at_mesh(Renderer::kVirtualProxy3, 128, 5500).depth <= kRounding);
 }
 
+// Contact answers for where a body without friction would be next, past the edge or near it.
+TEST_CASE("admittance: a point that friction holds back before an edge does not enter it",
+          "[lab]") {
+  CHECK(point_at_block(Renderer::kVirtualProxy3, 241, true, 1800).depth <= kRounding);
+}
+
 // Many hands, by hand: test_admittance "[many]" takes some minutes.
 TEST_CASE("admittance: no hand of two hundred enters a wall", "[.many]") {
   const uint64_t seed = GENERATE(range(uint64_t{100}, uint64_t{300}));

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "device-io/sixmotors/kinematics.h"
 #include "tests/support/data.h"
 
 using haptic::EncoderNoise;
@@ -87,6 +88,53 @@ TEST_CASE("noise: of 60 counts is found within 50 ms, of 10 within half a second
   }
   CAPTURE(counts, speed);
   CHECK(worst <= most);
+}
+
+namespace {
+
+constexpr double kTurnCounts = 5215;  // of a motor of the wrist, per radian
+
+/// As above, for an angle that the last motor of a wrist turns.
+int turn_noisy_after(EncoderNoise noise, const std::function<double(double)>& angle, int ticks,
+                     std::minstd_rand& random) {
+  std::uniform_real_distribution<double> sampled_ms(0, 0.999);
+  for (int i = 0; i < ticks; ++i) {
+    const double at = angle(1e-3 * (i + sampled_ms(random)));
+    const auto n = static_cast<int32_t>(std::floor(at * kTurnCounts));
+    noise.add({0, 0, 0, 0, 0, n}, i * kMs, (i + 1) * kMs);
+    if (noise.is_noisy()) return i + 1;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("noise: a wrist turns faster than a tip moves, and its noise is found all the same",
+          "[device-io]") {
+  const EncoderNoise wrist(haptic::six_motors_arm().most_acceleration);
+  std::minstd_rand random;
+  // to and fro between samples that may be 2 ms apart takes A = 2 n / (2 ms)²: 30 counts take
+  // 2880 rad/s², 36 take 3450; a tip is thought to reach 580
+  const auto to_and_fro = [](int counts) {
+    return [=](double t) { return (std::fmod(t, 2e-3) < 1e-3 ? 0.5 : counts + 0.5) / kTurnCounts; };
+  };
+  CHECK(turn_noisy_after(wrist, to_and_fro(30), 10'000, random) == -1);
+  CHECK(turn_noisy_after(wrist, to_and_fro(36), 10'000, random) > 0);
+  constexpr double kTip = haptic::kTipAcceleration;
+  const EncoderNoise tip({kTip, kTip, kTip, kTip, kTip, kTip});
+  CHECK(turn_noisy_after(tip, to_and_fro(30), 10'000, random) > 0);
+  // noise of 60 counts, 12 mrad, in a hand that turns
+  std::uniform_int_distribution<int> off(-60, 60);
+  const double speed = GENERATE(0.0, 1.0, 5.0);  // [rad/s]
+  int worst = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto noisy = [&](double t) { return speed * t + off(random) / kTurnCounts; };
+    const int after = turn_noisy_after(wrist, noisy, 10'000, random);
+    REQUIRE(after > 0);
+    worst = std::max(worst, after);
+  }
+  CAPTURE(speed, worst);
+  CHECK(worst <= 200);
 }
 
 TEST_CASE("noise: it holds until the encoders have been quiet, and one jump is none",
