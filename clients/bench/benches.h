@@ -54,6 +54,12 @@ BenchRun bench_point_proxy(Command& command);
 /// tick with zero currents: from before the write to after the read.
 BenchRun bench_line(Command& command);
 
+/// Penetration depth of two convex hulls of 20 to 500 vertices at coherent poses (workload W4),
+/// compared with Bullet's GJK–EPA in double, libccd and FCL, and with our own polytope for the
+/// exact depth; then their distance at poses apart, compared with FCL. A time is the least of the
+/// rounds for each query.
+BenchRun bench_penetration(Command& command);
+
 /// All pairs of triangles within 0.1 mm, from scratch and with a bounding-volume-tree front kept
 /// from pose to pose, and their reduction to contacts, compared with FCL's collision and distance
 /// (W3).

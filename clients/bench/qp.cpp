@@ -196,8 +196,7 @@ void bench_dantzig(Rows& rows, const Work& work, size_t n, const Options& option
   std::vector<Contestant> contestants{
       {"pivoting on a ready matrix",
        [&](size_t i) { own.solve(LcpMethod::kPivoting, lcps[i].A, lcps[i].b); }},
-      {"Bullet's Dantzig, in float",
-       [&](size_t i) { failed += !bullet->solve(lcps[i].A, lcps[i].b, f); }}};
+      {"Bullet's Dantzig", [&](size_t i) { failed += !bullet->solve(lcps[i].A, lcps[i].b, f); }}};
   take_turns(contestants, ticks, kChunk, options.rounds);
   for (const double q : {50.0, 99.0}) {
     rows.add_beside(contestants[0].name + (q < 60 ? " p50" : " p99"),

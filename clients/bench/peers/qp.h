@@ -12,7 +12,7 @@ namespace haptic {
 /// CGAL's exact quadratic program solver, on the problem of least_constraint.
 Twist cgal_least_constraint(const Mat6& M, const Twist& a_u, std::span<const MotionRow> rows);
 
-/// Bullet's Dantzig pivoting on f ≥ 0, A f + b ≥ 0, complementary; in float.
+/// Bullet's Dantzig pivoting on f ≥ 0, A f + b ≥ 0, complementary.
 class DantzigPeer {
  public:
   virtual ~DantzigPeer() = default;

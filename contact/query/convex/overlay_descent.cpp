@@ -2,16 +2,29 @@
 #include "contact/query/convex/overlay_descent.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace haptic {
 namespace {
 
-// α, how far around a local minimum a better one is searched for: cosine and sine of 0.8 rad. With
-// 0.5 the walk misses 1.8 % of the minima of two hulls of 20 vertices, with 0.7 it misses 0.7 %,
-// and with 1.0 it takes twice the time
-constexpr double kCosAround = 0.6967067093471654, kSinAround = 0.7173560908995228;
+// α, how far around a local minimum a better one is searched for [rad]. With 0.5 the walk misses
+// 1.8 % of the minima of two hulls of 20 vertices, with 0.7 it misses 0.7 %, and with 1.0 it takes
+// twice the time
+constexpr double kAround = 0.8;
+// Facets make minima that are some facets apart, and a facet of a hull of n vertices covers some
+// 4/√n rad. With 5/√n the walk misses 0.05 % of the minima of hulls of 200 vertices, with 7/√n
+// none; 0.8 rad for hulls of 500 vertices takes three times as long
+constexpr double kFacetsAround = 7;  // [rad · √vertices]
+
+double angle_around(const GaussOverlay& overlay) {
+  const size_t n = std::min(overlay.hull(0).vertices.size(), overlay.hull(1).vertices.size());
+  return std::min(kAround, kFacetsAround / std::sqrt(static_cast<double>(n)));
+}
 
 }  // namespace
+
+OverlayDescent::OverlayDescent(const GaussOverlay& overlay)
+    : overlay_(overlay), cos_(std::cos(angle_around(overlay))), sin_(std::sqrt(1 - cos_ * cos_)) {}
 
 bool OverlayDescent::add(const OverlayVertex& v) {
   for (size_t i = 0; i < n_; ++i) {
@@ -27,7 +40,7 @@ bool OverlayDescent::add(const OverlayVertex& v) {
 bool OverlayDescent::expand(size_t at, bool all) {
   expanded_[at] = true;
   OverlayVertex& here = visited_[at];
-  const double most = (visited_[best_].depth - here.depth * kCosAround) / kSinAround;
+  const double most = (visited_[best_].depth - here.depth * cos_) / sin_;
   bool room = true;
   overlay_.for_arcs(here, [&](const OverlayArc& arc) {
     const bool hides = arc.extent < 0

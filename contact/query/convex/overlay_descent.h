@@ -16,7 +16,7 @@ namespace haptic {
 /// foot of its plane there is none, and the search ends at once.
 class OverlayDescent {
  public:
-  explicit OverlayDescent(const GaussOverlay& overlay) : overlay_(overlay) {}
+  explicit OverlayDescent(const GaussOverlay& overlay);
 
   /// False where the room was not enough; the best so far is the best.
   bool run(const OverlayVertex& start);
@@ -37,6 +37,7 @@ class OverlayDescent {
   bool reaches_foot(OverlayVertex& v) const;
 
   const GaussOverlay& overlay_;
+  const double cos_, sin_;  // of α, at most 0.8 rad and less between hulls of many vertices
   union {
     std::array<OverlayVertex, kMaxVisited> visited_;  // not initialised: most queries need few
   };

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "clients/bench/benches.h"
+#include "clients/bench/peers/depth.h"
+#include "clients/bench/work/convex_pairs.h"
+#include "clients/bench/work/turns.h"
+#include "contact/bake/convex/hull_of_points.h"
+#include "contact/query/convex/closest_features.h"
+#include "contact/query/convex/expanding_polytope.h"
+#include "contact/query/convex/penetration_depth.h"
+#include "proto/config/command_line.h"
+#include "proto/os/rt_guard.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kChunk = 100;   // queries of one contestant per turn
+constexpr double kSame = 1e-12;  // depths that differ by less are the same [m]
+constexpr double kWrong = 1e-6;  // an error of a peer that counts, beside 1 % of the depth [m]
+constexpr double kApart = 6e-3;  // what moves the poses of W4 apart by some millimetres [m]
+constexpr const char* kLeftOut = "LEFT OUT: install with ./run bench";
+
+struct Options {
+  int rounds = 1;
+  size_t poses = 2000;
+};
+
+/// A pair of W4 and its poses.
+struct Work {
+  uint32_t n;
+  HullData data_a, data_b;
+  Hull a, b;
+  std::vector<Pose> poses;
+
+  Work(uint32_t vertices, size_t n_poses)
+      : n(vertices),
+        data_a(hull_of_points(make_convex_points(n, convex_seed_A(n))).hull),
+        data_b(hull_of_points(make_convex_points(n, convex_seed_B(n))).hull),
+        a(data_a.view()),
+        b(data_b.view()),
+        poses(make_convex_poses(a, b, n_poses)) {}
+  Work(const Work&) = delete;
+
+  std::string name() const { return std::to_string(n) + " x " + std::to_string(n); }
+};
+
+/// The least of the rounds for each query, which leaves out what the machine disturbs.
+std::vector<double> least_times(const Contestant& c, size_t n) {
+  std::vector<double> least(c.times.begin(), c.times.begin() + static_cast<std::ptrdiff_t>(n));
+  for (size_t i = n; i < c.times.size(); ++i) least[i % n] = std::min(least[i % n], c.times[i]);
+  return least;
+}
+
+void add_times(Rows& rows, const std::string& name, const std::vector<double>& times) {
+  rows.add(name + " p50", percentile(times, 50), "s");
+  rows.add(name + " p99", percentile(times, 99), "s");
+  rows.add(name + " max", percentile(times, 100), "s");
+}
+
+/// Enters the peers after the subject, which is the first.
+std::vector<std::vector<double>> enter_peers(std::vector<Contestant>& contestants,
+                                             const std::vector<HullPeer>& peers,
+                                             const std::vector<Pose>& poses) {
+  std::vector<std::vector<double>> answers(peers.size(), std::vector<double>(poses.size()));
+  for (size_t k = 0; k < peers.size(); ++k) {
+    contestants.push_back({peers[k].name, [answer = peers[k].answer, out = answers[k].data(),
+                                           &poses](size_t i) { out[i] = answer(poses[i]); }});
+  }
+  return answers;
+}
+
+void add_peers(Rows& rows, const std::vector<Contestant>& contestants,
+               const std::vector<std::vector<double>>& answers, const std::vector<double>& exact) {
+  for (size_t k = 0; k < answers.size(); ++k) {
+    const Contestant& peer = contestants[k + 1];
+    const std::vector<double> times = least_times(peer, exact.size());
+    rows.add(peer.name + " p50", percentile(times, 50), "s");
+    rows.add(peer.name + " p99", percentile(times, 99), "s");
+    size_t wrong = 0;
+    for (size_t i = 0; i < exact.size(); ++i) {
+      wrong += std::fabs(answers[k][i] - exact[i]) > 0.01 * exact[i] + kWrong;
+    }
+    rows.add(peer.name + ", off by 1 % + 1 um", wrong);
+  }
+}
+
+/// What the walk answered, and how it compares with the polytope.
+void add_truth(Rows& rows, const std::vector<PenetrationDepth>& found,
+               const std::vector<double>& exact, const std::vector<double>& times) {
+  size_t below = 0, equal = 0, fell_back = 0, n_steps = 0;
+  double most = 0, longest = 0;
+  for (size_t i = 0; i < exact.size(); ++i) {
+    below += found[i].depth < exact[i] - kSame;
+    equal += found[i].depth <= exact[i] + kSame;
+    most = std::max(most, found[i].depth - exact[i]);
+    n_steps += static_cast<size_t>(found[i].n_steps);
+    fell_back += found[i].fell_back;
+    if (found[i].fell_back) longest = std::max(longest, times[i]);
+  }
+  const auto n = static_cast<double>(exact.size());
+  rows.none("below the exact depth", below);
+  rows.at_least("equal to the exact depth", static_cast<double>(equal) / n, "", 0.99);
+  rows.add("most above the exact depth", most, "m");
+  rows.at_most("marching steps, mean", static_cast<double>(n_steps) / n, "", 4);
+  rows.at_most("exact fallbacks", static_cast<double>(fell_back) / n, "", 0.005);
+  rows.add("longest query with a fallback", longest, "s");
+}
+
+size_t allocations(const Work& work) {
+  ConvexPairState state;
+  RtGuard guard({.filter_system_calls = false});
+  guard.arm();
+  for (const Pose& X_AB : work.poses) penetration_depth(HullPair(work.a, work.b, X_AB), state);
+  guard.disarm();
+  return guard.report().of(Violation::kAllocate).count + guard.report().of(Violation::kFree).count;
+}
+
+std::vector<Row> bench_depth(const Work& work, int rounds) {
+  const size_t n = work.poses.size();
+  std::vector<double> exact(n), polytope(n);
+  std::vector<PenetrationDepth> found(n);
+  ConvexPairState state;
+  std::vector<Contestant> contestants{{"walk", [&](size_t i) {
+                                         if (i == 0) state = {};  // each round is the same
+                                         found[i] = penetration_depth(
+                                             HullPair(work.a, work.b, work.poses[i]), state);
+                                       }}};
+  const std::vector<HullPeer> peers = depth_peers(work.a, work.b);
+  const auto answers = enter_peers(contestants, peers, work.poses);
+  contestants.push_back({"polytope, always", [&](size_t i) {
+                           exact[i] =
+                               expand_polytope(HullPair(work.a, work.b, work.poses[i])).depth;
+                         }});
+  take_turns(contestants, n, kChunk, rounds);
+
+  Rows rows("depth, " + work.name());
+  const std::vector<double> times = least_times(contestants[0], n);
+  const double median = percentile(times, 50);
+  rows.at_most("walk p50", median, "s",
+               work.n == 100   ? std::optional(1e-6)
+               : work.n == 500 ? std::optional(2e-6)
+                               : std::nullopt);
+  rows.at_most("walk p99", percentile(times, 99), "s", goal_if(work.n == 500, 3 * median));
+  rows.add("walk max", percentile(times, 100), "s");
+  rows.add("walk p99, with what the machine disturbs", percentile(contestants[0].times, 99), "s");
+  add_truth(rows, found, exact, times);
+  if (!peers.empty() && peers[0].name.starts_with("Bullet")) {
+    rows.at_most("walk p50 over Bullet's", median / percentile(least_times(contestants[1], n), 50),
+                 "", goal_if(work.n == 100, 0.25));
+  } else {
+    rows.note("Bullet", kLeftOut);
+  }
+  add_peers(rows, contestants, answers, exact);
+  add_times(rows, "polytope, always", least_times(contestants.back(), n));
+  rows.none("allocations", allocations(work));
+  return rows.rows();
+}
+
+std::vector<Row> bench_distance(const Work& work, int rounds) {
+  std::vector<Pose> poses = work.poses;
+  for (Pose& X_AB : poses) X_AB.p += kApart * normalized(X_AB.p);
+  const size_t n = poses.size();
+  std::vector<double> found(n);
+  size_t n_steps = 0;
+  ConvexPairState state;
+  std::vector<Contestant> contestants{{"feature walk", [&](size_t i) {
+                                         if (i == 0) state = {};
+                                         const ClosestFeatures near = closest_features(
+                                             HullPair(work.a, work.b, poses[i]), state);
+                                         found[i] = near.distance;
+                                         n_steps += static_cast<size_t>(near.n_steps);
+                                       }}};
+  const std::vector<HullPeer> peers = distance_peers(work.a, work.b);
+  const auto answers = enter_peers(contestants, peers, poses);
+  take_turns(contestants, n, kChunk, rounds);
+
+  Rows rows("distance, " + work.name());
+  add_times(rows, "feature walk", least_times(contestants[0], n));
+  rows.add("steps, mean", static_cast<double>(n_steps) / static_cast<double>(n) / rounds);
+  add_peers(rows, contestants, answers, found);
+  if (peers.empty()) {
+    rows.note("FCL", kLeftOut);
+  } else {
+    rows.add("feature walk p50 over FCL's", median_ratio(contestants[0], contestants[1]));
+  }
+  return rows.rows();
+}
+
+std::vector<Row> all_rows(const Options& options) {
+  Rows rows = machine_rows("penetration");
+  for (const uint32_t n : kConvexSizes) {
+    const Work work(n, options.poses);
+    rows.append(bench_depth(work, options.rounds));
+    rows.append(bench_distance(work, options.rounds));
+  }
+  return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_penetration(Command& command) {
+  const auto options = std::make_shared<Options>();
+  command.option("--poses", options->poses, "of each pair of hulls")
+      .range(100, 100000)
+      .show_default();
+  return run_rounds(options, all_rows);
+}
+
+}  // namespace haptic
