@@ -10,6 +10,7 @@
 #include "proto/math/motion_metric.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/renderer.h"
+#include "servo/admittance/following.h"
 #include "servo/admittance/free_region.h"
 #include "servo/tick.h"
 
@@ -28,9 +29,16 @@ bool take_sample(const ServoModel& model, AdmittanceState& own, const ServoInput
   if (usable && !own.started) {
     own.body = {frame.device.X_BH, {}};
     own.X_command_B = frame.device.X_BH;
+    own.commanded = {};
   }
   if (usable) own.started = is_usable(input.device);
   return usable;
+}
+
+/// Whether the arm is where it was commanded to be.
+bool follows(const ServoModel& model, const AdmittanceState& own, const ServoFrame& frame) {
+  if (!own.started || (frame.device.flags & kDeviceFresh) == 0) return true;
+  return is_following(own.commanded, own.X_command_B, frame.device.X_BH, model.dt);
 }
 
 /// After skipped ticks, and in a tick so late that the next is skipped, the body is at rest, as the
@@ -249,9 +257,14 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   safety.F_B = input.device.F_hand_B;
   safety.stiffness = handle_stiffness(model.map, state.coupling);
   safety.device_finite = usable;
+  safety.device_follows = !usable || follows(model, own, frame);
   safety.contacts_finite = own.contacts_finite;
   safety.letting_go = state.letting_go;
   const SafetyOutput safe = make_safe(model.limits, state.safety, safety, model.dt);
+  // the body begins anew where an arm is held: nothing pulls at it, nor throws it when it comes
+  // free
+  const bool is_held = state.safety.fault == Fault::kDeviceStale && !safety.device_follows;
+  own.started = own.started && !is_held;
   const bool closed = safe.closed || (age.flags & (kServoFading | kServoStale)) != 0;
   const Wrench push_B = (closed ? 0 : age.weight) * safe.F_B;
 
@@ -275,7 +288,9 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
 
   note_safety(state, rendered, safe, frame);
   frame.F_device_B = -push_B;
-  frame.X_command_B = own.X_command_B = command_of(model, state, input.contacts);
+  frame.X_command_B = command_of(model, state, input.contacts);
+  note_way(own.commanded, own.X_command_B, frame.X_command_B);
+  own.X_command_B = frame.X_command_B;
   // where nothing is rendered contact begins anew, at the tool; where it is waited for it comes
   if (closed || own.waited > 0) frame.X_WT = tool_pose(model.map, state.clutch, own.body.X_BH);
   if (own.waited > 0) {

@@ -3,6 +3,7 @@
 
 #include "proto/wire/wire.h"
 #include "servo/admittance/energy_ledger.h"
+#include "servo/admittance/following.h"
 #include "servo/admittance/seen_space.h"
 #include "servo/render/render.h"
 #include "servo/safety/contact_age.h"
@@ -16,6 +17,7 @@ struct AdmittanceState {
   uint64_t tick = 0;  // the last one
   VirtualBody body;
   Pose X_command_B;             // of the last tick
+  CommandedWays commanded;      // until then
   bool started = false;         // the body has a pose
   bool contacts_finite = true;  // in the last tick
   int waited = 0;               // ticks until now that the body has waited for contact

@@ -63,8 +63,8 @@ const char* reason_of(Fault fault) {
     case Fault::kPoseJump:
       return "the pose of the device jumped";
     case Fault::kDeviceStale:
-      return "the device's answers do not match the requests (frozen or old): unplug it and plug "
-             "it in again";
+      return "the device's answers do not match the requests (frozen, old, or of an arm that "
+             "does not follow): free it, or unplug it and plug it in again";
     case Fault::kDeviceNoisy:
       return "an encoder of the device is noisy: check its cable and plug";
     case Fault::kNone:

@@ -17,7 +17,7 @@ Fault find_fault(const SafetyLimits& limits, const SafetyState& state, const Saf
   if (!input.contacts_finite) return Fault::kContactsNotFinite;
   if (!is_finite(input.F_B)) return Fault::kForceNotFinite;
   if (state.jumped) return Fault::kPoseJump;
-  if ((input.device.flags & kDeviceStale) != 0) return Fault::kDeviceStale;
+  if ((input.device.flags & kDeviceStale) != 0 || !input.device_follows) return Fault::kDeviceStale;
   if ((input.device.flags & kDeviceNoisy) != 0) return Fault::kDeviceNoisy;
   // compares components: the norm of a huge finite vector is infinite
   const auto largest = [](const Vec3& a) {

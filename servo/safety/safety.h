@@ -25,11 +25,12 @@ struct SafetyState {
 };
 
 struct SafetyInput {
-  Wrench F_B;                 // wanted by the solver, or measured of the hand; at the handle, in B
-  HandleStiffness stiffness;  // of the coupling in force
-  DeviceState device{};       // this tick's sample
-  int64_t now_ns = 0;         // of the wake-up; never before the sample's own instant
-  bool device_finite = true;  // no NaN or infinity in the sample
+  Wrench F_B;                  // wanted by the solver, or measured of the hand; at the handle, in B
+  HandleStiffness stiffness;   // of the coupling in force
+  DeviceState device{};        // this tick's sample
+  int64_t now_ns = 0;          // of the wake-up; never before the sample's own instant
+  bool device_finite = true;   // no NaN or infinity in the sample
+  bool device_follows = true;  // an admittance device is where it was commanded to be
   bool contacts_finite = true;  // none in the contacts and the poses of the objects
   bool armed = true;            // by the dead-man button or `hapt arm`
   bool force_closed = false;    // clutch held, paused or no free proxy pose: zero, then soft start

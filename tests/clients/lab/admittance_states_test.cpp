@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An admittance device that is paused, disarmed, re-indexed by its clutch, or lost for a while: the
-// command never jumps, and a hand that pushes moves the body again afterwards.
+// An admittance device that is paused, disarmed, re-indexed by its clutch, lost or held for a
+// while: the command never jumps, and a hand that pushes moves the body again afterwards.
 #include <algorithm>
 
 #include "contact/bake/session.h"
@@ -18,7 +18,8 @@ namespace {
 constexpr double kMass = 2;
 constexpr double kForce = 20;  // of the hand, at most [N]
 
-/// A simulated arm with a button, whose cable may come off: then its last pose is held.
+/// A simulated arm with a button, whose cable may come off: then its last pose is held. Something
+/// may hold the arm itself, too.
 class ArmWithCable final : public Device {
  public:
   ArmWithCable(const DeviceConfig& config, Intention intention)
@@ -40,13 +41,13 @@ class ArmWithCable final : public Device {
   }
   void write(const Wrench&) override {}
   void move(const Pose& X_BH) override {
-    if (!is_lost) arm_.move(X_BH);
+    if (!is_lost && !is_held) arm_.move(X_BH);
   }
   void stop() override { arm_.stop(); }
   /// Somebody moves the arm while its cable is off.
   void carry_to(const Pose& X_BH) { arm_.move(X_BH); }
 
-  bool is_lost = false;
+  bool is_lost = false, is_held = false;
   uint32_t buttons = 0;
 
  private:
@@ -160,6 +161,34 @@ TEST_CASE("admittance: a lost device comes back without a jump, wherever it is",
   run.longest = 0;
   run.step(5);
   CHECK(run.longest < 0.5e-3);
+}
+
+TEST_CASE("admittance: an arm that does not follow is a fault, and is asked to stay where it is",
+          "[lab]") {
+  FreeRun run;
+  run.step(80);
+  REQUIRE(run.speed_in_a_tick() > 0.3);
+  run.arm.is_held = true;
+  int ticks = 0;
+  while (run.lockstep.frame().fault == 0 && ticks < 100) {
+    run.step();
+    ++ticks;
+  }
+  CAPTURE(ticks);
+  CHECK(run.lockstep.frame().fault == static_cast<uint32_t>(Fault::kDeviceStale));
+  CHECK(ticks > 53);
+  CHECK(ticks < 65);
+  run.step(10);
+  CHECK(norm(run.last.p - run.lockstep.frame().device.X_BH.p) < 1e-9);
+  // freed it does not jump, and with the fault cleared the hand moves it again
+  run.arm.is_held = false;
+  run.longest = 0;
+  ++run.lockstep.control().fault_clears;
+  run.step(5);
+  CHECK(run.longest < 0.5e-3);
+  run.step(100);
+  CHECK(run.lockstep.frame().fault == 0);
+  CHECK(run.speed_in_a_tick() > 0.1);
 }
 
 TEST_CASE("admittance: a soft body rests where the scene holds what the hand pushes with",

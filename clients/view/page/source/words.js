@@ -34,8 +34,8 @@ export const kFaults = [
   ["The wanted force was not finite.", "Lower stiffness and damping, then clear the fault."],
   ["The wanted force was over a thousand times the limit.", "Lower the stiffness, then clear the fault."],
   ["The pose of the device jumped.", "Check cable and encoders, then clear the fault."],
-  ["The device's answers do not match the requests (frozen or old).",
-    "Unplug the device and plug it in again, then clear the fault."],
+  ["The device's answers do not match the requests (frozen, old, or of an arm that does not follow).",
+    "Free the arm, or unplug the device and plug it in again, then clear the fault."],
   ["An encoder of the device is noisy.", "Check its cable and plug, then clear the fault."],
 ];
 
