@@ -9,9 +9,11 @@ namespace {
 constexpr int64_t kLateNs = 200'000'000;     // after a question had to be asked again
 constexpr int64_t kGapNs = 100'000'000;      // without answers
 constexpr int64_t kUnmetNs = 1'000'000'000;  // forty challenges, none of them met
-constexpr int64_t kExcusedNs = 50'000'000;  // hapticd's four packets, 5 ms apart, and their answers
-constexpr int kGoodForDoubt = 32;           // answers for a challenge that is met
-constexpr int kTrials = 4;                  // unmet challenges that show a firmware without manners
+// hapticd's four packets, 5 ms apart, and their answers: ten times as long where they were late
+constexpr int64_t kExcusedNs = 200'000'000;
+constexpr int64_t kMostQuietNs = 20'000'000;  // as long as a device may be silent and not lost
+constexpr int kGoodForDoubt = 32;             // answers for a challenge that is met
+constexpr int kTrials = 4;  // unmet challenges that show a firmware without manners
 // four misses are stale, for a busy machine may mistake a late answer for another; as many
 // challenges that are met make up for one
 constexpr int kDoubtOfMiss = 4, kMostDoubt = 4 * kDoubtOfMiss;
@@ -19,7 +21,7 @@ constexpr int kDoubtOfMiss = 4, kMostDoubt = 4 * kDoubtOfMiss;
 }  // namespace
 
 bool FalconExchange::may_ask(int64_t t_ns) const noexcept {
-  if (distrusts_) return t_ns - heard_ns_ >= kQuietNs;
+  if (distrusts_) return t_ns - heard_ns_ >= std::max(kQuietNs, quiet_ns_);
   if (owed_ == 0) return true;
   return heard_since_ ? t_ns - heard_ns_ >= kQuietNs : t_ns - asked_ns_ >= patience_ns_;
 }
@@ -73,7 +75,13 @@ void FalconExchange::judge_challenge(bool met, int64_t t_ns) noexcept {
     if (!met && ++tried_ == kTrials) manners_ = Manners::kIgnores;
     return;
   }
-  if (met || t_ns >= excused_ns_) doubt(met ? -1 : kDoubtOfMiss);
+  const bool was_stale = stale_;
+  if (met || t_ns >= std::max(excused_ns_, busy_ns_)) doubt(met ? -1 : kDoubtOfMiss);
+  // an answer may have been taken for that of the question after it; silence tells them apart, a
+  // longer one each time, and a lie outlives it. The first question of a stale device is not held
+  // back, for it carries zero force
+  distrusts_ |= !met && stale_ == was_stale;
+  quiet_ns_ = met ? kQuietNs / 2 : std::min(2 * quiet_ns_, stale_ ? kAskAgainMostNs : kMostQuietNs);
 }
 
 void FalconExchange::doubt(int change) noexcept {
@@ -113,7 +121,8 @@ void FalconExchange::take(MotorSample answer, int64_t t_ns) noexcept {
   }
   legs_ = answer.flags & kFalconLegs;
   if (manners_ != Manners::kObeys && ++good_ % kGoodForDoubt == 0) doubt(-1);
-  if (manners_ == Manners::kObeys && t_ns - met_ns_ > kUnmetNs) doubt(kMostDoubt);
+  const int64_t unmet_ns = t_ns - std::max({met_ns_, excused_ns_, busy_ns_});
+  if (manners_ == Manners::kObeys && unmet_ns > kUnmetNs) doubt(kMostDoubt);
   answer.number = number_++;
   answer.asked_ns = first_asked_ns_;
   answer.heard_ns = t_ns;
@@ -121,6 +130,9 @@ void FalconExchange::take(MotorSample answer, int64_t t_ns) noexcept {
 }
 
 void FalconExchange::hear(std::span<const uint8_t> packet, int64_t t_ns) noexcept {
+  // the chip says something every millisecond, whatever the firmware does: else the machine is busy
+  if (t_ns - packet_ns_ > kAskAgainNs) busy_ns_ = t_ns + kLateNs;
+  packet_ns_ = t_ns;
   if (packet.size() <= kModemStatus) return;
   heard_ns_ = t_ns;
   MotorSample answer;

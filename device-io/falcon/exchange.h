@@ -26,10 +26,12 @@ inline constexpr size_t kFtdiPacket = 64;
 /// until the line has been silent for kQuietNs. And from time to time a question is a *challenge*:
 /// it takes homing back, and an honest answer to it, and to no other, has no homed bits. A firmware
 /// that repeats itself, or answers from a queue, misses four challenges, or meets none for a
-/// second, and is stale until it has met sixteen. While questions had to be asked again, misses do
-/// not count: a busy machine is no lie. Whether a firmware obeys is tried once it is homed; one
-/// that does not is not challenged. The zero of its encoders is not touched: programs switch homing
-/// on and off with a homed device.
+/// second, and is stale until it has met sixteen. After a miss the line is left silent, longer each
+/// time, since an answer may have come so late that it was taken for that of the next question.
+/// While questions had to be asked again, or the chip's packets came late, misses do not count: a
+/// busy machine is no lie. Whether a firmware obeys is tried once it is homed; one that does not is
+/// not challenged. The zero of its encoders is not touched: programs switch homing on and off with
+/// a homed device.
 class FalconExchange {
  public:
   explicit FalconExchange(MotorMailbox& mailbox) : mailbox_(mailbox) {}
@@ -71,14 +73,16 @@ class FalconExchange {
   MotorMailbox& mailbox_;
   FalconReader reader_;
   uint64_t asked_ = 0, answered_ = 0, surplus_ = 0;
-  int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0;
-  int64_t excused_ns_ = 0;  // until then
+  int64_t asked_ns_ = 0, first_asked_ns_ = 0, answered_ns_ = 0, heard_ns_ = 0, packet_ns_ = 0;
+  int64_t excused_ns_ = 0;  // until then answers too many and misses are no lie
+  int64_t busy_ns_ = 0;     // until then misses are none
   int64_t met_ns_ = 0;      // the last challenge that was met
   int64_t patience_ns_ = kAskAgainNs;
-  int owed_ = 0;              // answers that may still come
-  bool alone_ = false;        // no other question was under way with the last one
-  bool heard_since_ = false;  // an answer since the last question
-  bool distrusts_ = false;    // one answer too many
+  int64_t quiet_ns_ = kQuietNs / 2;  // twice that after the next challenge that is missed
+  int owed_ = 0;                     // answers that may still come
+  bool alone_ = false;               // no other question was under way with the last one
+  bool heard_since_ = false;         // an answer since the last question
+  bool distrusts_ = false;           // one answer too many
   // challenges
   Manners manners_ = Manners::kUnknown;
   bool challenges_ = false;  // the last question is one

@@ -229,6 +229,33 @@ TEST_CASE("falcon: a single answer too many, and those to hapticd's zero, are no
   CHECK(w.largest_word() > 200);
 }
 
+TEST_CASE("falcon: an honest one behind a busy machine is believed, however late it is",
+          "[device-io]") {
+  Wall w(pressing("typical", 0.02));
+  w.run(1100);
+  // most answers later than a question is asked again, and hapticd's zeros among them
+  const int most_ms = GENERATE(8, 15, 40);
+  std::minstd_rand random(7);
+  w.bench.late = [&] { return random() % 10 < 3 ? 0 : random() % most_ms * kMs; };
+  const FalconBytes zero = encode_falcon({{}, kFalconHoming});
+  for (int i = 0; i < 60; ++i) {
+    w.run(20 + static_cast<int>(random() % 100));
+    if (random() % 2 == 0) continue;
+    w.bench.begin_anew();
+    w.bench.emulated().take(2, zero.data(), zero.size(), w.bench.t_ns());
+  }
+  CAPTURE(most_ms);
+  CHECK((w.seen & kDoubt) == 0);
+  // and once the machine is quiet, a lie is found
+  w.bench.late = [] { return 0; };
+  w.run(500);
+  CHECK((w.state.flags & (kDeviceFresh | kDoubt)) == kDeviceFresh);
+  REQUIRE(w.largest_word() > 200);
+  w.bench.emulated().lie(FalconFault::kFrozen);
+  w.run(110);
+  CHECK(w.largest_word() == 0);
+}
+
 TEST_CASE("falcon: silent, it is lost within 20 ms and gets zero when it answers again",
           "[device-io]") {
   Wall w(pressing("typical", 0.02));

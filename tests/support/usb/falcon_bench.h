@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -65,6 +69,9 @@ class FalconBench final : public Device {
   /// As the link does after transfers that hapticd has cancelled.
   void begin_anew() { exchange_->begin_anew(t_ns_); }
 
+  /// How long the machine sits on the chip's next packet [ns]; their order is kept.
+  std::function<int64_t()> late = [] { return 0; };
+
   EmulatedFalcon& emulated() { return emulated_; }
   const FalconExchange& exchange() const { return *exchange_; }
   MotorMailbox& mailbox() { return *mailbox_; }
@@ -76,7 +83,14 @@ class FalconBench final : public Device {
  private:
   void turn() {
     UsbBytes packet;
-    if (emulated_.give(kFalconIn, kFtdiPacket, packet, t_ns_)) exchange_->hear(packet, t_ns_);
+    if (emulated_.give(kFalconIn, kFtdiPacket, packet, t_ns_)) {
+      const int64_t due_ns = t_ns_ + (packet.size() > kModemStatus ? late() : 0);
+      under_way_.emplace_back(std::max(due_ns, last_due_ns_), packet);
+      last_due_ns_ = under_way_.back().first;
+    }
+    for (; !under_way_.empty() && under_way_.front().first <= t_ns_; under_way_.pop_front()) {
+      exchange_->hear(under_way_.front().second, t_ns_);
+    }
     if (!exchange_->may_ask(t_ns_)) return;
     const FalconBytes question = exchange_->ask(t_ns_);
     emulated_.take(kFalconOut, question.data(), question.size(), t_ns_);
@@ -86,7 +100,8 @@ class FalconBench final : public Device {
   std::shared_ptr<MotorMailbox> mailbox_ = std::make_shared<MotorMailbox>();
   std::unique_ptr<FalconExchange> exchange_;
   std::unique_ptr<ThreeMotorDevice> driver_;
-  int64_t t_ns_ = 0;
+  std::deque<std::pair<int64_t, UsbBytes>> under_way_;
+  int64_t t_ns_ = 0, last_due_ns_ = 0;
 };
 
 }  // namespace haptic::test
