@@ -37,7 +37,8 @@ class CountedFalcon final : public CountedDevice {
            " rejected=" + std::to_string(falcon_.rejected()) +
            " answers=" + std::to_string(falcon_.answers()) +
            " longest_gap_ms=" + std::to_string(falcon_.longest_gap_ns() / 1'000'000) +
-           " force_words=" + std::to_string(falcon_.pushing_packets()) + " let_go_ms=" + let_go();
+           " force_words=" + std::to_string(falcon_.pushing_packets()) +
+           " watchdogs=" + std::to_string(falcon_.watchdogs()) + " let_go_ms=" + let_go();
   }
 
  private:

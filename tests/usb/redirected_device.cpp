@@ -86,7 +86,6 @@ void RedirectedDevice::answer_questions() {
   parser_->reset_func = [](void*) {};
   parser_->set_configuration_func = [](void* self, uint64_t id,
                                        usb_redir_set_configuration_header* wanted) {
-    of(self).configured_ = wanted->configuration != 0;
     usb_redir_configuration_status_header status{usb_redir_success, wanted->configuration};
     usbredirparser_send_configuration_status(of(self).parser_.get(), id, &status);
   };
@@ -278,7 +277,7 @@ bool RedirectedDevice::step(int64_t t_ns) {
 void RedirectedDevice::unplug() {
   waiting_.clear();
   pushing_ = 0;
-  plugged_ = configured_ = false;
+  plugged_ = false;
   usbredirparser_send_device_disconnect(parser_.get());
   usbredirparser_do_write(parser_.get());
 }

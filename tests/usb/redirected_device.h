@@ -26,9 +26,6 @@ class RedirectedDevice {
   /// Reads what QEMU has sent, lets the device answer, writes. False: QEMU has hung up.
   bool step(int64_t t_ns);
 
-  /// The guest has claimed the device's configuration.
-  bool is_configured() const { return configured_; }
-
   /// Unplugs it: the guest's transfers end with "no such device".
   void unplug();
 
@@ -70,7 +67,7 @@ class RedirectedDevice {
   uint64_t next_report_ = 0;
   uint8_t pushing_ = 0;  // interrupt endpoint that pushes
   int64_t t_ns_ = 0;
-  bool plugged_ = false, configured_ = false;
+  bool plugged_ = false;
 };
 
 }  // namespace haptic::test

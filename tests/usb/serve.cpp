@@ -7,7 +7,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -30,8 +32,10 @@ constexpr int64_t kSecondNs = 1'000'000'000;
 
 struct Options {
   std::string kind, socket;
-  double unplug_after = 0, away = 3;  // [s], from the guest's configuration; 0: never
+  double away = 1;  // [s]
 };
+
+volatile std::sig_atomic_t unplug_wanted = 0;
 
 FileDescriptor accept_at(const std::string& path) {
   sockaddr_un address{};
@@ -50,34 +54,35 @@ FileDescriptor accept_at(const std::string& path) {
   return FileDescriptor(accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
 }
 
-/// Waits for bytes of QEMU, or for the device's next turn.
-void wait_for(const RedirectedDevice& redirected) {
+/// Waits for bytes of QEMU, or for the device's next turn; by how much that turn is late [ns].
+int64_t wait_for(const RedirectedDevice& redirected) {
   constexpr int64_t kTurnNs = 200'000;  // a fifth of a packet's time on a full-speed bus
   constexpr int64_t kIdleNs = 20'000'000;
   pollfd ready{redirected.socket(), POLLIN, 0};
   const timespec wait{0, redirected.has_waiting() ? kTurnNs : kIdleNs};
+  const int64_t begin_ns = now_ns();
   ppoll(&ready, 1, &wait, nullptr);
+  return now_ns() - begin_ns - wait.tv_nsec;
 }
 
 void serve(const Options& options) {
   const std::unique_ptr<CountedDevice> device = make_device(options.kind);
   RedirectedDevice redirected(device->usb(), accept_at(options.socket));
-  int64_t configured_ns = 0, away_ns = 0;
+  int64_t away_ns = 0, stood_ns = 0;
   while (redirected.step(now_ns())) {
     const int64_t t_ns = now_ns();
-    if (configured_ns == 0 && redirected.is_configured()) configured_ns = t_ns;
-    const bool due = options.unplug_after > 0 && configured_ns != 0 && away_ns == 0 &&
-                     static_cast<double>(t_ns - configured_ns) > kSecondNs * options.unplug_after;
-    if (due) {
+    if (unplug_wanted != 0 && redirected.is_plugged()) {
       redirected.unplug();
       away_ns = t_ns;
     }
+    unplug_wanted = 0;
     const bool is_back = away_ns > 0 && !redirected.is_plugged() &&
                          static_cast<double>(t_ns - away_ns) > kSecondNs * options.away;
     if (is_back) redirected.plug();
-    wait_for(redirected);
+    stood_ns = std::max(stood_ns, wait_for(redirected));
   }
-  std::printf("%s %s\n", options.kind.c_str(), device->account().c_str());
+  std::printf("%s %s stood_ms=%lld\n", options.kind.c_str(), device->account().c_str(),
+              static_cast<long long>(stood_ns / 1'000'000));
 }
 
 }  // namespace
@@ -91,10 +96,12 @@ int main(int argc, char** argv) try {
                            "An emulated USB device, plugged into a virtual machine of QEMU.");
   line.option("KIND", options.kind, "falcon, woodenhaptics-hid or spacemouse").required();
   line.option("SOCKET", options.socket, "QEMU's end of USB redirection").required();
-  line.quantity("--unplug-after", options.unplug_after, Dimension::kTime, kTimes,
-                "from the guest's configuration; 0 s: never");
-  line.quantity("--away", options.away, Dimension::kTime, kTimes, "until it is plugged in again");
+  line.quantity("--away", options.away, Dimension::kTime, kTimes,
+                "after SIGUSR1, which unplugs it, until it is plugged in again");
   if (const auto code = line.read(argc, argv)) return *code;
+  struct sigaction unplug {};
+  unplug.sa_handler = [](int) { haptic::test::unplug_wanted = 1; };
+  sigaction(SIGUSR1, &unplug, nullptr);
   haptic::test::serve(options);
   return 0;
 } catch (const std::exception& error) {

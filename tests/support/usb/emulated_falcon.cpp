@@ -31,14 +31,15 @@ double angle_at(const Vec3& p_B, int leg) {
   };
   // from leaning outwards as far as it goes: the rod becomes shorter as the arm rises
   double low = -kPi / 2, high = kPi * 2 / 3;
-  for (double angle = low; angle < high; angle += 0.01) {
+  constexpr double kScan = 0.05;  // far less than between the two ways to bend the leg
+  for (double angle = low; angle < high; angle += kScan) {
     if (too_long(angle)) low = angle;
-    if (!too_long(angle) && too_long(angle - 0.01)) {
+    if (!too_long(angle) && too_long(angle - kScan)) {
       high = angle;
       break;
     }
   }
-  for (int n = 0; n < 60; ++n) {
+  for (int n = 0; n < 45; ++n) {
     const double middle = (low + high) / 2;
     (too_long(middle) ? low : high) = middle;
   }
@@ -261,8 +262,12 @@ void EmulatedFalcon::sense() {
 void EmulatedFalcon::advance_to(int64_t t_ns) {
   if (t_ns_ == 0) t_ns_ = given_ns_ = t_ns;
   if (t_ns <= t_ns_) return;
-  if (t_ns - last_packet_ns_ > kWatchdogNs) motors_ = {};
-  const bool pushes = std::any_of(motors_.begin(), motors_.end(), [](int w) { return w != 0; });
+  bool pushes = std::any_of(motors_.begin(), motors_.end(), [](int w) { return w != 0; });
+  if (t_ns - last_packet_ns_ > kWatchdogNs) {
+    watchdogs_ += pushes ? 1 : 0;
+    motors_ = {};
+    pushes = false;
+  }
   if (!pushes) force_B_ = {};
   advance(options_.hand, intention_, plant_, {force_B_, {}}, t_ns - t_ns_);
   t_ns_ = t_ns;

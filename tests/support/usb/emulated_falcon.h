@@ -69,6 +69,8 @@ class EmulatedFalcon final : public EmulatedUsb {
   /// Times from a packet that commanded a force to the next, where that is the zero of hapticd or
   /// of a servo that ends [ns].
   const std::vector<int64_t>& let_go_ns() const { return let_go_ns_; }
+  /// How often its watchdog, not a packet, has put an end to a force.
+  uint64_t watchdogs() const { return watchdogs_; }
   /// Longest time between two packets, since the firmware runs [ns].
   int64_t longest_gap_ns() const { return longest_gap_ns_; }
 
@@ -99,7 +101,7 @@ class EmulatedFalcon final : public EmulatedUsb {
   std::array<int, 3> motors_{}, counts_{}, mirror_{};
   UsbBytes whole_;             // the last honest answer
   std::deque<UsbBytes> said_;  // the last answers, sent or not
-  uint64_t packets_ = 0, rejected_ = 0, answers_ = 0, pushing_ = 0;
+  uint64_t packets_ = 0, rejected_ = 0, answers_ = 0, pushing_ = 0, watchdogs_ = 0;
   int64_t last_packet_ns_ = 0, longest_gap_ns_ = 0;
   std::vector<int64_t> let_go_ns_;
   // the arm and the hand
