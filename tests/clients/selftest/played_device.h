@@ -53,7 +53,7 @@ class PlayedDevice final : public Device {
  private:
   template <typename Until>
   static void wait(Until until) {
-    constexpr int kSpins = 2000;  // some 50 µs: of a machine with a processor for each thread
+    constexpr int kSpins = 100;  // some 3 µs; a busy machine has no processor to spin on
     constexpr int64_t kNapNs = 50'000;
     for (int i = 0; !until(); ++i) {
       if (i > kSpins) sleep_until(now_ns() + kNapNs);
