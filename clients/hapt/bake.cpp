@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // hapt bake: prepares a mesh before a session needs it and reports the result.
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -8,6 +9,9 @@
 #include "clients/hapt/commands.h"
 #include "clients/hapt/mesh_scene.h"
 #include "contact/bake/bake.h"
+#include "contact/bake/cache.h"
+#include "contact/bake/piece_files.h"
+#include "contact/bake/pieces.h"
 #include "contact/bake/session.h"
 #include "contact/bake/volume.h"
 #include "proto/config/command_line.h"
@@ -23,9 +27,10 @@ namespace {
 constexpr uint64_t kMemoryLimit = uint64_t{4} << 30;  // [bytes]; the limit a session has per mesh
 
 struct BakeOptions {
-  std::string mesh, unit;
+  std::string mesh, unit, ply;
   double size = 0, voxel = 0, band = 0, spacing = 0;  // 0: not given
-  bool allow_open = false, explain = false, map_alone = false, as_sheet = false;
+  uint64_t level = 0;
+  bool allow_open = false, explain = false, map_alone = false, as_sheet = false, pieces = false;
 };
 
 VoxelConfig voxel_options(const BakeOptions& options) {
@@ -94,6 +99,52 @@ void run_voxel(const BakedShape& shape, const VoxelConfig& voxel, const BakeProg
   }
 }
 
+/// One line: what a level of detail comes to.
+void print_level(const std::vector<PieceLevel>& levels, size_t i) {
+  const PieceLevel& level = levels[i];
+  std::ostringstream text;
+  text.precision(3);
+  text << "    level " << i << ": " << level.pieces << " pieces";
+  if (i > 0) {
+    text << " (" << static_cast<double>(level.pieces) / static_cast<double>(levels[i - 1].pieces)
+         << " of the level before)";
+  }
+  text << ", " << level.faces << " faces, " << level.virtual_faces << " of them virtual; within "
+       << 1e3 * level.deviation << " mm of the surface, hulls within " << 1e3 * level.hull_distance
+       << " mm; edges of " << 1e3 / level.most_resolution << " to " << 1e3 / level.least_resolution
+       << " mm";
+  std::cout << text.str() << '\n';
+}
+
+void write_ply(const PieceTree& tree, const BakeOptions& options) {
+  if (options.level >= tree.level_pieces.size()) {
+    throw UsageError("--level: there are " + std::to_string(tree.level_pieces.size()) +
+                     " levels of detail, from 0 on");
+  }
+  const auto level = static_cast<uint32_t>(options.level);
+  const std::string ply = pieces_as_ply(tree, level);
+  std::ofstream file(options.ply, std::ios::binary | std::ios::trunc);
+  file.write(ply.data(), static_cast<std::streamsize>(ply.size()));
+  if (!file.flush()) {
+    throw MessageError(options.ply + ": cannot be written; check the folder and the space left");
+  }
+  std::cout << "  wrote " << shown(options.ply) << ": the " << pieces_at(tree, level).size()
+            << " pieces of level " << level << ", one colour each, in metres\n";
+}
+
+void run_pieces(const BakedShape& shape, const BakeOptions& options, const BakeProgress& show) {
+  const BakedPieces baked = bake_pieces(shape, show);
+  const PieceTree& tree = baked.tree;
+  const std::vector<PieceLevel> levels = levels_of(tree);
+  std::cout << "  " << levels.at(0).pieces << " convex pieces of " << tree.leaf_of.size()
+            << " triangles, " << levels.size() << " levels of detail, " << tree.pieces.size()
+            << " hulls, " << megabytes(bytes_of(tree)) << "; "
+            << made_in(baked.time, baked.from_cache) << '\n';
+  for (const std::string& line : baked.lines) std::cout << "  " << one_line(line) << '\n';
+  for (size_t i = 0; options.explain && i < levels.size(); ++i) print_level(levels, i);
+  if (!options.ply.empty()) write_ply(tree, options);
+}
+
 /// The sides of the bounding box: "80 x 20 x 20 mm".
 std::string box_text(const TriangleMesh& mesh) {
   const Vec3 side = 1e3 * (mesh.upper - mesh.lower);
@@ -128,6 +179,7 @@ void run_bake(const BakeOptions& options) {
     std::cout << "  warning: it " << doubt << '\n';
   }
   if (voxel) run_voxel(shape, *voxel, show);
+  if (options.pieces || options.explain || !options.ply.empty()) run_pieces(shape, options, show);
   if (options.explain) {
     for (const std::string& line : report.grid) std::cout << "  " << one_line(line) << '\n';
   }
@@ -167,7 +219,14 @@ void add_bake_command(Command& app) {
   command.flag("--map-alone", options->map_alone, "no distance field").needs("--voxel");
   command.flag("--as-sheet", options->as_sheet, "an open mesh is a sheet one voxel thick")
       .needs("--voxel");
-  command.flag("--explain", options->explain, "how the size of the grid's cells was chosen");
+  command.flag("--pieces", options->pieces,
+               "also bake what the renderers localized and sensation need");
+  command.flag("--explain", options->explain,
+               "the convex pieces and their levels of detail, and how the size of the grid's cells "
+               "was chosen");
+  command.option("--ply FILE", options->ply, "write the convex pieces, one colour each");
+  command.option("--level N", options->level, "of detail in that file; 0: the surface itself")
+      .needs("--ply");
   command.example("hapt bake part.stl --unit mm");
   command.action([options] { run_bake(*options); });
 }

@@ -206,21 +206,6 @@ uint64_t content_key(std::span<const std::byte> file_bytes, const std::string& p
   return hash_bytes(file_bytes, hash_bytes(std::as_bytes(std::span(text))));
 }
 
-/// Opens the cached shape; false if there is none or, with the reason in `problem`, it is unusable.
-bool open_cache(const std::string& path, uint64_t key, const std::string& file, BakedShape& shape,
-                std::string& problem) {
-  if (std::error_code error; !std::filesystem::exists(path, error)) return false;
-  try {
-    const MappedFile mapped = map_cached(path);
-    shape = make_shape(mapped.bytes, mapped.storage, key, file);
-    shape.report.from_cache = true;
-    return true;
-  } catch (const std::runtime_error& error) {
-    problem = unusable_cache(path, error.what());
-    return false;
-  }
-}
-
 MappedFile open_mesh(const std::string& path) {
   try {
     return map_file(path);
@@ -232,16 +217,13 @@ MappedFile open_mesh(const std::string& path) {
 /// From the cache, else baked and cached.
 BakedShape bake_cached(const std::string& name, uint64_t key,
                        const std::function<std::vector<std::byte>()>& bake) {
-  const std::string cached = cache_path(key);
   BakedShape shape;
-  std::string problem;
-  if (open_cache(cached, key, name, shape, problem)) return shape;
-  std::vector<std::byte> bytes = bake();
-  const std::string refused = write_atomically(cached, bytes);
-  shape = shape_in_memory(std::move(bytes), key, name);
+  const CacheUse use = use_cached(
+      key, [&](const MappedFile& file) { shape = make_shape(file.bytes, file.storage, key, name); },
+      bake);
+  shape.report.from_cache = use.from_cache;
   // these concern this run, not the mesh: they are not cached
-  if (!problem.empty()) shape.report.lines.push_back(problem);
-  if (!refused.empty()) shape.report.lines.push_back(unwritable_cache(refused));
+  shape.report.lines.insert(shape.report.lines.end(), use.lines.begin(), use.lines.end());
   return shape;
 }
 

@@ -18,6 +18,7 @@
 
 #include "proto/os/environment.h"
 #include "proto/os/file_descriptor.h"
+#include "proto/os/realtime.h"
 #include "proto/os/regular_file.h"
 
 namespace haptic {
@@ -125,13 +126,28 @@ std::string write_atomically(const std::string& path, std::span<const std::byte>
   return reason;
 }
 
-std::string unusable_cache(const std::string& path, const std::string& why) {
-  return "cache " + path + " was unusable (" + why + "): baked again";
-}
-
-std::string unwritable_cache(const std::string& why) {
-  return "cache folder " + cache_folder() + " cannot be written (" + why +
-         "): baked at every start; set HAPTICD_CACHE";
+CacheUse use_cached(uint64_t key, const std::function<void(const MappedFile&)>& take,
+                    const std::function<std::vector<std::byte>()>& make) {
+  const std::string path = cache_path(key);
+  CacheUse use;
+  if (std::error_code error; fs::exists(path, error)) {
+    try {
+      take(map_cached(path));
+      use.from_cache = true;
+      return use;
+    } catch (const std::runtime_error& refusal) {
+      use.lines.push_back("cache " + path + " was unusable (" + refusal.what() + "): baked again");
+    }
+  }
+  const int64_t start_ns = now_ns();
+  const auto bytes = std::make_shared<std::vector<std::byte>>(make());
+  use.make_time = 1e-9 * static_cast<double>(now_ns() - start_ns);
+  if (const std::string refused = write_atomically(path, *bytes); !refused.empty()) {
+    use.lines.push_back("cache folder " + cache_folder() + " cannot be written (" + refused +
+                        "): baked at every start; set HAPTICD_CACHE");
+  }
+  take({*bytes, bytes});
+  return use;
 }
 
 }  // namespace haptic

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace haptic {
 
@@ -31,8 +33,17 @@ std::string cache_path(uint64_t key);
 /// for success.
 std::string write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
-/// Messages about an unusable cache file, and an unwritable cache folder.
-std::string unusable_cache(const std::string& path, const std::string& why);
-std::string unwritable_cache(const std::string& why);
+/// How use_cached came by its bytes.
+struct CacheUse {
+  bool from_cache = false;
+  double make_time = 0;            // of `make` in this run [s]
+  std::vector<std::string> lines;  // about an unusable file and an unwritable folder, for people
+};
+
+/// Gives the bytes of this key to `take`: those of the cache, else, or where `take` throws a
+/// std::runtime_error, those that `make` returns, which are then cached. `take` must not throw for
+/// these.
+CacheUse use_cached(uint64_t key, const std::function<void(const MappedFile&)>& take,
+                    const std::function<std::vector<std::byte>()>& make);
 
 }  // namespace haptic

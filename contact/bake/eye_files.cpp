@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "contact/bake/piece_files.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "contact/shape/mesh/primitives.h"
 #include "proto/ipc/eye_file.h"
@@ -13,6 +14,7 @@ namespace haptic {
 namespace {
 
 constexpr size_t kMostPoints = size_t{1} << 16;  // more are a solid on any screen
+constexpr size_t kMostPieceTriangles = 40'000;   // twice as many as a mesh is drawn with
 constexpr uint32_t kSphereSubdivisions = 3;      // 1280 triangles: round at the size of a tool
 
 /// A mesh for display.
@@ -70,7 +72,39 @@ std::vector<std::byte> make_sphere(const SessionConfig& config) {
   return write(kEyeOfTool, config.tool, {mesh.vertices, mesh.vertex_normals, mesh.triangles}, {});
 }
 
+uint32_t level_to_draw(const PieceTree& tree) {
+  const std::vector<PieceLevel> levels = levels_of(tree);
+  uint32_t level = 0;
+  while (level + 1 < levels.size() && levels[level].triangles > kMostPieceTriangles) ++level;
+  return level;
+}
+
+/// Adds a hull: its vertices, the sums of the normals around them, and its faces as fans.
+void add_hull(const Hull& hull, std::vector<Vec3>& vertices, std::vector<Vec3>& normals,
+              std::vector<Triangle>& triangles) {
+  const auto first = static_cast<uint32_t>(vertices.size());
+  vertices.insert(vertices.end(), hull.vertices.begin(), hull.vertices.end());
+  normals.resize(vertices.size());
+  for (const HullFace& face : hull.faces) {
+    const auto at = [&](uint32_t k) { return first + hull.edges[face.first_edge + k].from; };
+    for (uint32_t k = 0; k < face.n_edges; ++k) normals[at(k)] += face.normal;
+    for (uint32_t k = 2; k < face.n_edges; ++k) triangles.push_back({at(0), at(k - 1), at(k)});
+  }
+}
+
 }  // namespace
+
+std::vector<std::byte> make_piece_eye(uint32_t object, const ShapeConfig& shape,
+                                      const PieceTree& tree) {
+  std::vector<Vec3> vertices, normals;
+  std::vector<Triangle> triangles;
+  for (const uint32_t i : pieces_at(tree, level_to_draw(tree))) {
+    add_hull(tree.hull(tree.pieces[i]), vertices, normals, triangles);
+  }
+  // the two sides of a flat piece cancel: any unit vector will do, the page shades by the faces
+  for (Vec3& n : normals) n = norm(n) > 0.1 ? normalized(n) : Vec3{0, 0, 1};
+  return write(object, shape, {vertices, normals, triangles}, {});
+}
 
 std::vector<std::byte> make_eye(const SessionConfig& config, const BakedSession& baked,
                                 uint32_t object) {
@@ -86,17 +120,23 @@ std::vector<std::byte> make_eye(const SessionConfig& config, const BakedSession&
 std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSession& baked,
                                       const std::function<void(const std::string&)>& tell) {
   std::vector<SealedEye> eyes;
-  const auto add = [&](uint32_t object, const ShapeConfig& shape) {
+  const auto add = [&](SegmentId id, const ShapeConfig& shape, const auto& make) {
     const std::string name(view(shape.name));
     try {
-      eyes.push_back(
-          {eye_id(object), name, make_sealed_file("haptic-eye", make_eye(config, baked, object))});
+      eyes.push_back({id, name, make_sealed_file("haptic-eye", make())});
     } catch (const std::runtime_error& error) {
       tell("'" + shown(name) + "' cannot be drawn: " + error.what());
     }
   };
-  add(kEyeOfTool, config.tool);
-  for (uint32_t i = 0; i < config.n_objects; ++i) add(i, config.objects[i]);
+  const auto add_both = [&](uint32_t object, const ShapeConfig& shape, const BakedPieces* pieces) {
+    add(eye_id(object), shape, [&] { return make_eye(config, baked, object); });
+    if (pieces == nullptr || pieces->tree.pieces.empty()) return;
+    add(pieces_id(object), shape, [&] { return make_piece_eye(object, shape, pieces->tree); });
+  };
+  add_both(kEyeOfTool, config.tool, baked.tool_pieces ? &*baked.tool_pieces : nullptr);
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    add_both(i, config.objects[i], i < baked.pieces.size() ? &baked.pieces[i] : nullptr);
+  }
   return eyes;
 }
 

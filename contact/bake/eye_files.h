@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/bake/session.h"
+#include "contact/shape/convex/piece_tree.h"
 #include "proto/ipc/channels.h"
 #include "proto/os/file_descriptor.h"
 
@@ -29,7 +30,13 @@ struct SealedEye {
 std::vector<std::byte> make_eye(const SessionConfig& config, const BakedSession& baked,
                                 uint32_t object);
 
-/// Those of the tool and of all objects. One that cannot be made is told and left out.
+/// The same of convex pieces: the hulls of the finest level that has at most 40,000 triangles; no
+/// two share a vertex. Throws EyeError.
+std::vector<std::byte> make_piece_eye(uint32_t object, const ShapeConfig& shape,
+                                      const PieceTree& tree);
+
+/// Those of the tool and of all objects, and of their convex pieces. One that cannot be made is
+/// told and left out.
 std::vector<SealedEye> make_eye_files(const SessionConfig& config, const BakedSession& baked,
                                       const std::function<void(const std::string&)>& tell);
 

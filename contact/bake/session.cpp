@@ -23,6 +23,13 @@ BakedVolume bake_told(BakeVolume bake, const BakedShape& shape, const VoxelConfi
   return volume;
 }
 
+BakedPieces bake_told(const BakedShape& shape, const BakeTold& told) {
+  told.begin("the convex pieces of " + shape.report.file);
+  BakedPieces pieces = bake_pieces(shape, told.progress);
+  for (const std::string& line : pieces.lines) told.finding(line);
+  return pieces;
+}
+
 }  // namespace
 
 ContactShapes BakedSession::shapes() const {
@@ -33,6 +40,8 @@ ContactShapes BakedSession::shapes() const {
     shapes.bodies.volumes.push_back({volume.content.map, volume.content.field});
   }
   if (shell) shapes.bodies.shell = shell->content.shell;
+  for (const BakedPieces& object : pieces) shapes.bodies.pieces.push_back(object.tree);
+  if (tool_pieces) shapes.bodies.tool_pieces = tool_pieces->tree;
   return shapes;
 }
 
@@ -43,6 +52,12 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
   }
   if (view(config.tool.mesh).empty()) return session;
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
+  if (has_pieces(config)) {
+    for (const BakedShape& object : session.objects) {
+      session.pieces.push_back(bake_told(object, told));
+    }
+    session.tool_pieces = bake_told(*session.tool, told);
+  }
   if (!has_maps(config)) return session;
   for (const BakedShape& object : session.objects) {
     session.volumes.push_back(bake_told(bake_obstacle, object, config.voxel, told));

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "contact/bake/pieces.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/baked/contact_shapes.h"
 
@@ -15,6 +16,8 @@ struct BakedSession {
   std::optional<BakedShape> tool;
   std::vector<BakedVolume> volumes;  // map and field of each object
   std::optional<BakedVolume> shell;  // of the tool
+  std::vector<BakedPieces> pieces;   // of each object
+  std::optional<BakedPieces> tool_pieces;
 
   /// Views; valid while this lives.
   ContactShapes shapes() const;
@@ -29,7 +32,8 @@ struct BakeTold {
 };
 
 /// Bakes the meshes of a session, or maps them from the cache; with a tool, and for the renderer
-/// voxel or if [contact.voxel] is given, the volumes too. Throws MeshError.
+/// voxel or if [contact.voxel] is given, the volumes too, and likewise the convex pieces
+/// ([contact.pieces]). Throws MeshError.
 BakedSession bake_session(const SessionConfig& config, const BakeTold& told = {});
 
 /// Why the hand cannot touch the object: "the object 'part' lies 0.4 m beyond what the hand

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <filesystem>
 #include <sstream>
 
 #include "contact/bake/cache.h"
@@ -75,24 +74,16 @@ double time_of(const std::function<void()>& work) {
 /// From the cache, else baked and cached. `make` sets the times and returns the block.
 BakedVolume cached_volume(uint64_t key,
                           const std::function<std::vector<std::byte>(BakedVolume&)>& make) {
-  const std::string path = cache_path(key);
   BakedVolume volume;
-  if (std::error_code error; std::filesystem::exists(path, error)) {
-    try {
-      const MappedFile mapped = map_cached(path);
-      volume.content = view_volume(mapped.bytes, key, run_on_two_threads);
-      volume.storage = mapped.storage;
-      volume.from_cache = true;
-      return volume;
-    } catch (const std::runtime_error& refusal) {
-      volume.lines.push_back(unusable_cache(path, refusal.what()));
-    }
-  }
-  const auto bytes = std::make_shared<std::vector<std::byte>>(make(volume));
-  const std::string refused = write_atomically(path, *bytes);
-  if (!refused.empty()) volume.lines.push_back(unwritable_cache(refused));
-  volume.content = view_volume(*bytes, key, run_on_two_threads);
-  volume.storage = bytes;
+  CacheUse use = use_cached(
+      key,
+      [&](const MappedFile& file) {
+        volume.content = view_volume(file.bytes, key, run_on_two_threads);
+        volume.storage = file.storage;
+      },
+      [&] { return make(volume); });
+  volume.from_cache = use.from_cache;
+  volume.lines = std::move(use.lines);
   return volume;
 }
 

@@ -3,6 +3,7 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Gmpzf.h>
+#include <CGAL/IO/PLY.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polytope_distance_d.h>
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace haptic::test {
 namespace {
@@ -85,6 +87,22 @@ double cgal_polytope_distance(const std::vector<Vec3>& a, const std::vector<Vec3
   const CGAL::Polytope_distance_d<Traits> found(p.begin(), p.end(), q.begin(), q.end());
   return std::sqrt(CGAL::to_double(found.squared_distance_numerator()) /
                    CGAL::to_double(found.squared_distance_denominator()));
+}
+
+CgalPly cgal_read_ply(const std::string& bytes) {
+  std::istringstream in(bytes);
+  CGAL::IO::set_binary_mode(in);
+  std::vector<Kernel::Point_3> points;
+  std::vector<CGAL::IO::Color> point_colours, polygon_colours;
+  CgalPly ply;
+  ply.is_read = CGAL::IO::read_PLY(in, points, ply.polygons, polygon_colours, point_colours);
+  for (const auto& p : points) ply.points.push_back({p.x(), p.y(), p.z()});
+  const auto copy = [](const std::vector<CGAL::IO::Color>& from, auto& to) {
+    for (const CGAL::IO::Color& c : from) to.push_back({c.red(), c.green(), c.blue()});
+  };
+  copy(point_colours, ply.point_colours);
+  copy(polygon_colours, ply.polygon_colours);
+  return ply;
 }
 
 }  // namespace haptic::test

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,5 +31,14 @@ CgalSurface cgal_surface(std::span<const Vec3> vertices,
 
 /// Distance of the convex hulls of two sets of points by CGAL's exact quadratic program [m].
 double cgal_polytope_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b);
+
+/// A PLY file as CGAL reads it; colours are red, green and blue.
+struct CgalPly {
+  bool is_read = false;
+  std::vector<Vec3> points;
+  std::vector<std::vector<size_t>> polygons;
+  std::vector<std::array<uint8_t, 3>> point_colours, polygon_colours;
+};
+CgalPly cgal_read_ply(const std::string& bytes);
 
 }  // namespace haptic::test

@@ -11,6 +11,7 @@
 namespace haptic {
 namespace {
 
+constexpr size_t kFewFaces = 128;
 constexpr int kBallSteps = 30;           // the radius is then within a tenth of the least
 constexpr double kRoundedUp = 1 + 1e-9;  // of a radius, so that it holds for what rounding adds
 
@@ -30,10 +31,10 @@ struct Reach {
   double least, most;
 };
 
-Reach reach_above(const HullFace& face, const TriangleMesh& mesh, uint32_t triangle) {
+Reach reach_above(const HullFace& face, const std::array<Vec3, 3>& triangle) {
   Reach reach{std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
-  for (const uint32_t v : mesh.triangles[triangle]) {
-    const double above = dot(face.normal, mesh.vertices[v]) - face.offset;
+  for (const Vec3& p : triangle) {
+    const double above = dot(face.normal, p) - face.offset;
     reach = {std::min(reach.least, above), std::max(reach.most, above)};
   }
   return reach;
@@ -60,43 +61,27 @@ HullData hull_with_width(std::span<const Vec3> points, double width) {
   }
 }
 
-void label_faces(HullData& data, const TriangleMesh& mesh, std::span<const uint32_t> triangles,
-                 double tolerance) {
+void label_faces(HullData& data, std::span<const std::array<Vec3, 3>> triangles,
+                 std::span<const uint32_t> numbers, double tolerance) {
   const Hull hull = data.view();
   for (HullFace& face : data.faces) face.is_virtual = 1, face.triangle = kNoTriangle;
   uint32_t start = 0;
-  for (const uint32_t t : triangles) {
-    const Vec3& normal = mesh.face_normals[t];
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    const auto& [a, b, c] = triangles[i];
+    const Vec3 normal = normalized(cross(b - a, c - a));
     start = support_vertex(hull, normal, start);
     uint32_t best = 0;
     double closest = std::numeric_limits<double>::max();
     for_faces_around(hull, start, [&](uint32_t f) {
-      const Reach reach = reach_above(hull.faces[f], mesh, t);
+      const Reach reach = reach_above(hull.faces[f], triangles[i]);
       const double off = std::max(reach.most, -reach.least);
       // of the two sides of a flat piece, that which looks where the triangle does
       if (off < closest && dot(hull.faces[f].normal, normal) > 0) best = f, closest = off;
     });
     if (closest > tolerance) continue;
     data.faces[best].is_virtual = 0;
-    data.faces[best].triangle = std::min(data.faces[best].triangle, t);
+    data.faces[best].triangle = std::min(data.faces[best].triangle, numbers[i]);
   }
-}
-
-double depth_in_hull(const Hull& hull, const TriangleMesh& mesh,
-                     std::span<const uint32_t> triangles) {
-  // the depth of a point is the least of its depths below all faces. Of a triangle it is at most
-  // that of its deepest corner below any one face; a face that looks as the triangle is a good one
-  double deepest = 0;
-  uint32_t start = 0;
-  for (const uint32_t t : triangles) {
-    start = support_vertex(hull, mesh.face_normals[t], start);
-    double depth = std::numeric_limits<double>::max();
-    for_faces_around(hull, start, [&](uint32_t f) {
-      depth = std::min(depth, -reach_above(hull.faces[f], mesh, t).least);
-    });
-    deepest = std::max(deepest, depth);
-  }
-  return deepest;
 }
 
 double distance_to_hull(const Hull& hull, const Vec3& p) {
@@ -118,6 +103,31 @@ double distance_to_hull(const Hull& hull, const Vec3& p) {
     if (is_over_face) nearest = std::min(nearest, above);
   }
   return is_inside ? 0 : nearest;
+}
+
+double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec3& normal,
+                uint32_t& start) {
+  // the depth of a point is the least of its depths below all faces. Of a triangle it is at most
+  // that of its deepest corner below any one face; a face that looks as the triangle is a good one,
+  // and where there are few all are asked
+  double depth = std::numeric_limits<double>::max();
+  bool is_inside = true;
+  const auto ask = [&](const HullFace& face) {
+    const Reach reach = reach_above(face, triangle);
+    depth = std::min(depth, -reach.least);
+    is_inside = is_inside && reach.most <= 0;
+  };
+  start = support_vertex(hull, normal, start);
+  if (hull.faces.size() <= kFewFaces) {
+    for (const HullFace& face : hull.faces) ask(face);
+    if (is_inside) return depth;
+  } else {
+    for_faces_around(hull, start, [&](uint32_t f) { ask(hull.faces[f]); });
+  }
+  // the distance to a convex body is a convex function: largest at a corner
+  double outside = 0;
+  for (const Vec3& p : triangle) outside = std::max(outside, distance_to_hull(hull, p));
+  return std::max(depth, outside);
 }
 
 void bound_by_ball(Piece& piece, std::span<const Vec3> points) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,14 +24,15 @@ struct BuiltPiece {
 HullData hull_with_width(std::span<const Vec3> points, double width);
 
 /// Says which faces of the hull are real: those in which one of the triangles lies, to `tolerance`
-/// [m]. All others are virtual.
-void label_faces(HullData& hull, const TriangleMesh& mesh, std::span<const uint32_t> triangles,
-                 double tolerance);
+/// [m]. All others are virtual. `numbers`, parallel: what the triangles are called in the faces.
+void label_faces(HullData& hull, std::span<const std::array<Vec3, 3>> triangles,
+                 std::span<const uint32_t> numbers, double tolerance);
 
-/// An upper bound of how deep points of these triangles lie below the surface of the hull, which
-/// contains them [m].
-double depth_in_hull(const Hull& hull, const TriangleMesh& mesh,
-                     std::span<const uint32_t> triangles);
+/// An upper bound of how far points of a triangle with this normal lie off the surface of the
+/// hull, inside or outside [m]. `start`: any vertex of the hull, near the farthest along the normal
+/// if possible; afterwards that one.
+double off_hull(const Hull& hull, const std::array<Vec3, 3>& triangle, const Vec3& normal,
+                uint32_t& start);
 
 /// Distance from a point to the hull as a solid; 0 inside [m].
 double distance_to_hull(const Hull& hull, const Vec3& p);

@@ -7,6 +7,7 @@
 #include <deque>
 #include <numbers>
 
+#include "contact/bake/convex/cut_polygon.h"
 #include "contact/bake/convex/growing_hull.h"
 #include "contact/bake/convex/triangle_boxes.h"
 
@@ -22,24 +23,6 @@ constexpr double kThickness = 1e-3, kShareOfSolid = 0.4;
 constexpr size_t kMostPieceTriangles = 4096;
 constexpr double kFlat = 1e-9;  // 1 − cosine of the angle between triangles that count as coplanar
 constexpr double kStraight = 1e-6;  // beyond π: the angle of a corner that is a notch [rad]
-
-/// A convex polygon, and room for another while it is cut.
-struct Polygon {
-  std::vector<Vec3> p, other;
-
-  /// Keeps the part with plane.above(p) < −margin. Whether there is any.
-  bool cut(const Plane& plane, double margin) {
-    other.clear();
-    for (size_t i = 0; i < p.size(); ++i) {
-      const Vec3 &a = p[i], &b = p[i + 1 < p.size() ? i + 1 : 0];
-      const double of_a = plane.above(a) + margin, of_b = plane.above(b) + margin;
-      if (of_a < 0) other.push_back(a);
-      if ((of_a < 0) != (of_b < 0)) other.push_back(a + of_a / (of_a - of_b) * (b - a));
-    }
-    std::swap(p, other);
-    return !p.empty();
-  }
-};
 
 /// Whether no part of the triangle has plane.above(p) < −margin.
 bool is_above(const std::array<Vec3, 3>& triangle, const Plane& plane, double margin) {
@@ -253,7 +236,7 @@ class Decomposition {
   std::vector<Plane> planes_;
   std::vector<Vec3> points_;
   GrowingHull hull_;
-  Polygon part_;
+  CutPolygon part_;
 };
 
 }  // namespace

@@ -86,9 +86,13 @@ const char* cycles_defect(const Hull& hull) {
 
 }  // namespace
 
-const char* hull_defect(const Hull& hull, double tolerance) {
+const char* hull_links_defect(const Hull& hull) {
   if (const char* defect = indices_defect(hull)) return defect;
-  if (const char* defect = cycles_defect(hull)) return defect;
+  return cycles_defect(hull);
+}
+
+const char* hull_defect(const Hull& hull, double tolerance) {
+  if (const char* defect = hull_links_defect(hull)) return defect;
   for (const HullFace& face : hull.faces) {
     if (!(std::fabs(norm_squared(face.normal) - 1) < 1e-9)) return "a normal is not a unit vector";
     for (const Vec3& p : hull.vertices) {

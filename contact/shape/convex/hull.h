@@ -59,10 +59,14 @@ inline uint32_t next_around(const Hull& hull, uint32_t edge) {
 /// neighbour that is farther, until there is none. On a convex polyhedron that is a farthest one.
 uint32_t support_vertex(const Hull& hull, const Vec3& direction, uint32_t start);
 
-/// What is wrong with a hull, for people; null where it is sound: indices within their arrays,
-/// twins and cycles that belong together, Euler's V − E + F = 2, at least three edges around each
-/// face, unit normals, each vertex of a face within the tolerance of its plane, and no vertex
-/// beyond any plane by more than the tolerance [m]. O(vertices · faces): at start-up and in tests.
+/// What is wrong with the links of a hull, for people; null where they are sound: indices within
+/// their arrays, twins and cycles that belong together, Euler's V − E + F = 2, at least three edges
+/// around each face. O(edges): at start-up.
+const char* hull_links_defect(const Hull& hull);
+
+/// What is wrong with a hull, for people; null where it is sound: hull_links_defect, unit normals,
+/// each vertex of a face within the tolerance of its plane, and no vertex beyond any plane by more
+/// than the tolerance [m]. O(vertices · faces): in tests.
 const char* hull_defect(const Hull& hull, double tolerance);
 
 }  // namespace haptic

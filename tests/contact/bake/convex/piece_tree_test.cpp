@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "contact/bake/piece_files.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/mesh_topology.h"
 #include "tests/support/cgal_pairs.h"
@@ -50,7 +51,8 @@ void check_links(const PieceTree& tree) {
   std::vector<int> times(tree.pieces.size(), 0);
   for (uint32_t i = 0; i < tree.pieces.size(); ++i) {
     const Piece& piece = tree.pieces[i];
-    CHECK(piece.n_children != 1);
+    // a piece that has only been simplified has one
+    if (piece.level >= tree.level_pieces.size()) CHECK(piece.n_children != 1);
     for (uint32_t c = 0; c < piece.n_children; ++c) {
       const uint32_t child = piece.first_child + c;
       REQUIRE(child > i);
@@ -74,7 +76,8 @@ void check_bounds(const Made& made) {
     for (const Vec3& v : hull.vertices) CHECK(norm(v - piece.centre) <= piece.radius);
     for (const HullFace& face : hull.faces) {
       CHECK((face.is_virtual == 1) == (face.triangle == kNoTriangle));
-      if (face.triangle == kNoTriangle) continue;
+      // of a simplified piece it is the triangle that its own has been made of
+      if (face.triangle == kNoTriangle || piece.n_children != 0) continue;
       const Triangle& t = made.mesh.triangles[face.triangle];
       for (const uint32_t v : t) {
         off_plane =
@@ -97,18 +100,22 @@ void check_bounds(const Made& made) {
   CHECK(outside <= 1e-12);
 }
 
+/// A point of the surface, and its triangle.
+std::pair<size_t, Vec3> random_point(const Made& made, Random& random) {
+  const size_t t = random.index(made.mesh.triangles.size());
+  const auto& [a, b, c] = made.mesh.triangles[t];
+  const double u = random.uniform(0, 1), v = random.uniform(0, 1 - u);
+  const Vec3& origin = made.mesh.vertices[a];
+  return {t, origin + u * (made.mesh.vertices[b] - origin) + v * (made.mesh.vertices[c] - origin)};
+}
+
 /// Points of the surface against the hulls above them, up to the root: CGAL's exact quadratic
 /// program says how far outside they are.
 void check_containment(const Made& made) {
   Random random(11);
   double beyond = 0;
-  for (int n = 0; n < 40; ++n) {
-    const size_t t = random.index(made.mesh.triangles.size());
-    const auto& [a, b, c] = made.mesh.triangles[t];
-    const double u = random.uniform(0, 1), v = random.uniform(0, 1 - u);
-    const Vec3& origin = made.mesh.vertices[a];
-    const Vec3 p =
-        origin + u * (made.mesh.vertices[b] - origin) + v * (made.mesh.vertices[c] - origin);
+  for (int n = 0; n < 20; ++n) {
+    const auto [t, p] = random_point(made, random);
     const double of_leaf = made.tree.pieces[made.tree.leaf_of[t]].deviation;
     for (uint32_t i = made.tree.leaf_of[t]; i != kNoPiece; i = made.tree.pieces[i].parent) {
       const Hull hull = made.tree.hull(made.tree.pieces[i]);
@@ -120,14 +127,55 @@ void check_containment(const Made& made) {
   CHECK(beyond <= 1e-12);
 }
 
+/// Points of the surface against the level's own surface: none is farther from the hulls of all
+/// pieces of a level than the deviation of the piece that stands for it.
+void check_deviations(const Made& made) {
+  Random random(12);
+  double beyond = 0;
+  for (uint32_t level = 0; level < made.tree.level_pieces.size(); ++level) {
+    const std::vector<uint32_t> pieces = pieces_at(made.tree, level);
+    for (int n = 0; n < 15; ++n) {
+      const auto [t, p] = random_point(made, random);
+      uint32_t own = made.tree.leaf_of[t];
+      while (std::find(pieces.begin(), pieces.end(), own) == pieces.end()) {
+        own = made.tree.pieces[own].parent;
+      }
+      double nearest = 1;
+      for (const uint32_t i : pieces) {
+        const Hull hull = made.tree.hull(made.tree.pieces[i]);
+        double depth = 1;
+        for (const HullFace& face : hull.faces) {
+          depth = std::min(depth, face.offset - dot(face.normal, p));
+        }
+        // outside, the depth below the best plane is a lower bound of the distance
+        nearest = std::min(nearest, std::fabs(depth));
+      }
+      beyond = std::max(beyond, nearest - made.tree.pieces[own].deviation);
+    }
+  }
+  CHECK(beyond <= 1e-12);
+}
+
 void check_counts(const Made& made) {
   const PieceTree& tree = made.tree;
-  REQUIRE(tree.level_pieces.back() == 1);
+  REQUIRE(!tree.level_pieces.empty());
   const auto leaves = std::count_if(tree.pieces.begin(), tree.pieces.end(),
                                     [](const Piece& p) { return p.n_children == 0; });
   CHECK(tree.level_pieces[0] == leaves);
   for (size_t i = 0; i + 1 < tree.level_pieces.size(); ++i) {
-    CHECK(tree.level_pieces[i + 1] == (tree.level_pieces[i] + 1) / 2);
+    const double before = tree.level_pieces[i], after = tree.level_pieces[i + 1];
+    CHECK(after <= 0.6 * before);
+    // of few pieces several may vanish with one edge
+    if (before > 10) CHECK(after >= 0.4 * before);
+  }
+  for (uint32_t level = 0; level < tree.level_pieces.size(); ++level) {
+    CHECK(pieces_at(tree, level).size() == tree.level_pieces[level]);
+  }
+  // hulls above halve until there is one
+  size_t n = tree.level_pieces.back();
+  for (uint32_t level = static_cast<uint32_t>(tree.level_pieces.size()); n > 1; ++level) {
+    CHECK(pieces_at(tree, level).size() == (n + 1) / 2);
+    n = (n + 1) / 2;
   }
   double area = 0, of_leaves = 0;
   for (size_t t = 0; t < made.mesh.triangles.size(); ++t) {
@@ -144,6 +192,7 @@ void check(const Made& made) {
   check_links(made.tree);
   check_bounds(made);
   check_containment(made);
+  check_deviations(made);
   check_counts(made);
 }
 
