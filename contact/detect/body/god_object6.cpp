@@ -15,8 +15,9 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kArrived = 0.05;  // margins: a shorter rest of the way counts as arrived
-constexpr double kExact = 1e-10;   // of the way to the target: a shorter rest is rounding
-constexpr double kPressed = 10;  // margins: a shorter way is of a pose that follows contacts itself
+// a shorter rest is rounding: of the way to the target, and [m]; a pose that follows contacts which
+// it makes itself would chase its own rounding
+constexpr double kExact = 1e-10, kRounding = 1e-12;
 // what a step may leave to the next one: a share of a way that took much work, and margins
 constexpr double kRestShare = 0.1, kRest = 5;
 constexpr size_t kMuchWork = 2000;   // pairs visited by the fronts
@@ -326,10 +327,9 @@ GodObjectMove GodObject6::move(std::span<const Pose> X_WO, const Pose& led_W, do
     const bool is_small = work_ > kMuchWork && length <= kRestShare * gone_so_far;
     const bool is_there = length <= kArrived * options_.margin;
     result.is_settled = is_there || (is_near && (is_vain || is_small));
-    // at rest in front of a hand that presses one short move in each step makes the pose exact
-    const double pressed = length_of(way);
+    // at rest one short move in each step makes the pose exact
     const bool is_inexact =
-        i == 0 && is_there && pressed > kPressed * options_.margin && length > kExact * pressed;
+        i == 0 && is_there && length > std::max(kExact * length_of(way), kRounding);
     if ((result.is_settled && !is_inexact) || i == options_.moves) break;
     const double share = share_of(motion);
     const double gone = advance(share * motion);
