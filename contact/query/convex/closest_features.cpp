@@ -17,13 +17,13 @@ constexpr double kLevel = 1e-12;
 constexpr double kTouching = 1e-15;  // distance of hulls that touch, in shares of their coordinates
 
 constexpr HullFeature vertex(uint32_t i) {
-  return {FeatureKind::kVertex, i};
+  return {HullPart::kVertex, i};
 }
 constexpr HullFeature edge(uint32_t i) {
-  return {FeatureKind::kEdge, i};
+  return {HullPart::kEdge, i};
 }
 constexpr HullFeature face(uint32_t i) {
-  return {FeatureKind::kFace, i};
+  return {HullPart::kFace, i};
 }
 
 /// The features that are looked at, and their nearest points in A.
@@ -126,10 +126,10 @@ bool Walk::foot(int side, uint32_t f, const Vec3& p, Vec3& foot, double& height)
 
 Near Walk::feature_vertex(int side, const HullFeature& feature, uint32_t other) const {
   const Vec3 q = position(1 - side, other);
-  if (feature.kind == FeatureKind::kVertex) {
+  if (feature.kind == HullPart::kVertex) {
     return ordered(side, feature, position(side, feature.index), vertex(other), q);
   }
-  if (feature.kind == FeatureKind::kEdge) return edge_vertex(side, feature.index, other);
+  if (feature.kind == HullPart::kEdge) return edge_vertex(side, feature.index, other);
   Vec3 point;
   double height = 0;
   if (foot(side, feature.index, q, point, height)) {
@@ -145,11 +145,11 @@ Near Walk::feature_vertex(int side, const HullFeature& feature, uint32_t other) 
 }
 
 Near Walk::between(HullFeature a, HullFeature b) const {
-  if (a.kind == FeatureKind::kEdge && b.kind == FeatureKind::kEdge) {
+  if (a.kind == HullPart::kEdge && b.kind == HullPart::kEdge) {
     return edge_edge(a.index, b.index);
   }
-  if (b.kind == FeatureKind::kVertex) return feature_vertex(0, a, b.index);
-  if (a.kind != FeatureKind::kVertex) a = vertex(corner_of(pair_.a, a));
+  if (b.kind == HullPart::kVertex) return feature_vertex(0, a, b.index);
+  if (a.kind != HullPart::kVertex) a = vertex(corner_of(pair_.a, a));
   return feature_vertex(1, b, a.index);
 }
 
@@ -168,14 +168,14 @@ HullFeature Walk::larger(int side, const HullFeature& feature, const Vec3& way_A
       best = next;
     }
   };
-  if (feature.kind == FeatureKind::kVertex) {
+  if (feature.kind == HullPart::kVertex) {
     const uint32_t first = h.edge_from[feature.index];
     uint32_t e = first;
     do {
       take(edge(e), h.vertices[end(side, e)] - h.vertices[feature.index]);
       e = next_around(h, e);
     } while (e != first);
-  } else if (feature.kind == FeatureKind::kEdge) {
+  } else if (feature.kind == HullPart::kEdge) {
     for (const uint32_t e : {feature.index, h.edges[feature.index].twin}) {
       const uint32_t f = h.edges[e].face;
       const Vec3 along = h.vertices[end(side, e)] - h.vertices[h.edges[e].from];
@@ -238,17 +238,17 @@ Step Walk::step(Near& at) const {
   for (const int side : {0, 1}) {
     const auto mine = static_cast<size_t>(side), other = 1 - mine;
     const Vec3 way = at.point[other] - at.point[mine];
-    if (at.feature[mine].kind == FeatureKind::kFace) {
+    if (at.feature[mine].kind == HullPart::kFace) {
       if (dot(normal(side, at.feature[mine].index), way) < 0) return through(side, way, at);
       continue;
     }
     const HullFeature next = larger(side, at.feature[mine], way);
     if (next == at.feature[mine]) continue;
-    const bool to_face = next.kind == FeatureKind::kFace;
-    if (to_face && at.feature[other].kind == FeatureKind::kEdge) {
+    const bool to_face = next.kind == HullPart::kFace;
+    if (to_face && at.feature[other].kind == HullPart::kEdge) {
       return face_edge(side, next.index, at.feature[other].index, at);
     }
-    if (at.feature[other].kind == FeatureKind::kFace) {
+    if (at.feature[other].kind == HullPart::kFace) {
       return face_edge(1 - side, at.feature[other].index, next.index, at);
     }
     const Near found = side == 0 ? between(next, at.feature[1]) : between(at.feature[0], next);
@@ -260,8 +260,8 @@ Step Walk::step(Near& at) const {
 }
 
 Vec3 normal_of(const HullPair& pair, const Near& at, const Vec3& last_A) {
-  if (at.feature[0].kind == FeatureKind::kFace) return pair.a.faces[at.feature[0].index].normal;
-  if (at.feature[1].kind == FeatureKind::kFace) {
+  if (at.feature[0].kind == HullPart::kFace) return pair.a.faces[at.feature[0].index].normal;
+  if (at.feature[1].kind == HullPart::kFace) {
     return -(pair.R_AB * pair.b.faces[at.feature[1].index].normal);
   }
   const Vec3 way = at.point[1] - at.point[0];

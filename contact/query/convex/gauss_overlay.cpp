@@ -67,17 +67,17 @@ bool GaussOverlay::at(const HullFeature& a, const HullFeature& b, OverlayVertex&
   for (const int side : {0, 1}) {
     const HullFeature& feature = side == 0 ? a : b;
     HullFeature& other = out.feature[static_cast<size_t>(1 - side)];
-    if (feature.kind != FeatureKind::kFace) continue;
+    if (feature.kind != HullPart::kFace) continue;
     const HullFace& face = hull(side).faces[feature.index];
     const Vec3 outward = across(side, face.normal);
-    other = {FeatureKind::kVertex,
+    other = {HullPart::kVertex,
              support_vertex(hull(1 - side), outward, corner_of(hull(1 - side), other))};
     out.normal[static_cast<size_t>(side)] = face.normal;
     out.normal[static_cast<size_t>(1 - side)] = outward;
     out.depth = face.offset - dot(face.normal, opposite(side, other.index));
     return true;
   }
-  if (a.kind != FeatureKind::kEdge || b.kind != FeatureKind::kEdge) return false;
+  if (a.kind != HullPart::kEdge || b.kind != HullPart::kEdge) return false;
   const Vec3 way_a = pair_.a.vertices[end_vertex(pair_.a, a.index)] -
                      pair_.a.vertices[pair_.a.edges[a.index].from];
   const Vec3 way_b = pair_.R_AB * (pair_.b.vertices[end_vertex(pair_.b, b.index)] -
@@ -109,18 +109,18 @@ void GaussOverlay::join_parallel(OverlayVertex& at, int side) const {
   HullFeature& feature = at.feature[static_cast<size_t>(side)];
   const Vec3& m = at.normal[static_cast<size_t>(side)];
   const Hull& h = hull(side);
-  if (feature.kind == FeatureKind::kVertex) {
+  if (feature.kind == HullPart::kVertex) {
     uint32_t level = kNoTriangle;
     for_neighbours(h, feature.index, [&](uint32_t edge, const Vec3& way) {
       if (level == kNoTriangle && is_level(-dot(m, way), norm_squared(way))) level = edge;
     });
     if (level == kNoTriangle) return;
-    feature = {FeatureKind::kEdge, level};
+    feature = {HullPart::kEdge, level};
   }
-  if (feature.kind == FeatureKind::kEdge) {
+  if (feature.kind == HullPart::kEdge) {
     const HullEdge& edge = h.edges[feature.index];
     for (const uint32_t face : {edge.face, h.edges[edge.twin].face}) {
-      if (is_parallel(m, h.faces[face].normal)) feature = {FeatureKind::kFace, face};
+      if (is_parallel(m, h.faces[face].normal)) feature = {HullPart::kFace, face};
     }
   }
 }
@@ -134,13 +134,13 @@ OverlayArc GaussOverlay::arc_at(const OverlayVertex& at, int side, uint32_t edge
   arc.length2 = norm_squared(arc.tangent);
   // of the other side's level vertices the one farthest along the arc
   const HullFeature& other = at.feature[static_cast<size_t>(1 - side)];
-  if (other.kind != FeatureKind::kVertex) {
+  if (other.kind != HullPart::kVertex) {
     const Hull& o = hull(1 - side);
     const Vec3 tangent = across(side, arc.tangent);
     const auto take = [&](uint32_t v) {
       if (dot(tangent, o.vertices[v]) > dot(tangent, o.vertices[arc.vertex])) arc.vertex = v;
     };
-    if (other.kind == FeatureKind::kEdge) {
+    if (other.kind == HullPart::kEdge) {
       take(end_vertex(o, other.index));
     } else {
       const HullFace& face = o.faces[other.index];
@@ -175,12 +175,12 @@ OverlayVertex GaussOverlay::end_of(const OverlayVertex& from, const OverlayArc& 
   const double scale = 1 / std::sqrt(first.x * first.x + first.y * first.y * arc.length2);
   out.depth = scale * (first.x * from.depth + first.y * arc.extent);
   if (crossed == kNoTriangle) {
-    out.feature[x] = {FeatureKind::kFace, face};
-    out.feature[y] = {FeatureKind::kVertex, arc.vertex};
+    out.feature[x] = {HullPart::kFace, face};
+    out.feature[y] = {HullPart::kVertex, arc.vertex};
     out.normal[x] = end;
   } else {
-    out.feature[x] = {FeatureKind::kEdge, arc.edge};
-    out.feature[y] = {FeatureKind::kEdge, crossed};
+    out.feature[x] = {HullPart::kEdge, arc.edge};
+    out.feature[y] = {HullPart::kEdge, crossed};
     out.normal[x] = scale * (first.x * m + first.y * arc.tangent);
   }
   out.normal[y] = across(arc.side, out.normal[x]);
@@ -213,8 +213,8 @@ OverlayVertex GaussOverlay::near(const Vec3& normal_A, uint32_t vertex_a, uint32
   on_arc.normal[0] = normalized(first.x * start.normal[0] + first.y * downhill);
   on_arc.normal[1] = across(0, on_arc.normal[0]);
   on_arc.depth = dot(on_arc.normal[0], corner);
-  on_arc.feature[x] = {FeatureKind::kEdge, crossed};
-  on_arc.feature[1 - x] = {FeatureKind::kVertex, side == 0 ? vertex_b : vertex_a};
+  on_arc.feature[x] = {HullPart::kEdge, crossed};
+  on_arc.feature[1 - x] = {HullPart::kVertex, side == 0 ? vertex_b : vertex_a};
   // then along it, downhill
   OverlayArc arc = arc_at(on_arc, side, crossed, on_arc.feature[1 - x].index);
   if (arc.extent > 0) {

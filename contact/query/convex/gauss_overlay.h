@@ -73,10 +73,10 @@ void GaussOverlay::for_arcs(OverlayVertex& at, const Use& use) const {
     const HullFeature& feature = at.feature[static_cast<size_t>(side)];
     const HullFeature& other = at.feature[static_cast<size_t>(1 - side)];
     const uint32_t vertex = corner_of(hull(1 - side), other);
-    if (feature.kind == FeatureKind::kEdge) {
+    if (feature.kind == HullPart::kEdge) {
       use(arc_at(at, side, feature.index, vertex));
       use(arc_at(at, side, hull(side).edges[feature.index].twin, vertex));
-    } else if (feature.kind == FeatureKind::kFace) {
+    } else if (feature.kind == HullPart::kFace) {
       const HullFace& face = hull(side).faces[feature.index];
       for (uint32_t k = 0; k < face.n_edges; ++k) {
         use(arc_at(at, side, face.first_edge + k, vertex));

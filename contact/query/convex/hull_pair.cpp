@@ -7,8 +7,8 @@ bool is_real(const Hull& hull, const HullFeature& feature) {
   const auto on_surface = [&](uint32_t edge) {
     return hull.faces[hull.edges[edge].face].is_virtual == 0;
   };
-  if (feature.kind == FeatureKind::kFace) return hull.faces[feature.index].is_virtual == 0;
-  if (feature.kind == FeatureKind::kEdge) {
+  if (feature.kind == HullPart::kFace) return hull.faces[feature.index].is_virtual == 0;
+  if (feature.kind == HullPart::kEdge) {
     return on_surface(feature.index) || on_surface(hull.edges[feature.index].twin);
   }
   const uint32_t first = hull.edge_from[feature.index];
@@ -21,18 +21,18 @@ bool is_real(const Hull& hull, const HullFeature& feature) {
 }
 
 uint32_t corner_of(const Hull& hull, const HullFeature& feature) {
-  if (feature.kind == FeatureKind::kVertex) return feature.index;
-  if (feature.kind == FeatureKind::kEdge) return hull.edges[feature.index].from;
+  if (feature.kind == HullPart::kVertex) return feature.index;
+  if (feature.kind == HullPart::kEdge) return hull.edges[feature.index].from;
   return hull.edges[hull.faces[feature.index].first_edge].from;
 }
 
 bool is_feature(const Hull& hull, const HullFeature& feature) {
   switch (feature.kind) {
-    case FeatureKind::kVertex:
+    case HullPart::kVertex:
       return feature.index < hull.vertices.size();
-    case FeatureKind::kEdge:
+    case HullPart::kEdge:
       return feature.index < hull.edges.size();
-    case FeatureKind::kFace:
+    case HullPart::kFace:
       return feature.index < hull.faces.size();
   }
   return false;

@@ -9,11 +9,11 @@
 
 namespace haptic {
 
-enum class FeatureKind : uint32_t { kVertex, kEdge, kFace };
+enum class HullPart : uint32_t { kVertex, kEdge, kFace };
 
 /// A vertex, an edge (as one of its half-edges) or a face of a hull, with its index there.
 struct HullFeature {
-  FeatureKind kind = FeatureKind::kVertex;
+  HullPart kind = HullPart::kVertex;
   uint32_t index = 0;
 
   bool operator==(const HullFeature&) const = default;

@@ -17,17 +17,17 @@ struct Outline {
   Vec3 lift;  // moves B onto A
 
   uint32_t size() const {
-    if (feature.kind == FeatureKind::kVertex) return 1;
-    if (feature.kind == FeatureKind::kEdge) return 2;
+    if (feature.kind == HullPart::kVertex) return 1;
+    if (feature.kind == HullPart::kEdge) return 2;
     return (side == 0 ? pair.a : pair.b).faces[feature.index].n_edges;
   }
   Vec3 operator[](uint32_t k) const {
     const Hull& hull = side == 0 ? pair.a : pair.b;
     uint32_t vertex = feature.index;
-    if (feature.kind == FeatureKind::kEdge) {
+    if (feature.kind == HullPart::kEdge) {
       const HullEdge& edge = hull.edges[feature.index];
       vertex = k == 0 ? edge.from : hull.edges[edge.twin].from;
-    } else if (feature.kind == FeatureKind::kFace) {
+    } else if (feature.kind == HullPart::kFace) {
       vertex = hull.edges[hull.faces[feature.index].first_edge + k].from;
     }
     return side == 0 ? pair.vertex_a(vertex) : pair.vertex_b(vertex) + lift;

@@ -24,10 +24,10 @@ ConvexPairState random_state(std::mt19937_64& engine, const Hull& a, const Hull&
   ConvexPairState state;
   state.normal_A = random_direction(engine);
   const auto feature = [&](const Hull& hull) -> HullFeature {
-    const auto kind = static_cast<FeatureKind>(engine() % 3);
-    const size_t n = kind == FeatureKind::kVertex ? hull.vertices.size()
-                     : kind == FeatureKind::kEdge ? hull.edges.size()
-                                                  : hull.faces.size();
+    const auto kind = static_cast<HullPart>(engine() % 3);
+    const size_t n = kind == HullPart::kVertex ? hull.vertices.size()
+                     : kind == HullPart::kEdge ? hull.edges.size()
+                                               : hull.faces.size();
     return {kind, static_cast<uint32_t>(engine() % n)};
   };
   state.feature_a = feature(a);
@@ -93,7 +93,7 @@ TEST_CASE("closest features, trap: a vertex behind the face that was nearest", "
     for (const double z : {-0.01, 0.01}) {
       ConvexPairState state;
       state.normal_A = a.faces[f].normal;
-      state.feature_a = {FeatureKind::kFace, f};
+      state.feature_a = {HullPart::kFace, f};
       const Pose X_AB{{0.001, 0.002, z}, {}};
       const ClosestFeatures found = closest_features(HullPair(hull_a, hull_b, X_AB), state);
       CHECK_FALSE(found.overlap);
@@ -162,6 +162,6 @@ TEST_CASE("convex contact: what is no pose or no hull gives no contact", "[conve
   CHECK_FALSE(convex_contact(hull, {}, {}, state).found);
   CHECK(convex_contact(hull, hull, {}, state).found);
   // a state of other hulls
-  state.feature_a = {FeatureKind::kEdge, 4000};
+  state.feature_a = {HullPart::kEdge, 4000};
   CHECK_THAT(convex_contact(hull, hull, {{0.03, 0, 0}, {}}, state).gap, WithinAbs(-0.01, kTolM));
 }

@@ -198,8 +198,8 @@ TEST_CASE("penetration depth, trap: coplanar faces are one point of the Gauss ma
     const PenetrationDepth found = ask(prism, prism, X_AB);
     CAPTURE(i);
     CHECK_THAT(found.depth, WithinAbs(0.5e-3, kTolM));
-    CHECK(found.feature_a.kind == FeatureKind::kFace);
-    CHECK(found.feature_b.kind == FeatureKind::kFace);
+    CHECK(found.feature_a.kind == HullPart::kFace);
+    CHECK(found.feature_b.kind == HullPart::kFace);
     CHECK_THAT(found.point_a, IsNear({0.0015, -0.001, 0.01}, 1e-3));
   }
 }
@@ -240,7 +240,7 @@ TEST_CASE("penetration depth, trap: a virtual feature wins", "[convex]") {
   const PenetrationDepth found = ask(a, ball, X_AB);
   CHECK(found.real);
   CHECK_THAT(found.normal_A, IsNear({1, 0, 0}, 1e-12));
-  CHECK(found.feature_a.kind == FeatureKind::kFace);
+  CHECK(found.feature_a.kind == HullPart::kFace);
   check_consistent(a, ball, X_AB, found);
   // nothing real anywhere
   for (HullFace& face : a.faces) face.is_virtual = 1;
