@@ -50,6 +50,11 @@ BenchRun bench_jitter(Command& command);
 /// catches and how many contacts there are.
 BenchRun bench_point_proxy(Command& command);
 
+/// Contact levels of detail: whole contact steps of voxel, sensation, localized, direct6 and
+/// god-object6 on the same poses of pairs in contact over much of their surface, in turns, with the
+/// force of each and its error against the exact queries (every piece, every triangle).
+BenchRun bench_lod(Command& command);
+
 /// How long a device on a serial node takes to answer the line of docs/six-motors.md, asked once a
 /// tick with zero currents: from before the write to after the read.
 BenchRun bench_line(Command& command);

@@ -95,6 +95,10 @@ const std::vector<FreeRenderer>& free_renderers() {
       {"voxel, quasi-static", Renderer::kVoxel, SoftSolver::kQuasiStatic},
       {"voxel, tangent planes, direct", Renderer::kVoxel, SoftSolver::kDirect, false},
       {"voxel, tangent planes, quasi-static", Renderer::kVoxel, SoftSolver::kQuasiStatic, false},
+      {"localized, direct", Renderer::kLocalized, SoftSolver::kDirect},
+      {"localized, quasi-static", Renderer::kLocalized, SoftSolver::kQuasiStatic},
+      {"sensation, direct", Renderer::kSensation, SoftSolver::kDirect},
+      {"sensation, quasi-static", Renderer::kSensation, SoftSolver::kQuasiStatic},
       {"god-object6", Renderer::kGodObject6, {}}};
   return kJudged;
 }

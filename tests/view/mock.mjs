@@ -71,6 +71,8 @@ export class Mock {
       ["voxel", "needs a [tool]"],
       ["god-object6", "needs a [tool]"],
       ["constrained6", "needs a [tool]"],
+      ["localized", "needs a [tool]"],
+      ["sensation", "needs a [tool]"],
     ];
     return {
       session: this.recording ? "run.mcap" : "demo",
@@ -83,7 +85,7 @@ export class Mock {
         name,
         available: !lack,
         lack: lack ?? "",
-        has_solver: ["virtual-proxy3", "direct6", "voxel"].includes(name), // one that can be chosen too
+        has_solver: ["virtual-proxy3", "direct6", "voxel", "localized", "sensation"].includes(name), // one that can be chosen too
       })),
       renderer: "god-object3",
       solvers: ["direct", "penalty-dynamics", "quasi-static"],

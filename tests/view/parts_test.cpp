@@ -297,7 +297,7 @@ TEST_CASE(
   CHECK(scene["limits"]["stiffness"] == 800);
   CHECK(scene["device"]["simulated"] == true);
   CHECK(scene["solvers"].size() == 3);
-  CHECK(scene["renderers"].size() == 7);
+  CHECK(scene["renderers"].size() == 9);
   CHECK(scene["renderers"][0]["available"] == true);
   CHECK(scene["renderers"][0]["has_solver"] == false);
   CHECK(scene["renderers"][3]["name"] == "direct6");

@@ -257,7 +257,9 @@ SessionConfig config_of_column(const SessionConfig& config, const std::string& c
   if (column.starts_with("voxel")) out.voxel.is_wanted = 1;
   use_renderer(out, column.substr(0, slash));
   if (slash != std::string::npos && !is_soft(out.renderer)) {
-    throw UsageError("--compare: '" + shown(column) + "': only voxel and direct6 have solvers");
+    throw UsageError("--compare: '" + shown(column) +
+                     "': only voxel, direct6, localized and "
+                     "sensation have solvers");
   }
   return out;
 }
@@ -280,6 +282,7 @@ std::vector<CompareFigures> compare_renderers(const CompareEval& eval) {
     topics.push_back(column_of_comparison(name));
     const bool has_maps = row_of(configs.back().renderer).has_maps;
     if (has_maps) baking.voxel.is_wanted = 1;
+    if (row_of(configs.back().renderer).has_pieces) baking.pieces.is_wanted = 1;
     const VoxelConfig& voxel = eval.config.voxel;
     if (has_maps) layer = std::max(layer, (voxel.offset_layers + 1) * voxel.size);
   }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "clients/lab/scripted_hand.h"
+#include "contact/bake/convex/piece_tree.h"
 #include "contact/bake/volume.h"
 #include "contact/shape/mesh/machine_parts.h"
 
@@ -20,6 +21,7 @@ constexpr PartGrid kHoleGrid{48, 4}, kPegGrid{24, 2};
 struct FreeStorage {
   std::vector<BakedShape> shapes;
   std::vector<BakedVolume> volumes;
+  std::vector<PieceTreeData> pieces;
 };
 
 /// The springs of the configuration peg-in-hole; every other source of force is off.
@@ -42,6 +44,10 @@ void set_voxels(double size, uint32_t layers, VoxelConfig& voxel) {
 void bake(FreeScene& scene) {
   const auto storage = std::make_shared<FreeStorage>();
   const VoxelConfig& voxel = scene.config.voxel;
+  const auto pieces_of = [&](const BakedShape& shape) {
+    storage->pieces.push_back(build_piece_tree(shape.shape.mesh));
+    return storage->pieces.back().view();
+  };
   const auto shape_of = [&](const Soup& soup) {
     ShapeConfig as_it_is;
     as_it_is.unit = 1;
@@ -54,10 +60,12 @@ void bake(FreeScene& scene) {
     const VolumeContent& content = storage->volumes.back().content;
     scene.shapes.objects.push_back(shape.shape);
     scene.shapes.bodies.volumes.push_back({content.map, content.field});
+    scene.shapes.bodies.pieces.push_back(pieces_of(shape));
   }
   const BakedShape tool = shape_of(scene.tool);
   storage->volumes.push_back(bake_tool(tool, voxel));
   scene.shapes.bodies.tool = tool.shape;
+  scene.shapes.bodies.tool_pieces = pieces_of(tool);
   scene.shapes.bodies.shell = storage->volumes.back().content.shell;
   scene.storage = storage;
 }

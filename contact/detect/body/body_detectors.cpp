@@ -12,11 +12,12 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostPairs = 1 << 14;       // pairs of triangles that meet, per step
-constexpr size_t kClustersAnObject = 16;     // clusters per object from triangles
-constexpr double kClusterShare = 0.25;       // radius of a cluster from triangles, of the tool's
-constexpr double kClusterVoxels = 5;         // radius of a cluster from points, in voxels
-constexpr uint32_t kAnyNumber = 0xffffffff;  // unlimited budget
+constexpr uint32_t kMostPiecePairs = 1 << 16;  // in memory, per object
+constexpr size_t kMostPairs = 1 << 14;         // pairs of triangles that meet, per step
+constexpr size_t kClustersAnObject = 16;       // clusters per object from triangles
+constexpr double kClusterShare = 0.25;         // radius of a cluster from triangles, of the tool's
+constexpr double kClusterVoxels = 5;           // radius of a cluster from points, in voxels
+constexpr uint32_t kAnyNumber = 0xffffffff;    // unlimited budget
 
 void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, BodyState& state,
                   const VoxelQuestion& question, ContactSet& set) {
@@ -57,6 +58,28 @@ VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell) {
   return model;
 }
 
+PieceModel piece_model(const SessionConfig& config, const BodyShapes& shapes,
+                       const ToolBody& body) {
+  PieceModel model;
+  model.tool = shapes.tool_pieces;
+  model.objects = shapes.pieces;
+  model.refine.threshold = config.pieces.threshold;
+  model.refine.carry = config.pieces.carry;
+  model.refine.bandwidth = config.pieces.bandwidth;
+  model.refine.budget = config.pieces.budget == 0 ? kAnyNumber : config.pieces.budget;
+  model.stiffness = config.proxy.contact_stiffness;
+  const double radius = config.pieces.cluster_radius;
+  model.clusters.radius = radius > 0 ? radius : kClusterShare * body.radius;
+  // pieces that a cluster swallows anyhow touch at one place
+  model.refine.spread = 0.5 * model.clusters.radius;
+  model.search = body.radius;
+  for (const PieceTree& object : model.objects) {
+    const uint64_t all = uint64_t{object.pieces.size()} * model.tool.pieces.size();
+    model.most_pairs.push_back(static_cast<uint32_t>(std::min<uint64_t>(all, kMostPiecePairs)));
+  }
+  return model;
+}
+
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
                            std::span<const MeshShape> objects) {
   BodyModel model;
@@ -66,6 +89,7 @@ BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes
   model.body = tool_body(shapes.tool.mesh, config.tool);
   model.exact.stiffness = config.proxy.contact_stiffness;
   model.exact.clusters.radius = kClusterShare * model.body.radius;
+  if (!shapes.pieces.empty()) model.pieces = piece_model(config, shapes, model.body);
   if (shapes.volumes.empty()) return model;
   model.volumes = shapes.volumes;
   model.voxel = voxel_model(config.voxel, shapes.shell);

@@ -6,6 +6,7 @@
 
 #include "contact/detect/body/clear_pose.h"
 #include "contact/detect/body/exact.h"
+#include "contact/detect/body/pieces.h"
 #include "contact/detect/body/voxel.h"
 #include "proto/config/config.h"
 
@@ -23,6 +24,7 @@ struct BodyModel {
   VoxelModel voxel;
   ClearanceModel clearance;  // for the voxel detector
   ExactOptions exact;
+  PieceModel pieces;
 
   bool has_tool() const { return body.mass > 0; }
   bool has_maps() const { return has_tool() && !volumes.empty(); }
@@ -30,6 +32,9 @@ struct BodyModel {
 
 /// The voxel detector's options from a session's config, without objects.
 VoxelModel voxel_model(const VoxelConfig& config, const Pointshell& shell);
+
+/// The options of the detector of convex pieces from a session's config, with the pieces.
+PieceModel piece_model(const SessionConfig& config, const BodyShapes& shapes, const ToolBody& body);
 
 BodyModel build_body_model(const SessionConfig& config, const BodyShapes& shapes,
                            std::span<const MeshShape> objects);

@@ -21,6 +21,11 @@ constexpr double kRise = 1.1;    // of the threshold after an update that was cu
 constexpr double kFall = 0.98;   // of it after one with room to spare
 constexpr double kSpare = 0.75;  // share of budget and memory in use, at most, for that
 constexpr double kLeast = 1e-6;  // threshold at which the rise from 0 begins [m]
+// Asks of a pair from one look for another minimum of its depth to the next: flat pieces have one
+// on either side, and where they slide the kept one would soon be the deeper. A pair that is
+// carried is asked seldom enough to look each time
+constexpr uint32_t kLook = 8;
+constexpr uint32_t kOld = 1 << 30;  // an age at which the query looks [asks]
 
 /// Volume of the features that a piece lacks [m³].
 double removed_volume(const PieceTree& tree, const Piece& piece) {
@@ -209,6 +214,7 @@ PieceFront::Measured PieceFront::measure(Node& node) {
   // the balls are cheap and prune most
   const double balls = norm(X_AB_ * b.centre - a.centre) - a.radius - b.radius;
   if (balls > least) return {State::kFar, balls - least};
+  if (options_.carry > 0 || node.coherent.age >= kLook) node.coherent.age = kOld;
   node.touch = touch_of(tree_a_, node.a, tree_b_, node.b, X_AB_, node.coherent);
   if (node.touch.hulls > least) return {State::kFar, node.touch.hulls - least};
   // pairs that were first asked together are asked again in turns

@@ -90,8 +90,8 @@ TEST_CASE("config: how a tool is moved reaches its fields") {
 }
 
 TEST_CASE("config: a renderer of bodies without a tool is refused at its place") {
-  const std::string renderer =
-      GENERATE(as<std::string>(), "voxel", "direct6", "god-object6", "constrained6");
+  const std::string renderer = GENERATE(as<std::string>(), "voxel", "direct6", "god-object6",
+                                        "constrained6", "localized", "sensation");
   const std::string error = error_of(
       scene_with("name = \"test\"\n", "name = \"test\"\nrenderer = \"" + renderer + "\"\n"));
   CAPTURE(error);

@@ -51,8 +51,9 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("body detectors: a ball in a block is pushed out, by triangles and by voxels") {
-  const Renderer renderer = GENERATE(Renderer::kDirect6, Renderer::kVoxel);
+TEST_CASE("body detectors: a ball in a block is pushed out, by triangles, voxels and pieces") {
+  const Renderer renderer =
+      GENERATE(Renderer::kDirect6, Renderer::kVoxel, Renderer::kLocalized, Renderer::kSensation);
   Bench bench(ball_over_block(renderer));
   const auto set = bench.answer({0.01, 0.02, 0.0095}, renderer);
   CAPTURE(set->n_contacts, set->flags);
@@ -86,8 +87,10 @@ TEST_CASE("body detectors: what a session lacks is flagged, and nothing is rende
     CHECK((set->flags & kContactNoDetector) != 0);
     CHECK((set->flags & kContactNoFreePose) != 0);
     CHECK(set->n_contacts == 0);
+    CHECK((bench.answer({0, 0, 0.0095}, Renderer::kSensation)->flags & kContactNoDetector) != 0);
   }
-  config.voxel.is_wanted = 1;
+  config.voxel.is_wanted = config.pieces.is_wanted = 1;
+  CHECK(Bench(config).answer({0, 0, 0.0095}, Renderer::kLocalized)->n_active > 0);
   CHECK(Bench(config).answer({0, 0, 0.0095}, Renderer::kVoxel)->n_active > 0);
   config.tool = {};
   Bench point(config);
@@ -101,6 +104,12 @@ TEST_CASE("body detectors: a change of renderer begins softly") {
   const uint64_t before = bench.answer({0, 0, 0.02}, Renderer::kVoxel)->reseeds;
   CHECK(bench.answer({0, 0, 0.02}, Renderer::kDirect6)->reseeds == before + 1);
   CHECK(bench.answer({0, 0, 0.02}, Renderer::kGodObject3)->reseeds == before + 2);
+  // they keep the same
+  config = ball_over_block(Renderer::kLocalized);
+  Bench pieces(config);
+  const uint64_t at_first = pieces.answer({0, 0, 0.02}, Renderer::kLocalized)->reseeds;
+  CHECK(pieces.answer({0, 0, 0.02}, Renderer::kSensation)->reseeds == at_first + 1);
+  CHECK(pieces.answer({0, 0, 0.0095}, Renderer::kSensation)->n_active > 0);
 }
 
 TEST_CASE("tool body: what is not given is that of an evenly filled body") {

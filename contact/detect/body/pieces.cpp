@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/detect/body/pieces.h"
+
+#include <algorithm>
+
+#include "contact/detect/body/cluster_contact.h"
+#include "contact/query/point/closest_point.h"
+#include "contact/query/triangle/plane_extent.h"
+#include "proto/math/assert.h"
+
+namespace haptic {
+namespace {
+
+constexpr size_t kClustersAnObject = 16;
+
+/// Lets contacts share their stiffness from `sharing` on: each has k · min(1, sharing/N), where
+/// N = (Σ d)² / Σ d² is how many push equally hard. One that begins has no weight in N, and the sum
+/// of their forces does not grow with the number of pieces.
+void share_among(std::span<PointPush> pushes, double stiffness, double sharing) {
+  double sum = 0, squares = 0;
+  for (const PointPush& push : pushes) {
+    const double depth = std::max(push.depth, 0.0);
+    sum += depth;
+    squares += depth * depth;
+  }
+  if (!(squares > 0)) return;
+  const double share = std::min(1.0, sharing * squares / (sum * sum));
+  for (PointPush& push : pushes) push.stiffness = share * stiffness;
+}
+
+/// How far the plane of a contact stands in for the surfaces: as far as either follows it [m].
+double extent_of(const PieceMeshes& meshes, uint32_t object, const Pose& X_OT,
+                 const PushCluster& cluster, const Vec3& object_point_O, double search) {
+  const MeshShape& other = meshes.objects[object];
+  const ClosestPoint a = closest_point(other, object_point_O, search);
+  const ClosestPoint b = closest_point(meshes.tool, inverse(X_OT) * cluster.point_O, search);
+  if (!a.found || !b.found) return kMinExtent;
+  return std::max(plane_extent(other.mesh, a.triangle, a.point_O),
+                  plane_extent(meshes.tool.mesh, b.triangle, b.point_O));
+}
+
+/// The speed at which surfaces of tool and object slide, at most [m/s].
+double sliding_speed(const PieceQuestion& question, uint32_t object) {
+  const Twist& V_WO = question.V_WO[object];
+  const Vec3 arm_W = question.X_WT.p - question.X_WO[object].p;
+  const Vec3 v_W = question.V_WT.v - velocity_at(V_WO, arm_W);
+  return norm(v_W) + question.tool_radius * norm(question.V_WT.w - V_WO.w);
+}
+
+/// The places of one object that touch or approach, in its frame.
+std::span<PointPush> pushes_on(const PieceModel& model, const RefineOptions& refine,
+                               PieceState& state, const PieceQuestion& question, uint32_t object,
+                               ContactSet& set) {
+  PieceFront& front = state.fronts[object];
+  RefineOptions options = refine;
+  options.tolerance = question.reach;
+  options.speed = sliding_speed(question, object);
+  // the rest of the budget is shared by the remaining objects
+  const uint64_t left = refine.budget - std::min<uint64_t>(state.tested, refine.budget);
+  options.budget = static_cast<uint32_t>(left / (state.fronts.size() - object));
+  const Pose X_OT = inverse(question.X_WO[object]) * question.X_WT;
+  const std::span<const PieceContact> contacts = front.update(X_OT, options);
+  state.tested += front.work();
+  if (front.is_truncated()) set.flags |= kContactIterationLimit;
+  HAPTIC_ASSERT(contacts.size() <= state.pushes.size());
+  const std::span<PointPush> pushes{state.pushes.data(), contacts.size()};
+  for (size_t i = 0; i < pushes.size(); ++i) {
+    pushes[i] = {contacts[i].point_b_A, contacts[i].normal_A, contacts[i].depth, model.stiffness};
+  }
+  share_among(pushes, model.stiffness, model.sharing);
+  return pushes;
+}
+
+}  // namespace
+
+PieceState::PieceState(const PieceModel& model) {
+  HAPTIC_ASSERT(model.most_pairs.size() == model.objects.size());
+  fronts.reserve(model.objects.size());
+  for (size_t i = 0; i < model.objects.size(); ++i) {
+    fronts.emplace_back(model.objects[i], model.tool, std::max(model.most_pairs[i], 1u));
+    pushes.resize(std::max(pushes.size(), fronts.back().most_contacts()));
+  }
+}
+
+void PieceState::forget() {
+  for (PieceFront& front : fronts) front.forget();
+}
+
+void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
+                   PieceState& state, const PieceQuestion& question, ContactSet& set) {
+  HAPTIC_ASSERT(meshes.objects.size() == state.fronts.size() && question.reach >= 0);
+  set.n_contacts = set.n_active = 0;
+  state.tested = 0;
+  for (uint32_t object = 0; object < meshes.objects.size(); ++object) {
+    const auto pushes = pushes_on(model, refine, state, question, object, set);
+    const Pose& X_WO = question.X_WO[object];
+    const Pose X_OT = inverse(X_WO) * question.X_WT;
+    std::array<PushCluster, kClustersAnObject> clusters;
+    // the rest of the room is shared by the remaining objects
+    const size_t left = (kMaxContacts - set.n_contacts) / (meshes.objects.size() - object);
+    const size_t room = std::min(clusters.size(), left);
+    const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
+    if (n == room) set.flags |= kContactTruncated;
+    for (size_t i = 0; i < n; ++i) {
+      HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
+      Contact& c = set.contacts[set.n_contacts++];
+      c = contact_of(clusters[i], object, X_WO, question.X_WT);
+      c.extent = extent_of(meshes, object, X_OT, clusters[i], c.object_point_O, model.search);
+      set.n_active += clusters[i].depth > 0;
+    }
+  }
+}
+
+}  // namespace haptic

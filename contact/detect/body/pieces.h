@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "contact/detect/body/cluster_pushes.h"
+#include "contact/query/convex/piece_front.h"
+#include "contact/shape/baked/mesh_shape.h"
+#include "proto/wire/wire.h"
+
+namespace haptic {
+
+/// Constant data of the detector of convex pieces, of the renderers localized and sensation.
+struct PieceModel {
+  PieceTree tool;                  // in T
+  std::vector<PieceTree> objects;  // each in its O
+  RefineOptions refine;            // of sensation; localized goes down to every piece
+  double stiffness = 1000;         // of a contact [N/m]
+  double sharing = 4;              // contacts from which on they share it: the corners of a box
+  ClusterOptions clusters;
+  double search = 0;  // distance within which a cluster's place on a surface is sought [m]
+  std::vector<uint32_t> most_pairs;  // of pieces in memory, of each object: all, or what fits
+};
+
+/// State that survives a step, and its buffers: nothing is allocated later.
+struct PieceState {
+  explicit PieceState(const PieceModel& model);
+  void forget();
+
+  std::vector<PieceFront> fronts;  // of each object
+  std::vector<PointPush> pushes;
+  uint64_t tested = 0;  // pairs of pieces in the last step
+};
+
+/// The meshes that the pieces were made of.
+struct PieceMeshes {
+  std::span<const MeshShape> objects;
+  const MeshShape& tool;
+};
+
+/// Input of one step.
+struct PieceQuestion {
+  Pose X_WT;  // of the tool, or its proxy
+  Twist V_WT;
+  std::array<Pose, kMaxObjects> X_WO;
+  std::array<Twist, kMaxObjects> V_WO;
+  double reach = 1e-3;     // δ: surfaces nearer than this are reported [m]
+  double tool_radius = 0;  // around its origin, for the speed of sliding [m]
+};
+
+/// Fills in the contacts of a set by the convex pieces of tool and objects: pairs of pieces that
+/// meet push by their penetration depth, those that are nearer than the reach approach with the
+/// depth that they will have, negative until then (Kim, Otaduy, Lin, Manocha 2003), and clusters of
+/// them are the contacts, the pushing ones of each object first. `refine` says at which level of
+/// detail (Otaduy & Lin 2003). Sets kContactTruncated if there was no room, kContactIterationLimit
+/// if the budget or the memory ended.
+void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
+                   PieceState& state, const PieceQuestion& question, ContactSet& set);
+
+}  // namespace haptic
