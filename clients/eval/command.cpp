@@ -19,6 +19,7 @@
 #include "clients/eval/rest.h"
 #include "clients/eval/rigid.h"
 #include "clients/eval/ruffaldi.h"
+#include "clients/eval/slow/slow_contact.h"
 #include "clients/eval/table.h"
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
@@ -259,14 +260,16 @@ void add_protocol_options(Command& command, EvalOptions& options) {
       .one_of({"ruffaldi", "artefacts"})
       .excludes("--config");
   command
-      .option("--suite", options.suite,
-              "quality: each 6-DoF renderer in scenes with a known analytic answer; rigid: whole "
-              "sessions of those whose tool never enters an object, shaken by a hand, for 4 s or "
-              "--for; moving: the same among objects that move, in --scenes scenes with a free "
-              "way; free: every renderer without mass in free space, contacts 1 to 20 ticks late; "
-              "rest: whether points and spheres come to rest in corners; fingerprint: a hash of "
-              "all frames of each session file with each renderer that can play it")
-      .one_of({"quality", "rigid", "moving", "free", "rest", "fingerprint"})
+      .option(
+          "--suite", options.suite,
+          "quality: each 6-DoF renderer in scenes with a known analytic answer; rigid: whole "
+          "sessions of those whose tool never enters an object, shaken by a hand, for 4 s or "
+          "--for; moving: the same among objects that move, in --scenes scenes with a free "
+          "way; free: every renderer without mass in free space, contacts 1 to 20 ticks late; "
+          "rest: whether points and spheres come to rest in corners; slow-contact: bodies whose "
+          "contacts come at 50 to 1000 Hz, over a ball and past an edge; fingerprint: a hash of "
+          "all frames of each session file with each renderer that can play it")
+      .one_of({"quality", "rigid", "moving", "free", "rest", "slow-contact", "fingerprint"})
       .excludes("--config")
       .excludes("--protocol")
       .excludes("--mesh");
@@ -354,6 +357,7 @@ void run_suite(EvalOptions& options, const Command& command) {
   if (suite == "rigid") return run_rigid_suite(options, command);
   if (suite == "quality") return print_judged(eval_quality(QualityGrain{}), options.json);
   if (suite == "free") return print_judged(eval_free({}), options.json);
+  if (suite == "slow-contact") return print_judged(eval_slow_contact({}), options.json);
   if (suite == "rest") return print_judged(eval_rest(RestEval{}), options.json);
   options.moving.lockstep = options.lockstep;
   print_judged(eval_moving(options.moving), options.json);

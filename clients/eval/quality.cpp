@@ -108,8 +108,10 @@ void QualityProbe::detect(const Pose& X_WP, ContactSet& set) {
     return;
   }
   std::array<PushCluster, kMaxContacts> clusters;
+  ExactOptions options;
+  options.stiffness = kPointStiffness;
   const ExactAnswer answer =
-      exact_contacts(object_, tool_, X_WP, {kPointStiffness, {}}, {pairs_, pushes_}, clusters);
+      exact_contacts(object_, tool_, X_WP, options, clusters_, {pairs_, pushes_}, clusters);
   set.n_contacts = static_cast<uint32_t>(answer.n_clusters);
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
     set.contacts[i] = contact_of(clusters[i], 0, {}, X_WP);

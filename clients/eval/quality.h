@@ -64,6 +64,7 @@ class QualityProbe {
   std::unique_ptr<VoxelState> voxel_state_;
   std::vector<TrianglePair> pairs_;
   std::vector<PointPush> pushes_;
+  ClusterMemory clusters_;
   SoftProxyModel model_;
   SoftProxyState state_;
   ContactSet set_{};

@@ -9,7 +9,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kRim = 0.1;  // width of the fade at the extent, as a share of it
+constexpr double kRim = 0.1;       // width of the fade at the extent, as a share of it
+constexpr double kSteepest = 0.5;  // slope up to which the second order describes a surface
 
 CarriedContact carried(const Contact& c, const TickScene& scene) {
   const Pose& X_WO = scene.X_WO[c.object];
@@ -21,6 +22,7 @@ CarriedContact carried(const Contact& c, const TickScene& scene) {
   contact.shading_W = shaded ? rotate(X_WO.q, c.shading_normal_O) : contact.normal_W;
   contact.velocity_W = velocity_at(scene.V_WO[c.object], contact.point_W - X_WO.p);
   contact.extent = c.extent;
+  contact.curvature = c.curvature;
   contact.stiffness = c.stiffness;
   contact.weight = scene.weight;
   contact.object = c.object;
@@ -31,7 +33,7 @@ CarriedContact carried(const Contact& c, const TickScene& scene) {
 bool is_sound(const CarriedContact& c) {
   return is_finite(c.tool_point_T) && is_finite(c.point_W) && is_finite(c.normal_W) &&
          is_finite(c.shading_W) && is_finite(c.velocity_W) && std::isfinite(c.extent) &&
-         std::isfinite(c.stiffness);
+         std::isfinite(c.curvature) && std::isfinite(c.stiffness);
 }
 
 }  // namespace
@@ -50,14 +52,23 @@ CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene) {
   return out;
 }
 
+Fall fall_at(double curvature, double along) {
+  if (!(curvature > 0)) return {};
+  const double bends = std::min(along, kSteepest / curvature);
+  const double slope = curvature * bends;
+  return {slope * (along - 0.5 * bends), slope, along <= bends ? curvature : 0};
+}
+
+double distance_along(const CarriedContact& contact, const Vec3& place_W) {
+  const Vec3 way_W = place_W - contact.point_W;
+  return norm(way_W - dot(contact.normal_W, way_W) * contact.normal_W);
+}
+
 double weight_at(const CarriedContact& contact, double age_weight, std::span<const Vec3> places_W) {
   HAPTIC_ASSERT(!places_W.empty());
   if (!(contact.extent > 0)) return age_weight;
   double along = std::numeric_limits<double>::infinity();
-  for (const Vec3& place_W : places_W) {
-    const Vec3 way_W = place_W - contact.point_W;
-    along = std::min(along, norm(way_W - dot(contact.normal_W, way_W) * contact.normal_W));
-  }
+  for (const Vec3& place_W : places_W) along = std::min(along, distance_along(contact, place_W));
   const double rim = kRim * contact.extent, beyond = along - contact.extent;
   if (beyond <= 0) return age_weight;
   return beyond < rim ? age_weight * (1 - beyond / rim) : 0;

@@ -16,6 +16,7 @@ struct CarriedContact {
   Vec3 shading_W;     // normal that is felt; the same where nothing is shaded
   Vec3 velocity_W;    // of the object at that point
   double extent = 0;  // radius along the plane within which it stands for the surface; 0: any [m]
+  double curvature = 0;  // by which the surface falls away from the plane; 0: flat [1/m]
   double stiffness = 0;  // 0: the session's [N/m]
   double weight = 1;     // share that is felt of its depth, by age and extent
   uint32_t object = 0, material = 0;
@@ -39,9 +40,21 @@ struct TickScene {
 /// Moves each contact of a set along with its object, whatever its weight.
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene);
 
+/// How far a surface has fallen away from its tangent plane, and how steeply, at a distance along
+/// it: ½ κ s², κ s up to a slope of ½, where the second order ends; straight on from there.
+struct Fall {
+  double depth = 0;  // [m]
+  double slope = 0;
+  double bend = 0;  // derivative of the slope [1/m]
+};
+Fall fall_at(double curvature, double along);
+
 /// The contact's weight, by the age of its set and the distance from its point along its plane to
 /// the nearest of the places: w = age · clamp(1 − (along − extent)/(extent/10), 0, 1). Nothing is
 /// felt past an edge, however old the set.
 double weight_at(const CarriedContact& contact, double age_weight, std::span<const Vec3> places_W);
+
+/// Distance from the contact's point along its plane to a place [m].
+double distance_along(const CarriedContact& contact, const Vec3& place_W);
 
 }  // namespace haptic

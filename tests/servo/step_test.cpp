@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "proto/wire/renderer.h"
 #include "servo/solve/point/point_proxy.h"
 #include "tests/support/near.h"
 #include "tests/support/servo_tick.h"
@@ -96,7 +97,7 @@ TEST_CASE("servo: ghost wall trap: beyond its extent a plane gives no force", "[
 
 TEST_CASE("servo: contacts of a renderer that does not exist are not rendered", "[servo]") {
   const auto set = set_of({plane({0, 0, 1}, {0, 0, 0.003})});
-  set->renderer = GENERATE(7u, 1000u, ~0u);
+  set->renderer = GENERATE(static_cast<uint32_t>(kRenderers.size()), 1000u, ~0u);
   ServoState state;
   const ServoFrame f = step_armed(plain_model(900), state, input_at(1, {}, set.get()));
   CHECK(f.F_device_B == haptic::Wrench{});

@@ -89,9 +89,11 @@ class SoftLoop {
   /// Each cluster is one contact; there is no linearised wrench.
   void ask_exact(const Pose& X_OT) {
     std::array<PushCluster, 16> clusters;
-    const ExactOptions options{voxel.force.stiffness, voxel.clusters};
+    ExactOptions options;
+    options.stiffness = voxel.force.stiffness;
+    options.clusters = voxel.clusters;
     const ExactAnswer answer = exact_contacts(pair_.object.view(), pair_.tool.view(), X_OT, options,
-                                              {pairs_, pushes_}, clusters);
+                                              memory_, {pairs_, pushes_}, clusters);
     for (size_t i = 0; i < answer.n_clusters; ++i) {
       set_->contacts[set_->n_contacts++] = contact_of(clusters[i], 0, {}, X_OT);
     }
@@ -104,6 +106,7 @@ class SoftLoop {
   std::unique_ptr<ContactSet> set_ = std::make_unique<ContactSet>();
   std::vector<TrianglePair> pairs_ = std::vector<TrianglePair>(20000);
   std::vector<PointPush> pushes_ = std::vector<PointPush>(kPushesPerPair * 20000);
+  ClusterMemory memory_;
   int ticks_ = 0;
 };
 

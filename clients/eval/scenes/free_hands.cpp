@@ -103,7 +103,7 @@ std::vector<FreeHand> free_hands(const Vec3& touch, uint64_t seed) {
       sweep("sweep and turn", far, way, 0.1, kFast, kTurn * axis),
       shaken(far, random),
       reach(touch + Vec3{0, 0, 15 * kMm}, 0.15, kFast),
-      slap(touch, 60 * kMm, 1 * kMm, 1.5),
+      slap(touch, 60 * kMm, 3 * kMm, 1.5),
       sweep("stroke", touch + Vec3{0, 0, 60 * kMm}, {1, 0, 0}, 0.15, 1.2, 5 * axis),
       sweep("stroke and turn", touch + Vec3{0, 0, 80 * kMm}, {1, 0, 0}, 0.15, kFast, kTurn * axis),
       tremor(touch + Vec3{0, 0, 25 * kMm}),

@@ -24,8 +24,9 @@ struct FreeStorage {
   std::vector<PieceTreeData> pieces;
 };
 
-/// The springs of the configuration peg-in-hole; every other source of force is off.
-SessionConfig session(uint32_t n_objects) {
+}  // namespace
+
+SessionConfig scene_session(uint32_t n_objects) {
   SessionConfig config = plain_session(800);
   config.n_objects = n_objects;
   config.coupling.rotational_stiffness = 2;
@@ -41,7 +42,7 @@ void set_voxels(double size, uint32_t layers, VoxelConfig& voxel) {
   voxel.band = default_band(voxel);
 }
 
-void bake(FreeScene& scene) {
+void bake_scene(FreeScene& scene) {
   const auto storage = std::make_shared<FreeStorage>();
   const VoxelConfig& voxel = scene.config.voxel;
   const auto pieces_of = [&](const BakedShape& shape) {
@@ -70,6 +71,8 @@ void bake(FreeScene& scene) {
   scene.storage = storage;
 }
 
+namespace {
+
 Soup bumpy_ball(double radius, uint32_t subdivisions, std::mt19937_64& random) {
   std::uniform_real_distribution<double> rate(5, 10), phase(0, 2 * kPi);
   const Vec3 rates{rate(random), rate(random), rate(random)};
@@ -91,12 +94,12 @@ FreeScene peg_over_hole() {
   pair.clearance = 0.5 * kMm;
   FreeScene scene;
   scene.name = "peg over hole";
-  scene.config = session(1);
+  scene.config = scene_session(1);
   set_voxels(0.5 * kMm, 0, scene.config.voxel);
   scene.objects = {make_hole(pair, kHoleGrid)};
   scene.tool = make_peg(pair, kPegGrid);
   scene.over = kMm * Vec3{18, 0, 100};
-  bake(scene);
+  bake_scene(scene);
   return scene;
 }
 
@@ -104,19 +107,19 @@ FreeScene bumpy_balls(uint64_t seed) {
   std::mt19937_64 random(seed);
   FreeScene scene;
   scene.name = "bumpy balls";
-  scene.config = session(1);
+  scene.config = scene_session(1);
   set_voxels(kMm, 2, scene.config.voxel);
   scene.objects = {bumpy_ball(40 * kMm, 3, random)};
   scene.tool = bumpy_ball(15 * kMm, 2, random);
   scene.over = kMm * Vec3{3, -2, 100};
-  bake(scene);
+  bake_scene(scene);
   return scene;
 }
 
 FreeScene box_over_moving_plate() {
   FreeScene scene;
   scene.name = "box over moving plate";
-  scene.config = session(2);
+  scene.config = scene_session(2);
   set_voxels(kMm, 0, scene.config.voxel);
   scene.objects = {make_box({0.1, 0.1, 0.03}), make_icosphere(20 * kMm, 2)};
   scene.tool = make_box({0.03, 0.02, 0.015});
@@ -126,7 +129,7 @@ FreeScene box_over_moving_plate() {
   ball.X_WO.p = {0, 0.12, 0.03};
   ball.motion = {MotionKind::kOscillate, 0, {1, 0, 0}, 30 * kMm, 1};
   scene.over = {0, 0, 0.1};
-  bake(scene);
+  bake_scene(scene);
   return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "contact/detect/body/cluster_contact.h"
+#include "contact/detect/body/contact_reach.h"
 #include "contact/shape/mesh/tool_body.h"
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
@@ -28,13 +29,19 @@ void detect_exact(const BodyModel& model, std::span<const MeshShape> objects, Bo
     // the rest of the room is shared by the remaining objects
     const size_t left = (kMaxContacts - set.n_contacts) / (objects.size() - object);
     const size_t room = std::min(clusters.size(), left);
+    const Pose X_OT = inverse(X_WO) * question.X_WT;
     const ExactAnswer answer =
-        exact_contacts(objects[object], model.tool, inverse(X_WO) * question.X_WT, model.exact,
+        exact_contacts(objects[object], model.tool, X_OT, model.exact, state.clusters[object],
                        {state.pairs, state.pushes}, {clusters.data(), room});
     if (answer.left_out > 0 || answer.n_clusters == room) set.flags |= kContactTruncated;
     for (size_t i = 0; i < answer.n_clusters; ++i) {
       HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
-      set.contacts[set.n_contacts++] = contact_of(clusters[i], object, X_WO, question.X_WT);
+      Contact& c = set.contacts[set.n_contacts++];
+      c = contact_of(clusters[i], object, X_WO, question.X_WT);
+      const PlanePatch reach = contact_reach(objects[object], model.tool, X_OT, c.object_point_O,
+                                             clusters[i].point_O, c.normal_O, model.body.radius);
+      c.extent = reach.extent;
+      c.curvature = reach.curvature;
     }
   }
   set.n_active = set.n_contacts;
@@ -109,6 +116,7 @@ BodyState::BodyState(const BodyModel& model) {
   pushes.resize(kPushesPerPair * kMostPairs);
   if (model.has_maps()) voxel.emplace(model.voxel);
   clearance.resize(model.clearance.objects.size());
+  clusters.resize(kMaxObjects);
 }
 
 bool detect_bodies(const BodyModel& model, std::span<const MeshShape> objects, Renderer renderer,

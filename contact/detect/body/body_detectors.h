@@ -48,6 +48,7 @@ struct BodyState {
   ClearanceState clearance;
   std::vector<TrianglePair> pairs;
   std::vector<PointPush> pushes;
+  std::vector<ClusterMemory> clusters;  // of each object, from triangles
 };
 
 /// The contacts of a tool with the objects by the detector of `renderer`: direct6 (all triangles

@@ -7,7 +7,7 @@
 namespace haptic {
 
 /// The contact for a cluster of pushes, given in the frame of its object: normal of the cluster,
-/// extent 0 (unbounded), since the size of the surface there is unknown.
+/// extent 0 (unbounded) and curvature 0, which the caller knows how to find.
 Contact contact_of(const PushCluster& cluster_O, uint32_t object, const Pose& X_WO,
                    const Pose& X_WT);
 

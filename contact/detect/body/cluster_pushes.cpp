@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "contact/query/simd/lanes.h"
@@ -11,82 +12,95 @@
 namespace haptic {
 namespace {
 
-constexpr size_t kMostClusters = 64;  // of one object
-constexpr double kNextTo = 0.5;       // share of the radius within which two points are neighbours
-constexpr double kSameNormal = 0.95;  // least cosine between the normals of neighbours
-constexpr double kFloor = 1e-9;  // [m]; added to depths: a point that just touches has a weight
+constexpr double kFloor = 1e-9;      // [m]; added to depths: a point that just touches has a weight
+constexpr double kTogether = 0.5;    // share of the radius within which two clusters are one
+constexpr int kMostPasses = 10;      // over the points; each may double the number of clusters
+constexpr float kAlike = 1e-4f;      // relative; distances that rounding can exchange
+constexpr double kSamePlace = 1e-9;  // coordinates of points [m], or of normals, count as equal
+constexpr double kLeastBulge = 1e-6;  // less is rounding [1/m]
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
-/// Running sums of a cluster.
+using Centre = ClusterMemory::Centre;
+
+/// Weighted sums over the points of a cluster.
 struct Gathering {
-  Vec3 weighted_point_O, weighted_normal_O;
-  double weight = 0;
+  Vec3 points_O, normals_O;
+  double weight = 0, squares = 0, along = 0;  // Σ w, Σ w p², Σ w n·p
+  PushCluster sum;                            // stiffness, count and depth
+  float farthest = 0;                         // D²/radius² of its farthest point
+  Centre seed;
 };
 
-/// The last few points that were compared with all clusters, and their clusters.
-struct Recent {
-  struct Place {
-    Vec3 point_O, normal_O;
-    size_t cluster = 0;
-  };
-  std::array<Place, 4> places;
-  size_t n = 0;
-
-  void add(const PointPush& push, size_t cluster) {
-    places[n++ % places.size()] = {push.point_O, push.normal_O, cluster};
-  }
-};
-
-/// The force of a push; of approaching points, their nearness.
-double weight_of(const PointPush& push) {
-  return push.depth > 0 ? push.stiffness * (push.depth + kFloor)
-                        : push.stiffness / (kFloor - push.depth);
-}
-
-/// The first points of the clusters, four per block: comparing with them takes most of the time.
-class Leaders {
+/// The centres of one kind of clusters, four per block: comparing with them takes most of the time.
+/// Normals are scaled by λ and everything by the radius, so that the distance is Euclidean.
+class Centres {
  public:
-  void add(const PointPush& push) {
+  explicit Centres(const ClusterOptions& options)
+      : place_(1 / options.radius), turn_(1 / std::sqrt(2 - 2 * options.least_agreement)) {}
+
+  void add(const Centre& centre) {
     HAPTIC_ASSERT(n_ < kMostClusters);
-    const std::array own = in_floats(push);
+    const Place own = place_of(centre);
     for (size_t k = 0; k < own.size(); ++k) blocks_[n_ / 4][k][n_ % 4] = own[k];
     ++n_;
   }
 
-  /// The cluster that a push fits best: the least |p − p'|² + radius² |n − n'|², with must_fit only
-  /// among those within the radius whose normals agree. kMostClusters: none.
-  size_t fitting(const PointPush& push, const ClusterOptions& options, bool must_fit) const {
-    const auto square = static_cast<float>(options.radius * options.radius),
-               least = static_cast<float>(options.least_agreement);
-    const auto [x, y, z, nx, ny, nz] = in_floats(push);
-    Lanes best = kFar;
-    IntLanes at = {kNone, kNone, kNone, kNone};
+  struct Nearest {
+    size_t centre = 0;
+    float squared = kInfinite;  // D²/radius²
+  };
+
+  /// The nearest centre. Most points lie next to the one before, and within half the difference of
+  /// its distances from the two nearest centres the nearest is the same.
+  Nearest nearest(const Centre& point) {
+    const Place own = place_of(point);
+    const float way = std::sqrt(squared_between(own, last_));
+    if (2 * way < last_lead_) return {last_centre_, squared_between(own, place(last_centre_))};
+    Lanes best = kFar, second = kFar;
+    IntLanes at{};
     for (size_t i = 0; 4 * i < n_; ++i) {
-      const auto& [px, py, pz, mx, my, mz] = blocks_[i];
-      const Lanes dx = px - x, dy = py - y, dz = pz - z;
-      const Lanes away = dx * dx + dy * dy + dz * dz, agreement = mx * nx + my * ny + mz * nz;
-      const Lanes misfit = away + 2 * square * (1 - agreement);
-      IntLanes is_better = misfit < best;
-      if (must_fit) is_better &= (away <= square) & (agreement >= least);
-      best = is_better ? misfit : best;
-      at = is_better ? IntLanes{} + static_cast<int32_t>(i) : at;
+      Lanes squared{};
+      for (size_t k = 0; k < own.size(); ++k) {
+        const Lanes along = blocks_[i][k] - own[k];
+        squared += along * along;
+      }
+      const IntLanes is_nearer = squared < best;
+      const Lanes worse = is_nearer ? best : squared;
+      second = worse < second ? worse : second;
+      best = is_nearer ? squared : best;
+      at = is_nearer ? IntLanes{} + static_cast<int32_t>(i) : at;
     }
     size_t lane = 0;
     for (size_t k = 1; k < 4; ++k) {
       if (best[k] < best[lane] || (best[k] == best[lane] && at[k] < at[lane])) lane = k;
     }
-    return at[lane] == kNone ? kMostClusters : 4 * static_cast<size_t>(at[lane]) + lane;
+    float next = kInfinite;
+    for (size_t k = 0; k < 4; ++k) next = std::min(next, k == lane ? second[k] : best[k]);
+    last_ = own;
+    last_centre_ = 4 * static_cast<size_t>(at[lane]) + lane;
+    last_lead_ = std::sqrt(next) - std::sqrt(best[lane]);
+    return {last_centre_, best[lane]};
   }
 
  private:
-  static constexpr int32_t kNone = kMostClusters;
-  static constexpr float kInfinite = std::numeric_limits<float>::infinity();
   static constexpr Lanes kFar = {kInfinite, kInfinite, kInfinite, kInfinite};
-  using Block = std::array<Lanes, 6>;  // points and normals
+  using Place = std::array<float, 6>;
+  using Block = std::array<Lanes, 6>;
 
-  static std::array<float, 6> in_floats(const PointPush& push) {
-    const Vec3 &p = push.point_O, &n = push.normal_O;
+  Place place_of(const Centre& c) const {
+    const Vec3 p = place_ * c.point_O, n = turn_ * c.normal_O;
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z),
             static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  }
+  Place place(size_t i) const {
+    Place own{};
+    for (size_t k = 0; k < own.size(); ++k) own[k] = blocks_[i / 4][k][i % 4];
+    return own;
+  }
+  static float squared_between(const Place& a, const Place& b) {
+    float sum = 0;
+    for (size_t k = 0; k < a.size(); ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sum;
   }
   static constexpr std::array<Block, kMostClusters / 4> nobody() {
     std::array<Block, kMostClusters / 4> blocks{};
@@ -94,34 +108,184 @@ class Leaders {
     return blocks;
   }
 
+  double place_, turn_;
   std::array<Block, kMostClusters / 4> blocks_ = nobody();
   size_t n_ = 0;
+  Place last_{};
+  size_t last_centre_ = 0;
+  float last_lead_ = 0;
 };
 
-/// The cluster of a neighbour that was clustered shortly before; `none` if there is none.
-size_t cluster_next_to(const PointPush& push, const ClusterOptions& options, const Recent& recent,
-                       size_t none) {
-  const double near = kNextTo * options.radius;
-  for (size_t i = 1; i <= std::min(recent.n, recent.places.size()); ++i) {
-    const Recent::Place& place = recent.places[(recent.n - i) % recent.places.size()];
-    if (norm_squared(push.point_O - place.point_O) <= near * near &&
-        dot(push.normal_O, place.normal_O) >= kSameNormal) {
-      return place.cluster;
-    }
-  }
-  return none;
+/// D²/radius² of two centres.
+double squared_between(const Centre& a, const Centre& b, const ClusterOptions& options) {
+  const double turn = norm_squared(a.normal_O - b.normal_O) / (2 - 2 * options.least_agreement);
+  return norm_squared(a.point_O - b.point_O) / (options.radius * options.radius) + turn;
 }
 
-void gather(const PointPush& push, Gathering& gathering, PushCluster& cluster) {
-  const double weight = weight_of(push);
-  gathering.weighted_point_O += weight * push.point_O;
-  gathering.weighted_normal_O += weight * push.normal_O;
-  gathering.weight += weight;
-  cluster.stiffness += push.stiffness;
-  ++cluster.count;
+/// An order of places that depends neither on their numbering nor on rounding.
+bool is_before(const Centre& a, const Centre& b) {
+  const std::array<double, 6> p = components(a.point_O, a.normal_O);
+  const std::array<double, 6> q = components(b.point_O, b.normal_O);
+  for (size_t i = 0; i < p.size(); ++i) {
+    if (std::fabs(p[i] - q[i]) > kSamePlace) return p[i] < q[i];
+  }
+  return false;
+}
+
+/// Whether a seed goes before another: the farther one, of those alike the first in order.
+bool goes_before(float squared, const Centre& seed, float other_squared, const Centre& other) {
+  if (squared > (1 + kAlike) * other_squared) return true;
+  return other_squared <= (1 + kAlike) * squared && is_before(seed, other);
+}
+
+/// Where there is no room for a cluster of its own; kMostClusters: no normal agrees.
+size_t nearest_that_agrees(const ClusterMemory::Kind& kind, const Centre& point,
+                           const ClusterOptions& options) {
+  size_t nearest = kMostClusters;
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < kind.size; ++i) {
+    const Centre& c = kind.centres[i];
+    if (dot(c.normal_O, point.normal_O) < options.least_agreement) continue;
+    const double squared = squared_between(c, point, options);
+    if (squared < least) least = squared, nearest = i;
+  }
+  return nearest;
+}
+
+void gather(const PointPush& push, double weight, Gathering& g) {
+  g.points_O += weight * push.point_O;
+  g.normals_O += weight * push.normal_O;
+  g.weight += weight;
+  g.squares += weight * norm_squared(push.point_O);
+  g.along += weight * dot(push.normal_O, push.point_O);
+  g.sum.stiffness += push.stiffness;
+  ++g.sum.count;
   // the nearest approaching point
   if (push.depth > 0) return;
-  cluster.depth = cluster.count == 1 ? push.depth : std::max(cluster.depth, push.depth);
+  g.sum.depth = g.sum.count == 1 ? push.depth : std::max(g.sum.depth, push.depth);
+}
+
+using Gatherings = std::array<Gathering, kMostClusters>;
+
+/// The pushes of one kind, and what their depths are counted from.
+struct Kind {
+  std::span<const PointPush> pushes;
+  bool approaches = false;
+  double tolerance = 0;
+};
+
+/// Assigns each point to its nearest centre. While there is room, points farther than the radius
+/// from all centres wait, and the farthest of each are seeds; the first of all is the heaviest
+/// point. Returns whether there is a seed.
+bool assign(const Kind& kind, const ClusterOptions& options, const ClusterMemory::Kind& centres,
+            bool has_room, Gatherings& gatherings) {
+  Centres near(options);
+  for (size_t i = 0; i < centres.size; ++i) near.add(centres.centres[i]);
+  for (size_t i = 0; i < std::max<size_t>(centres.size, 1); ++i) gatherings[i] = {};
+  bool has_seed = false;
+  for (const PointPush& push : kind.pushes) {
+    if ((push.depth <= 0) != kind.approaches) continue;
+    const Centre point{push.point_O, push.normal_O};
+    const double weight = push.stiffness * (std::max(push.depth + kind.tolerance, 0.0) + kFloor);
+    Centres::Nearest at{0, static_cast<float>(2 + weight)};
+    if (centres.size > 0) at = near.nearest(point);
+    const bool is_far = at.squared > 1;
+    if (is_far && has_room) {
+      Gathering& g = gatherings[at.centre];
+      if (goes_before(at.squared, point, g.farthest, g.seed)) {
+        g.farthest = at.squared, g.seed = point;
+      }
+      has_seed = true;
+      continue;
+    }
+    if (is_far) at.centre = nearest_that_agrees(centres, point, options);
+    if (at.centre < centres.size) gather(push, weight, gatherings[at.centre]);
+  }
+  return has_seed;
+}
+
+/// The clusters' means, without those that have no points, then merges those that are together.
+void move_centres(const ClusterOptions& options, const Gatherings& gatherings,
+                  ClusterMemory::Kind& centres) {
+  const size_t n = centres.size;
+  centres.size = 0;
+  for (size_t i = 0; i < n; ++i) {
+    const Gathering& g = gatherings[i];
+    if (g.sum.count == 0) continue;
+    const Centre mean{g.points_O / g.weight, normalized(g.normals_O)};
+    const bool is_known = std::any_of(
+        centres.centres.begin(), centres.centres.begin() + centres.size,
+        [&](const Centre& c) { return squared_between(c, mean, options) < kTogether * kTogether; });
+    if (!is_known) centres.centres[centres.size++] = mean;
+  }
+}
+
+/// The farthest points of the old clusters become centres, the farthest of all first, unless a new
+/// one is within the radius.
+void add_seeds(const ClusterOptions& options, size_t n_gathered, size_t room,
+               const Gatherings& gatherings, ClusterMemory::Kind& centres) {
+  std::array<bool, kMostClusters> is_used{};
+  const size_t n_old = centres.size;
+  while (centres.size < room) {
+    const Gathering* farthest = nullptr;
+    for (size_t i = 0; i < n_gathered; ++i) {
+      const Gathering& g = gatherings[i];
+      if (is_used[i] || !(g.farthest > 1)) continue;
+      if (farthest == nullptr ||
+          goes_before(g.farthest, g.seed, farthest->farthest, farthest->seed))
+        farthest = &g;
+    }
+    if (farthest == nullptr) return;
+    is_used[static_cast<size_t>(farthest - gatherings.data())] = true;
+    const auto begin = centres.centres.begin();
+    if (std::none_of(begin + n_old, begin + centres.size, [&](const Centre& c) {
+          return squared_between(c, farthest->seed, options) <= 1;
+        })) {
+      centres.centres[centres.size++] = farthest->seed;
+    }
+  }
+}
+
+PushCluster cluster_of(const Gathering& g, bool approaches) {
+  HAPTIC_ASSERT(g.weight > 0);
+  PushCluster cluster = g.sum;
+  cluster.point_O = g.points_O / g.weight;
+  cluster.normal_O = normalized(g.normals_O);
+  if (!approaches) {
+    // weights are forces, but for the floor
+    cluster.depth = std::max(norm(g.normals_O) / cluster.stiffness - kFloor, 0.0);
+  }
+  const double spread = g.squares / g.weight - norm_squared(cluster.point_O);
+  const double closing = dot(g.normals_O, g.points_O) / (g.weight * g.weight) - g.along / g.weight;
+  const double bulge = cluster.count > 1 && spread > 0 ? closing / spread : 0;
+  cluster.bulge = std::fabs(bulge) > kLeastBulge ? bulge : 0;
+  return cluster;
+}
+
+size_t cluster_kind(const Kind& kind, const ClusterOptions& options, ClusterMemory::Kind& centres,
+                    std::span<PushCluster> clusters) {
+  const size_t room = std::min(clusters.size(), kMostClusters);
+  centres.size = std::min(centres.size, room);
+  if (room == 0) return 0;
+  Gatherings gatherings;
+  bool is_known = false;
+  for (int pass = 0;; ++pass) {
+    const bool is_last = pass == kMostPasses;
+    const bool has_seed =
+        assign(kind, options, centres, centres.size < room && !is_last, gatherings);
+    // once without seeds the centres move, then the points are assigned for good
+    if (is_last || (is_known && !has_seed)) break;
+    is_known = !has_seed;
+    const size_t n_gathered = std::max<size_t>(centres.size, 1);
+    move_centres(options, gatherings, centres);
+    add_seeds(options, n_gathered, room, gatherings, centres);
+  }
+  size_t n = 0;
+  for (size_t i = 0; i < centres.size; ++i) {
+    if (gatherings[i].sum.count > 0) clusters[n++] = cluster_of(gatherings[i], kind.approaches);
+  }
+  move_centres(options, gatherings, centres);
+  return n;
 }
 
 }  // namespace
@@ -151,46 +315,26 @@ LinearPush sum_pushes(std::span<const PointPush> pushes, const Vec3& about_O) {
   return sum;
 }
 
+void share_stiffness(std::span<PointPush> pushes, double stiffness, double sharing) {
+  HAPTIC_ASSERT(stiffness > 0 && sharing > 0);
+  double sum = 0, squares = 0;
+  for (const PointPush& push : pushes) {
+    // those that just touch push equally hard
+    const double depth = std::max(push.depth, 0.0) + kFloor;
+    sum += depth, squares += depth * depth;
+  }
+  const double alike = squares > 0 ? sum * sum / squares : 0;
+  const double shared = alike > sharing ? stiffness * sharing / alike : stiffness;
+  for (PointPush& push : pushes) push.stiffness = shared;
+}
+
 size_t cluster_pushes(std::span<const PointPush> pushes, const ClusterOptions& options,
-                      std::span<PushCluster> clusters) {
-  HAPTIC_ASSERT(options.radius > 0);
-  std::array<Gathering, kMostClusters> gatherings;
-  const size_t room = std::min(clusters.size(), gatherings.size());
-  size_t n = 0, n_pushing = 0;
+                      ClusterMemory& memory, std::span<PushCluster> clusters) {
+  HAPTIC_ASSERT(options.radius > 0 && options.least_agreement < 1 && options.tolerance >= 0);
   // pushing points first: they have priority over approaching ones
-  for (const bool approaches : {false, true}) {
-    const size_t first = n;
-    Leaders leaders;
-    Recent recent;
-    for (const PointPush& push : pushes) {
-      if ((push.depth <= 0) != approaches) continue;
-      size_t i = cluster_next_to(push, options, recent, room);
-      if (i == room) {
-        const size_t leader = leaders.fitting(push, options, n < room);
-        if (leader == kMostClusters && n == room) continue;
-        i = leader == kMostClusters ? n : first + leader;
-        recent.add(push, i);
-      }
-      if (i == n) {
-        HAPTIC_ASSERT(n < room);
-        leaders.add(push);
-        gatherings[n] = {};
-        clusters[n++] = {};
-      }
-      gather(push, gatherings[i], clusters[i]);
-    }
-    if (!approaches) n_pushing = n;
-  }
-  for (size_t i = 0; i < n; ++i) {
-    const Gathering& g = gatherings[i];
-    HAPTIC_ASSERT(g.weight > 0);
-    clusters[i].point_O = g.weighted_point_O / g.weight;
-    clusters[i].normal_O = normalized(g.weighted_normal_O);
-    if (i < n_pushing) {
-      clusters[i].depth = std::max(norm(g.weighted_normal_O) / clusters[i].stiffness - kFloor, 0.0);
-    }
-  }
-  return n;
+  const size_t n = cluster_kind({pushes, false, 0}, options, memory.pushing, clusters);
+  return n + cluster_kind({pushes, true, options.tolerance}, options, memory.approaching,
+                          clusters.subspan(n));
 }
 
 }  // namespace haptic

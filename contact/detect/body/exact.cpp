@@ -197,8 +197,8 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
 }
 
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
-                           const ExactOptions& options, const ExactScratch& scratch,
-                           std::span<PushCluster> clusters) {
+                           const ExactOptions& options, ClusterMemory& memory,
+                           const ExactScratch& scratch, std::span<PushCluster> clusters) {
   HAPTIC_ASSERT(options.stiffness > 0);
   ExactAnswer answer;
   const size_t room = std::min(scratch.pairs.size(), scratch.pushes.size() / kPushesPerPair);
@@ -208,11 +208,9 @@ ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const
   answer.left_out = answer.n_pairs - held;
   answer.n_pushes = pushes_from_pairs(object.mesh, tool.mesh, X_OT, pairs.first(held),
                                       options.stiffness, scratch.pushes);
-  answer.n_clusters =
-      cluster_pushes(scratch.pushes.first(answer.n_pushes), options.clusters, clusters);
-  for (PushCluster& cluster : clusters.first(answer.n_clusters)) {
-    cluster.stiffness = options.stiffness;
-  }
+  const std::span<PointPush> pushes = scratch.pushes.first(answer.n_pushes);
+  share_stiffness(pushes, options.stiffness, options.sharing);
+  answer.n_clusters = cluster_pushes(pushes, options.clusters, memory, clusters);
   return answer;
 }
 

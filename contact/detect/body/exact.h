@@ -31,7 +31,8 @@ size_t pushes_from_pairs(const TriangleMesh& object, const TriangleMesh& tool, c
                          std::span<PointPush> pushes);
 
 struct ExactOptions {
-  double stiffness = 1000;  // of a push, and of a cluster [N/m]
+  double stiffness = 1000;  // of a push [N/m]
+  double sharing = 4;       // pushes from which on they share it: the corners of a box
   ClusterOptions clusters;
 };
 
@@ -49,11 +50,10 @@ struct ExactAnswer {
 };
 
 /// All triangles of the tool that meet triangles of the object, as a few contacts:
-/// pushes_from_pairs and cluster_pushes, in O. Each cluster has the stiffness of one push and the
-/// mean push of its points as depth: the force depends on the number of places that touch, not on
-/// the resolution of the mesh.
+/// pushes_from_pairs, share_stiffness and cluster_pushes, in O. From `sharing` pushes on the force
+/// does not depend on their number, that is, on the resolution of the mesh.
 ExactAnswer exact_contacts(const MeshShape& object, const MeshShape& tool, const Pose& X_OT,
-                           const ExactOptions& options, const ExactScratch& scratch,
-                           std::span<PushCluster> clusters);
+                           const ExactOptions& options, ClusterMemory& memory,
+                           const ExactScratch& scratch, std::span<PushCluster> clusters);
 
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "contact/detect/body/cluster_contact.h"
-#include "contact/query/point/closest_point.h"
+#include "contact/detect/body/contact_reach.h"
 #include "contact/query/triangle/plane_extent.h"
 #include "proto/math/assert.h"
 
@@ -12,32 +12,6 @@ namespace haptic {
 namespace {
 
 constexpr size_t kClustersAnObject = 16;
-
-/// Lets contacts share their stiffness from `sharing` on: each has k · min(1, sharing/N), where
-/// N = (Σ d)² / Σ d² is how many push equally hard. One that begins has no weight in N, and the sum
-/// of their forces does not grow with the number of pieces.
-void share_among(std::span<PointPush> pushes, double stiffness, double sharing) {
-  double sum = 0, squares = 0;
-  for (const PointPush& push : pushes) {
-    const double depth = std::max(push.depth, 0.0);
-    sum += depth;
-    squares += depth * depth;
-  }
-  if (!(squares > 0)) return;
-  const double share = std::min(1.0, sharing * squares / (sum * sum));
-  for (PointPush& push : pushes) push.stiffness = share * stiffness;
-}
-
-/// How far the plane of a contact stands in for the surfaces: as far as either follows it [m].
-double extent_of(const PieceMeshes& meshes, uint32_t object, const Pose& X_OT,
-                 const PushCluster& cluster, const Vec3& object_point_O, double search) {
-  const MeshShape& other = meshes.objects[object];
-  const ClosestPoint a = closest_point(other, object_point_O, search);
-  const ClosestPoint b = closest_point(meshes.tool, inverse(X_OT) * cluster.point_O, search);
-  if (!a.found || !b.found) return kMinExtent;
-  return std::max(plane_extent(other.mesh, a.triangle, a.point_O),
-                  plane_extent(meshes.tool.mesh, b.triangle, b.point_O));
-}
 
 /// The speed at which surfaces of tool and object slide, at most [m/s].
 double sliding_speed(const PieceQuestion& question, uint32_t object) {
@@ -67,13 +41,13 @@ std::span<PointPush> pushes_on(const PieceModel& model, const RefineOptions& ref
   for (size_t i = 0; i < pushes.size(); ++i) {
     pushes[i] = {contacts[i].point_b_A, contacts[i].normal_A, contacts[i].depth, model.stiffness};
   }
-  share_among(pushes, model.stiffness, model.sharing);
+  share_stiffness(pushes, model.stiffness, model.sharing);
   return pushes;
 }
 
 }  // namespace
 
-PieceState::PieceState(const PieceModel& model) {
+PieceState::PieceState(const PieceModel& model) : clusters(model.objects.size()) {
   HAPTIC_ASSERT(model.most_pairs.size() == model.objects.size());
   fronts.reserve(model.objects.size());
   for (size_t i = 0; i < model.objects.size(); ++i) {
@@ -84,6 +58,7 @@ PieceState::PieceState(const PieceModel& model) {
 
 void PieceState::forget() {
   for (PieceFront& front : fronts) front.forget();
+  std::fill(clusters.begin(), clusters.end(), ClusterMemory{});
 }
 
 void detect_pieces(const PieceModel& model, const RefineOptions& refine, const PieceMeshes& meshes,
@@ -99,13 +74,20 @@ void detect_pieces(const PieceModel& model, const RefineOptions& refine, const P
     // the rest of the room is shared by the remaining objects
     const size_t left = (kMaxContacts - set.n_contacts) / (meshes.objects.size() - object);
     const size_t room = std::min(clusters.size(), left);
-    const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
+    ClusterOptions options = model.clusters;
+    options.tolerance = question.reach;
+    const size_t n =
+        cluster_pushes(pushes, options, state.clusters[object], {clusters.data(), room});
     if (n == room) set.flags |= kContactTruncated;
     for (size_t i = 0; i < n; ++i) {
       HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
       Contact& c = set.contacts[set.n_contacts++];
       c = contact_of(clusters[i], object, X_WO, question.X_WT);
-      c.extent = extent_of(meshes, object, X_OT, clusters[i], c.object_point_O, model.search);
+      const PlanePatch reach =
+          contact_reach(meshes.objects[object], meshes.tool, X_OT, c.object_point_O,
+                        clusters[i].point_O, c.normal_O, model.search);
+      c.extent = std::max(reach.extent, kMinExtent);
+      c.curvature = reach.curvature;
       set.n_active += clusters[i].depth > 0;
     }
   }

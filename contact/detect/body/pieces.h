@@ -31,7 +31,8 @@ struct PieceState {
 
   std::vector<PieceFront> fronts;  // of each object
   std::vector<PointPush> pushes;
-  uint64_t tested = 0;  // pairs of pieces in the last step
+  std::vector<ClusterMemory> clusters;  // of each object
+  uint64_t tested = 0;                  // pairs of pieces in the last step
 };
 
 /// The meshes that the pieces were made of.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "contact/detect/body/rigid_tool.h"
 
+#include "contact/detect/body/contact_reach.h"
 #include "contact/query/triangle/shading_normal.h"
 #include "proto/math/assert.h"
 #include "proto/wire/renderer.h"
@@ -18,6 +19,15 @@ Pose led_to(const RigidToolModel& model, const ServoFrame& servo) {
   return by_servo ? servo.X_WP : servo.X_WT;
 }
 
+PlanePatch reach_of(const NearContact& at, const TriangleMesh& object, const TriangleMesh& tool,
+                    const Pose& X_TO) {
+  const FeaturePair features = features_of(at.feature);
+  return contact_reach(
+      {object, at.triangles.a, features.a, at.point_a, at.normal_A},
+      {tool, at.triangles.b, features.b, X_TO * at.point_b, rotate(X_TO.q, -at.normal_A)},
+      inverse(X_TO));
+}
+
 Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model, const Pose& X_TO) {
   HAPTIC_ASSERT(contact.object < model.objects.size());
   const NearContact& at = contact.at;
@@ -30,6 +40,9 @@ Contact contact_of(const GodObjectContact& contact, const RigidToolModel& model,
   c.shading_normal_O = crease_cosine < 1 ? shading_normal(model.objects[contact.object].mesh,
                                                           at.triangles.a, at.point_a, crease_cosine)
                                          : at.normal_A;
+  const PlanePatch reach = reach_of(at, model.objects[contact.object].mesh, model.tool.mesh, X_TO);
+  c.extent = reach.extent;
+  c.curvature = reach.curvature;
   c.object = c.material = contact.object;
   c.feature = at.feature;
   return c;

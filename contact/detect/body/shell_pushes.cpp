@@ -36,11 +36,15 @@ double shared_stiffness(const ShellForce& force, double n_touching) {
                                      : force.stiffness;
 }
 
+double deepest_in_voxel(const Voxmap& map) {
+  return kHalfDiagonal * map.size;
+}
+
 size_t pushes_from_voxels(const Voxmap& map, const Pointshell& shell, const Pose& X_OT,
                           std::span<const VoxelHit> hits, const ShellForce& force,
                           std::span<PointPush> pushes) {
   HAPTIC_ASSERT(map.size > 0 && is_unit(X_OT.q));
-  const double deepest = kHalfDiagonal * map.size;
+  const double deepest = deepest_in_voxel(map);
   size_t n = 0;
   double touching = 0, near = 0;
   for (const VoxelHit& hit : hits) {

@@ -21,6 +21,9 @@ struct ShellForce {
 /// number of points (McNeely, Puterbaugh, Troy 1999: divided by N/10 where N ≥ 10).
 double shared_stiffness(const ShellForce& force, double n_touching);
 
+/// The most that a point in a surface voxel can be behind the plane through its middle [m].
+double deepest_in_voxel(const Voxmap& map);
+
 /// Tangent planes through the centres of surface voxels, with the *point's* inward normal n (not
 /// the voxel's): depth d = (C − P)·n, force K_ff d n where d > 0. Points in interior voxels have no
 /// plane: they push with the most that a surface voxel can, √3/2 of its edge; points in proximity

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "contact/detect/body/cluster_contact.h"
@@ -14,13 +15,32 @@ namespace {
 constexpr double kLeastFacing = 0.1;    // least cosine between a cluster's normal and the object's
 constexpr double kMostCells = 16;       // largest extent, in cells
 constexpr double kGrowth = 0.35;        // least growth of distance per step that marks an edge
+constexpr double kBetween = 0.92388;    // cos 22.5°, half the angle between two directions
 constexpr double kLeastGradient = 0.1;  // least gradient with a meaningful direction
+constexpr double kBendReach = 4e-3;     // distance over which a bend is measured [m] …
+constexpr double kBendCells = 4;        // … or as many cells, beyond the field's own errors
+constexpr double kFieldError = 0.02;    // of a field between its nodes, in cells
 
 /// The rest of the budget is shared by the remaining objects.
 uint32_t share_of_budget(const VoxelModel& model, const VoxelState& state, uint32_t object) {
   HAPTIC_ASSERT(object < model.objects.size());
   const uint64_t left = model.budget - std::min<uint64_t>(state.tested, model.budget);
   return static_cast<uint32_t>(left / (model.objects.size() - object));
+}
+
+/// Nearer to an object than this a point is reported [m].
+double reach_of(const VoxelModel& model, const VoxelQuestion& question, uint32_t object) {
+  return std::min(model.force.offset + question.reach, model.objects[object].field.band);
+}
+
+/// Points come within reach with weight zero.
+ClusterOptions cluster_options(const VoxelModel& model, const VoxelQuestion& question,
+                               uint32_t object) {
+  ClusterOptions options = model.clusters;
+  options.tolerance = model.reading == VoxelForce::kField
+                          ? std::max(reach_of(model, question, object) - model.force.offset, 0.0)
+                          : deepest_in_voxel(model.objects[object].map);
+  return options;
 }
 
 /// The points of one object that touch or approach, in its frame.
@@ -39,10 +59,10 @@ std::span<const PointPush> pushes_on(const VoxelModel& model, VoxelState& state,
     n = pushes_from_voxels(shape.map, model.shell, X_OT, {state.hits.data(), hits}, model.force,
                            state.pushes);
   } else {
-    const double reach = std::min(model.force.offset + question.reach, shape.field.band);
     const ShellAnswer answer =
         find_touches(shape.field, model.shell, X_OT,
-                     {reach, share_of_budget(model, state, object), model.force.offset},
+                     {reach_of(model, question, object), share_of_budget(model, state, object),
+                      model.force.offset},
                      &state.coherence[object], state.visited, state.touches);
     state.tested += answer.tested;
     if (!answer.is_complete) set.flags |= kContactIterationLimit;
@@ -66,24 +86,64 @@ Vec3 away_from(const VoxelObject& shape, const PushCluster& cluster) {
   return norm(gradient) > kLeastGradient ? normalized(gradient) : cluster.normal_O;
 }
 
-/// How far the object continues around a cluster, by doubling steps: while in four directions along
-/// the plane its distance grows by less than kGrowth of the step. 0: there is no field.
+/// How far the object continues around a cluster, by doubling steps in eight directions along the
+/// plane. A distance changes by no more than the way: where it has grown by g at a step s, the
+/// surface has begun to turn away before s − g. So extent = cos 22.5° · the largest s − g, until g
+/// exceeds kGrowth · s. 0: there is no field.
 double extent_at(const VoxelObject& shape, const PushCluster& cluster) {
   if (shape.field.index.empty()) return 0;
   HAPTIC_ASSERT(shape.field.cell > 0);
   const Vec3 n = cluster.normal_O;
   const Vec3 u = normalized(cross(n, std::fabs(n.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
-  const Vec3 v = cross(n, u);
+  const Vec3 v = cross(n, u), d = std::sqrt(0.5) * (u + v), e = std::sqrt(0.5) * (u - v);
   const double here = sample_field(shape.field, cluster.point_O).distance;
   double extent = 0.5 * shape.field.cell;
   for (double step = shape.field.cell; step <= kMostCells * shape.field.cell; step *= 2) {
-    for (const Vec3& way : {u, v, -u, -v}) {
-      const double there = sample_field(shape.field, cluster.point_O + step * way).distance;
-      if (there - here > kGrowth * step) return extent;
+    double growth = 0;
+    for (const Vec3& way : {u, v, d, e, -u, -v, -d, -e}) {
+      growth =
+          std::max(growth, sample_field(shape.field, cluster.point_O + step * way).distance - here);
     }
-    extent = step;
+    extent = std::max(extent, kBetween * (step - growth));
+    if (growth > kGrowth * step) break;
   }
   return extent;
+}
+
+/// Least curvature of the object below a cluster, from second differences of its field over 4 mm or
+/// four cells along four lines in the plane; as in plane_patch.h, 0 where it is not convex or
+/// nothing is known. Ours.
+double curvature_at(const VoxelObject& shape, const PushCluster& cluster, const Vec3& away_O) {
+  if (shape.field.index.empty()) return 0;
+  const double step = std::max(kBendReach, kBendCells * shape.field.cell);
+  const FieldSample here = sample_field(shape.field, cluster.point_O);
+  const Vec3 u =
+      normalized(cross(away_O, std::fabs(away_O.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const Vec3 v = cross(away_O, u);
+  const double half = std::sqrt(0.5);
+  double mean = 0, least = std::numeric_limits<double>::infinity();
+  std::array<double, 4> bends{};
+  const std::array<Vec3, 4> ways{u, half * (u + v), v, half * (v - u)};
+  for (size_t k = 0; k < ways.size(); ++k) {
+    const FieldSample there = sample_field(shape.field, cluster.point_O + step * ways[k]);
+    const FieldSample back = sample_field(shape.field, cluster.point_O - step * ways[k]);
+    if (!there.is_near || !back.is_near) return 0;
+    bends[k] = (there.distance + back.distance - 2 * here.distance) / (step * step);
+    mean += 0.25 * bends[k];
+    least = std::min(least, bends[k]);
+  }
+  const double across = std::hypot(0.5 * (bends[0] - bends[2]), 0.5 * (bends[1] - bends[3]));
+  const double error = 2 * kFieldError * shape.field.cell / (step * step);
+  const double curvature = std::min(mean - across, least);
+  return curvature > error ? curvature : 0;
+}
+
+/// Curvature of the gap below a cluster as the tool slides: that of both surfaces, which roll on
+/// each other (contact_reach.h); the tool's is how much the cluster's normals diverge.
+double curvature_of(const VoxelObject& shape, const PushCluster& cluster, const Vec3& away_O) {
+  if (!(cluster.bulge > 0)) return 0;
+  const double object = curvature_at(shape, cluster, away_O);
+  return object > 0 ? object * cluster.bulge / (object + cluster.bulge) : 0;
 }
 
 /// Braking matrix of the points that approach an object, about the tool's origin, in O.
@@ -137,7 +197,8 @@ VoxelState::VoxelState(const VoxelModel& model)
     : visited(model.shell.nodes.size() + 1),
       touches(model.shell.x.size()),
       hits(model.shell.x.size() + 64),
-      pushes(model.shell.x.size()) {
+      pushes(model.shell.x.size()),
+      clusters(model.objects.size()) {
   for (size_t i = 0; i < model.objects.size(); ++i) coherence.emplace_back(model.shell);
 }
 
@@ -159,18 +220,22 @@ void detect_voxel(const VoxelModel& model, VoxelState& state, const VoxelQuestio
     // the rest of the room is shared by the remaining objects; if clusters had to mix normals for
     // lack of room, a solver that uses clusters alone would lose their torque
     const size_t room = (kMaxContacts - set.n_contacts) / (model.objects.size() - object);
-    const size_t n = cluster_pushes(pushes, model.clusters, {clusters.data(), room});
+    const size_t n = cluster_pushes(pushes, cluster_options(model, question, object),
+                                    state.clusters[object], {clusters.data(), room});
     if (n == room) set.flags |= kContactTruncated;
     double pressed = 0;
     for (size_t i = 0; i < n; ++i) {
       // a side of the tool beside the place of contact would hold, or pull, a tool that leaves
       const Vec3 away_O = away_from(model.objects[object], clusters[i]);
       if (dot(away_O, clusters[i].normal_O) < kLeastFacing) continue;
+      // what does not push yet comes nearer as the object lies, not as the tool's points face it
+      if (!(clusters[i].depth > 0)) clusters[i].normal_O = away_O;
       HAPTIC_ASSERT(set.n_contacts < kMaxContacts);
       Contact& c = set.contacts[set.n_contacts++];
       c = contact_of(clusters[i], object, question.X_WO[object], question.X_WT);
       c.shading_normal_O = away_O;
       c.extent = extent_at(model.objects[object], clusters[i]);
+      c.curvature = curvature_of(model.objects[object], clusters[i], away_O);
       set.n_active += clusters[i].depth > 0;
       pressed += clusters[i].stiffness * std::max(clusters[i].depth, 0.0);
     }

@@ -41,8 +41,9 @@ struct VoxelState {
   std::vector<ShellTouch> touches;
   std::vector<VoxelHit> hits;
   std::vector<PointPush> pushes;
-  uint64_t tested = 0;     // points looked up in the last step
-  uint64_t touching = 0;   // points inside an object in the last step
+  std::vector<ClusterMemory> clusters;  // of each object
+  uint64_t tested = 0;                  // points looked up in the last step
+  uint64_t touching = 0;                // points inside an object in the last step
   bool is_outside = true;  // no point can be inside a real surface, though some may be in its layer
 };
 

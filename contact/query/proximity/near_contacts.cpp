@@ -10,6 +10,8 @@
 namespace haptic {
 namespace {
 
+constexpr int kKindBit = 30;  // of the half of a feature's number; the index lies below
+
 Feature feature_of(const TriangleMesh& mesh, uint32_t triangle, TrianglePart part) {
   const auto k = static_cast<size_t>(part);
   if (k < 3) return {FeatureKind::kVertex, mesh.triangles[triangle][k]};
@@ -38,9 +40,17 @@ uint32_t apex_of(const TriangleMesh& mesh, uint32_t face, uint32_t edge) {
 
 uint64_t feature_id(const Feature& a, const Feature& b) {
   const auto half = [](const Feature& f) {
-    return static_cast<uint64_t>(f.kind) << 30 | uint64_t{f.index};
+    return static_cast<uint64_t>(f.kind) << kKindBit | uint64_t{f.index};
   };
   return half(a) << 32 | half(b);
+}
+
+FeaturePair features_of(uint64_t feature_id) {
+  const auto feature = [](uint64_t half) {
+    return Feature{static_cast<FeatureKind>(half >> kKindBit & 3),
+                   static_cast<uint32_t>(half & ((uint64_t{1} << kKindBit) - 1))};
+  };
+  return {feature(feature_id >> 32), feature(feature_id)};
 }
 
 NearContact contact_of(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B,

@@ -21,6 +21,12 @@ struct NearContact {
 /// The features of both meshes as one number: kind and index of A's feature in the upper half.
 uint64_t feature_id(const Feature& a, const Feature& b);
 
+/// The two features of a number made by feature_id.
+struct FeaturePair {
+  Feature a, b;
+};
+FeaturePair features_of(uint64_t feature_id);
+
 /// The contact of two triangles at their closest points; they must be apart.
 NearContact contact_of(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B,
                        const TrianglePair& triangles, const TriangleDistance& at);

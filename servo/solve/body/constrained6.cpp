@@ -180,6 +180,9 @@ BodySolution solve_constrained6(const RigidProxyModel& model, Constrained6State&
   BodyMotion& body = state.body;
   if (!state.started) body = first_body(model, tick, problem);
   state.started = true;
+  const Pose X_WP = tool_of_centre(model.tool, body.X_WC);
+  const SurfacePlaces places{{&X_WP, 1}, {&X_WP, 1}};
+  if (follow_surfaces(tick, places, problem.contacts)) pose_problem(model, tick, problem);
 
   const Twist at = project_back(model, tick, problem, body);
   const FreeStep free = free_step(model, tick, mass_of(model.tool, body.X_WC.q), body);

@@ -83,9 +83,7 @@ Pose last_proxy(const GodObject6State& state, const RigidProxyTick& tick) {
   return carrier_pose(state, tick) * state.X_CP;
 }
 
-void pose_problem(const RigidProxyModel& model, const GodObject6State& state,
-                  const RigidProxyTick& tick, Problem& problem) {
-  set_metric(model, problem);
+void pose_problem(const GodObject6State& state, const RigidProxyTick& tick, Problem& problem) {
   const RigidContacts& contacts = problem.contacts;
   problem.hand = way_between(contacts.X_WG, tick.hand.X_WT);
   const Twist carrier = object_twist(tick, state.carrier, contacts.X_WG.p);
@@ -163,6 +161,22 @@ Selection all_rows(const Problem& problem) {
   Selection all;
   for (size_t i = 0; i < problem.contacts.size; ++i) all.add(i, {});
   return all;
+}
+
+/// Poses the problem again where surfaces bend or end beside the contacts, as seen from the place
+/// of the first answer and from where friction may hold the proxy. A contact holds while the hand
+/// is within its extent as well: where another pushes the proxy away it would come and go. False
+/// if nothing changes.
+bool sees_surfaces(const GodObject6State& state, const RigidProxyTick& tick, const Answer& first,
+                   Problem& problem) {
+  std::array<Pose, 3> places_W{moved(problem.contacts.X_WG, first.a), {}, {}};
+  size_t n = 1;
+  if (problem.has_friction && state.started) places_W[n++] = last_proxy(state, tick);
+  places_W[n] = tick.hand.X_WT;
+  const SurfacePlaces places{{places_W.data(), n}, {places_W.data(), n + 1}};
+  if (!follow_surfaces(tick, places, problem.contacts)) return false;
+  pose_problem(state, tick, problem);
+  return true;
 }
 
 /// How far the damper lets an object pass the hand: b/k times their relative velocity.
@@ -304,9 +318,14 @@ BodySolution solve_god_object6(const RigidProxyModel& model, GodObject6State& st
     state = {};
     return out;
   }
-  pose_problem(model, state, tick, problem);
-  const Selection all = all_rows(problem);
+  set_metric(model, problem);
+  pose_problem(state, tick, problem);
+  Selection all = all_rows(problem);
   Answer held = slide(problem, problem.hand, all);
+  if (held.n_pushing > 0 && sees_surfaces(state, tick, held, problem)) {
+    all = all_rows(problem);
+    held = slide(problem, problem.hand, all);
+  }
   if (held.n_pushing > 0) {
     const Twist shaded = shaded_way(model, tick, problem, held);
     const Twist foot = held.a + shaded;

@@ -2,13 +2,15 @@
 #include "servo/solve/body/rigid_contacts.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "proto/math/assert.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kStill = 1e-6;  // slower than this is rest [m/s]
+constexpr double kStill = 1e-6;    // slower than this is rest [m/s]
+constexpr size_t kMostPlaces = 3;  // poses of a proxy, and the hand's
 
 /// The pose of the query, moved with the object since.
 Pose carried_pose(const ContactSet& set, const RigidProxyTick& tick, uint32_t object) {
@@ -21,9 +23,8 @@ Pose carried_pose(const ContactSet& set, const RigidProxyTick& tick, uint32_t ob
 RigidContact posed(const CarriedContact& carried, const RigidProxyModel& model,
                    const RigidProxyTick& tick, const Slides& slides, const Pose& X_WG) {
   RigidContact contact{carried, rotate(X_WG.q, carried.tool_point_T), 0, 0, {}};
-  const Vec3 tool_W = X_WG.p + contact.r_W;
-  contact.gap = dot(contact.normal_W, tool_W - contact.point_W);
-  contact.weight = weight_at(carried, tick.weight, {&tool_W, 1});
+  contact.gap = dot(contact.normal_W, X_WG.p + contact.r_W - contact.point_W);
+  contact.weight = tick.weight;
   contact.friction = friction_of(model, slides, contact.material);
   contact.V_W = object_twist(tick, contact.object, X_WG.p);
   return contact;
@@ -69,6 +70,35 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
   // contacts too old to be felt are checked all the same
   out.size = out.finite && tick.weight > 0 ? n : 0;
   return out;
+}
+
+bool follow_surfaces(const RigidProxyTick& tick, const SurfacePlaces& places,
+                     RigidContacts& contacts) {
+  HAPTIC_ASSERT(!places.proxies_W.empty() && !places.within_W.empty());
+  HAPTIC_ASSERT(places.within_W.size() <= kMostPlaces);
+  bool has_changed = false;
+  size_t n = 0;
+  for (size_t i = 0; i < contacts.size; ++i) {
+    RigidContact c = contacts.contacts[i];
+    if (c.curvature > 0) {
+      double along = std::numeric_limits<double>::infinity();
+      for (const Pose& X_WP : places.proxies_W) {
+        along = std::min(along, distance_along(c, X_WP * c.tool_point_T));
+      }
+      c.gap += fall_at(c.curvature, along).depth;
+      has_changed = true;
+    }
+    std::array<Vec3, kMostPlaces> points_W;
+    for (size_t k = 0; k < places.within_W.size(); ++k) {
+      points_W[k] = places.within_W[k] * c.tool_point_T;
+    }
+    const double weight = weight_at(c, tick.weight, {points_W.data(), places.within_W.size()});
+    has_changed |= weight != c.weight;
+    c.weight = weight;
+    if (c.weight > 0) contacts.contacts[n++] = c;
+  }
+  contacts.size = n;
+  return has_changed;
 }
 
 MotionRow row_of(const RigidContact& contact, const Vec3& about_W) {

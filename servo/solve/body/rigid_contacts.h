@@ -66,6 +66,19 @@ double friction_of(const RigidProxyModel& model, const Slides& slides, uint32_t 
 RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProxyTick& tick,
                                    const Slides& slides);
 
+/// Poses near which the surfaces go on beside the contacts' points.
+struct SurfacePlaces {
+  std::span<const Pose> proxies_W;  // that the proxy may have: gaps grow as at the nearest
+  std::span<const Pose> within_W;   // a contact holds while one of these is within its extent
+};
+
+/// Each gap grows by how far the surface has fallen away from its plane at the place of the tool's
+/// point (fall_at), and each contact is eased by its extent (weight_at). Contacts of which nothing
+/// is left are dropped. Normals do not turn: the force stays in the cone of what contact has said.
+/// False if nothing has changed.
+bool follow_surfaces(const RigidProxyTick& tick, const SurfacePlaces& places,
+                     RigidContacts& contacts);
+
 /// J·a ≥ −gap for motions from X_WG about a point displaced by `about_W` from the tool's origin.
 MotionRow row_of(const RigidContact& contact, const Vec3& about_W);
 

@@ -36,8 +36,9 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
 
 SoftContact spring_of(const CarriedContact& c, const RigidBody& tool, const SoftCarry& carry) {
   const double stiffness = c.stiffness > 0 ? c.stiffness : carry.stiffness;
-  return {c.tool_point_T - tool.centre_T, c.point_W, c.normal_W, c.velocity_W, c.weight * stiffness,
-          c.weight * carry.damping};
+  return {
+      c.tool_point_T - tool.centre_T, c.point_W,  c.normal_W, c.velocity_W, c.weight * stiffness,
+      c.weight * carry.damping,       c.curvature};
 }
 
 bool all_finite(const Mat6& m) {

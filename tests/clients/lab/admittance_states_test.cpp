@@ -197,6 +197,8 @@ TEST_CASE("admittance: a soft body rests where the scene holds what the hand pus
   SessionConfig config = load_config(from_source("configs/six-peg.toml"));
   const SessionConfig arm_like = arm_session(renderer);
   config.renderer = renderer;
+  // four pushes hold what this hand pushes with before a triangle of the peg has passed through
+  config.proxy.contact_stiffness = 4000;
   config.safety = arm_like.safety;
   config.safety.max_force = 20;
   config.safety.max_torque = 1;

@@ -272,11 +272,12 @@ TEST_CASE("voxel: what approaches is braked before it touches, by the relative v
 TEST_CASE("voxel: seen from anywhere it is the same", "[contact][trap]") {
   Scene scene(VoxelForce::kField);
   scene.model.damping = 2;
-  VoxelState state(scene.model);
   scene.question.X_WT = {{0.002, -0.003, kRadius + 0.009}, from_rotation_vector({0.05, 0.1, 0.3})};
   scene.question.V_WT = {{0.01, 0.02, -0.1}, {0.3, 0.1, 0}};
   const VoxelQuestion here = scene.question;
+  // clusters go on from those of the last frame
   const auto ask = [&] {
+    VoxelState state(scene.model);
     auto set = std::make_unique<ContactSet>();
     detect_voxel(scene.model, state, scene.question, *set);
     return set;

@@ -148,6 +148,10 @@ TEST_CASE("near contacts: a contact keeps its feature from pose to pose") {
   }
   CHECK(feature_id({FeatureKind::kEdge, 1}, {FeatureKind::kFace, 2}) !=
         feature_id({FeatureKind::kFace, 1}, {FeatureKind::kEdge, 2}));
+  const FeaturePair pair =
+      features_of(feature_id({FeatureKind::kVertex, (1u << 30) - 1}, {FeatureKind::kEdge, 7}));
+  CHECK((pair.a.kind == FeatureKind::kVertex && pair.a.index == (1u << 30) - 1));
+  CHECK((pair.b.kind == FeatureKind::kEdge && pair.b.index == 7));
 }
 
 TEST_CASE("near contacts: what is thinned out is stood for, and what has no room is further") {

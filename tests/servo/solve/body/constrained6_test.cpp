@@ -391,3 +391,25 @@ TEST_CASE("coupling: its symmetric Jacobian is the true one where nothing is str
     }
   }
 }
+
+TEST_CASE("constrained6: follows a ball and leaves a plane at its extent", "[servo][trap]") {
+  const double radius = 0.05;
+  auto set = rigid_set({}, {{{0, 0, 0}, {0, 0, 1}, 0}});
+  set->contacts[0].extent = 4e-3;
+  set->contacts[0].curvature = 1 / radius;
+  RigidLoop loop(Renderer::kConstrained6);
+  loop.model.coupling = {800, 20, 2, 0.02, 0, 0};
+  for (int i = 0; i < 200; ++i) loop.hold({{0, 0, -1e-3}, {}}, *set);
+  // 0.1 m/s: it lies on the ball as far as the plane holds
+  for (int i = 0; i <= 120; ++i) {
+    const double beside = 1e-4 * i;
+    const BodySolution out = loop.step({{{beside, 0, -1e-3}, {}}, {{0.1, 0, 0}, {}}}, *set);
+    const Vec3 p = out.proxy.X_WT.p;
+    CAPTURE(beside, p);
+    // the plane is that of the place where the tick began, which is higher
+    const double above = p.z + 0.5 * p.x * p.x / radius;
+    if (p.x < 3.9e-3) CHECK(above < 1e-5);
+    if (p.x < 3.9e-3) CHECK(above > -1e-9);
+    if (std::min(p.x, beside) > 4.5e-3) CHECK(out.n_pushing == 0);
+  }
+}

@@ -472,3 +472,69 @@ TEST_CASE("god-object6: damped contacts never contradict one another", "[servo][
     }
   }
 }
+
+TEST_CASE("god-object6: over a ball the plane falls away as the ball does, and no further",
+          "[servo][trap]") {
+  // the top of a ball of 50 mm; the hand slides off beside it, with one old set
+  const double radius = 0.05, depth = 1e-3;
+  auto set = rigid_set({}, {{{0, 0, 0}, {0, 0, 1}, 0}});
+  set->contacts[0].extent = 0.02;
+  for (int i = 0; i <= 40; ++i) {
+    const double beside = 1e-4 * i, fallen = 0.5 * beside * beside / radius;
+    const Pose hand = at({beside, 0, -fallen - depth});
+    set->contacts[0].curvature = 1 / radius;
+    RigidLoop loop = god_object();
+    const BodySolution curved = loop.hold(hand, *set);
+    CAPTURE(beside);
+    CHECK_THAT(curved.proxy.X_WT.p, IsNear({beside, 0, -fallen}, 1e-12));
+    CHECK(curved.F_hand_W.f.z == Approx(800 * depth).epsilon(1e-9));
+    // the normal stays that of the contact
+    CHECK(std::hypot(curved.F_hand_W.f.x, curved.F_hand_W.f.y) < 1e-12);
+    set->contacts[0].curvature = 0;
+    RigidLoop plain = god_object();
+    CHECK_THAT(plain.hold(hand, *set).proxy.X_WT.p, IsNear({beside, 0, 0}, 1e-12));
+  }
+}
+
+TEST_CASE("god-object6: friction holds the proxy where the surface has not fallen",
+          "[servo][trap]") {
+  // the hand moves on, the proxy sticks: it must not sink as if it had moved on as well
+  const auto materials = rough(2);
+  auto set = rigid_set({}, {{{0, 0, 0}, {0, 0, 1}, 0}});
+  set->contacts[0].extent = 0.02;
+  set->contacts[0].curvature = 20;
+  RigidLoop loop = god_object();
+  loop.model.materials = materials;
+  loop.hold(at({0, 0, -2e-3}), *set);
+  const BodySolution stuck = loop.hold(at({2e-3, 0, -2e-3}), *set);
+  CHECK_THAT(stuck.proxy.X_WT.p, IsNear({}, 1e-9));
+}
+
+TEST_CASE("god-object6: past the extent of a plane there is exactly nothing", "[servo][trap]") {
+  auto set = rigid_set({}, corners_on_floor(5e-3, -5e-3));
+  for (uint32_t i = 0; i < 4; ++i) set->contacts[i].extent = 4e-3;
+  double last = 0;
+  for (int i = 0; i <= 100; ++i) {
+    const Pose hand = at({1e-4 * i, 0, -1e-3});
+    RigidLoop loop = god_object();
+    const BodySolution out = loop.hold(hand, *set);
+    CAPTURE(hand.p.x);
+    if (hand.p.x < 3.99e-3) CHECK(out.F_hand_W.f.z == Approx(0.8).epsilon(1e-9));
+    // it fades over a tenth, without a step
+    if (i > 0) CHECK(std::fabs(out.F_hand_W.f.z - last) <= 0.8 * 1e-4 / 4e-4 * 1.01);
+    last = out.F_hand_W.f.z;
+    if (hand.p.x < 4.41e-3) continue;
+    CHECK(out.F_hand_W == Wrench{});
+    CHECK(out.proxy.X_WT == hand);
+  }
+}
+
+TEST_CASE("god-object6: a plane holds while the proxy is within its extent", "[servo][trap]") {
+  // in a corner the hand is far along one wall only because it is deep in the other
+  auto set = rigid_set({}, {{{0, 0, 0}, {0, 0, 1}, 0}, {{0, 0, 0}, {-1, 0, 0}, 0}});
+  for (uint32_t i = 0; i < 2; ++i) set->contacts[i].extent = 1e-3;
+  RigidLoop loop = god_object();
+  const BodySolution out = loop.hold(at({5e-3, 0, -5e-3}), *set);
+  CHECK_THAT(out.proxy.X_WT.p, IsNear({}, 1e-12));
+  CHECK_THAT(out.F_hand_W.f, IsNear({-4, 0, 4}, 1e-9));
+}

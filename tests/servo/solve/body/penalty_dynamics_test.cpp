@@ -151,13 +151,21 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
     RigidBody tool;
     tool.centre_T = 0.03 * random.direction();
     const BodyMotion body{random.pose(0.1), random_twist(random, 0.2, 2)};
-    const SoftContact contact = random_contact(random, body.X_WC);
+    SoftContact contact = random_contact(random, body.X_WC);
     const auto touch = [&](const BodyMotion& at) {
       BodyWrench sum;
       add_soft_contact(contact, at, sum);
       return sum;
     };
     if (norm(touch(body).F_W.f) > 0) CHECK(jacobian_error(touch, body, 1e-7, 1e-4) <= 1e-5);
+    // a surface that bends, beside the point of the contact, as far as it bends and beyond
+    contact.curvature = random.uniform(5, 200);
+    const Vec3 beside = cross(contact.normal_W, random.direction());
+    contact.object_point_W += (i % 2 == 0 ? 2e-3 : 2e-2) * beside;
+    const double fall = -gap_of(contact, body.X_WC);
+    contact.object_point_W += (1e-3 - std::min(fall, 0.0)) * contact.normal_W;
+    REQUIRE(norm(touch(body).F_W.f) > 0);
+    CHECK(jacobian_error(touch, body, 1e-7, 1e-4) <= 1e-5);
     const ToolMotion hand{random.pose(0.12), random_twist(random, 0.2, 2)};
     const VirtualCoupling coupling{1000, 0.5, 2, 1e-3, i % 2 == 0 ? 5.0 : 0, i % 3 == 0 ? 0.5 : 0};
     const auto hold = [&](const BodyMotion& at) {
@@ -165,6 +173,59 @@ TEST_CASE("dynamics: Jacobians of contacts and coupling against central differen
     };
     CHECK(jacobian_error(hold, body, 1e-6, 1e-4) <= 1e-5);
   }
+}
+
+TEST_CASE("dynamics: a curved contact pushes as the ball it stands for", "[servo]") {
+  // a point beside the top of a ball: distance √((R − d)² + s²) − R, to second order
+  const double radius = 0.05;
+  const SoftContact contact{{}, {0, 0, radius}, {0, 0, 1}, {}, 1000, 0, 1 / radius};
+  for (const double beside : {0.0, 1e-3, 2e-3, 4e-3}) {
+    for (const double depth : {0.0, 2e-4, 5e-4}) {
+      const Vec3 p{beside, 0, radius - depth};
+      const double gap = gap_of(contact, {p, {}});
+      CAPTURE(beside, depth);
+      CHECK(gap == Approx(norm(p) - radius).margin(0.02 * depth + 1e-6));
+      if (!(gap < -1e-5)) continue;
+      const BodyWrench sum = soft_contact_wrench({&contact, 1}, {{p, {}}, {}});
+      // along the way out of the ball
+      CHECK(norm(cross(normalized(sum.F_W.f), normalized(p))) < 2e-3);
+    }
+  }
+}
+
+TEST_CASE("dynamics: stable from 10 g to 1 kg at every coupling a device allows, explicit fails",
+          "[servo][trap]") {
+  // pressed into a floor as stiff as ten contacts, by couplings of up to 5000 N/m
+  const double mass = GENERATE(0.01, 0.1, 1.0);
+  const double k = GENERATE(200.0, 1000.0, 5000.0);
+  const auto rest_error = [&](Integrator integrator) {
+    RigidBody tool;
+    tool.mass = mass;
+    tool.inertia_C = mass * 1e-3 * Vec3{1, 1, 1};
+    const VirtualCoupling coupling{k, 0.02 * std::sqrt(k * mass), k * 1e-3, 1e-3, 0, 0};
+    const ToolMotion hand{{{0, 0, -2e-3}, {}}, {}};
+    std::vector<SoftContact> feet;
+    for (const double x : {-0.02, 0.02}) {
+      for (const double y : {-0.02, 0.02}) {
+        feet.push_back({{x, y, 0}, {x, y, 0}, {0, 0, 1}, {}, 2500, 0});
+      }
+    }
+    BodyMotion body{{{0, 0, 1e-3}, {}}, {{0, 0, -0.1}, {}}};
+    double most = 0;
+    for (int i = 0; i < 6000; ++i) {
+      const BodyWrench f = coupling_wrench(coupling, tool, hand, body);
+      body = penalty_dynamics_step(tool, body, f, feet, integrator, {kStep, 0}).body;
+      if (!(norm(body.X_WC.p) < 1)) return std::numeric_limits<double>::infinity();
+      // closed form: the springs in series
+      const double at_rest = -k * 2e-3 / (k + 1e4);
+      if (i >= 5000) most = std::max(most, std::fabs(body.X_WC.p.z - at_rest));
+    }
+    return most;
+  };
+  CAPTURE(mass, k);
+  CHECK(rest_error(Integrator::kImplicit) < 1e-6);
+  // undamped modes grow by √(1 + ω² h²) a step; damping b > h k would be needed
+  CHECK(rest_error(Integrator::kExplicit) > 1e-4);
 }
 
 TEST_CASE("dynamics: a contact pushes out and never pulls", "[servo][trap]") {

@@ -35,7 +35,8 @@ Patch make_patch(uint64_t seed, double tilt, const Pose& X_WO) {
   patch.set.F0_W = sum.F0_O;
   patch.set.K = sum.K.a;
   std::array<PushCluster, 16> clusters;
-  const size_t n = cluster_pushes(patch.pushes, {1e-2, 0.5}, clusters);
+  ClusterMemory memory;
+  const size_t n = cluster_pushes(patch.pushes, {1e-2, 0.5}, memory, clusters);
   patch.set.n_contacts = patch.set.n_active = static_cast<uint32_t>(n);
   const Pose X_OW = inverse(X_WO), X_TW = inverse(patch.set.X_WT);
   for (size_t i = 0; i < n; ++i) {
