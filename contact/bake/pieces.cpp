@@ -12,7 +12,7 @@ namespace haptic {
 namespace {
 
 // incremented with every change of how pieces are made: older caches are not read
-constexpr std::string_view kPieceVersion = "pieces 1";
+constexpr std::string_view kPieceVersion = "pieces 2";
 
 uint64_t piece_key(const TriangleMesh& mesh) {
   const uint64_t seed = hash_bytes(std::as_bytes(std::span(kPieceVersion)), kBakeVersion);

@@ -11,6 +11,7 @@
 #include "contact/bake/convex/piece_hulls.h"
 #include "contact/bake/convex/piece_surgery.h"
 #include "contact/bake/convex/surface_pieces.h"
+#include "contact/query/triangle/closest_on_triangle.h"
 
 namespace haptic {
 namespace {
@@ -129,6 +130,7 @@ BuiltPiece make_parent(const TriangleMesh& mesh, const std::vector<BuiltPiece>& 
     parent.facts.deviation =
         std::max(parent.facts.deviation, off_hull(parent.hull.view(), corners[i], normal, start));
   }
+  parent.facts.overhang = parent.facts.deviation;
   parent.facts.resolution = 1 / std::sqrt(parent.facts.area);
   return parent;
 }
@@ -196,6 +198,45 @@ double off_surface(Surroundings& around, const std::array<Vec3, 3>& corners, con
   return most;
 }
 
+/// The place nearest to a point on the triangles that the pieces stand for.
+ClosestPoint on_original(const TriangleMesh& mesh, const Surroundings& around, const Vec3& p) {
+  OnTriangle nearest{};
+  uint32_t triangle = 0;
+  double least = std::numeric_limits<double>::max();
+  for (const BuiltPiece* piece : around.pieces) {
+    for (const uint32_t t : piece->triangles) {
+      const OnTriangle on = closest_on_triangle(mesh, t, p);
+      const double distance = norm_squared(on.point - p);
+      if (distance < least) least = distance, nearest = on, triangle = t;
+    }
+  }
+  return closest_point_on_triangle(mesh, triangle, nearest, p);
+}
+
+/// How far the real faces of a piece lie off the original surface, and how far outside of it, at
+/// their corners, the middles of their edges and their centres. Where pieces merged over a gap a
+/// face may span it.
+void measure_faces(const TriangleMesh& mesh, const Surroundings& around, BuiltPiece& piece) {
+  const auto ask = [&](const Vec3& p) {
+    const ClosestPoint near = on_original(mesh, around, p);
+    piece.facts.deviation = std::max(piece.facts.deviation, near.distance);
+    // an open surface has no inside: either side of it is out
+    if (!near.inside) piece.facts.overhang = std::max(piece.facts.overhang, near.distance);
+  };
+  for (const HullFace& face : piece.hull.faces) {
+    if (face.is_virtual != 0) continue;
+    Vec3 sum;
+    for (uint32_t k = 0; k < face.n_edges; ++k) {
+      const HullEdge& edge = piece.hull.edges[face.first_edge + k];
+      const Vec3& from = piece.hull.vertices[edge.from];
+      ask(from);
+      ask(0.5 * (from + piece.hull.vertices[piece.hull.edges[edge.next].from]));
+      sum += from;
+    }
+    ask(sum / static_cast<double>(face.n_edges));
+  }
+}
+
 /// The deviations of the nodes of a level from `first` on. What a piece stands for may have come to
 /// lie under a neighbour, so that the neighbours' surfaces count as well.
 void measure_deviations(Building& b, size_t first) {
@@ -217,6 +258,7 @@ void measure_deviations(Building& b, size_t first) {
                    off_surface(around[place], corners_of(b.mesh, t), b.mesh.face_normals[t],
                                piece.facts.deviation, kQuarterings));
     }
+    measure_faces(b.mesh, around[place], piece);
   }
 }
 

@@ -83,16 +83,14 @@ bool OverlayDescent::reaches_foot(OverlayVertex& v) const {
 
 const OverlayVertex* OverlayDescent::find_real() {
   std::fill_n(expanded_.begin(), n_, false);
-  const OverlayVertex* beside = nullptr;
   for (size_t next = best_; next < n_; next = shallowest()) {
     OverlayVertex& here = visited_[next];
-    if (is_real(overlay_.hull(0), here.feature[0]) && is_real(overlay_.hull(1), here.feature[1])) {
-      if (reaches_foot(here)) return &here;
-      if (beside == nullptr) beside = &here;
-    }
+    const bool is_of_surface =
+        is_real(overlay_.hull(0), here.feature[0]) && is_real(overlay_.hull(1), here.feature[1]);
+    if (is_of_surface && reaches_foot(here)) return &here;
     if (!expand(next, true)) break;
   }
-  return beside;
+  return nullptr;
 }
 
 }  // namespace haptic

@@ -23,9 +23,10 @@ class OverlayDescent {
   const OverlayVertex& best() const { return visited_[best_]; }
   int n_steps() const { return n_steps_; }  // marching steps: expansions that found a better one
 
-  /// After a run: the shallowest vertex around the best both of whose features are real, of those
-  /// whose facet holds the foot of its plane, where such a one is near, because an edge beside a
-  /// virtual face has normals that point out of that face. Null where nothing real is near.
+  /// After a run: the shallowest vertex around the best both of whose features are real and whose
+  /// facet holds the foot of its plane; without the foot the plane touches neither surface there,
+  /// as that of an edge beside a virtual face, whose normals point out of that face. Null where
+  /// nothing real is near.
   const OverlayVertex* find_real();
 
  private:

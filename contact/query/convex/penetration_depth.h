@@ -25,7 +25,8 @@ struct PenetrationDepth {
 /// still hide a better one within 0.8 rad (7/√vertices rad, if less); where that takes too long, or
 /// another start was better, the minimum is suspect and expand_polytope() finds the exact one. The
 /// depth is that of a direction, so never below the exact one. Where a virtual feature won, the
-/// best real one of its neighbourhood takes its place. No allocation; bounded work.
+/// best real one of its neighbourhood whose facet holds the foot takes its place. No allocation;
+/// bounded work.
 PenetrationDepth penetration_depth(const HullPair& pair, ConvexPairState& state);
 
 }  // namespace haptic

@@ -106,8 +106,8 @@ size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree
   contact.normal_A = n_A;
   contact.piece_a = a;
   contact.piece_b = b;
-  // the surface lies within the hull by up to its deviation: what is certain is what pushes
-  const Vec3 within_a = piece_a.deviation * n_A, within_b = piece_b.deviation * n_A;
+  // the surface lies within the hull by up to its overhang: what is certain is what pushes
+  const Vec3 within_a = piece_a.overhang * n_A, within_b = piece_b.overhang * n_A;
   contact.point_a_A = touch.point_a_A - within_a;
   contact.point_b_A = X_AB * touch.point_b_B + within_b;
   contact.depth = dot(n_A, contact.point_a_A - contact.point_b_A);
@@ -129,7 +129,7 @@ size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree
   for (size_t i = 0; i < overlap.n; i += step) {
     const Vec3& p = overlap.point[i];
     const double hulls = (face_a.offset - dot(face_a.normal, p)) / tilt;
-    const double depth = std::min(hulls - piece_a.deviation - piece_b.deviation, contact.depth);
+    const double depth = std::min(hulls - piece_a.overhang - piece_b.overhang, contact.depth);
     if (depth < -options.tolerance) continue;
     deepest = std::max(deepest, depth);
     contacts[n] = contact;

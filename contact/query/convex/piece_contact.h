@@ -44,10 +44,9 @@ struct PieceContactOptions {
 /// The contacts of a touch with B now at X_AB. Of two pieces of which one is no larger than
 /// `spread`: the nearest or deepest place. Of others the corners of the overlap of the two faces,
 /// as seen along the normal, with the depth of each, so that a body rests on a plane without
-/// tilting. A hull contains its pieces, whose surfaces lie within it by at most their deviation (0
-/// of a leaf): each depth is that of the hulls less both deviations, so that no level of detail,
-/// and no pair that a budget left coarse, pushes more than the original surfaces do. Returns their
-/// number.
+/// tilting. The original surface lies within a hull by at most its overhang (0 of a leaf): each
+/// depth is that of the hulls less both overhangs, so that no level of detail, and no pair that a
+/// budget left coarse, pushes more than the original surfaces do. Returns their number.
 size_t piece_contacts(const PieceTree& tree_a, uint32_t a, const PieceTree& tree_b, uint32_t b,
                       const Pose& X_AB, const PieceTouch& touch, const PieceContactOptions& options,
                       std::span<PieceContact, kMostOfPair> contacts);

@@ -38,8 +38,8 @@ void check_facts(const PieceTree& tree, const Piece& piece) {
                     is_within(piece.first_face, piece.n_faces, tree.faces.size()),
                 "a piece whose hull is out of range");
   require_baked(is_point(piece.centre) && is_bound(piece.radius) && is_bound(piece.deviation) &&
-                    is_bound(piece.hull_distance) && is_bound(piece.resolution) &&
-                    is_bound(piece.area),
+                    is_bound(piece.hull_distance) && is_bound(piece.overhang) &&
+                    is_bound(piece.resolution) && is_bound(piece.area),
                 "a piece with impossible numbers");
 }
 

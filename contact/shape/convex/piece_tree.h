@@ -20,7 +20,9 @@ struct Piece {
   uint32_t level;        // of detail, above those of its children; 0: the original surface
   Vec3 centre;           // of a ball that contains the hull
   double radius;         // of that ball [m]
-  double deviation;      // s: of a point of the original surface to its own, at most [m]
+  double deviation;      // s: of a point of the original surface to its own, and of one of its real
+                         // faces to the original surface, at most [m]
+  double overhang;  // e: of a point of its real faces outside the original surface, at most [m]
   double hull_distance;  // h: of a point of its leaves' hulls to its own hull, at most [m]
   double resolution;     // r: 1 / mean edge length of its surface; of the hull of several pieces
                          // 1 / √area [1/m]

@@ -102,7 +102,7 @@ class Splitter {
       for (const HullFace& face : hull.faces) {
         below = std::min(below, face.offset - dot(face.normal, p));
       }
-      piece.deviation = std::max(piece.deviation, below);
+      piece.deviation = piece.overhang = std::max(piece.deviation, below);
     }
     const auto append = [](auto& to, const auto& from) {
       to.insert(to.end(), from.begin(), from.end());

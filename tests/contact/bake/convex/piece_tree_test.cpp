@@ -239,6 +239,46 @@ TEST_CASE("piece tree: a bumpy ball, a torus, a sheet and machine parts") {
   check(make(make_bolt({}, {16, 32})));
 }
 
+TEST_CASE("piece tree: real faces lie off a ball by no more than they say") {
+  constexpr double kRadius = 0.02;  // [m]
+  constexpr double kShare = 0.02, kWaves = 12;
+  constexpr double kFacets = 0.1e-3;  // the mesh lies that far off the ball, at most [m]
+  constexpr double kSlope = 1.1;      // along the radius it is farther than along the normal
+  const Made made = make(make_bumpy_ball(kRadius, 4, kShare, kWaves));
+  REQUIRE(made.tree.level_pieces.size() > 1);
+  Random random(21);
+  double beyond = 0, outside = 0, most = 0;
+  for (uint32_t level = 1; level < made.tree.level_pieces.size(); ++level) {
+    for (const uint32_t i : pieces_at(made.tree, level)) {
+      const Piece& piece = made.tree.pieces[i];
+      const Hull hull = made.tree.hull(piece);
+      for (const HullFace& face : hull.faces) {
+        if (face.is_virtual != 0) continue;
+        // a point of the face, between its corners by random weights
+        Vec3 p;
+        double sum = 0;
+        for (uint32_t k = 0; k < face.n_edges; ++k) {
+          const double weight = random.uniform(0.01, 1);
+          p += weight * hull.vertices[hull.edges[face.first_edge + k].from];
+          sum += weight;
+        }
+        p = p / sum;
+        const Vec3 n = normalized(p);
+        const double wave =
+            std::sin(kWaves * n.x) * std::sin(kWaves * n.y) * std::sin(kWaves * n.z);
+        const double off = (norm(p) - kRadius * (1 + kShare * wave)) / kSlope;
+        beyond = std::max(beyond, std::fabs(off) - piece.deviation);
+        outside = std::max(outside, off - piece.overhang);
+        most = std::max(most, off);
+      }
+    }
+  }
+  CAPTURE(most);
+  CHECK(most > 3 * kFacets);
+  CHECK(beyond < kFacets);
+  CHECK(outside < kFacets);
+}
+
 TEST_CASE("piece tree: solids apart from each other end in one root") {
   Soup two = make_icosphere(0.01, 1);
   const Soup other = two;
