@@ -9,6 +9,7 @@
 #include "clients/torture/account.h"
 #include "proto/os/programs.h"
 #include "tests/process/faulted_session.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -139,7 +140,8 @@ TEST_CASE("fault: recorders die and stand still, the hand notices nothing and no
   CHECK(account.unexplained == 0);
   CHECK(account.told == 0);
   CHECK(account.recorded + account.explained == account.published);
-  CHECK(account.recorded > account.published / 2);
+  // what passes while a recorder starts is explained; sanitizers make that longer
+  CHECK(account.recorded > account.published / (test::kSlowdown > 1 ? 4 : 2));
 }
 
 TEST_CASE("fault: watching clients die and stand still, and the hand does not notice") {
