@@ -32,7 +32,8 @@ double look_ahead(const ContactModel& model, ContactState& state, const ServoFra
   double scene_speed = 0;
   if (scene != nullptr) {
     for (uint32_t i = 0; i < std::min(scene->n_objects, kMaxObjects); ++i) {
-      const Vec3 v_W = surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p, servo.t_ns);
+      const Vec3 v_W =
+          surface_velocity(*scene, i, scene->X_WO[i], servo.X_WT.p, servo.t_ns, push_of(servo));
       scene_speed = std::max(scene_speed, norm(v_W));
     }
   }
@@ -70,7 +71,7 @@ bool is_usable(const ServoFrame& servo, const PointScene& now) {
 ContactState::ContactState(const ContactModel& model) : renderer(model.renderer) {
   // a question that is not usable makes what the detector keeps, before the first real one
   const ServoFrame servo{};
-  ContactQuestion question{servo, nullptr, renderer, scene_at(model, nullptr, 0)};
+  ContactQuestion question{servo, nullptr, renderer, scene_at(model, nullptr, servo, 0)};
   question.usable = false;
   ContactSet set{};
   detector_of(renderer)(model, detector, question, set);
@@ -84,7 +85,7 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   set.seq = state.seq++;
   const auto renderer =
       is_renderer(servo.renderer) ? static_cast<Renderer>(servo.renderer) : state.renderer;
-  ContactQuestion question{servo, scene, renderer, scene_at(model, scene, servo.t_ns)};
+  ContactQuestion question{servo, scene, renderer, scene_at(model, scene, servo, servo.t_ns)};
   question.changed = renderer != state.renderer && state.seq > 1;
   state.renderer = renderer;
   set.renderer = static_cast<uint32_t>(renderer);

@@ -33,6 +33,15 @@ struct ReseedMark {
   bool operator==(const ReseedMark&) const = default;
 };
 
+/// What the objects have been pushed with (ServoFrame).
+struct PushCounters {
+  std::array<Wrench, kMaxObjects> impulse_W{};
+  std::array<Wrench, kMaxObjects> impulse_time_W{};  // until t_ns
+  Vec3 forgotten_W;
+  int64_t since_ns = 0;  // the first tick
+  int64_t t_ns = 0;      // this tick
+};
+
 /// All that survives a tick.
 struct ServoState {
   Coupling coupling;  // in force
@@ -53,7 +62,7 @@ struct ServoState {
   int64_t t_ns = 0;
   uint64_t contact_generation = 0;
   ReseedMark reseeds;
-  std::array<Wrench, kMaxObjects> object_impulse_W{};
+  PushCounters pushes;
 };
 
 /// What the shell measured and received for this tick. Pointers may be null: nothing received yet.

@@ -37,13 +37,13 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   if (input.contacts == nullptr || !is_renderer(input.contacts->renderer)) {
     Rendered none;
     none.X_WP = frame.X_WT;
-    none.object_impulse_W = state.object_impulse_W;
+    none.object_impulse_W = state.pushes.impulse_W;
     return none;
   }
   Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
   if (state.solver != &solver) state.render.forget();
   state.solver = &solver;
-  RenderQuestion question{*input.contacts, scene,      state.object_impulse_W,
+  RenderQuestion question{*input.contacts, scene,      state.pushes.impulse_W,
                           coupling,        frame.X_WT, frame.V_WT,
                           std::nullopt,    input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
@@ -105,13 +105,38 @@ ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, Servo
   return age;
 }
 
-TickScene scene_of(const ServoInput& input) {
+void continue_pushes(PushCounters& pushes, int64_t t_ns) {
+  if (pushes.since_ns == 0) pushes.since_ns = pushes.t_ns = t_ns;
+  const double since = static_cast<double>(t_ns - pushes.t_ns) * 1e-9;
+  for (uint32_t i = 0; i < kMaxObjects; ++i) {
+    pushes.impulse_time_W[i] = pushes.impulse_time_W[i] + since * pushes.impulse_W[i];
+  }
+  pushes.t_ns = t_ns;
+}
+
+void note_pushes(PushCounters& pushes, const SceneFrame* scene,
+                 const std::array<Wrench, kMaxObjects>& impulse_W) {
+  const bool are_taken =
+      scene == nullptr || takes_pushes(*scene, kFirstHand, pushes.since_ns, pushes.t_ns);
+  for (uint32_t i = 0; i < kMaxObjects; ++i) {
+    if (are_taken || !is_mobile(*scene, i)) {
+      pushes.impulse_W[i] = impulse_W[i];
+    } else {
+      pushes.forgotten_W += impulse_W[i].f - pushes.impulse_W[i].f;
+    }
+  }
+}
+
+TickScene scene_of(const ServoState& state, const ServoInput& input) {
   TickScene scene;
   if (input.contacts != nullptr) scene.X_WO = input.contacts->X_WO;
   if (input.scene == nullptr) return scene;
+  const PushCounters& pushes = state.pushes;
+  const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.impulse_W,
+                      pushes.impulse_time_W};
   for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
-    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns);
-    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns);
+    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns, push);
+    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns, push);
   }
   return scene;
 }
@@ -192,8 +217,11 @@ void note_safety(ServoState& state, const Rendered& rendered, const SafetyOutput
 
 void note_frame(ServoState& state, const ServoInput& input, const Rendered& rendered, bool is_felt,
                 bool usable, ServoFrame& frame) {
-  if (is_felt) state.object_impulse_W = rendered.object_impulse_W;
-  frame.object_impulse_W = state.object_impulse_W;
+  if (is_felt) note_pushes(state.pushes, input.scene, rendered.object_impulse_W);
+  frame.object_impulse_W = state.pushes.impulse_W;
+  frame.object_impulse_time_W = state.pushes.impulse_time_W;
+  frame.forgotten_impulse_W = state.pushes.forgotten_W;
+  frame.impulses_since_ns = state.pushes.since_ns;
   if (rendered.V_WP) {
     frame.V_WP = *rendered.V_WP;
   } else if (state.started) {

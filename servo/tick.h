@@ -24,8 +24,17 @@ void follow_control(const ServoModel& model, ServoState& state, const ServoInput
 /// How much of the contacts their age leaves; noted in the frame.
 ContactWeight weigh(ServoState& state, const ServoInput& input, double dt, ServoFrame& frame);
 
-/// Where the objects are this tick: the newest scene extrapolated, else where contact saw them.
-TickScene scene_of(const ServoInput& input);
+/// Brings the integral of the impulses up to this tick.
+void continue_pushes(PushCounters& pushes, int64_t t_ns);
+
+/// Counts what the objects are pushed with in this tick. What no sim moves a body by is forgotten:
+/// it is not given to the body later.
+void note_pushes(PushCounters& pushes, const SceneFrame* scene,
+                 const std::array<Wrench, kMaxObjects>& impulse_W);
+
+/// Where the objects are this tick: the newest scene carried on by twist and pushes, else where
+/// contact saw them.
+TickScene scene_of(const ServoState& state, const ServoInput& input);
 
 /// Whether the tool of these contacts is a body that may enter objects.
 bool is_soft_body(const ContactSet* contacts);

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // haptic-sim: moves the scene and publishes the poses of the objects.
+#include <algorithm>
 #include <memory>
+#include <span>
+#include <vector>
 
+#include "contact/bake/bake.h"
 #include "proto/ipc/process.h"
 #include "sim/step.h"
 
@@ -10,6 +14,18 @@ namespace {
 
 constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the predecessor's frames
 constexpr int64_t kLookNs = 1'000'000;         // between checks
+
+/// The newest frame of the hand, kept from step to step.
+struct HandInbox {
+  RingSource<&ServoChannels::frames> frames;
+  ServoFrame frame{};
+  bool any = false;
+
+  const ServoFrame* latest() {
+    any |= frames.latest(frame);
+    return any ? &frame : nullptr;
+  }
+};
 
 /// After a restart: the predecessor's last frame. hapticd announces in order, so once our own
 /// segment arrives there is nothing older to wait for.
@@ -25,11 +41,26 @@ bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_ge
   return found;
 }
 
+/// The shapes of the objects where any has mass: contact has baked them, or does so now.
+std::vector<BakedShape> bake_where_needed(const SessionConfig& config) {
+  const auto objects = std::span(config.objects).first(config.n_objects);
+  std::vector<BakedShape> baked;
+  if (std::ranges::none_of(objects, [](const auto& o) { return has_mass(o.body); })) return baked;
+  for (const ObjectConfig& object : objects) {
+    baked.push_back(bake_object(object, config.mesh_memory_limit));
+  }
+  return baked;
+}
+
 int run(const ChildArguments& arguments) {
   Child<SimChannels> child(arguments);
   auto predecessors = child.ring<&SimChannels::frames>(Start::kOldest);
   auto controls = child.ring<&ControlChannels::frames>(Start::kOldest);
-  const SimModel model = build_sim(child.config());
+  HandInbox hand{child.ring<&ServoChannels::frames>(Start::kOldest)};
+  const std::vector<BakedShape> baked = bake_where_needed(child.config());
+  std::vector<MeshShape> shapes;
+  for (const BakedShape& object : baked) shapes.push_back(object.shape);
+  const SimModel model = build_sim(child.config(), shapes);
   const auto state = std::make_unique<SimState>();
   child.start({.fifo_priority = 0, .lock_memory = false});
 
@@ -46,7 +77,7 @@ int run(const ChildArguments& arguments) {
     controls.latest(control);
     // a ring may hold anything
     const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
-    frame = sim_step(model, *state, tick.deadline_ns, time_scale);
+    frame = sim_step(model, *state, {hand.latest()}, tick.deadline_ns, time_scale);
     frame.busy_ns = now_ns() - tick.deadline_ns - tick.late_ns;
     child.channels().frames.publish(frame);
   }

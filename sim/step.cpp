@@ -22,11 +22,16 @@ int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
 
 }  // namespace
 
-SimModel build_sim(const SessionConfig& config) {
-  return {std::min(config.n_objects, kMaxObjects), config.objects};
+SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes) {
+  return {std::min(config.n_objects, kMaxObjects), config.objects, build_bodies(config, shapes)};
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {
+  return sim_step(model, state, {}, t_ns, time_scale);
+}
+
+SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& hands, int64_t t_ns,
+                    double time_scale) {
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects && time_scale >= 0);
   const int64_t elapsed = elapsed_ns(state, t_ns);
   // exact for scale 1; otherwise rounded to a nanosecond of scene time
@@ -48,6 +53,7 @@ SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double
     frame.X_WO[i] = scripted.X_WO;
     frame.V_WO[i] = scripted.V_WO;
   }
+  if (!model.bodies.with_mass.empty()) step_bodies(model.bodies, state.bodies, hands, frame);
   return frame;
 }
 
@@ -58,6 +64,8 @@ void resume(const SimModel& model, SimState& state, const SceneFrame& last) {
   state.t_ns = last.t_ns;
   state.started = true;
   state.resumed = true;
+  state.bodies.resumed = true;
+  state.bodies.last = last;
   for (uint32_t i = 0; i < std::min(model.n_objects, last.n_objects); ++i) {
     state.first_phase[i] = phase_of(model.objects[i], last.X_WO[i], last.V_WO[i]);
   }

@@ -6,6 +6,7 @@
 
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
+#include "sim/bodies.h"
 
 namespace haptic {
 
@@ -13,10 +14,12 @@ namespace haptic {
 struct SimModel {
   uint32_t n_objects = 0;
   std::array<ObjectConfig, kMaxObjects> objects{};
+  BodiesModel bodies;
 };
 
-/// What persists from step to step. Phase of object i: first_phase[i] + 2π·frequency·scene_ns. The
-/// scene clock is an integer, so it never drifts; it stands still while no sim runs.
+/// What persists from step to step; it can be moved, not copied. Phase of object i: first_phase[i]
+/// + 2π·frequency·scene_ns. The scene clock is an integer, so it never drifts; it stands still
+/// while no sim runs.
 struct SimState {
   uint64_t seq = 0;      // of the last frame; the first is 1
   int64_t t_ns = 0;      // of the last frame
@@ -24,20 +27,28 @@ struct SimState {
   bool started = false;
   bool resumed = false;  // t_ns is that of the previous sim's last frame
   std::array<double, kMaxObjects> first_phase{};
+  BodiesState bodies;
 };
 
-SimModel build_sim(const SessionConfig& config);
+/// `shapes`: as contact has baked them, in the order of the config, where an object has mass; they
+/// must outlive the model. Throws std::invalid_argument as build_bodies.
+SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes = {});
 
-/// Scene at t_ns with exact poses and twists; the caller fills in busy_ns. The first step of a new
-/// scene shows the configured poses. Scene time advances by time_scale (≥ 0) times the time since
-/// the last step, and twists are scaled with it; a t_ns before the last step repeats the last
-/// instant.
+/// Scene at t_ns; the caller fills in busy_ns. Scripted objects have exact poses and twists, and
+/// the first step of a new scene shows the configured poses. Scene time advances by time_scale (≥
+/// 0) times the time since the last step, and scripted twists are scaled with it; a t_ns before the
+/// last step repeats the last instant. Bodies with mass are moved by what the hands have pushed
+/// them with, in real time.
+SceneFrame sim_step(const SimModel& model, SimState& state, const HandFrames& hands, int64_t t_ns,
+                    double time_scale = 1);
+/// Without a hand.
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale = 1);
 
 /// Continues after a restart: seq follows last.seq, and the phases are derived from last's poses
 /// and twists. The first step advances by the time since `last`, at most kMaxExtrapolation
 /// (proto/wire/scene_pose.h), where the readers' extrapolation stopped, so that no outage makes the
-/// objects jump. Call before the first step.
+/// objects jump. Bodies go on with the twists of `last`; what hands have pushed them with meanwhile
+/// is forgotten. Call before the first step.
 void resume(const SimModel& model, SimState& state, const SceneFrame& last);
 
 }  // namespace haptic

@@ -53,11 +53,21 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
       servo_model_(build_servo_model(config, actuators_of(device.caps()))),
       contact_model_(build_contact_model(config, shapes)),
       contact_state_(std::make_unique<ContactState>(contact_model_)),
-      sim_model_(build_sim(config)),
+      sim_model_(build_sim(config, shapes.objects)),
       control_(initial_control(config)) {
   contact_model_.prediction = options.contact_latency / config.servo_rate;
-  scene_ = sim_step(sim_model_, sim_state_, kStartNs);
+  scene_ = std::make_unique<SceneFrame>(sim_step(sim_model_, sim_state_, kStartNs));
   sim_ticks_ = 1;
+}
+
+void Lockstep::move_scene(int64_t t_ns) {
+  // its hand's frame is that of the tick before
+  const HandFrames hands{tick_ > 0 ? &frame_ : nullptr};
+  auto scene = std::make_unique<SceneFrame>(sim_step(sim_model_, sim_state_, hands, t_ns));
+  if (options_.without_counters) {
+    for (ObjectResponse& response : scene->responses) response.mobility = {};
+  }
+  scenes_.push_back({tick_ + options_.scene_latency, std::move(scene)});
 }
 
 ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const {
@@ -83,14 +93,29 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
 
 void Lockstep::answer(const ServoFrame& question, uint64_t visible_at) {
   auto set = std::make_unique<ContactSet>(
-      contact_step(contact_model_, *contact_state_, question, &scene_));
+      contact_step(contact_model_, *contact_state_, question, scene_.get()));
   pending_.push_back({visible_at, std::move(set)});
+}
+
+void Lockstep::kill_sim() {
+  has_sim_ = false;
+}
+
+void Lockstep::restart_sim() {
+  const SceneFrame& last = scenes_.empty() ? *scene_ : *scenes_.back().scene;
+  sim_state_ = {};
+  resume(sim_model_, sim_state_, last);
+  has_sim_ = true;
 }
 
 bool Lockstep::step() {
   const int64_t t_ns = grid_time(config_.servo_rate, tick_);
   for (; grid_time(config_.sim_rate, sim_ticks_) <= t_ns; ++sim_ticks_) {
-    scene_ = sim_step(sim_model_, sim_state_, grid_time(config_.sim_rate, sim_ticks_));
+    if (has_sim_) move_scene(grid_time(config_.sim_rate, sim_ticks_));
+  }
+  while (!scenes_.empty() && scenes_.front().visible_at <= tick_) {
+    scene_ = std::move(scenes_.front().scene);
+    scenes_.pop_front();
   }
 
   ServoInput input;
@@ -106,7 +131,7 @@ bool Lockstep::step() {
     pending_.pop_front();
   }
   input.contacts = contacts();
-  input.scene = &scene_;
+  input.scene = scene_.get();
   input.control = &control_;
   frame_ = servo_step(servo_model_, servo_state_, input);
   servo_model_.admittance ? device_.move(frame_.X_command_B) : device_.write(frame_.F_device_B);

@@ -17,6 +17,9 @@ namespace haptic {
 struct LockstepOptions {
   uint32_t contact_period = 1;   // servo ticks between two contact steps
   uint32_t contact_latency = 1;  // ticks until an answer is visible; 0: within the same tick
+  uint32_t scene_latency = 0;    // ticks until a scene is visible
+  // servo and contact place bodies by their twists alone, as if they did not know what is pushed
+  bool without_counters = false;
 };
 
 /// All three steps in one process on virtual time, bit-identical on every run. Used by offline
@@ -26,13 +29,21 @@ class Lockstep {
   Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
 
+  /// What kill -9 does to sim: it makes no scene until it begins anew, as after a restart, with the
+  /// last one that was published.
+  void kill_sim();
+  void restart_sim();
+  /// The servo begins anew, as after a restart.
+  void restart_servo() { servo_state_ = {}; }
+
   /// One tick. False once the device's recording has ended; that tick produces no frame.
   bool step();
 
   const ServoFrame& frame() const { return frame_; }
   /// The set used by the last tick, or null.
   const ContactSet* contacts() const { return visible_ ? visible_.get() : nullptr; }
-  const SceneFrame& scene() const { return scene_; }
+  /// The scene used by the last tick.
+  const SceneFrame& scene() const { return *scene_; }
   /// The desired state, as hapticd would publish it before the next tick.
   ControlFrame& control() { return control_; }
 
@@ -45,6 +56,11 @@ class Lockstep {
     uint64_t visible_at;
     std::unique_ptr<ContactSet> set;
   };
+  struct MadeScene {
+    uint64_t visible_at;
+    std::unique_ptr<SceneFrame> scene;
+  };
+  void move_scene(int64_t t_ns);
   void answer(const ServoFrame& question, uint64_t visible_at);
   ServoFrame question_of(const DeviceState& device, int64_t t_ns) const;
 
@@ -58,12 +74,14 @@ class Lockstep {
   SimModel sim_model_;
   SimState sim_state_;
   ControlFrame control_{};
-  SceneFrame scene_{};
+  std::deque<MadeScene> scenes_;
+  std::unique_ptr<SceneFrame> scene_;
   std::deque<Answer> pending_;
   std::unique_ptr<ContactSet> visible_;
   ServoFrame frame_{};
   uint64_t tick_ = 0;
   uint64_t sim_ticks_ = 0;
+  bool has_sim_ = true;
   uint64_t hash_ = 14695981039346656037ull;
 };
 

@@ -37,8 +37,8 @@ void StandardMessages::add(const ServoFrame& frame, const SceneFrame* scene) {
   if (X_WB_) transforms_.push_back({"world", "base", *X_WB_});
   const uint32_t objects = scene == nullptr ? 0 : std::min(scene->n_objects, kMaxObjects);
   for (uint32_t i = 0; i < objects; ++i) {
-    transforms_.push_back(
-        {"world", "object_" + std::to_string(i), object_pose_at(*scene, i, frame.t_ns)});
+    transforms_.push_back({"world", "object_" + std::to_string(i),
+                           object_pose_at(*scene, i, frame.t_ns, push_of(frame))});
   }
   trace_.write_message(tf_, ros::tf_message(t, transforms_), stamp);
 }

@@ -44,8 +44,8 @@ double proxy_depth(const ServoFrame& frame, const SceneFrame* scene, const Sessi
   double deepest = 0;
   for (uint32_t i = 0; i < shapes.size(); ++i) {
     if (!shapes[i].shape.mesh.closed) continue;
-    const Pose X_WO =
-        scene != nullptr ? object_pose_at(*scene, i, frame.t_ns) : config.objects[i].X_WO;
+    const Pose X_WO = scene != nullptr ? object_pose_at(*scene, i, frame.t_ns, push_of(frame))
+                                       : config.objects[i].X_WO;
     const Pose X_OP = inverse(X_WO) * frame.X_WP;
     for (const Vec3& p_P : points_P) {
       const ClosestPoint c =

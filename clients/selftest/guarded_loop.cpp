@@ -47,7 +47,7 @@ class OneThreadSession {
         loop_(config, *device_.device, inbox_, servo_.channels()),
         contact_model_(build_contact_model(config, shapes)),
         contact_state_(contact_model_),
-        sim_model_(build_sim(config)),
+        sim_model_(build_sim(config, shapes.objects)),
         control_(initial_control(config)),
         period_ns_(period_ns(config.servo_rate)),
         sim_period_ns_(period_ns(config.sim_rate)),
@@ -109,7 +109,7 @@ class OneThreadSession {
   }
 
   void move_scene(int64_t t_ns) {
-    scene_ = sim_step(sim_model_, sim_state_, t_ns);
+    scene_ = sim_step(sim_model_, sim_state_, {&loop_.frame()}, t_ns);
     sim_.channels().frames.publish(scene_);
     next_scene_ns_ = t_ns + sim_period_ns_;
   }

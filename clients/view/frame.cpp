@@ -43,7 +43,7 @@ double seconds(int64_t ns) {
 }
 
 Pose object_pose(const View& view, uint32_t object) {
-  return object_pose_at(view.scene, object, view.servo.t_ns);
+  return object_pose_at(view.scene, object, view.servo.t_ns, push_of(view.servo));
 }
 
 uint32_t n_objects(const View& view) {

@@ -39,7 +39,8 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   return model;
 }
 
-PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t t_ns) {
+PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const ServoFrame& servo,
+                    int64_t t_ns) {
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   PointScene now;
   now.shapes = {model.shapes.data(), model.n_objects};
@@ -47,7 +48,7 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t 
   now.epsilon = model.epsilon;
   if (scene == nullptr) return now;
   for (uint32_t i = 0; i < std::min(model.n_objects, scene->n_objects); ++i) {
-    now.X_WO[i] = object_pose_at(*scene, i, t_ns);
+    now.X_WO[i] = object_pose_at(*scene, i, t_ns, push_of(servo));
   }
   return now;
 }

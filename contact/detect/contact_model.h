@@ -42,7 +42,8 @@ struct ContactQuestion {
 };
 
 /// The objects at an instant, extrapolated; where no scene has come, as the config has them.
-PointScene scene_at(const ContactModel& model, const SceneFrame* scene, int64_t t_ns);
+PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const ServoFrame& servo,
+                    int64_t t_ns);
 
 /// Where something touches or may touch: on which facet.
 struct FacetContact {

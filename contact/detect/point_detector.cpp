@@ -123,7 +123,7 @@ void lead(const ContactModel& model, LedPoint& state, const ContactQuestion& que
   set.flags |= move.flags;
   set.free_fraction = move.free_fraction;
   const auto ahead_ns = static_cast<int64_t>(model.prediction * 1e9);
-  PointScene then = scene_at(model, question.scene, servo.t_ns + ahead_ns);
+  PointScene then = scene_at(model, question.scene, servo, servo.t_ns + ahead_ns);
   then.radius = question.now.radius;
   add_contacts(model, then, goal_W + model.prediction * servo.V_WT.v, question.reach, state, set);
 }

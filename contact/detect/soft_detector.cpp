@@ -23,7 +23,7 @@ void detect_soft(const ContactModel& model, DetectorState& state, const ContactQ
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   const SceneFrame* scene = question.scene;
   for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
-    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns);
+    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
   }
   set.X_WT = servo.X_WP;
   set.X_WG = servo.X_WP;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "proto/config/config_body.h"
 #include "proto/config/config_device.h"
 #include "proto/config/config_material.h"
 #include "proto/config/config_section.h"
@@ -32,7 +33,6 @@ constexpr auto kMotionWords = words_of(kMotions);
 constexpr Range kServoRates{100, 10e3};
 constexpr Range kPollRates{10, 100e3};  // [Hz]
 constexpr Range kProxyRadii{0, 0.1};    // [m]; a larger one exceeds any scene
-constexpr Range kSimRates{50, 1e3};     // [Hz]; kMaxExtrapolation is 20 ms
 constexpr int64_t kButtons = 32;        // bits of DeviceState::buttons
 
 void read_session(Section& root, SessionConfig& config) {
@@ -64,10 +64,6 @@ void read_rates(Section& root, SessionConfig& config) {
     read_pieces(*contact, config.pieces);
     read_rigid(*contact, config.rigid);
     contact->finish();
-  }
-  if (auto sim = root.section("sim")) {
-    sim->read_quantity("rate", kFrequency, kSimRates, config.sim_rate);
-    sim->finish();
   }
 }
 
@@ -152,6 +148,7 @@ void read_object(Section& section, SessionConfig& config, const fs::path& config
   section.read_pose(object.X_WO);
   read_motion(section, object.motion);
   read_material(section, config, config_folder, object.material);
+  read_body(section, object, object.body);
   section.finish();
   ++config.n_objects;
 }
@@ -195,6 +192,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   read_tool(root, folder, config.tool);
   read_proxy(root, config.proxy);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
+  read_sim(root, config);
   root.finish();
   check_body(root, config);
   check_rigid(root, config);

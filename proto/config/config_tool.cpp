@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_tool.h"
 
+#include "proto/config/config_body.h"
 #include "proto/config/config_shape.h"
 #include "proto/os/message.h"
 
@@ -29,17 +30,6 @@ constexpr int64_t kMaxOffsetLayers = 8;  // [voxels]
 constexpr int64_t kMaxBudget = 1 << 30;  // points, or pairs of pieces, per step
 constexpr Range kThresholds{0, 10e-3};   // [m]
 constexpr Range kClusterRadii{1e-5, 1};  // [m]
-
-/// Triangle inequality: no moment exceeds the sum of the two others (equal for a thin plate).
-void check_inertia(const Section& tool, const Vec3& inertia) {
-  const double sum = inertia.x + inertia.y + inertia.z;
-  for (int k = 0; k < 3; ++k) {
-    if (2 * inertia[k] <= sum * (1 + 1e-9)) continue;
-    tool.fail_at("inertia",
-                 "belongs to no body: one moment is larger than the two others "
-                 "together; write the moments about x, y, z");
-  }
-}
 
 }  // namespace
 

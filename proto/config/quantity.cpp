@@ -21,13 +21,14 @@ struct Kind {
   double most = kMost;  // in SI units, either sign
 };
 
-constexpr std::array<Kind, 20> kKinds{{
+constexpr std::array<Kind, 21> kKinds{{
     {Dimension::kLength, "a length", "100 mm", kMostLength},
     {Dimension::kMass, "a mass", "100 g"},
     {Dimension::kTime, "a time", "0.5 s"},
     {Dimension::kFrequency, "a rate", "1 kHz"},
     {Dimension::kSpeed, "a speed", "2 m/s"},
     {Dimension::kAngularSpeed, "an angular velocity", "20 rad/s"},
+    {Dimension::kAcceleration, "an acceleration", "9.81 m/s²"},
     {Dimension::kAngle, "an angle", "90 deg"},
     {Dimension::kForce, "a force", "8 N"},
     {Dimension::kForceRate, "a rise of force", "2000 N/s"},
@@ -73,6 +74,8 @@ constexpr std::array kUnits = std::to_array<Unit>({
     {"mm/s", Dimension::kSpeed, 1e-3},
     {"rad/s", Dimension::kAngularSpeed, 1},
     {"deg/s", Dimension::kAngularSpeed, kDegree},
+    {"m/s²", Dimension::kAcceleration, 1},
+    {"m/s2", Dimension::kAcceleration, 1},
     {"rad", Dimension::kAngle, 1},
     {"mrad", Dimension::kAngle, 1e-3},
     {"deg", Dimension::kAngle, kDegree},

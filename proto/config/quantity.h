@@ -17,6 +17,7 @@ enum class Dimension {
   kFrequency,            // [Hz]
   kSpeed,                // [m/s]
   kAngularSpeed,         // [rad/s]
+  kAcceleration,         // [m/s²]
   kAngle,                // [rad]
   kForce,                // [N]
   kForceRate,            // [N/s]

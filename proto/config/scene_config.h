@@ -105,10 +105,24 @@ struct ShapeConfig {
   uint32_t colour = 0;  // on a screen, 0xrrggbb
 };
 
+/// An object that is moved by pushes, gravity and other objects.
+struct BodyConfig {
+  double density = 0;  // gives mass and inertia of the closed mesh [kg/m³]; 0: use the two below
+  double mass = 0;     // [kg]; 0 and no density: it stands still or follows its script
+  Vec3 inertia;  // about the axes of O through the centre of mass [kg·m²]; 0: that of a solid mesh
+                 // of this mass
+  double restitution = 0;  // speed after an impact over the speed before, 0 to 1
+};
+
+constexpr bool has_mass(const BodyConfig& body) {
+  return body.density > 0 || body.mass > 0;
+}
+
 struct ObjectConfig : ShapeConfig {
   Pose X_WO;
   MotionConfig motion;
   MaterialConfig material;
+  BodyConfig body;
 };
 
 /// The tool of renderers with six degrees of freedom; no mesh: a point.

@@ -72,9 +72,17 @@ constexpr UnusedBytes unused_bytes(const ContactSet& set) {
   return {kFirst + n * sizeof(Contact), kFirst + sizeof(ContactSet::contacts)};
 }
 
+/// The responses from n_responses on.
+constexpr UnusedBytes unused_bytes(const SceneFrame& frame) {
+  constexpr size_t kFirst = offsetof(SceneFrame, responses);
+  const size_t n = std::min(frame.n_responses, kMaxObjects);
+  return {kFirst + n * sizeof(ObjectResponse), kFirst + sizeof(SceneFrame::responses)};
+}
+
 /// The rings of each process. 4096 frames of servo and contact are four seconds at 1 kHz: they
 /// survive a crash of the writer, and a recorder may be that late on a busy machine. Four seconds
-/// of contact hold 7 contacts in each set; sets of 64 fill the ring in one.
+/// of contact hold 7 contacts in each set; sets of 64 fill the ring in one. Two seconds of sim at
+/// 1 kHz hold four bodies with mass, 0.7 seconds sixteen.
 struct ServoChannels {
   static constexpr SegmentId kId = servo_segment(kFirstHand);
   static constexpr const char* kName = servo_name(kFirstHand);
@@ -93,7 +101,7 @@ struct ContactChannels {
 struct SimChannels {
   static constexpr SegmentId kId = SegmentId::kSim;
   static constexpr const char* kName = "sim";
-  Ring<SceneFrame, 512> frames;
+  PackedRing<SceneFrame, 2048, 8 << 20> frames;
   Ring<Event, 256> events;
 };
 

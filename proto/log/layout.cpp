@@ -20,7 +20,16 @@ struct Default {
 };
 
 // a new field of proto/wire/wire.h gets a row: without one older recordings are refused
-constexpr std::array<Default, 19> kDefaults{{
+constexpr std::array<Default, 27> kDefaults{{
+    // since layout 11
+    {"ServoFrame", "object_impulse_time_W", 0, "no object could be pushed away"},
+    {"ServoFrame", "forgotten_impulse_W", 0, "no object could be pushed away"},
+    {"ServoFrame", "impulses_since_ns", 0, "no object could be pushed away"},
+    {"SceneFrame", "joints", 0, "there were no joints"},
+    {"SceneFrame", "n_joints", 0, "there were no joints"},
+    {"SceneFrame", "seen_t_ns", 0, "no object could be pushed away"},
+    {"SceneFrame", "n_responses", 0, "no object could be pushed away"},
+    {"SceneFrame", "responses", 0, "no object could be pushed away"},
     // since layout 9
     {"ServoFrame", "translational_stiffness", 0, "the coupling in force was not recorded"},
     {"ServoFrame", "rotational_stiffness", 0, "the coupling in force was not recorded"},

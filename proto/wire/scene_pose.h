@@ -2,18 +2,85 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "proto/math/assert.h"
+#include "proto/wire/hands.h"
 #include "proto/wire/wire.h"
 
 namespace haptic {
 
 inline constexpr double kMaxExtrapolation = 0.020;  // longest extrapolation of a scene pose [s]
 
-/// X_WO of one object at time t: the scene's pose extrapolated by its twist, at most 20 ms either
-/// way (if sim dies, the scene freezes). Servo and contact both use this function, so they see an
-/// object in the same place.
+/// What one hand has pushed the objects with: the counters of its ServoFrame.
+struct HandPush {
+  uint32_t hand;
+  int64_t t_ns;      // of the counters: the impulse stays as it is from here on
+  int64_t since_ns;  // where they began
+  std::span<const Wrench, kMaxObjects> impulse_W, impulse_time_W;
+};
+
+inline HandPush push_of(const ServoFrame& frame, uint32_t hand = kFirstHand) {
+  HAPTIC_ASSERT(hand < kMostHands);
+  return {hand, frame.t_ns, frame.impulses_since_ns, frame.object_impulse_W,
+          frame.object_impulse_time_W};
+}
+
+/// Whether this object moves when it is pushed, as far as the scene says.
+inline bool is_mobile(const SceneFrame& scene, uint32_t object) {
+  HAPTIC_ASSERT(object < kMaxObjects);
+  constexpr std::array<double, 36> kFixed{};
+  return object < scene.n_responses && scene.responses[object].mobility != kFixed;
+}
+
+/// Whether a push at t_ns still moves what is mobile: sim has used counters of this servo, and its
+/// frame can still be extrapolated. What is pushed otherwise belongs into no counter.
+inline bool takes_pushes(const SceneFrame& scene, uint32_t hand, int64_t since_ns, int64_t t_ns) {
+  HAPTIC_ASSERT(hand < kMostHands);
+  const int64_t seen_ns = scene.seen_t_ns[hand];
+  return seen_ns != 0 && seen_ns >= since_ns &&
+         static_cast<double>(t_ns - scene.t_ns) * 1e-9 <= kMaxExtrapolation;
+}
+
+/// Mobility times an impulse: the change of twist. Mobility times the integral of an impulse: the
+/// displacement.
+inline Twist moved_by(const std::array<double, 36>& mobility, const Wrench& J_W) {
+  const std::array<double, 6> j{J_W.f.x, J_W.f.y, J_W.f.z, J_W.t.x, J_W.t.y, J_W.t.z};
+  std::array<double, 6> d{};
+  for (size_t row = 0; row < 6; ++row) {
+    for (size_t column = 0; column < 6; ++column) d[row] += mobility[6 * row + column] * j[column];
+  }
+  return {{d[0], d[1], d[2]}, {d[3], d[4], d[5]}};
+}
+
+/// What a hand has pushed an object with that sim has not used yet.
+struct UnseenPush {
+  Wrench impulse_W;       // J − J_seen
+  Wrench impulse_time_W;  // S − S_seen − J_seen (t − t_seen)
+};
+
+/// At t, as far as the object is still moved then: beyond 20 ms the integral stays as it was, which
+/// holds because the servo counts no push any more.
+inline UnseenPush unseen_push(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                              const HandPush& push) {
+  const int64_t seen_ns = scene.seen_t_ns[push.hand];
+  if (seen_ns == 0 || seen_ns < push.since_ns) return {};
+  const SeenPush& seen = scene.responses[object].seen[push.hand];
+  const auto seconds = [](int64_t ns) { return static_cast<double>(ns) * 1e-9; };
+  const double age = seconds(t_ns - scene.t_ns);
+  const double frozen = age - std::clamp(age, -kMaxExtrapolation, kMaxExtrapolation);
+  UnseenPush unseen;
+  unseen.impulse_W = push.impulse_W[object] + -seen.impulse_W;
+  unseen.impulse_time_W = push.impulse_time_W[object] + -seen.impulse_time_W +
+                          (seconds(t_ns - push.t_ns) - frozen) * unseen.impulse_W +
+                          -seconds(push.t_ns - seen_ns) * seen.impulse_W;
+  return unseen;
+}
+
+/// X_WO of one object at time t, by what the scene says alone: extrapolated by its twist, at most
+/// 20 ms either way (if sim dies, the scene freezes).
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns) {
   HAPTIC_ASSERT(object < kMaxObjects);
   const Pose& X_WO = scene.X_WO[object];
@@ -33,10 +100,48 @@ inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t
   return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
 }
 
+/// X_WO of one object at time t, with dt = t − t_scene, at most 20 ms either way:
+/// V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)] from the scene's pose. Servo, contact
+/// and whoever draws use this function, so they see an object in the same place. Of an object that
+/// only follows its script it is object_pose_at of the scene alone.
+inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                           const HandPush& push) {
+  const Pose X_WO = object_pose_at(scene, object, t_ns);
+  if (object >= scene.n_responses) return X_WO;
+  const ObjectResponse& response = scene.responses[object];
+  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
+                               kMaxExtrapolation);
+  Twist travel{0.5 * dt * dt * response.acceleration_W.v,
+               0.5 * dt * dt * response.acceleration_W.w};
+  if (is_mobile(scene, object)) {
+    const Twist pushed =
+        moved_by(response.mobility, unseen_push(scene, object, t_ns, push).impulse_time_W);
+    travel = {travel.v + pushed.v, travel.w + pushed.w};
+  }
+  return travel == Twist{} ? X_WO : extrapolate(X_WO, travel, 1);
+}
+
+/// Velocity of the object's origin and its angular velocity, in W: V + a·dt + M⁻¹ (J − J_seen);
+/// zero where object_pose_at no longer extrapolates.
+inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                             const HandPush& push) {
+  Twist V_WO = object_twist_at(scene, object, t_ns);
+  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  if (object >= scene.n_responses || std::fabs(dt) > kMaxExtrapolation) return V_WO;
+  const ObjectResponse& response = scene.responses[object];
+  const Twist pushed =
+      is_mobile(scene, object)
+          ? moved_by(response.mobility, unseen_push(scene, object, t_ns, push).impulse_W)
+          : Twist{};
+  V_WO.v += dt * response.acceleration_W.v + pushed.v;
+  V_WO.w += dt * response.acceleration_W.w + pushed.w;
+  return V_WO;
+}
+
 /// Velocity in W of the point p_W fixed to the object.
 inline Vec3 surface_velocity(const SceneFrame& scene, uint32_t object, const Pose& X_WO,
-                             const Vec3& p_W, int64_t t_ns) {
-  return velocity_at(object_twist_at(scene, object, t_ns), p_W - X_WO.p);
+                             const Vec3& p_W, int64_t t_ns, const HandPush& push) {
+  return velocity_at(object_twist_at(scene, object, t_ns, push), p_W - X_WO.p);
 }
 
 }  // namespace haptic

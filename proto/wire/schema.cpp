@@ -26,7 +26,7 @@ struct Definition {
   std::string_view text;
 };
 
-constexpr std::array<Definition, 9> kDefinitions{{
+constexpr std::array<Definition, 12> kDefinitions{{
     {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
     {"geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"},
@@ -39,6 +39,9 @@ constexpr std::array<Definition, 9> kDefinitions{{
     {"haptic_msgs/DeviceState", Schema<DeviceState>::text},
     {"haptic_msgs/Contact", Schema<Contact>::text},
     {"haptic_msgs/ToolBody", Schema<ToolBody>::text},
+    {"haptic_msgs/SeenPush", Schema<SeenPush>::text},
+    {"haptic_msgs/ObjectResponse", Schema<ObjectResponse>::text},
+    {"haptic_msgs/JointState", Schema<JointState>::text},
 }};
 
 /// Size of a ROS 2 primitive [bytes]; 0: not a primitive. XCDR1 aligns each to its own size.
@@ -138,6 +141,9 @@ static_assert(size_as_text<Contact>() == sizeof(Contact));
 static_assert(size_as_text<ToolBody>() == sizeof(ToolBody));
 static_assert(size_as_text<ServoFrame>() == sizeof(ServoFrame));
 static_assert(size_as_text<ContactSet>() == sizeof(ContactSet));
+static_assert(size_as_text<SeenPush>() == sizeof(SeenPush));
+static_assert(size_as_text<ObjectResponse>() == sizeof(ObjectResponse));
+static_assert(size_as_text<JointState>() == sizeof(JointState));
 static_assert(size_as_text<SceneFrame>() == sizeof(SceneFrame));
 static_assert(size_as_text<ControlFrame>() == sizeof(ControlFrame));
 static_assert(size_as_text<Event>() == sizeof(Event));
@@ -155,6 +161,12 @@ static_assert(offset_as_text<ServoFrame>("X_WG") == offsetof(ServoFrame, X_WG));
 static_assert(offset_as_text<ServoFrame>("X_WP") == offsetof(ServoFrame, X_WP));
 static_assert(offset_as_text<ServoFrame>("F_coupling_W") == offsetof(ServoFrame, F_coupling_W));
 static_assert(offset_as_text<ServoFrame>("F_device_B") == offsetof(ServoFrame, F_device_B));
+static_assert(offset_as_text<ServoFrame>("object_impulse_time_W") ==
+              offsetof(ServoFrame, object_impulse_time_W));
+static_assert(offset_as_text<ServoFrame>("forgotten_impulse_W") ==
+              offsetof(ServoFrame, forgotten_impulse_W));
+static_assert(offset_as_text<ServoFrame>("impulses_since_ns") ==
+              offsetof(ServoFrame, impulses_since_ns));
 static_assert(offset_as_text<ServoFrame>("depth") == offsetof(ServoFrame, depth));
 static_assert(offset_as_text<ServoFrame>("wake_late_ns") == offsetof(ServoFrame, wake_late_ns));
 static_assert(offset_as_text<ServoFrame>("busy_ns") == offsetof(ServoFrame, busy_ns));
@@ -168,7 +180,15 @@ static_assert(offset_as_text<ContactSet>("tool") == offsetof(ContactSet, tool));
 static_assert(offset_as_text<ContactSet>("busy_ns") == offsetof(ContactSet, busy_ns));
 static_assert(offset_as_text<ContactSet>("flags") == offsetof(ContactSet, flags));
 static_assert(offset_as_text<SceneFrame>("V_WO") == offsetof(SceneFrame, V_WO));
+static_assert(offset_as_text<SceneFrame>("joints") == offsetof(SceneFrame, joints));
+static_assert(offset_as_text<SceneFrame>("seen_t_ns") == offsetof(SceneFrame, seen_t_ns));
 static_assert(offset_as_text<SceneFrame>("busy_ns") == offsetof(SceneFrame, busy_ns));
+static_assert(offset_as_text<SceneFrame>("n_joints") == offsetof(SceneFrame, n_joints));
+static_assert(offset_as_text<SceneFrame>("n_responses") == offsetof(SceneFrame, n_responses));
+static_assert(offset_as_text<SceneFrame>("responses") == offsetof(SceneFrame, responses));
+static_assert(offset_as_text<ObjectResponse>("mobility") == offsetof(ObjectResponse, mobility));
+static_assert(offset_as_text<ObjectResponse>("seen") == offsetof(ObjectResponse, seen));
+static_assert(offset_as_text<SeenPush>("forgotten_W") == offsetof(SeenPush, forgotten_W));
 static_assert(offset_as_text<ControlFrame>("rotational_damping") ==
               offsetof(ControlFrame, rotational_damping));
 static_assert(offset_as_text<ControlFrame>("paused") == offsetof(ControlFrame, paused));

@@ -71,6 +71,9 @@ geometry_msgs/Wrench F_coupling_W # on the tool at its origin, in W, before safe
 geometry_msgs/Wrench F_device_B   # on the handle at its origin, in B: what the device holds
 geometry_msgs/Pose X_command_B    # commanded to an admittance device; of others the measured one
 geometry_msgs/Wrench[16] object_impulse_W  # [N·s, N·m·s] pushed into each object since start
+geometry_msgs/Wrench[16] object_impulse_time_W  # [N·s², N·m·s²] its time integral until t_ns
+geometry_msgs/Vector3 forgotten_impulse_W  # [N·s] pushed into bodies that no sim moved
+int64 impulses_since_ns           # [ns] where the counters of impulses began
 geometry_msgs/Vector3 held_back_W  # [m] how far friction holds the proxy back
 float64 translational_stiffness   # [N/m] of the coupling in force
 float64 rotational_stiffness      # [N·m/rad] likewise
@@ -128,6 +131,35 @@ uint32 wrench_object             # that F0_W, K, B are about
 };
 
 template <>
+struct Schema<SeenPush> {
+  static constexpr std::string_view name = "haptic_msgs/msg/SeenPush";
+  static constexpr std::string_view text =
+      R"(geometry_msgs/Wrench impulse_W       # [N·s, N·m·s] of the hand's counter, used so far
+geometry_msgs/Wrench impulse_time_W  # [N·s², N·m·s²] likewise of its time integral
+geometry_msgs/Vector3 forgotten_W    # [N·s] pushed while no sim ran
+)";
+};
+
+template <>
+struct Schema<ObjectResponse> {
+  static constexpr std::string_view name = "haptic_msgs/msg/ObjectResponse";
+  static constexpr std::string_view text =
+      R"(geometry_msgs/Twist acceleration_W  # [m/s², rad/s²] of the origin, by all but hands
+float64[36] mobility                # change of the twist per impulse at the origin, both in W
+haptic_msgs/SeenPush[2] seen        # of each hand
+)";
+};
+
+template <>
+struct Schema<JointState> {
+  static constexpr std::string_view name = "haptic_msgs/msg/JointState";
+  static constexpr std::string_view text =
+      R"(float64 position  # [m] or [rad]
+float64 velocity  # its derivative
+)";
+};
+
+template <>
 struct Schema<SceneFrame> {
   static constexpr std::string_view name = "haptic_msgs/msg/SceneFrame";
   static constexpr std::string_view text =
@@ -135,9 +167,14 @@ struct Schema<SceneFrame> {
 int64 t_ns                     # [ns] instant of the poses, CLOCK_MONOTONIC
 geometry_msgs/Pose[16] X_WO    # object poses
 geometry_msgs/Twist[16] V_WO   # their velocities, in W
+haptic_msgs/JointState[16] joints
+int64[2] seen_t_ns             # [ns] of the ServoFrame of each hand that was used; 0: none yet
 int64 busy_ns                  # [ns]
 uint32 n_objects
 uint32 flags
+uint32 n_joints
+uint32 n_responses             # objects from here on do not answer a push
+haptic_msgs/ObjectResponse[16] responses
 )";
 };
 

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "proto/math/pose.h"
+#include "proto/wire/hands.h"
 
 /// The structs all processes share: shared-memory records, log payload (CDR) and input of the
 /// solvers. SI units; the last letter of a field's name is its frame: W world, B device base, H
@@ -14,7 +15,8 @@ namespace haptic {
 
 inline constexpr uint32_t kMaxObjects = 16;   // per scene
 inline constexpr uint32_t kMaxContacts = 64;  // per ContactSet
-inline constexpr uint32_t kAbiMajor = 10;     // raise it when any struct below changes
+inline constexpr uint32_t kMaxJoints = 16;    // per scene
+inline constexpr uint32_t kAbiMajor = 11;     // raise it when any struct below changes
 inline constexpr uint32_t kAbiMinor = 0;
 
 /// DeviceState::flags.
@@ -102,7 +104,11 @@ struct ServoFrame {
   Pose X_command_B;     // pose commanded to an admittance device; of others the measured one
   std::array<Wrench, kMaxObjects>
       object_impulse_W;  // pushed into each object since start [N·s, N·m·s], about its origin
-  Vec3 held_back_W;      // offset of the proxy by friction; contact follows the tool plus this
+  std::array<Wrench, kMaxObjects>
+      object_impulse_time_W;  // its time integral until t_ns [N·s², N·m·s²]
+  Vec3 forgotten_impulse_W;   // pushed into bodies that no sim moved, in all objects [N·s]
+  int64_t impulses_since_ns;  // where the counters of impulses began
+  Vec3 held_back_W;           // offset of the proxy by friction; contact follows the tool plus this
   // of the coupling in force; contact compares poses by them
   double translational_stiffness;  // [N/m]
   double rotational_stiffness;     // [N·m/rad]
@@ -179,14 +185,40 @@ struct ContactSet {
   uint32_t wrench_object;  // object of F0_W, K, B
 };
 
+/// How far sim has used the counters of a hand for one object (ServoFrame).
+struct SeenPush {
+  Wrench impulse_W;       // object_impulse_W
+  Wrench impulse_time_W;  // object_impulse_time_W
+  Vec3 forgotten_W;       // of that impulse, what was pushed while no sim ran [N·s]
+};
+
+/// How an object moves when it is pushed, and by what it has been pushed already; proto/wire/
+/// scene_pose.h places objects by it.
+struct ObjectResponse {
+  Twist acceleration_W;             // of its origin, by all but hands [m/s², rad/s²]
+  std::array<double, 36> mobility;  // change of its twist per impulse at its origin, both in W
+  std::array<SeenPush, kMostHands> seen;
+};
+
+/// A coordinate of a mechanism.
+struct JointState {
+  double position;  // [m] or [rad]
+  double velocity;
+};
+
 struct SceneFrame {
   uint64_t seq;
   int64_t t_ns;  // instant of the poses, CLOCK_MONOTONIC
   std::array<Pose, kMaxObjects> X_WO;
   std::array<Twist, kMaxObjects> V_WO;
+  std::array<JointState, kMaxJoints> joints;
+  std::array<int64_t, kMostHands> seen_t_ns;  // of the ServoFrame used; 0: none yet
   int64_t busy_ns;
   uint32_t n_objects;
   uint32_t flags;
+  uint32_t n_joints;
+  uint32_t n_responses;  // objects from here on do not answer a push
+  std::array<ObjectResponse, kMaxObjects> responses;
 };
 
 /// The complete desired state of the session, never a change of it: a reader that misses a revision
@@ -269,10 +301,13 @@ static_assert(kIsWire<Wrench> && sizeof(Wrench) == 48);
 static_assert(kIsWire<DeviceState> && sizeof(DeviceState) == 176);
 static_assert(kIsWire<Contact> && sizeof(Contact) == 152);
 static_assert(kIsWire<DeviceRelease> && sizeof(DeviceRelease) == 88);
-static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 1512);
+static_assert(kIsWire<ServoFrame> && sizeof(ServoFrame) == 2312);
 static_assert(kIsWire<ToolBody> && sizeof(ToolBody) == 64);
 static_assert(kIsWire<ContactSet> && sizeof(ContactSet) == 11640);
-static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 1696);
+static_assert(kIsWire<SeenPush> && sizeof(SeenPush) == 120);
+static_assert(kIsWire<ObjectResponse> && sizeof(ObjectResponse) == 576);
+static_assert(kIsWire<JointState> && sizeof(JointState) == 16);
+static_assert(kIsWire<SceneFrame> && sizeof(SceneFrame) == 11192);
 static_assert(kIsWire<ControlFrame> && sizeof(ControlFrame) == 152);
 static_assert(kIsWire<Event> && sizeof(Event) == 56);
 

@@ -118,14 +118,15 @@ class Column {
   }
 
  private:
-  Pose object_pose(const SceneFrame& scene, uint32_t i, int64_t t_ns) const {
-    return scene.n_objects > i ? object_pose_at(scene, i, t_ns) : config_.objects[i].X_WO;
+  Pose object_pose(const SceneFrame& scene, uint32_t i, const ServoFrame& frame) const {
+    return scene.n_objects > i ? object_pose_at(scene, i, frame.t_ns, push_of(frame))
+                               : config_.objects[i].X_WO;
   }
 
   bool is_free(const ServoFrame& frame) const {
     const Vec3 centre_W = frame.X_WT * tool_.centre_T;
     for (uint32_t i = 0; i < baked_.objects.size(); ++i) {
-      const Pose X_WO = object_pose(lockstep_.scene(), i, frame.t_ns);
+      const Pose X_WO = object_pose(lockstep_.scene(), i, frame);
       const ClosestPoint c = closest(baked_.objects[i], X_WO, centre_W);
       if (!c.found || c.inside || c.distance <= tool_.radius + layer_) return false;
     }
@@ -167,7 +168,7 @@ class Column {
     double deepest = 0;
     for (uint32_t i = 0; i < baked_.objects.size(); ++i) {
       if (!baked_.objects[i].shape.mesh.closed) continue;
-      const Pose X_WO = object_pose(scene, i, frame.t_ns);
+      const Pose X_WO = object_pose(scene, i, frame);
       for (const Vec3& p_T : tool_.vertices_T) {
         const ClosestPoint c = closest(baked_.objects[i], X_WO, frame.X_WP * p_T);
         if (c.found && c.inside) deepest = std::max(deepest, c.distance);

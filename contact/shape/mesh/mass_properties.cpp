@@ -10,6 +10,19 @@ Mat3 outer(const Vec3& a) {
   return {{a.x * a, a.y * a, a.z * a}};
 }
 
+/// Mass properties at a density of 1 kg/m³.
+MassProperties filled_box(const Vec3& lower, const Vec3& upper) {
+  const Vec3 d = upper - lower;
+  MassProperties box;
+  box.volume = d.x * d.y * d.z;
+  box.centre_O = 0.5 * (lower + upper);
+  const double m = box.volume / 12;
+  box.inertia_O.row[0].x = m * (d.y * d.y + d.z * d.z);
+  box.inertia_O.row[1].y = m * (d.z * d.z + d.x * d.x);
+  box.inertia_O.row[2].z = m * (d.x * d.x + d.y * d.y);
+  return box;
+}
+
 }  // namespace
 
 MassProperties mass_properties(const TriangleMesh& mesh) {
@@ -31,6 +44,11 @@ MassProperties mass_properties(const TriangleMesh& mesh) {
   const Mat3 about = second + (-volume) * outer(centre);
   const double trace = about.row[0].x + about.row[1].y + about.row[2].z;
   return {volume, origin_O + centre, trace * Mat3{} + (-1.0) * about};
+}
+
+MassProperties solid_properties(const TriangleMesh& mesh) {
+  const MassProperties filled = mesh.closed ? mass_properties(mesh) : MassProperties{};
+  return filled.volume > 0 ? filled : filled_box(mesh.lower, mesh.upper);
 }
 
 }  // namespace haptic

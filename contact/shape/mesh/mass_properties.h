@@ -17,4 +17,7 @@ struct MassProperties {
 /// tr(C) 1 − C, C = ∫ r rᵀ about the centre.
 MassProperties mass_properties(const TriangleMesh& mesh);
 
+/// Of a closed mesh that, of another, which has no inside, those of its bounding box.
+MassProperties solid_properties(const TriangleMesh& mesh);
+
 }  // namespace haptic

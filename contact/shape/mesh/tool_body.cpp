@@ -6,26 +6,9 @@
 #include "contact/shape/mesh/mass_properties.h"
 
 namespace haptic {
-namespace {
-
-/// Mass properties at a density of 1 kg/m³.
-MassProperties filled_box(const Vec3& lower, const Vec3& upper) {
-  const Vec3 d = upper - lower;
-  MassProperties box;
-  box.volume = d.x * d.y * d.z;
-  box.centre_O = 0.5 * (lower + upper);
-  const double m = box.volume / 12;
-  box.inertia_O.row[0].x = m * (d.y * d.y + d.z * d.z);
-  box.inertia_O.row[1].y = m * (d.z * d.z + d.x * d.x);
-  box.inertia_O.row[2].z = m * (d.x * d.x + d.y * d.y);
-  return box;
-}
-
-}  // namespace
 
 ToolBody tool_body(const TriangleMesh& mesh, const ToolConfig& config) {
-  MassProperties filled = mesh.closed ? mass_properties(mesh) : MassProperties{};
-  if (!(filled.volume > 0)) filled = filled_box(mesh.lower, mesh.upper);
+  const MassProperties filled = solid_properties(mesh);
   ToolBody body{};
   body.centre_T = filled.centre_O;
   body.mass =

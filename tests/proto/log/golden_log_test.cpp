@@ -103,7 +103,8 @@ TEST_CASE("cut a session to a golden log", "[.][golden-cut]") {
   {
     // without the machine's name
     const McapMetadata about = from.mcap().metadata().at("recording");
-    TraceWriter to(golden(kAbiMajor), {{"abi", about.at("abi")}, {"session", about.at("session")}});
+    const std::string abi = std::to_string(kAbiMajor) + "." + std::to_string(kAbiMinor);
+    TraceWriter to(golden(kAbiMajor), {{"abi", abi}, {"session", about.at("session")}});
     const auto any = [](const auto&) { return true; };
     cut(from, to, servo_topic(kFirstHand), 10,
         [&](const ServoFrame& f) { return f.tick + 2 >= touch; });
@@ -206,10 +207,12 @@ TEST_CASE("golden: the reader says which layout it was, and what that lacks") {
   };
   CHECK(notice(kAbiMajor, contact_topic(kFirstHand)).empty());
   const std::string none = " (0: the coupling in force was not recorded)";
+  const std::string still = " (0: no object could be pushed away)";
   const std::string servo =
       "device.F_hand_B (0: no device measured the hand's wrench), X_command_B (0: no device was "
-      "commanded a pose), translational_stiffness" +
-      none + ", rotational_stiffness" + none;
+      "commanded a pose), object_impulse_time_W" +
+      still + ", forgotten_impulse_W" + still + ", impulses_since_ns" + still +
+      ", translational_stiffness" + none + ", rotational_stiffness" + none;
   CHECK(notice(6, servo_topic(kFirstHand)) == "recorded with layout 6; fields it lacks: " + servo);
   CHECK(notice(6, contact_topic(kFirstHand)) ==
         "recorded with layout 6; fields it lacks: clearance[] (one value for all)");

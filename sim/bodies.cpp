@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "contact/shape/mesh/mass_properties.h"
+#include "proto/math/assert.h"
+#include "proto/wire/scene_pose.h"
+#include "sim/mobility.h"
+
+namespace haptic {
+namespace {
+
+// a body that a hand has pushed within this time is looked at together with what it touches [ns]
+constexpr int64_t kTouchedNs = 500'000'000;
+constexpr double kRatio = 1.2;  // of the period: a longer step is cut
+
+BodyMass mass_of(const ObjectConfig& object, const TriangleMesh& mesh) {
+  if (!has_mass(object.body)) return {};
+  const std::string name(view(object.name));
+  if (object.body.density > 0 && !mesh.closed) {
+    throw std::invalid_argument("the object '" + name +
+                                "' has a density, and its mesh is not closed; give its mass");
+  }
+  const MassProperties solid = solid_properties(mesh);
+  BodyMass body;
+  body.centre_O = solid.centre_O;
+  body.mass = object.body.density > 0 ? object.body.density * solid.volume : object.body.mass;
+  const Vec3& moments = object.body.inertia;
+  body.inertia_O = {{{moments.x, 0, 0}, {0, moments.y, 0}, {0, 0, moments.z}}};
+  if (moments == Vec3{}) body.inertia_O = (body.mass / solid.volume) * solid.inertia_O;
+  if (!(body.mass > 0) || !std::isfinite(body.mass) || !(body.inertia_O.row[0].x > 0)) {
+    throw std::invalid_argument("the object '" + name +
+                                "' is flat and has no volume; give its mass and inertia");
+  }
+  return body;
+}
+
+bool is_cube_like(const Vec3& d) {
+  constexpr double kRound = 1e-9;  // relative
+  return std::fabs(d.x - d.y) <= kRound * d.x && std::fabs(d.x - d.z) <= kRound * d.x;
+}
+
+CollisionShape shape_of(const ObjectConfig& object, const TriangleMesh& mesh) {
+  if (view(object.mesh) == "primitive:box") return CollisionShape::kBox;
+  if (view(object.mesh) == "primitive:sphere" && is_cube_like(mesh.upper - mesh.lower)) {
+    return CollisionShape::kBall;
+  }
+  return has_mass(object.body) ? CollisionShape::kPieces : CollisionShape::kTriangles;
+}
+
+/// Puts the world where the last frame says, and readers have carried it on since.
+void restart(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
+             SceneFrame& frame) {
+  const SceneFrame& last = state.last;
+  for (const uint32_t i : model.with_mass) {
+    Pose X_WO = object_pose_at(last, i, frame.t_ns);
+    for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+      if (hands[hand] != nullptr) {
+        X_WO = object_pose_at(last, i, frame.t_ns, push_of(*hands[hand], hand));
+        break;
+      }
+    }
+    state.world->place(i, X_WO, last.V_WO[i]);
+    frame.X_WO[i] = X_WO;
+    frame.V_WO[i] = last.V_WO[i];
+    frame.responses[i] = last.responses[i];
+  }
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    state.seen[hand] = {};
+    if (hands[hand] != nullptr) forget_pushes(state.seen[hand], *hands[hand], last, hand);
+  }
+}
+
+/// Gives the bodies what the hands have pushed; returns what their places lack of it.
+NewPushes give_pushes(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
+                      int64_t t_ns) {
+  NewPushes all{};
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    if (hands[hand] == nullptr) continue;
+    const NewPushes pushes = take_pushes(state.seen[hand], *hands[hand], state.last.t_ns);
+    for (const uint32_t i : model.with_mass) {
+      all[i].impulse_W = all[i].impulse_W + pushes[i].impulse_W;
+      all[i].late_W = all[i].late_W + pushes[i].late_W;
+    }
+  }
+  for (const uint32_t i : model.with_mass) {
+    if (all[i].impulse_W == Wrench{}) continue;
+    state.world->push(i, all[i].impulse_W);
+    state.touched_ns[i] = t_ns;
+  }
+  return all;
+}
+
+/// Steps of equal length to the frame's instant; scripted objects go along.
+double step_world(const BodiesModel& model, BodyWorld& world, double dt, const SceneFrame& frame) {
+  const int n = std::max(1, static_cast<int>(std::ceil(dt / (kRatio * model.period))));
+  for (int k = 1; k <= n; ++k) {
+    for (uint32_t i = 0; i < frame.n_objects; ++i) {
+      if (model.world.objects[i].mass.mass > 0) continue;
+      world.place(i, extrapolate(frame.X_WO[i], frame.V_WO[i], (k - n) * (dt / n)), frame.V_WO[i]);
+    }
+    world.step(dt / n);
+  }
+  return dt / n;
+}
+
+/// Acceleration of the origin by gravity and the body's own turning, as far as contacts let it.
+Twist acceleration_of(const BodiesModel& model, const BodyMotion& motion, double mass,
+                      const Mat6& held, const Vec3& arm_W) {
+  if (motion.asleep) return {};
+  const Vec3 w = motion.V_WO.w;
+  const Wrench smooth{mass * model.world.gravity_W, -cross(w, motion.inertia_W * w)};
+  const Twist a = moved_by(held.a, smooth);
+  return {a.v + cross(a.w, arm_W) + cross(w, cross(w, arm_W)), a.w};
+}
+
+void note_responses(const BodiesModel& model, BodiesState& state, const NewPushes& pushes,
+                    double dt, double step, SceneFrame& frame) {
+  BodyWorld& world = *state.world;
+  std::array<BodyInertia, kMaxObjects> inertias{};
+  for (const uint32_t i : model.with_mass) {
+    inertias[i] = {model.world.objects[i].mass.mass, world.motion(i).inertia_W};
+  }
+  const std::span<const BodyInertia> bodies(inertias.data(), frame.n_objects);
+  for (const uint32_t i : model.with_mass) {
+    const BodyMotion motion = world.motion(i);
+    const Vec3 arm_W = motion.X_WO.p - motion.centre_W;
+    const bool is_touched =
+        state.touched_ns[i] != 0 && frame.t_ns - state.touched_ns[i] < kTouchedNs;
+    const bool is_free = std::ranges::none_of(
+        world.rows(), [&](const ConstraintRow& row) { return row.a == i || row.b == i; });
+    const Mat6 alone = mobility_at_centre(bodies, world.rows(), i, 1);
+    const Mat6 held =
+        is_touched ? mobility_at_centre(bodies, world.rows(), i, kMostNeighbours) : alone;
+    ObjectResponse& response = frame.responses[i];
+    response.mobility = mobility_at(held, arm_W).a;
+    response.acceleration_W = acceleration_of(model, motion, inertias[i].mass, alone, arm_W);
+    // Bullet moves by the velocity at the end of a step: by an impulse as if it had come at once,
+    // and a falling body by half a step of acceleration too far. One that rests is left alone, or
+    // it would creep
+    const Twist late = moved_by(response.mobility, pushes[i].late_W);
+    const double half = is_free ? -0.5 * step * dt : 0;
+    const Twist& a = response.acceleration_W;
+    const Twist displacement{late.v + half * a.v, late.w + half * a.w};
+    if (displacement != Twist{}) world.shift(i, displacement);
+    const BodyMotion now = world.motion(i);
+    frame.X_WO[i] = now.X_WO;
+    frame.V_WO[i] = now.V_WO;
+  }
+}
+
+}  // namespace
+
+BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes) {
+  BodiesModel model;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    if (has_mass(config.objects[i].body)) model.with_mass.push_back(i);
+  }
+  if (model.with_mass.empty()) return model;
+  HAPTIC_ASSERT(shapes.size() >= config.n_objects);
+  model.period = 1 / config.sim_rate;
+  model.world.gravity_W = config.gravity_W;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    const ObjectConfig& object = config.objects[i];
+    WorldObject made;
+    made.X_WO = object.X_WO;
+    made.mesh = shapes[i].mesh;
+    made.mass = mass_of(object, made.mesh);
+    made.shape = shape_of(object, made.mesh);
+    made.pieces = {made.mesh.vertices};
+    made.friction = object.material.friction_dynamic;
+    made.restitution = object.body.restitution;
+    model.world.objects.push_back(std::move(made));
+  }
+  return model;
+}
+
+void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
+                 SceneFrame& frame) {
+  const double dt = 1e-9 * static_cast<double>(frame.t_ns - state.last.t_ns);
+  const bool is_new = !state.world && !state.resumed;
+  const bool was_away = !state.world || state.resumed || dt > kMaxExtrapolation;
+  if (!state.world) state.world.emplace(model.world);
+  if (is_new) {
+    state.last = frame;
+    state.last.n_responses = 0;
+    for (const uint32_t i : model.with_mass) state.last.X_WO[i] = model.world.objects[i].X_WO;
+  }
+  frame.n_responses = model.with_mass.back() + 1;
+  state.resumed = false;
+  if (was_away) {
+    restart(model, state, hands, frame);
+    if (is_new) note_responses(model, state, {}, 0, 0, frame);
+  } else if (dt > 0) {
+    const NewPushes pushes = give_pushes(model, state, hands, frame.t_ns);
+    const double step = step_world(model, *state.world, dt, frame);
+    note_responses(model, state, pushes, dt, step, frame);
+  } else {
+    for (const uint32_t i : model.with_mass) {
+      frame.X_WO[i] = state.last.X_WO[i];
+      frame.V_WO[i] = state.last.V_WO[i];
+    }
+    frame.responses = state.last.responses;
+  }
+  for (uint32_t hand = 0; hand < kMostHands; ++hand) {
+    frame.seen_t_ns[hand] = state.seen[hand].t_ns;
+    for (const uint32_t i : model.with_mass) {
+      frame.responses[i].seen[hand] = state.seen[hand].pushes[i];
+    }
+  }
+  state.last = frame;
+}
+
+}  // namespace haptic

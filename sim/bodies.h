@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "contact/shape/baked/mesh_shape.h"
+#include "proto/config/config.h"
+#include "sim/bullet/body_world.h"
+#include "sim/hand_pushes.h"
+
+namespace haptic {
+
+/// The newest frame of each hand; null: none yet.
+using HandFrames = std::array<const ServoFrame*, kMostHands>;
+
+/// Objects with mass and what they collide with. No object has mass: there is no world.
+struct BodiesModel {
+  WorldModel world;
+  std::vector<uint32_t> with_mass;  // objects, ascending
+  double period = 0;                // longest step [s]
+};
+
+/// Shapes as contact has baked them, in the order of the config; they must outlive the model.
+/// Throws std::invalid_argument with one line for people where a body cannot be made of its mesh.
+BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes);
+
+/// What the bodies keep between steps.
+struct BodiesState {
+  std::optional<BodyWorld> world;
+  std::array<SeenCounters, kMostHands> seen{};
+  std::array<int64_t, kMaxObjects> touched_ns{};  // last push of each object; 0: never
+  bool resumed = false;                           // `last` is that of a sim that was away
+  SceneFrame last{};
+};
+
+/// Moves the bodies from state.last to the frame's instant and notes in `frame`, where scripted
+/// objects are already, their poses, twists and responses. The world is made at the first call.
+void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
+                 SceneFrame& frame);
+
+}  // namespace haptic

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "contact/shape/mesh/triangle_mesh.h"
+#include "proto/math/mat3.h"
+#include "sim/bullet/constraint_row.h"
+
+namespace haptic {
+
+/// Mass of a body in the frame of its object.
+struct BodyMass {
+  double mass = 0;  // [kg]; 0: the object stands still or follows its script
+  Vec3 centre_O;
+  Mat3 inertia_O;  // about the centre [kg·m²]
+};
+
+/// What an object is to others: a box or ball that fills the bounding box of its mesh, convex
+/// pieces, or, of an object without mass, the triangles.
+enum class CollisionShape : uint32_t { kBox, kBall, kPieces, kTriangles };
+
+struct WorldObject {
+  Pose X_WO;
+  BodyMass mass;
+  CollisionShape shape = CollisionShape::kTriangles;
+  TriangleMesh mesh;                          // in O; must outlive the world
+  std::vector<std::span<const Vec3>> pieces;  // vertices of each convex piece, in O
+  double friction = 0;                        // μ; of two objects the geometric mean counts
+  double restitution = 0;                     // likewise
+};
+
+struct WorldModel {
+  std::vector<WorldObject> objects;
+  Vec3 gravity_W;  // [m/s²]
+};
+
+/// Where a body is and how it moves.
+struct BodyMotion {
+  Pose X_WO;
+  Twist V_WO;      // of the object's origin, in W
+  Vec3 centre_W;   // of mass
+  Mat3 inertia_W;  // about it
+  bool asleep = false;
+};
+
+/// Rigid bodies that collide with each other and with still and scripted objects; Bullet in double
+/// precision, in one thread. Two worlds that are asked for the same do the same bit for bit.
+class BodyWorld {
+ public:
+  explicit BodyWorld(const WorldModel& model);
+  ~BodyWorld();
+  BodyWorld(BodyWorld&&) noexcept;
+  BodyWorld& operator=(BodyWorld&&) noexcept;
+
+  /// A body is there at once, with this twist of its origin in W; a scripted object at the end of
+  /// the next step, with the velocity that takes it there.
+  void place(uint32_t object, const Pose& X_WO, const Twist& V_WO);
+  /// An impulse at the object's origin, in W [N·s, N·m·s]; wakes the body.
+  void push(uint32_t object, const Wrench& impulse_W);
+  /// Moves a body without changing its velocity; the displacement is that of its origin, in W.
+  void shift(uint32_t object, const Twist& displacement_W);
+  /// Gravity, contacts and motion for dt [s], by one step.
+  void step(double dt);
+
+  BodyMotion motion(uint32_t object) const;
+  /// Contacts that have carried an impulse lately, as what they do not let happen: a row along the
+  /// normal, and two across it where friction sticks.
+  std::span<const ConstraintRow> rows() const;
+  size_t n_contacts() const;  // points, of the last step
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace haptic

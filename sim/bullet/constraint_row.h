@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+#include "proto/math/pose.h"
+
+namespace haptic {
+
+inline constexpr uint32_t kNoObject = ~0u;
+
+/// A direction in which a constraint lets nothing move: row_a · V_a + row_b · V_b = 0, with the
+/// twists of the centres of mass in W.
+struct ConstraintRow {
+  uint32_t a = kNoObject, b = kNoObject;  // objects; kNoObject: nothing with mass
+  Twist row_a, row_b;
+};
+
+}  // namespace haptic

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "proto/wire/scene_pose.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/support/near.h"
+
+using namespace haptic;
+using haptic::test::IsNear;
+using haptic::test::tol;
+
+namespace {
+
+constexpr int64_t kTickNs = 1'000'000;
+constexpr double kTick = 1e-3;  // [s]
+
+SceneFrame one_object() {
+  SceneFrame scene{};
+  scene.n_objects = 1;
+  scene.t_ns = 100 * kTickNs;
+  scene.X_WO[0] = {{0.1, -0.2, 0.3}, from_rotation_vector({0.3, 0.1, -0.8})};
+  scene.V_WO[0] = {{0.5, -0.1, 0.2}, {1, -2, 3}};
+  return scene;
+}
+
+/// A ball of this mass [kg] whose origin is its centre.
+void give_mass(SceneFrame& scene, double mass) {
+  scene.n_responses = 1;
+  for (size_t axis = 0; axis < 3; ++axis) scene.responses[0].mobility[7 * axis] = 1 / mass;
+}
+
+/// A servo that counts: an impulse falls on the instant of a tick.
+struct Counters {
+  ServoFrame frame{};
+
+  explicit Counters(int64_t since_ns) { frame.t_ns = frame.impulses_since_ns = since_ns; }
+  void push(int64_t t_ns, const Vec3& impulse_W) {
+    const double since = 1e-9 * static_cast<double>(t_ns - frame.t_ns);
+    Wrench& S = frame.object_impulse_time_W[0];
+    S = S + since * frame.object_impulse_W[0];
+    frame.object_impulse_W[0].f += impulse_W;
+    frame.t_ns = t_ns;
+  }
+  /// As sim notes it in a scene.
+  void seen_by(SceneFrame& scene) const {
+    scene.seen_t_ns[0] = frame.t_ns;
+    SeenPush& seen = scene.responses[0].seen[0];
+    seen.impulse_W = frame.object_impulse_W[0];
+    seen.impulse_time_W = frame.object_impulse_time_W[0];
+  }
+};
+
+}  // namespace
+
+TEST_CASE("scene pose: an object that answers no push is where its script puts it, bit for bit",
+          "[wire][push]") {
+  SceneFrame scene = one_object();
+  Counters hand(50 * kTickNs);
+  hand.seen_by(scene);
+  hand.push(101 * kTickNs, {1, 2, 3});
+  scene.n_responses = GENERATE(0u, 1u);
+  const int64_t age_ns = GENERATE(-30 * kTickNs, -1234, 0, 7654321, 20 * kTickNs, 90 * kTickNs);
+  const int64_t t_ns = scene.t_ns + age_ns;
+  CHECK(object_pose_at(scene, 0, t_ns, push_of(hand.frame)) == object_pose_at(scene, 0, t_ns));
+  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame)) == object_twist_at(scene, 0, t_ns));
+}
+
+TEST_CASE("scene pose: a free ball is where the sum of all impulses puts it, whatever sim has seen",
+          "[wire][push]") {
+  constexpr double kMass = 0.02;              // [kg]
+  const int64_t saw = GENERATE(-3, 0, 2, 8);  // tick whose counters sim has used
+  const int64_t made = saw + GENERATE(0, 1, 3);
+  const auto push_at = [](int64_t k) {
+    const auto x = static_cast<double>(k);
+    return Vec3{0.01 * std::sin(1 + x), 0.002 * x, -0.003};
+  };
+
+  // by definition: each impulse changes the velocity from its own instant on
+  const auto truth = [&](int64_t t_ns, int64_t until) {
+    Vec3 p_W{0.1, 0, 0};
+    for (int64_t k = -5; k <= until; ++k) {
+      const double since = 1e-9 * static_cast<double>(t_ns - k * kTickNs);
+      p_W += (since / kMass) * push_at(k);
+    }
+    return p_W;
+  };
+  SceneFrame scene{};
+  scene.n_objects = 1;
+  give_mass(scene, kMass);
+  Counters hand(-5 * kTickNs);
+  for (int64_t k = -5; k <= 12; ++k) {
+    hand.push(k * kTickNs, push_at(k));
+    if (k == saw) hand.seen_by(scene);
+    if (k == saw) {
+      scene.t_ns = made * kTickNs;
+      scene.X_WO[0].p = truth(scene.t_ns, saw);
+      scene.V_WO[0].v = (1 / kMass) * hand.frame.object_impulse_W[0].f;
+    }
+    if (k < made || scene.seen_t_ns[0] == 0) continue;
+    for (const int64_t t_ns : {k * kTickNs, k * kTickNs + 400'000}) {
+      CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame)).p,
+                 IsNear(truth(t_ns, k), 1e-14));
+    }
+    CHECK_THAT(object_twist_at(scene, 0, k * kTickNs, push_of(hand.frame)).v,
+               IsNear((1 / kMass) * hand.frame.object_impulse_W[0].f, 1e-12));
+  }
+}
+
+TEST_CASE("scene pose: acceleration carries an object as a throw does", "[wire][push]") {
+  SceneFrame scene = one_object();
+  scene.n_responses = 1;
+  scene.responses[0].acceleration_W = {{0, 0, -9.81}, {0, 2, 0}};
+  const Counters hand(0);
+  const Pose X_WO = object_pose_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame));
+  CHECK_THAT(X_WO.p,
+             IsNear(scene.X_WO[0].p + 0.01 * scene.V_WO[0].v + Vec3{0, 0, -490.5e-6}, 1e-15));
+  const Twist V_WO = object_twist_at(scene, 0, scene.t_ns + 10 * kTickNs, push_of(hand.frame));
+  CHECK_THAT(V_WO.v, IsNear(scene.V_WO[0].v + Vec3{0, 0, -0.0981}, 1e-15));
+  CHECK_THAT(V_WO.w, IsNear(scene.V_WO[0].w + Vec3{0, 0.02, 0}, 1e-15));
+}
+
+TEST_CASE("scene pose: beyond 20 ms an object stays where it was carried to", "[wire][push]") {
+  SceneFrame scene = one_object();
+  give_mass(scene, 0.05);
+  scene.responses[0].acceleration_W.v = {0, 0, -9.81};
+  Counters hand(90 * kTickNs);
+  hand.seen_by(scene);
+  for (int64_t k = 100; k <= 120; ++k) hand.push(k * kTickNs, {0.002, 0, 0.001});
+  const Pose last = object_pose_at(scene, 0, 120 * kTickNs, push_of(hand.frame));
+  CHECK(norm(last.p - scene.X_WO[0].p) > 1e-3);
+  const int64_t later = GENERATE(121, 150, 5'000);
+  // the servo goes on with ticks in which nothing is counted
+  for (int64_t k = 121; k <= later; ++k) hand.push(k * kTickNs, {});
+  const int64_t t_ns = later * kTickNs;
+  CHECK_THAT(object_pose_at(scene, 0, t_ns, push_of(hand.frame)).p, IsNear(last.p, 1e-12));
+  CHECK(object_twist_at(scene, 0, t_ns, push_of(hand.frame)) == Twist{});
+}
+
+TEST_CASE("scene pose: counters that sim has not used yet, or of another servo, move nothing",
+          "[wire][push]") {
+  SceneFrame scene = one_object();
+  give_mass(scene, 0.05);
+  Counters before(10 * kTickNs);
+  before.push(20 * kTickNs, {0.3, 0.2, 0.1});
+  if (GENERATE(false, true)) before.seen_by(scene);
+  Counters after(99 * kTickNs);
+  after.push(100 * kTickNs, {0, 0, 0.01});
+  const int64_t t_ns = scene.t_ns + 2 * kTickNs;
+  CHECK(object_pose_at(scene, 0, t_ns, push_of(after.frame)) == object_pose_at(scene, 0, t_ns));
+  CHECK_FALSE(takes_pushes(scene, kFirstHand, after.frame.impulses_since_ns, t_ns));
+  after.seen_by(scene);
+  CHECK(takes_pushes(scene, kFirstHand, after.frame.impulses_since_ns, t_ns));
+  CHECK_FALSE(
+      takes_pushes(scene, kFirstHand, after.frame.impulses_since_ns, scene.t_ns + 21 * kTickNs));
+}
+
+TEST_CASE("scene pose: a push beside the centre of mass turns the object", "[wire][push]") {
+  SceneFrame scene{};
+  scene.n_objects = scene.n_responses = 1;
+  // a unit impulse along x turns the object about z
+  scene.responses[0].mobility[6 * 5 + 0] = 2;
+  scene.seen_t_ns[0] = 1;
+  Counters hand(1);
+  hand.push(1, {0.5, 0, 0});
+  hand.push(1 + kTickNs, {});
+  const Pose X_WO = object_pose_at(scene, 0, 1 + kTickNs, push_of(hand.frame));
+  CHECK_THAT(to_rotation_vector(X_WO.q), IsNear({0, 0, 2 * 0.5 * kTick}, 1e-15));
+  CHECK(X_WO.p == Vec3{});
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "contact/shape/baked/mesh_shape.h"
+#include "contact/shape/mesh/generated.h"
+#include "proto/config/config.h"
+#include "sim/step.h"
+
+namespace haptic::test {
+
+/// A scene of bodies with its shapes, and a sim that steps it without a hand.
+struct BodyScene {
+  SessionConfig config;
+  std::deque<MeshShapeData> owned;
+  std::vector<MeshShape> shapes;
+
+  BodyScene() { config.sim_rate = 1000; }
+
+  /// A box of these edges [m]; mass 0: it stands still.
+  ObjectConfig& add_box(const Vec3& extent, const Pose& X_WO, double mass) {
+    ObjectConfig& object = add(make_box(extent), X_WO, mass);
+    assign(object.mesh, "primitive:box");
+    object.extent = extent;
+    return object;
+  }
+  ObjectConfig& add(Soup soup, const Pose& X_WO, double mass) {
+    owned.push_back(build_shape(std::move(soup)));
+    shapes.push_back(owned.back().view());
+    ObjectConfig& object = config.objects[config.n_objects++];
+    object.X_WO = X_WO;
+    object.body.mass = mass;
+    return object;
+  }
+};
+
+/// Steps a scene at 1 kHz.
+struct BodySim {
+  SimModel model;
+  SimState state;
+  int64_t t_ns = 1'000'000'000;
+  SceneFrame frame{};
+
+  explicit BodySim(const BodyScene& scene) : model(build_sim(scene.config, scene.shapes)) {
+    frame = sim_step(model, state, t_ns);
+  }
+  const SceneFrame& step(const ServoFrame* hand = nullptr) {
+    t_ns += 1'000'000;
+    frame = sim_step(model, state, {hand}, t_ns);
+    return frame;
+  }
+};
+
+}  // namespace haptic::test

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "clients/lab/lockstep.h"
+#include "contact/shape/baked/mesh_shape.h"
+#include "device-io/device.h"
+
+/// A hand that pushes a box along x, through the session's own steps and, beside it, by an
+/// integration of the same equations in steps of 20 µs that shares nothing with them.
+namespace haptic::test {
+
+/// A mass on a damper, led by a spring to where the hand means to go; without a spring it flies.
+struct HandModel {
+  double mass = 0.65, damping = 5.3, stiffness = 300;  // of the simulated hand of the sessions
+  std::function<double(double)> intent = [](double) { return 0.0; };  // [m] at a time [s]
+  double x = 0, v = 0;                                                // at the start
+
+  void step(double t, double force, double h) {
+    v += h * (force - damping * v + stiffness * (intent(t) - x)) / mass;
+    x += h * v;
+  }
+};
+
+/// Rises by `way` [m] within `duration` [s], with speed and acceleration zero at both ends.
+inline std::function<double(double)> rise(double from, double way, double duration) {
+  return [=](double t) {
+    const double s = std::clamp(t / duration, 0.0, 1.0);
+    return from + way * s * s * s * (10 - 15 * s + 6 * s * s);
+  };
+}
+
+/// The hand as a device along x; the force that it is told is held for a tick.
+class PushingHand : public Device {
+ public:
+  explicit PushingHand(HandModel model) : model_(std::move(model)) {}
+
+  DeviceCaps caps() const override { return {1e6, 0, false, true}; }
+  std::string description() const override { return "pushing"; }
+  bool read(const TickTime& tick, DeviceState& state) override {
+    constexpr double kStep = 20e-6;  // [s]
+    constexpr int kSteps = 50;       // in a tick
+    for (int k = 0; any_ && k < kSteps; ++k, t_ += kStep) model_.step(t_, held_, kStep);
+    any_ = true;
+    state = {};
+    state.t_ns = tick.deadline_ns;
+    state.X_BH.p.x = model_.x;
+    state.V_BH.v.x = model_.v;
+    // passivity control would damp, and there is nothing to guard
+    state.flags = kDeviceFresh | kDeviceHomed | kDeviceSimulated | kDeviceOpenLoop;
+    return true;
+  }
+  void write(const Wrench& F_B) override { held_ = F_B.f.x; }
+  void stop() override { held_ = 0; }
+  const HandModel& hand() const { return model_; }
+
+ private:
+  HandModel model_;
+  double held_ = 0, t_ = 0;
+  bool any_ = false;
+};
+
+inline constexpr double kBoxEdge = 0.02;  // [m]
+
+/// A session of that box, its middle at x = 30 mm, and of a point that pushes it.
+struct PushedSession {
+  SessionConfig config;
+  std::deque<MeshShapeData> owned;
+  std::vector<MeshShape> shapes;
+
+  PushedSession(double mass, double stiffness) {
+    config.renderer = static_cast<Renderer>(0);
+    config.servo_rate = config.sim_rate = 1000;
+    config.coupling.translational_stiffness = stiffness;
+    config.safety.soft_start = 0;
+    config.safety.max_force = 1e5;
+    config.safety.slew = 1e9;
+    config.safety.velocity_limit = 100;
+    add_box({kBoxEdge, kBoxEdge, kBoxEdge}, {0.03, 0, 0}, mass);
+  }
+  /// A box whose side towards the pushed one touches it, behind and on two sides.
+  void add_corner() {
+    add_box({kBoxEdge, 0.1, 0.1}, {0.03 + kBoxEdge, 0, 0}, 0);
+    add_box({0.1, kBoxEdge, 0.1}, {0.03, kBoxEdge, 0}, 0);
+    add_box({0.1, 0.1, kBoxEdge}, {0.03, 0, kBoxEdge}, 0);
+  }
+  void add_box(const Vec3& extent, const Vec3& p_W, double mass) {
+    owned.push_back(build_shape(make_box(extent)));
+    shapes.push_back(owned.back().view());
+    ObjectConfig& object = config.objects[config.n_objects++];
+    assign(object.mesh, "primitive:box");
+    object.X_WO.p = p_W;
+    object.body.mass = mass;
+  }
+};
+
+/// The same by definition: hand, one-sided spring, and a box that is free or fixed.
+struct Integrated {
+  std::vector<double> force;  // at each tick [N]
+  double hand_speed = 0, box_speed = 0;
+};
+inline Integrated integrate(HandModel hand, double stiffness, double mass, bool is_fixed,
+                            int n_ticks) {
+  constexpr double kStep = 20e-6;
+  Integrated out;
+  double box = 0.03 - kBoxEdge / 2, v = 0;
+  for (int k = 0; k < 50 * n_ticks; ++k) {
+    const double push = stiffness * std::max(0.0, hand.x - box);
+    if (k % 50 == 0) out.force.push_back(push);
+    hand.step(k * kStep, -push, kStep);
+    if (!is_fixed) v += kStep * push / mass;
+    box += kStep * v;
+  }
+  out.hand_speed = hand.v;
+  out.box_speed = v;
+  return out;
+}
+
+/// Root of the mean square of the difference from tick to tick.
+inline double rms_error(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  const size_t n = std::min(a.size(), b.size());
+  for (size_t k = 0; k < n; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return std::sqrt(sum / static_cast<double>(n));
+}
+
+/// Force of each tick of a session [N].
+inline std::vector<double> felt(Lockstep& lockstep, int n_ticks) {
+  std::vector<double> force;
+  for (int k = 0; k < n_ticks && lockstep.step(); ++k) {
+    force.push_back(-lockstep.frame().F_coupling_W.f.x);
+  }
+  return force;
+}
+
+/// Largest change of force from one tick to the next, in the last `n` ticks [N].
+inline double largest_step(const std::vector<double>& force, size_t n) {
+  double most = 0;
+  for (size_t k = force.size() - n; k + 1 < force.size(); ++k) {
+    most = std::max(most, std::fabs(force[k + 1] - force[k]));
+  }
+  return most;
+}
+
+}  // namespace haptic::test
