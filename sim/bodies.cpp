@@ -109,7 +109,7 @@ double step_world(const BodiesModel& model, BodyWorld& world, double dt, const S
 }
 
 /// Acceleration of the origin by gravity and the body's own turning, as far as contacts let it.
-Twist acceleration_of(const BodiesModel& model, const BodyMotion& motion, double mass,
+Twist acceleration_of(const BodiesModel& model, const MovingBody& motion, double mass,
                       const Mat6& held, const Vec3& arm_W) {
   if (motion.asleep) return {};
   const Vec3 w = motion.V_WO.w;
@@ -127,10 +127,17 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
   }
   const std::span<const BodyInertia> bodies(inertias.data(), frame.n_objects);
   for (const uint32_t i : model.with_mass) {
-    const BodyMotion motion = world.motion(i);
-    const Vec3 arm_W = motion.X_WO.p - motion.centre_W;
+    const MovingBody motion = world.motion(i);
     const bool is_touched =
         state.touched_ns[i] != 0 && frame.t_ns - state.touched_ns[i] < kTouchedNs;
+    const bool has_slept = i < state.last.n_responses && state.last.V_WO[i] == Twist{};
+    if (motion.asleep && has_slept && !is_touched) {
+      frame.X_WO[i] = motion.X_WO;
+      frame.V_WO[i] = motion.V_WO;
+      frame.responses[i] = state.last.responses[i];
+      continue;
+    }
+    const Vec3 arm_W = motion.X_WO.p - motion.centre_W;
     const bool is_free = std::ranges::none_of(
         world.rows(), [&](const ConstraintRow& row) { return row.a == i || row.b == i; });
     const Mat6 alone = mobility_at_centre(bodies, world.rows(), i, 1);
@@ -147,7 +154,7 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
     const Twist& a = response.acceleration_W;
     const Twist displacement{late.v + half * a.v, late.w + half * a.w};
     if (displacement != Twist{}) world.shift(i, displacement);
-    const BodyMotion now = world.motion(i);
+    const MovingBody now = world.motion(i);
     frame.X_WO[i] = now.X_WO;
     frame.V_WO[i] = now.V_WO;
   }

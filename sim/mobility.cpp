@@ -34,7 +34,7 @@ Neighbours neighbours_of(std::span<const ConstraintRow> rows, uint32_t object, s
   for (size_t next = 0; next < found.n && found.n < most; ++next) {
     for (const ConstraintRow& row : rows) {
       for (const auto& [from, to] : {std::pair{row.a, row.b}, std::pair{row.b, row.a}}) {
-        if (from != found.objects[next] || to == kNoObject || found.n == most) continue;
+        if (from != found.objects[next] || to == kNoMass || found.n == most) continue;
         if (found.find(to) == found.n) found.objects[found.n++] = to;
       }
     }
@@ -68,8 +68,8 @@ Mat6 mobility_at_centre(std::span<const BodyInertia> bodies, std::span<const Con
   const double kappa = kHold * heaviest;
   bool any = false;
   for (const ConstraintRow& row : rows) {
-    const size_t a = row.a == kNoObject ? near.n : near.find(row.a);
-    const size_t b = row.b == kNoObject ? near.n : near.find(row.b);
+    const size_t a = row.a == kNoMass ? near.n : near.find(row.a);
+    const size_t b = row.b == kNoMass ? near.n : near.find(row.b);
     if (a == near.n && b == near.n) continue;
     any = true;
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> column =

@@ -103,4 +103,9 @@ BenchRun bench_view(Command& command);
 /// points of a passing tool that temporal coherence leaves to be tested, and whole contact steps.
 BenchRun bench_voxel(Command& command);
 
+/// Objects with mass: CPU time of sim's step for a wall of fifteen bricks of which one is pushed,
+/// in turns with Bullet's own stepping of the same wall; then live sessions with masses and
+/// without, in turns: the servo's work and the rate of contact.
+BenchRun bench_world(Command& command);
+
 }  // namespace haptic

@@ -73,6 +73,10 @@ constexpr std::array kBenches{
           "What viewers of hapt view cost servo and bridge",
           bench_view,
           {5, 1000, "of all cases in turn; medians are reported"}},
+    Bench{"world",
+          "Objects with mass: sim's step beside Bullet's own; sessions with masses and without",
+          bench_world,
+          {5, 1000, "of sessions in turn; medians are reported"}},
     Bench{"rigid",
           "A tool that never enters an object, shaken against one; compared with FCL's distance",
           bench_rigid}};

@@ -266,7 +266,9 @@ std::vector<Row> bench_publish(int rounds, Rights& rights) {
     servo_p99.push_back(percentile(*burst, 99));
     rights.take(*burst);
   }
-  constexpr double kGoalP99 = 1e-6, kGoalRatio = 1.2;
+  // [s]; of a frame of 1.4 kB 1 µs, of one with the integrals of what objects are pushed with 2.3
+  // kB
+  constexpr double kGoalP99 = 1.25e-6, kGoalRatio = 1.2;
   // without real-time rights, or with a shared core, the figures are meaningless
   Rows rows("ServoFrame", rights.all());
   rows.add("ServoFrame, bytes", sizeof(ServoFrame), "B");

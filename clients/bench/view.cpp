@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "clients/bench/benches.h"
+#include "clients/bench/live_session.h"
 #include "clients/bench/work/viewers.h"
 #include "clients/hapt/session_process.h"
 #include "clients/lab/forked_process.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr double kMostBusy = 1.1;      // p99 of the servo's work, against that without viewers
 constexpr double kMostOfCore = 0.1;    // of the bridge, with 64 viewers at 120 Hz
 constexpr double kMostForOne = 0.005;  // of a core, for a viewer that stands still
-constexpr int64_t kPatience = 20 * kNsPerSecond;
 constexpr int64_t kDrainPeriod = kNsPerSecond / 100;
 constexpr const char* kSession = "bench-view";
 
@@ -35,29 +35,6 @@ struct Options {
   double seconds = 5;
   int viewers = 64, rounds = 0;
 };
-
-/// A folder for the session and what its programs say.
-struct Folder {
-  std::string path;
-  Folder() {
-    char name[] = "/tmp/hapt-bench-view-XXXXXX";
-    if (mkdtemp(name) == nullptr)
-      throw std::runtime_error("bench view: no folder can be made in /tmp");
-    path = name;
-    setenv("HAPTICD_RUNTIME_DIR", name, 1);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-};
-
-template <typename Condition>
-void wait_for(const char* what, Condition holds) {
-  for (const int64_t begin = now_ns(); !holds(); sleep_until(now_ns() + kDrainPeriod)) {
-    if (now_ns() - begin > kPatience) throw std::runtime_error(std::string("bench view: ") + what);
-  }
-}
 
 /// The port in the address that the bridge prints; 0: not yet.
 uint16_t port_in(const std::string& log) {
@@ -100,17 +77,17 @@ class Watched {
       : options_(options),
         hapticd_("hapticd", {find_session_file(options.config), "--session", kSession},
                  folder_.path + "/hapticd.log") {
-    wait_for("hapticd does not start", [&] { return !running_sessions().empty(); });
+    wait_until("hapticd does not start", [&] { return !running_sessions().empty(); });
     bridge_.emplace("haptic-view",
                     std::vector<std::string>{"view", kSession, "--port", "0", "--no-open"},
                     folder_.path + "/view.log");
-    wait_for("the bridge does not start",
-             [&] { return (port_ = port_in(folder_.path + "/view.log")) != 0; });
+    wait_until("the bridge does not start",
+               [&] { return (port_ = port_in(folder_.path + "/view.log")) != 0; });
     client_.emplace(kSession);
     frames_.emplace(client_->ring<&ServoChannels::frames>(Start::kNewest));
     client_->start();
     ServoFrame frame;
-    wait_for("the servo does not run", [&] { return frames_->latest(frame); });
+    wait_until("the servo does not run", [&] { return frames_->latest(frame); });
   }
 
   Window run(const Case& one) {
@@ -118,8 +95,8 @@ class Watched {
     ForkedProcess viewers;
     if (one.viewers > 0) {
       viewers = ForkedProcess([&] { be_viewers(port_, one.viewers, one.kind, *counts); });
-      wait_for("the viewers do not get in",
-               [&] { return counts->connected == static_cast<uint32_t>(one.viewers); });
+      wait_until("the viewers do not get in",
+                 [&] { return counts->connected == static_cast<uint32_t>(one.viewers); });
     }
     if (one.is_stopped) viewers.signal(SIGSTOP);
     sleep_until(now_ns() + kNsPerSecond / 2);  // what connecting costs is none of it
@@ -151,7 +128,7 @@ class Watched {
   }
 
   const Options& options_;
-  Folder folder_;
+  RuntimeFolder folder_{"view"};
   SessionProcess hapticd_;
   std::optional<SessionProcess> bridge_;
   uint16_t port_ = 0;

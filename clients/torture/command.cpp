@@ -39,7 +39,8 @@ struct TortureCommand {
   double minutes() const { return seconds / 60; }
   uint64_t seed = 1;
   std::string output;
-  bool json = false, keep = false, overwrite = false, no_realtime = false, six = false;
+  bool json = false, keep = false, overwrite = false, no_realtime = false, six = false,
+       bodies = false;
 };
 
 /// A private folder in the temporary folder.
@@ -322,7 +323,8 @@ void run_torture(const TortureCommand& options) {
   if (recording.empty()) recording = folder.path() + "/torture";
   Result result;
   {
-    TortureSession session({folder.path(), recording, !options.no_realtime, options.six});
+    TortureSession session(
+        {folder.path(), recording, !options.no_realtime, options.six, options.bodies});
     // it has to see every frame, while 64 viewers may take both processors
     if (!options.no_realtime)
       enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
@@ -364,6 +366,8 @@ void add_torture_command(Command& app) {
   add_overwrite(command, options->overwrite);
   command.flag("--six", options->six,
                "on a device with six motors: each torque is checked as each force is");
+  command.flag("--bodies", options->bodies,
+               "what is touched has mass and lies on the ground, beside something that falls");
   command.flag("--keep", options->keep, "keep the folder with the device's log");
   command.flag("--no-realtime", options->no_realtime, "run without real-time priorities");
   add_json(command, options->json);

@@ -184,6 +184,26 @@ void TortureSession::write_tool(std::ostream& out) const {
       << "max_rotational_damping = \"" << kMaxTurningDamping << " N·m·s/rad\"\n";
 }
 
+/// The block, whose top is where the tool's middle, which is the handle, has half a cube below it.
+void TortureSession::write_objects(std::ostream& out) const {
+  const double top = options_.six ? -kHalfCube : 0;  // [m]
+  const auto box = [&](const char* name, const char* extent, const std::string& position) {
+    out << "[[object]]\nname = \"" << name << "\"\nprimitive = \"box\"\nextent = [" << extent
+        << "]\nposition = [" << position << "]\n";
+  };
+  const auto at = [&](const char* x, double z) {
+    return '"' + std::string(x) + "\", \"0 mm\", \"" + std::to_string(z) + " m\"";
+  };
+  const char* const block = "\"200 mm\", \"200 mm\", \"40 mm\"";
+  box("block", block, at("0 mm", top - 0.02));
+  if (!options_.bodies) return;
+  out << "[object.body]\nmass = \"1 kg\"\n";
+  box("weight", "\"30 mm\", \"30 mm\", \"30 mm\"", at("150 mm", top + 0.1));
+  out << "[object.body]\nmass = \"50 g\"\nrestitution = 0.5\n";
+  box("ground", "\"600 mm\", \"600 mm\", \"40 mm\"", at("0 mm", top - 0.06));
+  out << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"-9.81 m/s²\"]\n";
+}
+
 std::string TortureSession::write_config() const {
   const ForceRules r = rules().front();
   std::string path = options_.folder + "/torture.toml";
@@ -203,11 +223,7 @@ std::string TortureSession::write_config() const {
     out << "max_torque = \"" << kMaxTorque << " N·m\"\ntorque_slew = \"" << kTorqueSlew
         << " N·m/s\"\n";
   }
-  // its top is where the tool's middle, which is the handle, has half a cube below it
-  out << "[[object]]\nname = \"block\"\nprimitive = \"box\"\n"
-         "extent = [\"200 mm\", \"200 mm\", \"40 mm\"]\n"
-         "position = [\"0 mm\", \"0 mm\", \""
-      << -0.02 - (options_.six ? kHalfCube : 0) << " m\"]\n";
+  write_objects(out);
   return path;
 }
 

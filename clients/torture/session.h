@@ -25,6 +25,7 @@ struct TortureOptions {
   std::string recording;  // name of the recordings without .mcap; empty: none
   bool realtime = true;   // ask for real-time priorities
   bool six = false;       // a device with six motors, whose hand also feels torque
+  bool bodies = false;    // the block has mass and lies on the ground, and other things beside it
 };
 
 /// A frame of the servo as seen by this program. Its time stamp is that of its tick; a stalled
@@ -139,6 +140,7 @@ class TortureSession {
   void link_programs(const std::string& from) const;
   std::string write_config() const;
   void write_tool(std::ostream& out) const;
+  void write_objects(std::ostream& out) const;
   void start_emulator();
   void start_hapticd();
   void end_part();

@@ -4,42 +4,15 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
-#include "contact/shape/mesh/triangle_mesh.h"
 #include "proto/math/mat3.h"
 #include "sim/bullet/constraint_row.h"
+#include "sim/bullet/world_model.h"
 
 namespace haptic {
 
-/// Mass of a body in the frame of its object.
-struct BodyMass {
-  double mass = 0;  // [kg]; 0: the object stands still or follows its script
-  Vec3 centre_O;
-  Mat3 inertia_O;  // about the centre [kg·m²]
-};
-
-/// What an object is to others: a box or ball that fills the bounding box of its mesh, convex
-/// pieces, or, of an object without mass, the triangles.
-enum class CollisionShape : uint32_t { kBox, kBall, kPieces, kTriangles };
-
-struct WorldObject {
-  Pose X_WO;
-  BodyMass mass;
-  CollisionShape shape = CollisionShape::kTriangles;
-  TriangleMesh mesh;                          // in O; must outlive the world
-  std::vector<std::span<const Vec3>> pieces;  // vertices of each convex piece, in O
-  double friction = 0;                        // μ; of two objects the geometric mean counts
-  double restitution = 0;                     // likewise
-};
-
-struct WorldModel {
-  std::vector<WorldObject> objects;
-  Vec3 gravity_W;  // [m/s²]
-};
-
 /// Where a body is and how it moves.
-struct BodyMotion {
+struct MovingBody {
   Pose X_WO;
   Twist V_WO;      // of the object's origin, in W
   Vec3 centre_W;   // of mass
@@ -66,7 +39,7 @@ class BodyWorld {
   /// Gravity, contacts and motion for dt [s], by one step.
   void step(double dt);
 
-  BodyMotion motion(uint32_t object) const;
+  MovingBody motion(uint32_t object) const;
   /// Contacts that have carried an impulse lately, as what they do not let happen: a row along the
   /// normal, and two across it where friction sticks.
   std::span<const ConstraintRow> rows() const;

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "sim/bullet/body_world.h"
 #include "sim/bullet/bullet.h"
+#include "sim/bullet/world_model.h"
 
 namespace haptic {
 

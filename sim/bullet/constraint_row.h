@@ -7,12 +7,12 @@
 
 namespace haptic {
 
-inline constexpr uint32_t kNoObject = ~0u;
+inline constexpr uint32_t kNoMass = ~0u;
 
 /// A direction in which a constraint lets nothing move: row_a · V_a + row_b · V_b = 0, with the
 /// twists of the centres of mass in W.
 struct ConstraintRow {
-  uint32_t a = kNoObject, b = kNoObject;  // objects; kNoObject: nothing with mass
+  uint32_t a = kNoMass, b = kNoMass;  // objects; kNoMass: nothing with mass
   Twist row_a, row_b;
 };
 

@@ -161,10 +161,10 @@ TEST_CASE("servo: what the objects are pushed with is what the hand feels", "[se
   haptic::Wrench before{};
   ServoFrame f{};
   for (int64_t k = 1; k <= 3000; ++k) {
-    before = state.object_impulse_W[0];
+    before = state.pushes.impulse_W[0];
     f = step_armed(model, state, input_at(k, {0, 0, -1e-3}, set.get()));
   }
-  const haptic::Wrench pushed = state.object_impulse_W[0];
+  const haptic::Wrench pushed = state.pushes.impulse_W[0];
   CHECK_THAT((pushed.f - before.f) / 1e-3, IsNear(-f.F_coupling_W.f, 1e-6));
 }
 

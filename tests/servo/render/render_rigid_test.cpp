@@ -71,9 +71,9 @@ TEST_CASE("servo: a tool that never enters an object feels the coupling alone", 
   CHECK((f.flags & kServoSolverLimit) == 0);
   CHECK(f.n_contacts >= 1);
   // the objects are pushed with the force that the hand feels
-  const Wrench before = session.state.object_impulse_W[0];
+  const Wrench before = session.state.pushes.impulse_W[0];
   f = session.tick({0, 0, -depth});
-  const Wrench after = session.state.object_impulse_W[0];
+  const Wrench after = session.state.pushes.impulse_W[0];
   CHECK_THAT((after.f - before.f) / 1e-3, IsNear(-f.F_coupling_W.f, 1e-6));
   CHECK_THAT((after.t - before.t) / 1e-3, IsNear(-f.F_coupling_W.t, 1e-6));
 }

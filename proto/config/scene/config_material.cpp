@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "proto/config/config_material.h"
+#include "proto/config/scene/config_material.h"
 
 #include "proto/config/height_image.h"
 

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "clients/bench/live_session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+namespace haptic {
+namespace {
+
+constexpr int64_t kPatience = 20 * kNsPerSecond;
+constexpr int64_t kLookPeriod = kNsPerSecond / 100;
+
+}  // namespace
+
+RuntimeFolder::RuntimeFolder(const std::string& bench)
+    : path("/tmp/hapt-bench-" + bench + "-XXXXXX") {
+  if (mkdtemp(path.data()) == nullptr) {
+    throw std::runtime_error("bench " + bench + ": no folder can be made in /tmp");
+  }
+  setenv("HAPTICD_RUNTIME_DIR", path.c_str(), 1);
+}
+
+RuntimeFolder::~RuntimeFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path, ignored);
+}
+
+void wait_until(const std::string& what, const std::function<bool()>& holds) {
+  for (const int64_t begin = now_ns(); !holds(); sleep_until(now_ns() + kLookPeriod)) {
+    if (now_ns() - begin > kPatience) throw std::runtime_error("bench: " + what);
+  }
+}
+
+LiveSession::LiveSession(const RuntimeFolder& folder, const std::string& session,
+                         const std::string& config)
+    : hapticd_("hapticd", {config, "--session", session}, folder.path + "/" + session + ".log") {
+  wait_until("hapticd does not start", [&] {
+    const auto names = running_sessions();
+    return std::find(names.begin(), names.end(), session) != names.end();
+  });
+  client_.emplace(session);
+  frames_.emplace(client_->ring<&ServoChannels::frames>(Start::kNewest));
+  sets_.emplace(client_->ring<&ContactChannels::sets>(Start::kNewest));
+  client_->start();
+  ServoFrame frame;
+  wait_until("the servo does not run", [&] {
+    return frames_->latest(frame) && (frame.flags & kServoPaused) == 0 && frame.contact_seq > 0;
+  });
+}
+
+SessionWindow LiveSession::watch(double seconds) {
+  ServoFrame frame;
+  const auto set = std::make_unique<ContactSet>();
+  frames_->latest(frame);
+  sets_->latest(*set);
+  Histogram busy, wake;
+  uint64_t n_sets = 0, n_frames = 0, n_contacts = 0;
+  const int64_t begin = now_ns(), end = begin + static_cast<int64_t>(1e9 * seconds);
+  while (now_ns() < end) {
+    sleep_until(now_ns() + kLookPeriod);
+    while (frames_->next(frame)) {
+      busy.add(frame.busy_ns);
+      wake.add(frame.wake_late_ns);
+      n_contacts += frame.n_contacts;
+      ++n_frames;
+    }
+    while (sets_->next(*set)) ++n_sets;
+  }
+  const double lasted = 1e-9 * static_cast<double>(now_ns() - begin);
+  const auto percentile = [](const Histogram& times, double q) {
+    return 1e-9 * static_cast<double>(times.percentile(q));
+  };
+  SessionWindow window;
+  window.busy_p50 = percentile(busy, 50);
+  window.busy_p99 = percentile(busy, 99);
+  window.wake_p99 = percentile(wake, 99);
+  window.contact_rate = static_cast<double>(n_sets) / lasted;
+  window.contacts =
+      static_cast<double>(n_contacts) / static_cast<double>(std::max<uint64_t>(n_frames, 1));
+  return window;
+}
+
+}  // namespace haptic

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "clients/hapt/session_process.h"
+#include "clients/library/client.h"
+#include "clients/library/histogram.h"
+
+namespace haptic {
+
+/// A folder of its own for the session of a bench and what its programs say; hapticd and clients of
+/// this process use it from then on.
+struct RuntimeFolder {
+  std::string path;
+  explicit RuntimeFolder(const std::string& bench);
+  ~RuntimeFolder();
+  RuntimeFolder(const RuntimeFolder&) = delete;
+  RuntimeFolder& operator=(const RuntimeFolder&) = delete;
+};
+
+/// Looks every 10 ms until it holds; throws std::runtime_error with `what` after 20 s.
+void wait_until(const std::string& what, const std::function<bool()>& holds);
+
+/// What a live session did in one window.
+struct SessionWindow {
+  double busy_p50 = 0, busy_p99 = 0;  // of the servo [s]
+  double wake_p99 = 0;                // its lateness [s]
+  double contact_rate = 0;            // answers a second
+  double contacts = 0;                // mean number of planes that push
+};
+
+/// hapticd with the session file at a path, and a client that watches servo and contact.
+class LiveSession {
+ public:
+  /// Throws std::runtime_error where the servo does not run within 20 s.
+  LiveSession(const RuntimeFolder& folder, const std::string& session, const std::string& config);
+  SessionWindow watch(double seconds);
+
+ private:
+  SessionProcess hapticd_;
+  std::optional<Client> client_;
+  std::optional<RingSource<&ServoChannels::frames>> frames_;
+  std::optional<RingSource<&ContactChannels::sets>> sets_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clients/bench/benches.h"
+#include "clients/bench/peers/bodies.h"
+#include "clients/bench/live_session.h"
+#include "clients/bench/work/turns.h"
+#include "clients/lab/thread_cpu.h"
+#include "clients/report/median.h"
+#include "contact/shape/mesh/generated.h"
+#include "proto/config/command_line.h"
+#include "proto/os/progress.h"
+#include "proto/os/session_file.h"
+#include "sim/step.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTick = 1e-3;            // [s]
+constexpr int64_t kTickNs = 1'000'000;    // [ns]
+constexpr double kGoalStep = 0.5e-3;      // p99 of sim's step [s]: half of its period
+constexpr double kGoalContacts = 100;     // in the wall, on average, at least
+constexpr double kGoalBusy = 1.1;         // p99 of the servo with masses over that without
+constexpr double kGoalRate = 0.9;         // of contact with masses over that without
+constexpr Vec3 kBrick{0.02, 0.01, 0.01};  // [m]
+constexpr double kBrickMass = 0.01;       // [kg]
+constexpr double kFriction = 0.5;
+constexpr Vec3 kGravity{0, 0, -9.81};  // [m/s²]
+constexpr int kWarmUp = 500;           // ticks until the wall has settled
+constexpr int kChunk = 50;             // ticks of one contestant before the next has its turn
+constexpr int kRows = 5, kColumns = 3;
+
+struct Options {
+  int ticks = 5000, rounds = 0;
+  double seconds = 5;
+  std::string config = "heap.toml";
+};
+
+/// A wall of fifteen bricks on the ground: object 0 is the ground, as the sixteenth.
+std::vector<PeerBox> brick_wall() {
+  std::vector<PeerBox> boxes{{{0.4, 0.4, 0.02}, {{0, 0, -0.01}, {}}, 0, kFriction}};
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const Vec3 p{kBrick.x * (column + 0.5 * (row % 2)), 0, kBrick.z * (row + 0.5)};
+      boxes.push_back({kBrick, {p, {}}, kBrickMass, kFriction});
+    }
+  }
+  return boxes;
+}
+
+/// Its shapes and our sim, pushed by the counters of a hand.
+struct PushedWall {
+  SessionConfig config;
+  std::deque<MeshShapeData> owned;
+  std::vector<MeshShape> shapes;
+  SimModel model;
+  SimState state;
+  ServoFrame hand{};
+
+  explicit PushedWall(const std::vector<PeerBox>& boxes) {
+    config.sim_rate = 1 / kTick;
+    config.gravity_W = kGravity;
+    for (const PeerBox& box : boxes) {
+      owned.push_back(build_shape(make_box(box.extent)));
+      shapes.push_back(owned.back().view());
+      ObjectConfig& object = config.objects[config.n_objects++];
+      assign(object.mesh, "primitive:box");
+      object.extent = box.extent;
+      object.X_WO = box.X_WO;
+      object.body.mass = box.mass;
+      object.material.friction_dynamic = box.friction;
+    }
+    model = build_sim(config, shapes);
+    hand.t_ns = hand.impulses_since_ns = kTickNs;
+    sim_step(model, state, {&hand}, hand.t_ns);
+  }
+
+  void push(size_t box, const Vec3& impulse_W) {
+    hand.t_ns += kTickNs;
+    Wrench& J_W = hand.object_impulse_W[box];
+    Wrench& S_W = hand.object_impulse_time_W[box];
+    S_W = S_W + kTick * J_W;
+    J_W.f += impulse_W;
+  }
+  void step() { sim_step(model, state, {&hand}, hand.t_ns); }
+  double n_contacts() const { return static_cast<double>(state.bodies.world->n_contacts()); }
+};
+
+/// A hand that presses to and fro on the brick in the middle of the top row, and moves nothing far.
+Vec3 push_at(int tick) {
+  constexpr double kForce = 0.05, kFrequency = 5;  // [N], [Hz]
+  return {0, kForce * kTick * std::sin(2 * M_PI * kFrequency * kTick * tick), 0};
+}
+
+std::vector<Row> step_rows(const Options& options) {
+  const std::vector<PeerBox> boxes = brick_wall();
+  const size_t pushed = boxes.size() - 2;
+  PushedWall ours(boxes);
+  const std::vector<std::pair<std::string, int>> kinds{{"Bullet alone, 10 iterations", 10},
+                                                       {"Bullet alone, 50 iterations", 50}};
+  std::vector<std::unique_ptr<BodiesPeer>> peers;
+  for (const auto& kind : kinds) peers.push_back(make_bullet_bodies(boxes, kGravity, kind.second));
+  std::vector<double> times, contacts;
+  std::vector<std::vector<double>> peer_times(peers.size());
+  for (int begin = -kWarmUp; begin < options.ticks; begin += kChunk) {
+    for (int tick = begin; tick < begin + kChunk; ++tick) {
+      ours.push(pushed, push_at(tick));
+      const int64_t ns = cpu_ns_of([&] { ours.step(); });
+      if (tick < 0) continue;
+      times.push_back(1e-9 * static_cast<double>(ns));
+      contacts.push_back(ours.n_contacts());
+    }
+    for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
+      for (int tick = begin; tick < begin + kChunk; ++tick) {
+        peers[i]->push(pushed, push_at(tick));
+        const int64_t ns = cpu_ns_of([&] { peers[i]->step(kTick); });
+        if (tick >= 0) peer_times[i].push_back(1e-9 * static_cast<double>(ns));
+      }
+    }
+  }
+  Rows rows("a wall of 15 bricks on the ground, one of them pushed");
+  rows.at_least("contacts, median", percentile(contacts, 50), "", kGoalContacts);
+  rows.add("sim step CPU p50", percentile(times, 50), "s");
+  rows.at_most("sim step CPU p99", percentile(times, 99), "s", kGoalStep);
+  rows.add("sim step CPU max", percentile(times, 100), "s");
+  for (size_t i = 0; i < peers.size() && peers[i]; ++i) {
+    const std::string& name = kinds[i].first;
+    rows.add_beside("sim step CPU p50", percentile(times, 50), "s", name,
+                    percentile(peer_times[i], 50));
+    rows.add_beside("sim step CPU p99", percentile(times, 99), "s", name,
+                    percentile(peer_times[i], 99));
+  }
+  return rows.rows();
+}
+
+/// The session file without the tables that give its objects mass, in the folder of the session.
+std::string without_masses(const std::string& path, const std::string& folder) {
+  std::ifstream in(path);
+  std::ostringstream out;
+  bool is_skipped = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("[")) {
+      is_skipped = line.starts_with("[object.body]") || line.starts_with("[[joint]]");
+    }
+    if (!is_skipped) out << line << '\n';
+  }
+  const std::string copy = folder + "/fixed.toml";
+  std::ofstream(copy) << out.str();
+  return copy;
+}
+
+std::vector<Row> session_rows(const Options& options) {
+  const RuntimeFolder folder("world");
+  const std::string with = find_session_file(options.config);
+  const std::array<std::string, 2> configs{without_masses(with, folder.path), with};
+  std::array<std::vector<double>, 2> busy, rate, contacts;
+  std::vector<double> busy_ratio, rate_ratio;
+  Progress progress("sessions", options.rounds);
+  for (int round = 0; round < options.rounds; ++round) {
+    for (size_t i = 0; i < 2; ++i) {
+      LiveSession session(folder, "bench-world", configs[i]);
+      const SessionWindow window = session.watch(options.seconds);
+      busy[i].push_back(window.busy_p99);
+      rate[i].push_back(window.contact_rate);
+      contacts[i].push_back(window.contacts);
+    }
+    busy_ratio.push_back(busy[1].back() / busy[0].back());
+    rate_ratio.push_back(rate[1].back() / rate[0].back());
+    progress.step();
+  }
+  Rows rows(options.config + ", live, with masses and without");
+  rows.add("servo busy p99, without", median(busy[0]), "s");
+  rows.add("servo busy p99, with", median(busy[1]), "s");
+  rows.at_most("servo busy p99, with over without", median(busy_ratio), "", kGoalBusy);
+  rows.add("contact rate, without", median(rate[0]), "Hz");
+  rows.add("contact rate, with", median(rate[1]), "Hz");
+  rows.at_least("contact rate, with over without", median(rate_ratio), "", kGoalRate);
+  rows.add("planes that push, mean, without", median(contacts[0]));
+  rows.add("planes that push, mean, with", median(contacts[1]));
+  return rows.rows();
+}
+
+std::vector<Row> all_rows(const Options& options) {
+  Rows rows = machine_rows("world");
+  rows.append(step_rows(options));
+  rows.append(session_rows(options));
+  return rows.rows();
+}
+
+}  // namespace
+
+BenchRun bench_world(Command& command) {
+  const auto options = std::make_shared<Options>();
+  command.option("--ticks", options->ticks, "of 1 ms, of the wall")
+      .range(100, 10'000'000)
+      .show_default();
+  command.option("--config FILE", options->config, "session file whose objects have mass")
+      .show_default();
+  command.quantity("--for", options->seconds, Dimension::kTime, {0.2, 3600}, "of each session", "s")
+      .show_default();
+  return run_rounds(options, all_rows);
+}
+
+}  // namespace haptic
