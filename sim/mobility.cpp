@@ -42,8 +42,45 @@ Neighbours neighbours_of(std::span<const ConstraintRow> rows, uint32_t object, s
   return found;
 }
 
-Eigen::Matrix<double, 6, 1> vector_of(const Twist& row) {
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+Vector6 vector_of(const Twist& row) {
   return {row.v.x, row.v.y, row.v.z, row.w.x, row.w.y, row.w.z};
+}
+
+/// Mass and inertia of the bodies, block by block.
+Matrix inertia_of(const Neighbours& near, std::span<const BodyInertia> bodies) {
+  const auto size = static_cast<Eigen::Index>(6 * near.n);
+  Matrix inertia = Matrix::Zero(size, size);
+  for (size_t k = 0; k < near.n; ++k) {
+    const BodyInertia& body = bodies[near.objects[k]];
+    const auto at = static_cast<Eigen::Index>(6 * k);
+    for (int i = 0; i < 3; ++i) {
+      inertia(at + i, at + i) = body.mass;
+      for (int j = 0; j < 3; ++j) inertia(at + 3 + i, at + 3 + j) = body.inertia_W.row[i][j];
+    }
+  }
+  return inertia;
+}
+
+/// Adds κ AᵀA to the lower triangle; true if any row holds any of the bodies.
+bool add_rows(Matrix& inertia, const Neighbours& near, std::span<const ConstraintRow> rows,
+              double kappa) {
+  bool any = false;
+  for (const ConstraintRow& row : rows) {
+    const size_t a = row.a == kNoMass ? near.n : near.find(row.a);
+    const size_t b = row.b == kNoMass ? near.n : near.find(row.b);
+    if (a == near.n && b == near.n) continue;
+    any = true;
+    const Vector6 of_a = vector_of(row.row_a), of_b = vector_of(row.row_b);
+    const auto at_a = static_cast<Eigen::Index>(6 * a), at_b = static_cast<Eigen::Index>(6 * b);
+    if (a < near.n) inertia.block<6, 6>(at_a, at_a) += kappa * of_a * of_a.transpose();
+    if (b < near.n) inertia.block<6, 6>(at_b, at_b) += kappa * of_b * of_b.transpose();
+    if (a == near.n || b == near.n) continue;
+    if (a > b) inertia.block<6, 6>(at_a, at_b) += kappa * of_a * of_b.transpose();
+    if (b > a) inertia.block<6, 6>(at_b, at_a) += kappa * of_b * of_a.transpose();
+  }
+  return any;
 }
 
 }  // namespace
@@ -53,33 +90,12 @@ Mat6 mobility_at_centre(std::span<const BodyInertia> bodies, std::span<const Con
   HAPTIC_ASSERT(object < bodies.size() && bodies[object].mass > 0);
   HAPTIC_ASSERT(n_bodies >= 1 && n_bodies <= kMostNeighbours);
   const Neighbours near = neighbours_of(rows, object, n_bodies);
-  const auto size = static_cast<Eigen::Index>(6 * near.n);
-  Matrix inertia = Matrix::Zero(size, size);
   double heaviest = 0;
-  for (size_t k = 0; k < near.n; ++k) {
-    const BodyInertia& body = bodies[near.objects[k]];
-    heaviest = std::max(heaviest, body.mass);
-    const auto at = static_cast<Eigen::Index>(6 * k);
-    for (int i = 0; i < 3; ++i) {
-      inertia(at + i, at + i) = body.mass;
-      for (int j = 0; j < 3; ++j) inertia(at + 3 + i, at + 3 + j) = body.inertia_W.row[i][j];
-    }
-  }
-  const double kappa = kHold * heaviest;
-  bool any = false;
-  for (const ConstraintRow& row : rows) {
-    const size_t a = row.a == kNoMass ? near.n : near.find(row.a);
-    const size_t b = row.b == kNoMass ? near.n : near.find(row.b);
-    if (a == near.n && b == near.n) continue;
-    any = true;
-    Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1> column =
-        Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostRows, 1>::Zero(size);
-    if (a < near.n) column.segment<6>(static_cast<Eigen::Index>(6 * a)) += vector_of(row.row_a);
-    if (b < near.n) column.segment<6>(static_cast<Eigen::Index>(6 * b)) += vector_of(row.row_b);
-    inertia.selfadjointView<Eigen::Lower>().rankUpdate(column, kappa);
-  }
+  for (size_t k = 0; k < near.n; ++k) heaviest = std::max(heaviest, bodies[near.objects[k]].mass);
+  Matrix inertia = inertia_of(near, bodies);
+  const bool any = add_rows(inertia, near, rows, kHold * heaviest);
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostRows, 6> units =
-      Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostRows, 6>::Zero(size, 6);
+      Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMostRows, 6>::Zero(inertia.rows(), 6);
   units.topRows<6>().setIdentity();
   const Eigen::LLT<Matrix> factor(inertia.selfadjointView<Eigen::Lower>());
   units = factor.solve(units);
@@ -99,15 +115,17 @@ Mat6 mobility_at_centre(std::span<const BodyInertia> bodies, std::span<const Con
 
 Mat6 mobility_at(const Mat6& at_centre, const Vec3& arm_W) {
   // v_origin = v_centre + ω × arm: T = [1, −[arm]×; 0, 1]
-  Mat6 T;
+  Mat6 T, half, out;
   for (size_t i = 0; i < 6; ++i) T(i, i) = 1;
   add_block(T, 0, 3, -1 * skew(arm_W));
-  Mat6 out;
   for (size_t i = 0; i < 6; ++i) {
     for (size_t j = 0; j < 6; ++j) {
-      for (size_t k = 0; k < 6; ++k) {
-        for (size_t l = 0; l < 6; ++l) out(i, j) += T(i, k) * at_centre(k, l) * T(j, l);
-      }
+      for (size_t k = 0; k < 6; ++k) half(i, j) += T(i, k) * at_centre(k, j);
+    }
+  }
+  for (size_t i = 0; i < 6; ++i) {
+    for (size_t j = 0; j < 6; ++j) {
+      for (size_t k = 0; k < 6; ++k) out(i, j) += half(i, k) * T(j, k);
     }
   }
   return out;

@@ -2,16 +2,16 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <filesystem>
 #include <fstream>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "clients/bench/benches.h"
-#include "clients/bench/peers/bodies.h"
 #include "clients/bench/live_session.h"
+#include "clients/bench/peers/bodies.h"
 #include "clients/bench/work/turns.h"
 #include "clients/lab/thread_cpu.h"
 #include "clients/report/median.h"
@@ -141,10 +141,17 @@ std::vector<Row> step_rows(const Options& options) {
   return rows.rows();
 }
 
-/// The session file without the tables that give its objects mass, in the folder of the session.
+/// A copy of the session file without the tables that give its objects mass, among links to the
+/// files that lie beside it. Returns its path.
 std::string without_masses(const std::string& path, const std::string& folder) {
-  std::ifstream in(path);
-  std::ostringstream out;
+  namespace fs = std::filesystem;
+  const fs::path source = fs::absolute(path), fixed = fs::path(folder) / "fixed";
+  fs::create_directory(fixed);
+  for (const fs::directory_entry& entry : fs::directory_iterator(source.parent_path())) {
+    if (entry.path() != source) fs::create_symlink(entry, fixed / entry.path().filename());
+  }
+  std::ifstream in(source);
+  std::ofstream out(fixed / source.filename());
   bool is_skipped = false;
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with("[")) {
@@ -152,9 +159,7 @@ std::string without_masses(const std::string& path, const std::string& folder) {
     }
     if (!is_skipped) out << line << '\n';
   }
-  const std::string copy = folder + "/fixed.toml";
-  std::ofstream(copy) << out.str();
-  return copy;
+  return fixed / source.filename();
 }
 
 std::vector<Row> session_rows(const Options& options) {
