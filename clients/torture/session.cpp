@@ -152,11 +152,15 @@ void TortureSession::link_programs(const std::string& from) const {
 
 std::vector<ForceRules> TortureSession::rules() const {
   ForceRules force;
+  // the block lies up to so deep in the ground: sim lets contacts of 10 µm be [m]
+  constexpr double kRests = 20e-6;
+  if (options_.bodies) force.step += force.stiffness * kRests;
   if (!options_.six) return {force};
   force.arm = &six_motors_arm();
   constexpr double kMostTilt = 0.1;  // [rad]
   force.bend = force.stiffness * kHalfCube * kMostTilt * kMostTilt / 2;
-  force.step = 6e-3;  // what the wrist's motors make of their half milliampere as well
+  force.step +=
+      6e-3 - ForceRules{}.step;  // what the wrist's motors make of their half milliampere as well
   ForceRules torque = force;
   torque.part = Part::kTorque;
   torque.stiffness = kTurningStiffness;
@@ -197,11 +201,13 @@ void TortureSession::write_objects(std::ostream& out) const {
   const char* const block = "\"200 mm\", \"200 mm\", \"40 mm\"";
   box("block", block, at("0 mm", top - 0.02));
   if (!options_.bodies) return;
-  out << "[object.body]\nmass = \"1 kg\"\n";
+  // so heavy and rough that planes which are out of place, 5 N to any side, do not move it
+  const char* const rough = "[object.material]\nfriction_static = 0.8\nfriction_dynamic = 0.8\n";
+  out << rough << "[object.body]\nmass = \"4 kg\"\n";
   box("weight", "\"30 mm\", \"30 mm\", \"30 mm\"", at("150 mm", top + 0.1));
   out << "[object.body]\nmass = \"50 g\"\nrestitution = 0.5\n";
   box("ground", "\"600 mm\", \"600 mm\", \"40 mm\"", at("0 mm", top - 0.06));
-  out << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"-9.81 m/s²\"]\n";
+  out << rough << "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"-9.81 m/s²\"]\n";
 }
 
 std::string TortureSession::write_config() const {
