@@ -36,6 +36,16 @@ struct Reach {
   double radius = std::numeric_limits<double>::infinity();  // [m]
 };
 
+/// Around the waypoints of a hand, in B.
+Reach reach_along(const IntentConfig& intent) {
+  Vec3 lower = intent.waypoints[0].X_BH.p, upper = lower;
+  for (uint32_t i = 1; i < intent.n_waypoints; ++i) {
+    lower = component_min(lower, intent.waypoints[i].X_BH.p);
+    upper = component_max(upper, intent.waypoints[i].X_BH.p);
+  }
+  return {0.5 * (lower + upper), 0.5 * norm(upper - lower)};
+}
+
 Reach reach_of(const SessionConfig& config) {
   const DeviceConfig& device = config.device;
   const IntentConfig& intent = device.hand.intent;
@@ -44,7 +54,12 @@ Reach reach_of(const SessionConfig& config) {
   if (is_simulated) reach.radius = std::max(intent.hover_radius, intent.press_radius);
   const bool has_edge = !is_simulated && !row_of(device.kind).is_recorded;
   if (has_edge && device.workspace_radius > 0) reach.radius = device.workspace_radius;
-  const Vec3 centre_B = is_simulated ? intent.centre_B : device.workspace_centre_B;
+  Vec3 centre_B = is_simulated ? intent.centre_B : device.workspace_centre_B;
+  if (is_simulated && intent.n_waypoints > 0) {
+    const Reach along_B = reach_along(intent);
+    centre_B = along_B.centre_W;
+    reach.radius = along_B.radius;
+  }
   reach.radius *= config.map.motion_scale;
   reach.centre_W = tool_pose(config.map, {}, {centre_B, {}}).p;
   return reach;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "device-io/hand/portable_turn.h"
+#include "device-io/hand/waypoints.h"
 #include "proto/math/assert.h"
 
 namespace haptic {
@@ -61,17 +62,6 @@ Stroke stroke_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
   stroke.to = portable_cos(config.stroke_angle) * stroke.from +
               portable_sin(config.stroke_angle) * stroke.across;
   return stroke;
-}
-
-/// Progress along a part, 0 to 1, and its rate [1/s].
-struct Progress {
-  double s, rate;
-};
-
-Progress minimum_jerk(double fraction, double duration) {
-  HAPTIC_ASSERT(fraction >= 0 && fraction <= 1 && duration > 0);
-  const double a = fraction, b = 1 - fraction;
-  return {a * a * a * (10 + a * (6 * a - 15)), 30 * a * a * b * b / duration};
 }
 
 /// A point on the circle from `from` through `across`, about the origin.
@@ -176,8 +166,14 @@ IntentPhase intent_phase(const IntentConfig& config, double t) {
 
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t) {
   const double elapsed = std::fmax(t, 0);
-  const Intent stroke = stroke_motion(config, seed, elapsed);
   const Intent shake = tremor(config.tremor_amplitude, seed, elapsed);
+  if (config.n_waypoints > 0) {
+    Intent way = along_waypoints(config, elapsed);
+    way.p_B += shake.p_B;
+    way.v_B = t < 0 ? Vec3{} : way.v_B + shake.v_B;
+    return way;
+  }
+  const Intent stroke = stroke_motion(config, seed, elapsed);
   Intent intent;
   intent.p_B = config.centre_B + stroke.p_B + shake.p_B;
   intent.v_B = t < 0 ? Vec3{} : stroke.v_B + shake.v_B;

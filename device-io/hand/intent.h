@@ -3,18 +3,10 @@
 
 #include <cstdint>
 
+#include "device-io/hand/intended_motion.h"
 #include "proto/config/config.h"
-#include "proto/math/quat.h"
 
 namespace haptic {
-
-/// Intended motion of a hand, in the device's base frame.
-struct Intent {
-  Vec3 p_B;    // [m]
-  Vec3 v_B;    // [m/s], the derivative of p_B
-  Quat q_B{};  // of the handle
-  Vec3 w_B{};  // angular velocity of q_B [rad/s]
-};
 
 /// The parts of a cycle, in order; each starts and ends at rest.
 enum class IntentPart { kReach, kSlide, kLift, kTravel };
@@ -41,8 +33,9 @@ IntentPhase intent_phase(const IntentConfig& config, double t);
 /// axis is added, at most tremor_amplitude long.
 /// The handle is at the identity while it reaches, turns by turn_angle while it slides (about
 /// turn_axis_B, to either side by the hash, or about a random axis), stays so while it lifts, and
-/// turns back while it travels, by the same progress s. A pure function of time, C¹, made of
-/// exactly rounded operations only, so bit-identical on every machine.
+/// turns back while it travels, by the same progress s. With waypoints there are no strokes: it
+/// goes along them (waypoints.h), with the tremor. A pure function of time, C¹, made of exactly
+/// rounded operations only, so bit-identical on every machine.
 Intent intent_at(const IntentConfig& config, uint64_t seed, double t);
 
 }  // namespace haptic

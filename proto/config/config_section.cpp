@@ -234,17 +234,20 @@ void Section::read_pose(Pose& out) {
   read_rotation("rotation", out.q);
 }
 
+/// Within [device] the name is device.hand, within [[object]] it is object.motion.
+std::string Section::name_within(std::string_view key) const {
+  const size_t begin = name_.find_first_not_of('[');
+  const bool is_top = begin == 0;
+  const std::string outer = is_top ? "" : name_.substr(begin, name_.find(']') - begin) + ".";
+  return outer + std::string(key);
+}
+
 std::optional<Section> Section::section(std::string_view key) {
   const toml::node* node = take(key);
   if (node == nullptr) return std::nullopt;
   const toml::table* table = node->as_table();
   if (table == nullptr) fail_at(key, "is " + type_name(*node) + ", not a table; see configs/");
-  // within [device] the name is [device.hand], within [[object]] it is [object.motion]
-  const size_t begin = name_.find_first_not_of('[');
-  const bool is_top = begin == 0;
-  const std::string outer = is_top ? "" : name_.substr(begin, name_.find(']') - begin) + ".";
-  const std::string name = "[" + outer + std::string(key) + "]";
-  return Section(*table, name, file_);
+  return Section(*table, "[" + name_within(key) + "]", file_);
 }
 
 std::vector<Section> Section::sections(std::string_view key) {
@@ -252,10 +255,10 @@ std::vector<Section> Section::sections(std::string_view key) {
   const toml::node* node = take(key);
   if (node == nullptr) return out;
   if (!node->is_array_of_tables()) {
-    fail_at(key, "must be a list of tables; write [[" + std::string(key) + "]] in double brackets");
+    fail_at(key, "must be a list of tables; write [[" + name_within(key) + "]] in double brackets");
   }
   for (const toml::node& element : *node->as_array()) {
-    out.emplace_back(*element.as_table(), "[[" + std::string(key) + "]]", file_);
+    out.emplace_back(*element.as_table(), "[[" + name_within(key) + "]]", file_);
   }
   return out;
 }

@@ -139,6 +139,7 @@ class Section {
 
  private:
   const toml::node* take(std::string_view key);
+  std::string name_within(std::string_view key) const;
   [[noreturn]] void fail(const toml::source_region& at, const std::string& what) const;
   double quantity_of(const toml::node& node, std::string_view key, Dimension dimension,
                      const Range& range) const;

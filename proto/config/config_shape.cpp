@@ -102,6 +102,20 @@ void read_sixfold(Section& section, int64_t around, PartConfig& part) {
   part.around = static_cast<uint32_t>(around);
 }
 
+/// What a long part and the rest for it have in common.
+void read_frame(Section& section, PartConfig& part) {
+  part.length = read_dimension(section, "length", "180 mm");
+  part.width = read_dimension(section, "width", "24 mm");
+  part.diameter = read_dimension(section, "diameter", "8 mm");
+  int64_t around = 48;
+  section.read_integer("around", 8, kMaxSteps, around);
+  if (around % 4 != 0) section.fail_at("around", "is no multiple of 4, as a hole needs it");
+  part.around = static_cast<uint32_t>(around);
+  if (part.length < 4 * part.width) {
+    section.fail_at("length", "is too short for its lugs; four widths are the least");
+  }
+}
+
 void read_thread(Section& section, PartConfig& part) {
   part.diameter = read_dimension(section, "diameter", "20 mm");
   part.pitch = read_dimension(section, "pitch", "2.5 mm");
@@ -274,6 +288,47 @@ void read_dimpled_ball(Section& section, ShapeConfig& shape) {
     section.fail_at("depth", "is more than a tenth of the diameter; write less");
   }
   shape.extent = {part.diameter, part.diameter, part.diameter};
+}
+
+void read_frame_rail(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  read_frame(section, part);
+  part.height = read_dimension(section, "height", "16 mm");
+  part.clearance = read_dimension(section, "clearance", "0.1 mm");
+  if (part.diameter + 2 * part.clearance > 0.5 * part.width) {
+    section.fail_at("diameter",
+                    "leaves too little of the lugs; diameter + 2 clearance may be half "
+                    "the width");
+  }
+  if (part.height < 0.5 * part.width) {
+    section.fail_at("height", "is lower than half the width, and the channel has no room below");
+  }
+  const double tab = 2 * part.width / 3;
+  shape.extent = {part.length, part.width + tab, part.height + tab};
+}
+
+void read_pin_rest(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  read_frame(section, part);
+  part.height = read_dimension(section, "height", "20 mm");
+  if (part.diameter > 0.5 * part.width) {
+    section.fail_at("diameter", "is too thick for its post; half the width is the most");
+  }
+  // the base is a quarter of the width thick, the pins stand 3/16 of it and half a diameter high
+  shape.extent = {part.length + part.width, 0.75 * 2 * part.width,
+                  part.height + 0.25 * part.width + 0.1875 * part.width + 0.5 * part.diameter};
+}
+
+void read_window(Section& section, ShapeConfig& shape) {
+  PartConfig& part = shape.part;
+  read_box(section, shape);
+  part.width = read_dimension(section, "width", "60 mm");
+  part.height = read_dimension(section, "height", "40 mm");
+  if (part.width >= shape.extent.x)
+    section.fail_at("width", "is no less than that of the plate; make the extent larger");
+  if (part.height >= shape.extent.y) {
+    section.fail_at("height", "is no less than that of the plate; make the extent larger");
+  }
 }
 
 uint32_t default_colour(uint32_t index) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "proto/config/config_names.h"
-#include "proto/math/quat.h"
+#include "proto/math/pose.h"
 
 namespace haptic {
 
@@ -14,8 +14,17 @@ enum class DeviceKind : uint32_t;
 
 enum class Resampling : uint32_t { kCubic = 0, kHold = 1 };
 
+/// A place that the simulated hand goes to.
+struct Waypoint {
+  Pose X_BH;
+  double time = 0;  // from the waypoint before [s]; of the first: 0
+  double rest = 0;  // at it [s]
+};
+inline constexpr uint32_t kMostWaypoints = 16;
+
 /// Seeded intended motion of the simulated hand: minimum-jerk strokes over a ball around
 /// `centre_B`. Each stroke goes from outside to `press_radius`, slides along an arc and lifts off.
+/// With waypoints the hand goes from one to the next instead, and stays at the last.
 struct IntentConfig {
   Vec3 centre_B;
   double hover_radius = 0.07;      // between strokes [m]
@@ -26,6 +35,8 @@ struct IntentConfig {
   double tremor_amplitude = 1e-4;  // 8–12 Hz, peak [m]
   double turn_angle = 0;           // of the handle in each stroke [rad]
   Vec3 turn_axis_B;                // of that turn, to either side; zero: random for each
+  uint32_t n_waypoints = 0, reserved = 0;
+  std::array<Waypoint, kMostWaypoints> waypoints{};
 };
 
 /// Mass–damper device held by a human arm (Hogan 1989), moving and turning.

@@ -74,18 +74,19 @@ struct MaterialConfig {
 
 /// Dimensions of a generated part; each kind uses some of them.
 struct PartConfig {
-  double diameter = 0;   // of a peg, a hole's peg, a thread's crest, a ball [m]
-  double length = 0;     // of a peg, a hole, a bolt; from a ball to the end of its stem [m]
+  double diameter = 0;   // of a peg, a hole's peg, a thread's crest, a ball, a rest's pins [m]
+  double length = 0;     // of a peg, a hole, a bolt, a rail; from a ball to the end of its stem [m]
   double clearance = 0;  // between the radii of a pair; of molars along z [m]
   double block = 0;      // edge of the square block around a hole [m]
   double module = 0;     // of a gear: pitch diameter over teeth [m]
   double width = 0;      // of a gear along its axis; of a nut across its flats; of a lower molar's
-                         // crown; diameter of a socket [m]
+                         // crown; diameter of a socket; of a rail, of an opening [m]
   double bore = 0;       // diameter [m]
   double backlash = 0;   // of a gear, along the pitch circle [m]
   double pitch = 0;      // of a thread [m]
   double depth = 0;      // of a thread, of a dimple [m]
-  double height = 0;     // of a nut; of a socket below the ball's centre [m]
+  double height = 0;     // of a nut; of a socket below the ball's centre; of a rail's channel, of a
+                         // rest's posts, of an opening [m]
   double stem = 0;       // diameter of a ball's stem [m]
   double cover = 0;      // of a socket's cavity, from its pole [rad]
   uint32_t teeth = 0;

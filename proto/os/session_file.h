@@ -18,6 +18,7 @@ inline constexpr std::array kScenes{
     Scene{"bunnies", "bunny-on-bunny.toml", "a bunny on a bunny", true},
     Scene{"bunny", "bunny.toml", "the Stanford bunny", true},
     Scene{"dimpled-ball", "dimpled-ball.toml", "a ball with dimples"},
+    Scene{"frame", "frame.toml", "a long part through an opening, onto its pins"},
     Scene{"gears", "gears.toml", "two gears"},
     Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
     Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},

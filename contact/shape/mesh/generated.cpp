@@ -3,6 +3,7 @@
 
 #include "contact/shape/mesh/ball_joint.h"
 #include "contact/shape/mesh/dimpled_ball.h"
+#include "contact/shape/mesh/frame_parts.h"
 #include "contact/shape/mesh/machine_parts.h"
 #include "contact/shape/mesh/molars.h"
 
@@ -33,6 +34,15 @@ Molars molars_of(const PartConfig& part) {
 BallJoint joint_of(const PartConfig& part) {
   return {part.diameter, part.stem,  part.length, part.clearance,
           part.cover,    part.width, part.height, part.around};
+}
+
+FrameParts frame_of(const PartConfig& part) {
+  FrameParts parts;
+  parts.length = part.length;
+  parts.width = part.width;
+  parts.diameter = part.diameter;
+  parts.around = part.around;
+  return parts;
 }
 
 }  // namespace
@@ -85,6 +95,23 @@ Soup generate_joint_socket(const ShapeConfig& shape) {
 Soup generate_dimpled_ball(const ShapeConfig& shape) {
   const PartConfig& p = shape.part;
   return make_dimpled_ball({p.diameter, p.depth, p.along});
+}
+
+Soup generate_frame_rail(const ShapeConfig& shape) {
+  FrameParts parts = frame_of(shape.part);
+  parts.height = shape.part.height;
+  parts.clearance = shape.part.clearance;
+  return make_frame_rail(parts);
+}
+
+Soup generate_pin_rest(const ShapeConfig& shape) {
+  FrameParts parts = frame_of(shape.part);
+  parts.post = shape.part.height;
+  return make_pin_rest(parts);
+}
+
+Soup generate_window(const ShapeConfig& shape) {
+  return make_window(shape.extent, shape.part.width, shape.part.height);
 }
 
 Soup generate_mesh(std::string_view wanted, const ShapeConfig& shape) {

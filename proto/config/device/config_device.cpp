@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "proto/config/config_device.h"
 
+#include <array>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "proto/config/devices.h"
 
@@ -22,6 +24,39 @@ constexpr Range kIntendedTurns{0, std::numbers::pi};  // [rad]; farther is the s
 constexpr double kMostArmDelay = 0.05;  // [s]; longer than any arm that a hand could still lead
 constexpr Range kCurrents{0, 6, true};  // [A]; the firmware treats larger values as zero
 
+/// Keys of strokes, which a hand with waypoints does not make.
+constexpr std::array<std::string_view, 8> kStrokeKeys{
+    "centre",    "hover_radius", "press_radius", "stroke_angle",
+    "direction", "stroke_time",  "turn_angle",   "turn_axis"};
+
+void read_waypoints(Section& intent, IntentConfig& config) {
+  std::vector<Section> places = intent.sections("waypoint");
+  if (places.empty()) return;
+  for (const std::string_view key : kStrokeKeys) {
+    if (!intent.has(key)) continue;
+    intent.fail_at(key, "belongs to strokes; a hand with waypoints makes none, leave it out");
+  }
+  if (places.size() < 2) {
+    intent.fail_at("waypoint", "leads nowhere; write two [[device.hand.intent.waypoint]] or more");
+  }
+  for (Section& place : places) {
+    if (config.n_waypoints == kMostWaypoints) {
+      place.fail_at("position", "is of one waypoint too many; " + std::to_string(kMostWaypoints) +
+                                    " are the most");
+    }
+    Waypoint& waypoint = config.waypoints[config.n_waypoints];
+    place.require("position", "position = [\"0 mm\", \"50 mm\", \"0 mm\"]");
+    place.read_pose(waypoint.X_BH);
+    if (config.n_waypoints > 0) {
+      place.require("time", "time = \"2 s\", from the waypoint before");
+      place.read_quantity("time", Dimension::kTime, kPositive, waypoint.time);
+    }
+    place.read_quantity("rest", Dimension::kTime, kNotNegative, waypoint.rest);
+    place.finish();
+    ++config.n_waypoints;
+  }
+}
+
 void read_intent(Section& hand, IntentConfig& intent) {
   auto section = hand.section("intent");
   if (!section) return;
@@ -35,6 +70,7 @@ void read_intent(Section& hand, IntentConfig& intent) {
                          intent.tremor_amplitude);
   section->read_quantity("turn_angle", Dimension::kAngle, kIntendedTurns, intent.turn_angle);
   section->read_direction("turn_axis", intent.turn_axis_B);
+  read_waypoints(*section, intent);
   section->finish();
 }
 

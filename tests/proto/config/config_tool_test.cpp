@@ -245,6 +245,43 @@ TEST_CASE("config: molars, joints and dimpled balls are read with their dimensio
       part("primitive = \"dimpled-ball\"\ndiameter = \"42.7 mm\"\ndepth = \"0.25 mm\"\n");
   CHECK(golf.part.along == 82);
   CHECK(golf.part.depth == 0.25e-3);
+  const std::string frame = "length = \"18 cm\"\nwidth = \"24 mm\"\ndiameter = \"8 mm\"\n";
+  const ObjectConfig rail =
+      part("primitive = \"frame-rail\"\n" + frame + "height = \"16 mm\"\nclearance = \"0.1 mm\"\n");
+  CHECK(rail.part.height == 16e-3);
+  CHECK(rail.part.clearance == 0.1e-3);
+  CHECK(rail.part.around == 48);
+  CHECK(rail.extent.x == 0.18);
+  const ObjectConfig rest =
+      part("primitive = \"pin-rest\"\n" + frame + "height = \"2 cm\"\naround = 24\n");
+  CHECK(rest.part.height == 0.02);
+  CHECK(rest.part.around == 24);
+  const ObjectConfig window = part(
+      "primitive = \"window\"\nextent = [\"9 cm\", \"8 cm\", \"6 mm\"]\n"
+      "width = \"4 cm\"\nheight = \"3 cm\"\n");
+  CHECK(window.extent == Vec3{0.09, 0.08, 0.006});
+  CHECK(window.part.width == 0.04);
+  CHECK(window.part.height == 0.03);
+}
+
+TEST_CASE("config: waypoints of the simulated hand reach their fields, in order") {
+  const SessionConfig config = parse_config(
+      scene_with("[coupling]\n",
+                 "[[device.hand.intent.waypoint]]\nposition = [\"1 cm\", \"0 m\", \"0 m\"]\n"
+                 "rest = \"0.5 s\"\n"
+                 "[[device.hand.intent.waypoint]]\nposition = [\"0 m\", \"2 cm\", \"0 m\"]\n"
+                 "rotation = {axis = [0, 0, 1], angle = \"180 deg\"}\ntime = \"2 s\"\n"
+                 "[coupling]\n"),
+      "x.toml");
+  const IntentConfig& intent = config.device.hand.intent;
+  REQUIRE(intent.n_waypoints == 2);
+  CHECK(intent.waypoints[0].X_BH.p == Vec3{0.01, 0, 0});
+  CHECK(intent.waypoints[0].time == 0);
+  CHECK(intent.waypoints[0].rest == 0.5);
+  CHECK(intent.waypoints[1].X_BH.p == Vec3{0, 0.02, 0});
+  CHECK(intent.waypoints[1].X_BH.q.z == Approx(1));
+  CHECK(intent.waypoints[1].time == 2);
+  CHECK(intent.waypoints[1].rest == 0);
 }
 
 TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line and column") {
@@ -262,10 +299,16 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
   };
   const std::string thread = "diameter = \"20 mm\"\npitch = \"2 mm\"\n";
   const std::string joint = "diameter = \"4 cm\"\n";
+  const std::string frame = "length = \"20 cm\"\nwidth = \"16 mm\"\ndiameter = \"8 mm\"\n";
+  const std::string here = "position = [\"1 cm\", \"0 m\", \"0 m\"]\n";
+  const auto hand = [](const std::string& keys) {
+    return scene_with("[coupling]\n", keys + "[coupling]\n");
+  };
   for (const auto& [what, text, place, says] : std::vector<Bad>{
            {"unknown part", part("primitive = \"flywheel\"\n"), "x.toml:9:13: ",
             "'primitive' is 'flywheel'; known here: box, sphere, peg, hole, gear, bolt, nut, "
-            "lower-molar, upper-molar, joint-ball, joint-socket, dimpled-ball"},
+            "lower-molar, upper-molar, joint-ball, joint-socket, dimpled-ball, "
+            "frame-rail, pin-rest, window"},
            {"peg without length", part("primitive = \"peg\"\ndiameter = \"2 cm\"\n"),
             "x.toml:7:1: ", "[[object]] has no 'length'"},
            {"key of another part",
@@ -317,6 +360,32 @@ TEST_CASE("config: mistakes in parts, tools and voxels are told with file, line 
            {"dimples as deep as the ball",
             part("primitive = \"dimpled-ball\"\n" + joint + "depth = \"5 mm\"\n"),
             "x.toml:11:9: ", "'depth' is more than a tenth of the diameter"},
+           {"rail without room for its hole",
+            part("primitive = \"frame-rail\"\n" + frame +
+                 "height = \"1 cm\"\n"
+                 "clearance = \"1 mm\"\n"),
+            "x.toml:12:12: ", "'diameter' leaves too little of the lugs"},
+           {"rail that is all lugs",
+            part("primitive = \"frame-rail\"\nlength = \"6 cm\"\nwidth = \"2 cm\"\n"
+                 "diameter = \"8 mm\"\n"),
+            "x.toml:10:10: ", "'length' is too short for its lugs"},
+           {"pins in thirds", part("primitive = \"pin-rest\"\n" + frame + "around = 9\n"),
+            "x.toml:13:10: ", "'around' is no multiple of 4"},
+           {"window as wide as its plate",
+            part("primitive = \"window\"\nextent = [\"4 cm\", \"4 cm\", \"1 mm\"]\n"
+                 "width = \"4 cm\"\nheight = \"3 cm\"\n"),
+            "x.toml:11:9: ", "'width' is no less than that of the plate"},
+           {"one waypoint", hand("[[device.hand.intent.waypoint]]\n" + here),
+            "x.toml:5:", "'waypoint' leads nowhere"},
+           {"strokes along waypoints",
+            hand("[device.hand.intent]\nhover_radius = \"1 cm\"\n"
+                 "[[device.hand.intent.waypoint]]\n" +
+                 here),
+            "x.toml:6:16: ", "'hover_radius' belongs to strokes"},
+           {"waypoint without a time",
+            hand("[[device.hand.intent.waypoint]]\n" + here + "[[device.hand.intent.waypoint]]\n" +
+                 here),
+            "x.toml:7:1: ", "[[device.hand.intent.waypoint]] has no 'time'"},
            {"voxels of no size", voxel("size = \"0 mm\"\n"),
             "x.toml:6:8: ", "'size' is out of range"},
            {"narrow band", voxel("size = \"1 mm\"\nband = \"0.5 mm\"\n"),

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `hapt demo frame` in lockstep: the part comes through the opening and ends on its pins.
+#include <catch2/catch.hpp>
+
+#include "clients/lab/lockstep.h"
+#include "clients/report/rigid_pose.h"
+#include "contact/bake/session.h"
+#include "proto/config/config.h"
+#include "tests/support/data.h"
+#include "tests/support/near.h"
+
+namespace haptic {
+namespace {
+
+using namespace test;
+
+constexpr uint32_t kOpening = 0, kRest = 1;
+
+/// The session, and until when its hand is under way [s].
+struct Frame {
+  SessionConfig config = load_config(from_source("configs/frame.toml"));
+  BakedSession baked = bake_session(config);
+  ContactShapes shapes = baked.shapes();
+  double end = 0;
+
+  /// A hand that is that much quicker than the file says, for the time of a test.
+  explicit Frame(double quicker) {
+    IntentConfig& intent = config.device.hand.intent;
+    for (uint32_t i = 0; i < intent.n_waypoints; ++i) {
+      intent.waypoints[i].time /= quicker;
+      end += intent.waypoints[i].time + intent.waypoints[i].rest;
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("frame: carried through the opening and laid on its pins, never inside of anything",
+          "[lab]") {
+  Frame frame(2.5);
+  const auto device = open_device(frame.config.device);
+  Lockstep lockstep(frame.config, frame.shapes, *device);
+  std::vector<RigidPoseJudge> judges;
+  for (const BakedShape& object : frame.baked.objects) {
+    judges.emplace_back(object.shape, frame.baked.tool->shape, RigidPoseJudge::Springs{});
+  }
+  size_t answers = 0, in_opening = 0;
+  bool was_before = false, is_behind = false;
+  const auto ticks = static_cast<int>(1000 * (frame.end + 0.5));
+  for (int k = 0; k < ticks; ++k) {
+    REQUIRE(lockstep.step());
+    const ContactSet* set = lockstep.contacts();
+    if (set == nullptr) continue;
+    CAPTURE(k);
+    REQUIRE((set->flags & kContactNoFreePose) == 0);
+    // the exact test takes a millisecond: two in a hundred poses, and the last 20
+    if (k % 50 == 0 || k + 20 > ticks) {
+      ++answers;
+      for (size_t i = 0; i < judges.size(); ++i) {
+        REQUIRE_FALSE(judges[i].is_entered(inverse(set->X_WO[i]) * set->X_WG));
+      }
+    }
+    const double x = set->X_WG.p.x - frame.config.objects[kOpening].X_WO.p.x;
+    const double half = 0.5 * frame.config.tool.part.length;
+    was_before |= x < -half;
+    in_opening += std::abs(x) < half;
+    is_behind = x > half;
+  }
+  CHECK(answers > 80);
+  CHECK(was_before);
+  CHECK(in_opening > 300);
+  CHECK(is_behind);
+
+  // where it lies: on the posts, and aside by the play of hole and slot at most, seen from the rest
+  const PartConfig& part = frame.config.tool.part;
+  const Pose X_OT = inverse(frame.config.objects[kRest].X_WO) * lockstep.contacts()->X_WG;
+  const double play = part.clearance, apart = part.length - part.width;
+  CAPTURE(X_OT.p, to_rotation_vector(X_OT.q));
+  // the plane of the posts, with the margin that contact keeps
+  CHECK(std::abs(X_OT.p.z) < 20e-6);
+  // at the round hole, which is at −x
+  const Vec3 hole = X_OT * Vec3{-0.5 * apart, 0, 0} - Vec3{-0.5 * apart, 0, 0};
+  CHECK(std::hypot(hole.x, hole.y) <= play + 20e-6);
+  const Vec3 slot = X_OT * Vec3{0.5 * apart, 0, 0} - Vec3{0.5 * apart, 0, 0};
+  CHECK(std::abs(slot.y) <= play + 20e-6);
+  const Vec3 turn = to_rotation_vector(X_OT.q);
+  CHECK(std::hypot(turn.x, turn.y) < 1e-3);
+  CHECK(std::abs(turn.z) <= 2 * (play + 20e-6) / apart);
+  // and it is pressed down by the hand
+  CHECK(lockstep.frame().F_device_B.f.y > 0.3);
+}
+
+}  // namespace haptic
