@@ -11,6 +11,7 @@ class Command;
 void add_bake_command(Command& app);
 void add_bench_command(Command& app);
 void add_bode_command(Command& app);
+void add_clearance_command(Command& app);
 void add_control_commands(Command& app);
 void add_demo_command(Command& app);
 void add_devices_command(Command& app);

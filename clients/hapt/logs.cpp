@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// hapt info, diff, recover: what is in a recording, how two differ, and one that lacks its end.
+// hapt info, diff, clearance, recover: what is in a recording, how two differ, how near its tool
+// came to the objects, and one that lacks its end.
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -8,11 +9,15 @@
 #include "clients/hapt/check_outputs.h"
 #include "clients/hapt/commands.h"
 #include "clients/hapt/options.h"
+#include "clients/report/clearance.h"
+#include "clients/report/clearance_print.h"
 #include "clients/report/log_diff.h"
 #include "clients/report/log_info.h"
+#include "proto/config/config.h"
 #include "proto/log/recover.h"
 #include "proto/os/message.h"
 #include "proto/os/progress.h"
+#include "proto/os/session_file.h"
 
 namespace haptic {
 namespace {
@@ -87,6 +92,36 @@ void run_recover(const LogOptions& options) {
             << "written to " << shown(options.output) << '\n';
 }
 
+struct ClearanceCommand {
+  std::string log, config, svg;
+  double at_least = 0;  // [m]
+  ClearanceOptions options;
+  bool json = false, overwrite = false;
+};
+
+void run_clearance(const ClearanceCommand& command) {
+  check_outputs({command.svg}, {command.log}, command.overwrite);
+  const SessionConfig config = command.config.empty()
+                                   ? carried_session(command.log)
+                                   : load_config(find_session_file(command.config));
+  const BakedSession baked = bake_surfaces(config);
+  ClearanceOptions options = command.options;
+  Clearance clearance;
+  {
+    Progress progress("measuring", 1);
+    options.told = [&](double share) { progress.at(share); };
+    clearance = measure_clearance(command.log, config, baked, options);
+  }
+  command.json ? print_clearance_json(std::cout, command.log, config, clearance)
+               : print_clearance(std::cout, command.log, config, clearance);
+  std::cout.flush();
+  if (!command.svg.empty()) plot_clearance(command.svg, command.log, config, clearance);
+  const double least = clearance.tightest[clearance.nearest()].distance;
+  if (!(least < command.at_least)) return;
+  std::cerr << "FAILED: the tool came nearer than --at-least allows\n";
+  throw ExitCode{kExitFailed};
+}
+
 }  // namespace
 
 void add_info_command(Command& app) {
@@ -110,6 +145,31 @@ void add_diff_command(Command& app) {
   add_json(command, options->json);
   command.example("hapt diff before.mcap after.mcap");
   command.action([options] { run_diff(*options); });
+}
+
+void add_clearance_command(Command& app) {
+  const auto command = std::make_shared<ClearanceCommand>();
+  Command clearance = app.subcommand(
+      "clearance", "Smallest distance of the tool to each object over a recording, and where");
+  clearance.option("LOG", command->log, "file of 'hapt record' or 'hapt demo' (.mcap)").required();
+  clearance.option("--object NAME", command->options.object, "this object alone");
+  clearance
+      .quantity("--every", command->options.every, Dimension::kTime, kPositive,
+                "time between two poses that are measured, as 10ms", "s")
+      .show_default("every recorded pose");
+  clearance
+      .quantity("--at-least", command->at_least, Dimension::kLength, kPositive,
+                "exit code 1 where the tool came nearer, as \"1 mm\"; a number alone: metres", "m")
+      .show_default("none");
+  add_config(clearance, command->config).show_default("the one inside the recording");
+  clearance.option("--svg FILE.svg", command->svg, "draw the distances over time into this file")
+      .check([](const std::string& name) {
+        return name.ends_with(".svg") ? "" : "the drawing is an SVG; name it with .svg at the end";
+      });
+  add_overwrite(clearance, command->overwrite);
+  add_json(clearance, command->json);
+  clearance.example("hapt clearance frame.mcap --svg frame.svg");
+  clearance.action([command] { run_clearance(*command); });
 }
 
 void add_recover_command(Command& app) {

@@ -49,6 +49,7 @@ void add_commands(Command& app) {
   add_record_command(app);
   add_info_command(app);
   add_diff_command(app);
+  add_clearance_command(app);
   add_recover_command(app);
   add_export_command(app);
   add_of_lab(kEvalCommand);

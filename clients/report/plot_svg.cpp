@@ -215,6 +215,15 @@ std::string legend(const Panel& panel, double baseline) {
   return out + "</text>\n";
 }
 
+std::string ring_at(const Frame& frame, const PlotMark& mark) {
+  if (!std::isfinite(mark.x) || !std::isfinite(mark.y)) return "";
+  const double x = frame.px(mark.x), y = frame.py(mark.y);
+  // the word on the side that has room
+  const bool is_right = x > kLeft + kPlotWidth / 2;
+  return format("<circle class=\"ring\" cx=\"%.1f\" cy=\"%.1f\" r=\"5\"/>\n", x, y) +
+         text_at(x + (is_right ? -9 : 9), y - 7, is_right ? "tick end" : "tick", mark.text);
+}
+
 std::string panel_body(const Panel& panel, const Frame& frame, const std::vector<TickX>& ticks,
                        bool last) {
   const std::string unit = panel.unit.empty() ? "" : " [" + panel.unit + "]";
@@ -225,6 +234,7 @@ std::string panel_body(const Panel& panel, const Frame& frame, const std::vector
     out += format("<path class=\"line\" stroke=\"%s\" d=\"", kColours[i % kColours.size()]) +
            line_path(frame, panel.series[i]) + "\"/>\n";
   }
+  for (const PlotMark& mark : panel.marks) out += ring_at(frame, mark);
   return out;
 }
 
@@ -256,12 +266,14 @@ Range shared_range(const std::vector<Panel>& panels) {
 
 /// The same over the decimal logarithms of x.
 std::vector<Panel> with_logarithms(std::vector<Panel> panels) {
+  const auto logarithm = [](double x) {
+    return x > 0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN();
+  };
   for (Panel& panel : panels) {
     for (Series& series : panel.series) {
-      for (double& x : series.x) {
-        x = x > 0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN();
-      }
+      for (double& x : series.x) x = logarithm(x);
     }
+    for (PlotMark& mark : panel.marks) mark.x = logarithm(mark.x);
   }
   return panels;
 }
@@ -271,6 +283,7 @@ constexpr const char* kStyle =
     ".title{font-size:18px;font-weight:bold}.label{font-size:13px;font-weight:bold}"
     ".tick{font-size:12px;fill:#444}.mid{text-anchor:middle}.end{text-anchor:end}"
     ".grid{stroke:#e4e4e4;fill:none}.zero{stroke:#b0b0b0;fill:none}.axis{stroke:#555;fill:none}"
+    ".ring{fill:none;stroke:#222;stroke-width:1.4}"
     ".line{fill:none;stroke-width:1.2;stroke-linejoin:round}</style>\n";
 
 }  // namespace

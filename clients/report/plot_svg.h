@@ -13,11 +13,18 @@ struct Series {
   std::vector<double> x, y;
 };
 
+/// A point of a panel that is marked with a ring and a word.
+struct PlotMark {
+  double x, y;
+  std::string text;
+};
+
 /// One diagram; a legend names the series if there are several.
 struct Panel {
   std::string label;
   std::string unit;
   std::vector<Series> series;
+  std::vector<PlotMark> marks{};
 };
 
 /// The axis that the panels share.

@@ -122,6 +122,10 @@ const std::vector<Mistake> kInMeshes{
 const std::vector<Mistake> kInRecordings{
     {"hapt export plane.toml", 2,
      "hapt: plane.toml: is not an MCAP file; recordings are made by `hapt record`"},
+    {"hapt clearance plane.toml", 2,
+     "hapt: plane.toml: is not an MCAP file; recordings are made by `hapt record`"},
+    {"hapt clearance x.mcap --svg x.png", 2,
+     "hapt: --svg: the drawing is an SVG; name it with .svg at the end; see hapt clearance --help"},
     {"hapt replay hand.csv --config plane.toml", 2,
      "hapt: hand.csv: cannot be read (No such file or directory); name a recording (.mcap or "
      ".csv)"},
