@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 struct ViewCommand {
   SessionChoice session;
-  std::string address = "127.0.0.1", token_file, page;
+  std::string address = "127.0.0.1", token_file, page, clearance;
   std::vector<std::string> hosts, origins;
   uint32_t port = 8765;
   bool no_open = false;
@@ -92,6 +92,11 @@ void show(const ViewCommand& options) {
   catch_stop_signals();
   const bool is_log = names_log(options.session.name);
   const std::string session = is_log ? "" : name_of_session(once_up(options.session));
+  std::optional<TightestPlace> tightest;
+  if (!options.clearance.empty()) {
+    if (!is_log) throw InputError("--clearance: belongs to a recording; name its file (.mcap)");
+    tightest = read_tightest(options.clearance);
+  }
   BridgeOptions bridge_options;
   bridge_options.web.address = options.address;
   bridge_options.web.port = static_cast<uint16_t>(options.port);
@@ -100,7 +105,7 @@ void show(const ViewCommand& options) {
   bridge_options.token = make_token();
   bridge_options.page_folder = options.page.empty() ? find_page() : options.page;
   bridge_options.say = [session](const std::string& line) { return say_to_session(session, line); };
-  Bridge bridge(is_log ? log_source(options.session.name) : session_source(session),
+  Bridge bridge(is_log ? log_source(options.session.name, tightest) : session_source(session),
                 bridge_options);
 
   const auto file = write_token(options, bridge.port(), bridge_options.token);
@@ -134,9 +139,13 @@ void add_view_command(Command& app) {
       .show_default("view-PORT.token in the folder of the sessions");
   command.option("--page FOLDER", options->page, "of the page")
       .show_default("that of this build or installation");
+  command.option(
+      "--clearance FILE", options->clearance,
+      "what `hapt clearance LOG --json` has printed: draws the tool at its tightest place");
   command.flag("--no-open", options->no_open, "do not open a browser");
   command.example("hapt view bunny --no-open");
   command.example("hapt view out.mcap");
+  command.example("hapt view frame.mcap --clearance frame.json");
   command.action([options] { show(*options); });
 }
 

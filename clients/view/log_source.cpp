@@ -52,9 +52,11 @@ EyeFiles eyes_of(const McapReader& file) {
 
 }  // namespace
 
-LogSource::LogSource(std::string path) : path_(std::move(path)) {
+LogSource::LogSource(std::string path, std::optional<TightestPlace> tightest)
+    : path_(std::move(path)) {
   info_.session = std::filesystem::path(path_).filename().string();
   info_.log.emplace();
+  info_.log->tightest = std::move(tightest);
   look();
   if (index_ == nullptr) tell(path_ + ": has no servo frame yet; waiting for the first");
 }
@@ -166,7 +168,9 @@ LogTicks LogSource::ticks() const {
 
 std::unique_ptr<LogPage> LogSource::open_page() const {
   if (index_ == nullptr) return nullptr;
-  auto page = std::make_unique<LogPage>(LogPage{Playback(index_->first_tick()), {}, {}});
+  const auto& tightest = info_.log->tightest;
+  const uint64_t begin = tightest ? tightest->tick : index_->first_tick();
+  auto page = std::make_unique<LogPage>(LogPage{Playback(begin), {}, {}});
   for (size_t i = 0; i < index_->columns().size(); ++i) {
     page->columns.push_back(std::make_unique<LogPage::Column>());
     page->columns.back()->view = view_;
@@ -247,8 +251,8 @@ void LogSource::fill(LogPage::Column& column, size_t number, uint64_t from, uint
   view.rate_sim = std::numeric_limits<double>::quiet_NaN();
 }
 
-FrameSource log_source(const std::string& path) {
-  const auto log = std::make_shared<LogSource>(path);
+FrameSource log_source(const std::string& path, std::optional<TightestPlace> tightest) {
+  const auto log = std::make_shared<LogSource>(path, std::move(tightest));
   FrameSource source{"log",
                      [log](int64_t now) { return log->advance(now); },
                      [log]() -> const View& { return log->view(); },

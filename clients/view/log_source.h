@@ -28,9 +28,9 @@ struct LogPage {
 /// around a tick, which takes milliseconds; what takes longer is in LogStudy.
 class LogSource {
  public:
-  /// A file without any servo frame, which is still written, is waited for. Throws McapError: no
-  /// recording, or a complete one without frames.
-  explicit LogSource(std::string path);
+  /// A file without any servo frame, which is still written, is waited for. With a tightest place
+  /// pages begin there. Throws McapError: no recording, or a complete one without frames.
+  explicit LogSource(std::string path, std::optional<TightestPlace> tightest = {});
 
   SourceNews advance(int64_t now_ns);
   const View& view() const { return view_; }
@@ -42,7 +42,7 @@ class LogSource {
   /// Tells it on standard error, once.
   void tell_trouble(const std::string& trouble);
 
-  /// A page at the beginning.
+  /// A page at the beginning, or at the tightest place.
   std::unique_ptr<LogPage> open_page() const;
   void take(LogPage& page, const LogMessage& message, int64_t now_ns) const;
   /// Reads what the page is to be shown now; false if it has that already. A damaged place is told
@@ -67,6 +67,6 @@ class LogSource {
 };
 
 /// A recording as a source of frames. Throws McapError.
-FrameSource log_source(const std::string& path);
+FrameSource log_source(const std::string& path, std::optional<TightestPlace> tightest = {});
 
 }  // namespace haptic

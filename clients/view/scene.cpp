@@ -120,6 +120,21 @@ void add_log(Json& scene, const LogFacts& log) {
   scene["marks"] = marks_json(log.marks);
 }
 
+Json numbers_of(const Vec3& p) {
+  return {p.x, p.y, p.z};
+}
+
+void add_tightest(Json& scene, const TightestPlace& place) {
+  const auto& [p, q] = place.X_WT;
+  scene["clearance"] = {{"object", place.object},
+                        {"distance", place.distance},
+                        {"tick", place.tick},
+                        {"tool", {p.x, p.y, p.z, q.w, q.x, q.y, q.z}},
+                        {"tool_point", numbers_of(place.tool_point_W)},
+                        {"object_point", numbers_of(place.object_point_W)},
+                        {"text", words_of(place)}};
+}
+
 }  // namespace
 
 std::string use_config(SceneInfo& info, const std::string& text) {
@@ -143,6 +158,7 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   if (info.config) add_device(scene, *info.config);
   if (info.started >= 0) scene["started"] = info.started;
   if (info.log) add_log(scene, *info.log);
+  if (info.log && info.log->tightest) add_tightest(scene, *info.log->tightest);
   if (info.log && info.eyes.tool == nullptr && info.eyes.objects.empty()) {
     scene["notice"] = "This recording holds no meshes: pose, proxy and contacts are shown alone.";
   }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "clients/view/view.h"
@@ -21,12 +23,25 @@ struct EyeFiles {
   std::vector<SharedText> object_pieces;
 };
 
+/// The place of a recording at which the tool came nearest to an object, as `hapt clearance --json`
+/// has measured it; drawn by the page.
+struct TightestPlace {
+  uint32_t object = 0;
+  std::string name;     // of the object
+  uint64_t tick = 0;    // of the recording
+  double t = 0;         // since its first frame [s]
+  double distance = 0;  // [m]; 0: they meet
+  Vec3 tool_point_W, object_point_W;
+  Pose X_WT;
+};
+
 /// The properties that only a log has.
 struct LogFacts {
   uint64_t first_tick = 0, last_tick = 0;
-  double first_time = 0, last_time = 0;  // [s], of the session's clock
-  bool growing = false;                  // it is still written
-  std::vector<LogMark> marks;            // in the order of their ticks
+  double first_time = 0, last_time = 0;   // [s], of the session's clock
+  bool growing = false;                   // it is still written
+  std::vector<LogMark> marks;             // in the order of their ticks
+  std::optional<TightestPlace> tightest;  // where it was measured
 };
 
 /// What is in a session or a log, as far as the bridge is told.
@@ -42,6 +57,15 @@ struct SceneInfo {
 /// Reads the text of a session file into the info; one that cannot be read here leaves the config
 /// empty and returns why.
 std::string use_config(SceneInfo& info, const std::string& text);
+
+/// Of the text of `hapt clearance --json`. `file` is its name, for messages. Throws InputError.
+TightestPlace parse_tightest(std::string_view text, const std::string& file);
+
+/// Reads such a file. Throws InputError.
+TightestPlace read_tightest(const std::string& path);
+
+/// "The tool is nearest to 'opening' at 3.41 s: 1.23 mm".
+std::string words_of(const TightestPlace& place);
 
 /// The content of /scene.json. The text of the session file may hold comments and paths: only who
 /// may control is given it.

@@ -9,9 +9,11 @@
 
 #include "clients/view/bridge.h"
 #include "clients/view/log_source.h"
+#include "clients/view/scene.h"
 #include "proto/ipc/eye_file.h"
 #include "proto/log/csv.h"
 #include "proto/log/log_eyes.h"
+#include "proto/os/message.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/layout_reader.h"
 #include "tests/view/socket_client.h"
@@ -165,6 +167,40 @@ TEST_CASE("view log: a page's slider plays, stops, steps and loops") {
   page.take(PlayMessage{1});
   CHECK(after(500) == 10'100);
   CHECK(page.at(now += 100 * kMs, {100, 20'000, 1000}) == 10'200);
+}
+
+TEST_CASE("view log: pages begin at the tightest place, and the scene says where that is") {
+  const test::TemporaryFolder folder;
+  const std::string path = write_session(folder.path());
+  const std::string printed =
+      R"({"objects": [{"name": "far"}, {"name": "a\u001b", "index": 1, "distance_m": 0.0012,
+      "tick": 777, "t_s": 0.677, "tool_point_W": [1, 2, 3], "object_point_W": [4, 5, 6],
+      "X_WT": {"position": [7, 8, 9], "orientation": [0, 1, 0, 0]}}], "nearest": 1})";
+  const TightestPlace place = parse_tightest(printed, "x.json");
+  CHECK(words_of(place) == "The tool is nearest to 'a\\x1b' at 0.677 s: 1.2 mm");
+  LogSource log(path, place);
+  CHECK(log.advance(1) == SourceNews::kArrived);
+  const Json scene = Json::parse(scene_json(log.scene(), log.view(), false));
+  CHECK(scene["clearance"]["object"] == 1);
+  CHECK(scene["clearance"]["tick"] == 777);
+  CHECK(scene["clearance"]["tool"] == Json({7., 8., 9., 0., 1., 0., 0.}));
+  CHECK(scene["clearance"]["tool_point"] == Json({1., 2., 3.}));
+  CHECK(scene["clearance"]["object_point"] == Json({4., 5., 6.}));
+  Viewer viewer = viewer_of(log);
+  CHECK(log.show(*viewer.log, 0));
+  check_frame(LayoutReader(layout_json()), frames_of(viewer).at(0), 777, 0);
+  // without one there is none
+  CHECK_FALSE(
+      Json::parse(scene_json(LogSource(path).scene(), View{}, false)).contains("clearance"));
+
+  for (const std::string& damaged :
+       {std::string("[]"), std::string("{"), printed.substr(0, 200),
+        std::string(printed).replace(printed.find("[0, 1, 0, 0]"), 12, "[0, 2, 0, 0]"),
+        std::string(printed).replace(printed.find("0.0012"), 6, "-0.001"),
+        std::string(printed).replace(printed.find("\"nearest\": 1"), 12, "\"nearest\": 7")}) {
+    CHECK_THROWS_AS(parse_tightest(damaged, "x.json"), InputError);
+  }
+  CHECK_THROWS_WITH(read_tightest(folder.path()), Catch::Contains("is a folder"));
 }
 
 TEST_CASE("view log: frames of any tick have the numbers of the records") {

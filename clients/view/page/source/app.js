@@ -149,8 +149,12 @@ async function take_scene(scene) {
   if (state.picture !== key) return; // another scene has come meanwhile
   troubles.forEach(note_event);
   if (scene.notice) note_event(scene.notice);
+  if (scene.clearance) note_event(scene.clearance.text);
   // who has turned the camera finds it so after the bridge was away
   stage.set_scene(eyes, scene.tool?.radius, scene.limits, key === state.pictured);
+  stage.set_clearance(scene.clearance ?? null);
+  write(by_id("legend-tightest"), scene.clearance?.text ?? "");
+  by_id("legend-tightest").parentElement.hidden = !scene.clearance;
   state.pictured = key;
   by_id("shell").disabled = !stage.has_shell;
   by_id("pieces").disabled = !has_pieces(scene);

@@ -139,6 +139,58 @@ export class Contacts {
   }
 }
 
+/** The tool where it came nearest to an object: a ghost, the two points and the line between. */
+export class Tightest {
+  constructor() {
+    this.group = new THREE.Group();
+    this.group.visible = false;
+    this.surface = new THREE.MeshBasicMaterial({
+      transparent: true,
+      opacity: 0.3,
+      depthWrite: false,
+    });
+    this.mark = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
+    this.ghost = new THREE.Mesh(new THREE.BufferGeometry(), this.surface);
+    const dot = new THREE.SphereGeometry(1, 12, 8);
+    this.dots = [new THREE.Mesh(dot, this.mark), new THREE.Mesh(dot, this.mark)];
+    this.line = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 8), this.mark);
+    this.group.add(this.ghost, this.line, ...this.dots);
+  }
+
+  theme() {
+    this.surface.color.set(css("tightest"));
+    this.mark.color.set(css("tightest"));
+  }
+
+  /** Takes the shape of the tool, and the size of the scene [m]. */
+  set_shape(shape, size) {
+    this.ghost.geometry = shape;
+    this.size = size;
+  }
+
+  /** Takes `clearance` of the scene; null: nothing was measured. */
+  show(clearance) {
+    this.group.visible = clearance !== null;
+    if (clearance === null) return;
+    const { tool, tool_point, object_point } = clearance;
+    this.ghost.position.set(tool[0], tool[1], tool[2]);
+    this.ghost.quaternion.set(tool[4], tool[5], tool[6], tool[3]);
+    const [from, to] = [tool_point, object_point].map((p) => new THREE.Vector3(...p));
+    const way = to.clone().sub(from);
+    // as large as can be seen, and no larger than the way between them
+    const thick = Math.max(Math.min(this.size * 0.004, way.length() * 0.3), this.size * 5e-4);
+    [from, to].forEach((p, i) => {
+      this.dots[i].position.copy(p);
+      this.dots[i].scale.setScalar(thick);
+    });
+    this.line.visible = way.length() > 0;
+    if (!this.line.visible) return;
+    this.line.position.copy(from).addScaledVector(way, 0.5);
+    this.line.scale.set(thick * 0.4, way.length(), thick * 0.4);
+    this.line.quaternion.setFromUnitVectors(kUp, way.normalize());
+  }
+}
+
 const kTrailPoints = 600; // ten seconds at 60 frames a second
 
 export class Trail {

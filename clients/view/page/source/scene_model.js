@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import { css } from "./dom.js";
-import { Arrow, Contacts, Trail } from "./scene_marks.js";
+import { Arrow, Contacts, Tightest, Trail } from "./scene_marks.js";
 import { piece_colours } from "./scene_pieces.js";
 
 const kCrease = 0.7; // [rad]: sides that meet in a sharper edge are shaded apart
@@ -52,6 +52,7 @@ export class Model {
     this.torque = new Arrow("torque", low);
     this.contacts = new Contacts();
     this.trail = new Trail();
+    this.tightest = new Tightest();
     this.link = line_of("hand");
     this.intent = new THREE.Mesh(
       new THREE.OctahedronGeometry(1),
@@ -65,6 +66,7 @@ export class Model {
       this.torque.group,
       this.contacts.group,
       this.trail.line,
+      this.tightest.group,
       this.link,
       this.intent,
       this.intent_line,
@@ -97,6 +99,7 @@ export class Model {
     this.scene.remove(...this.objects);
     this.objects = eyes.objects.map((eye) => this.add_object(eye));
     this.set_tool(eyes.tool, radius > 0 ? radius : size * 0.012);
+    this.tightest.set_shape(this.proxy.children[0].geometry, size);
     this.intent.scale.setScalar(size * 0.035);
     this.contacts.set_size(size);
     this.trail.clear();
@@ -198,6 +201,7 @@ export class Model {
     this.torque.theme();
     this.contacts.theme();
     this.trail.theme();
+    this.tightest.theme();
     for (const line of [this.link, this.intent_line]) line.material.color.set(css(line.name));
     this.intent.material.color.set(css("intent"));
   }

@@ -34,6 +34,7 @@ export class Stage {
     this.last_time = [];
     this.eyes = { objects: [], tool: null };
     this.pieces = null;
+    this.clearance = null; // the tightest place of a recording
     this.box = bounds_of([], []);
     this.size = 0.1;
     this.scales = arrow_scales(this.size, null);
@@ -87,6 +88,7 @@ export class Stage {
     for (const [index, model] of this.models.entries()) {
       model.set_eyes(this.eyes, this.radius, this.size);
       if (this.pieces) model.set_pieces(this.pieces);
+      model.tightest.show(this.clearance);
       model.force.thickness = model.torque.thickness = this.size * 0.006;
       this.rules[index].build(this.box, this.size);
     }
@@ -105,6 +107,12 @@ export class Stage {
   set_pieces(eyes) {
     this.pieces = eyes;
     for (const model of this.models) model.set_pieces(eyes);
+    this.dirty = true;
+  }
+
+  set_clearance(clearance) {
+    this.clearance = clearance;
+    for (const model of this.models) model.tightest.show(clearance);
     this.dirty = true;
   }
 
