@@ -52,6 +52,16 @@ CollisionShape shape_of(const ObjectConfig& object, const TriangleMesh& mesh) {
   return has_mass(object.body) ? CollisionShape::kPieces : CollisionShape::kTriangles;
 }
 
+/// The vertices of each piece of the original surface; without pieces those of the mesh.
+std::vector<std::span<const Vec3>> pieces_of(const PieceTree& tree, const TriangleMesh& mesh) {
+  if (tree.pieces.empty()) return {mesh.vertices};
+  std::vector<std::span<const Vec3>> all;
+  for (const Piece& piece : tree.pieces) {
+    if (piece.n_children == 0) all.push_back(tree.hull(piece).vertices);
+  }
+  return all;
+}
+
 /// Puts the world where the last frame says, and readers have carried it on since.
 void restart(const BodiesModel& model, BodiesState& state, const HandFrames& hands,
              SceneFrame& frame) {
@@ -68,6 +78,9 @@ void restart(const BodiesModel& model, BodiesState& state, const HandFrames& han
     frame.X_WO[i] = X_WO;
     frame.V_WO[i] = last.V_WO[i];
     frame.responses[i] = last.responses[i];
+  }
+  for (uint32_t j = 0; j < std::min(frame.n_joints, last.n_joints); ++j) {
+    state.world->resume_joint(j, last.joints[j].position);
   }
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
     state.seen[hand] = {};
@@ -108,13 +121,19 @@ double step_world(const BodiesModel& model, BodyWorld& world, double dt, const S
   return dt / n;
 }
 
-/// Acceleration of the origin by gravity and the body's own turning, as far as contacts let it.
+/// Acceleration of the origin by gravity, joints and the body's own turning, as far as contacts and
+/// joints let it.
 Twist acceleration_of(const BodiesModel& model, const MovingBody& motion, double mass,
                       const Mat6& held, const Vec3& arm_W) {
   if (motion.asleep) return {};
+  // M a + w × I w = F + Aᵀλ and A (a − b) = 0: a = b + M⁻¹ (F − w × I w − M b)
   const Vec3 w = motion.V_WO.w;
-  const Wrench smooth{mass * model.world.gravity_W, -cross(w, motion.inertia_W * w)};
-  const Twist a = moved_by(held.a, smooth);
+  const Twist& b = motion.bias_W;
+  const Wrench smooth{mass * (model.world.gravity_W - b.v),
+                      -cross(w, motion.inertia_W * w) - motion.inertia_W * b.w};
+  Twist a = moved_by(held.a, smooth + motion.joints_W);
+  a.v += b.v;
+  a.w += b.w;
   return {a.v + cross(a.w, arm_W) + cross(w, cross(w, arm_W)), a.w};
 }
 
@@ -162,7 +181,8 @@ void note_responses(const BodiesModel& model, BodiesState& state, const NewPushe
 
 }  // namespace
 
-BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes) {
+BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes,
+                         std::span<const PieceTree> pieces) {
   BodiesModel model;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     if (has_mass(config.objects[i].body)) model.with_mass.push_back(i);
@@ -178,11 +198,13 @@ BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape>
     made.mesh = shapes[i].mesh;
     made.mass = mass_of(object, made.mesh);
     made.shape = shape_of(object, made.mesh);
-    made.pieces = {made.mesh.vertices};
+    made.pieces = pieces_of(i < pieces.size() ? pieces[i] : PieceTree{}, made.mesh);
+    made.never_moves = !has_mass(object.body) && row_of(object.motion.kind).is_still;
     made.friction = object.material.friction_dynamic;
     made.restitution = object.body.restitution;
     model.world.objects.push_back(std::move(made));
   }
+  model.world.joints.assign(config.joints.begin(), config.joints.begin() + config.n_joints);
   return model;
 }
 
@@ -198,6 +220,7 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
     for (const uint32_t i : model.with_mass) state.last.X_WO[i] = model.world.objects[i].X_WO;
   }
   frame.n_responses = model.with_mass.back() + 1;
+  frame.n_joints = static_cast<uint32_t>(model.world.joints.size());
   state.resumed = false;
   if (was_away) {
     restart(model, state, hands, frame);
@@ -213,6 +236,7 @@ void step_bodies(const BodiesModel& model, BodiesState& state, const HandFrames&
     }
     frame.responses = state.last.responses;
   }
+  for (uint32_t j = 0; j < frame.n_joints; ++j) frame.joints[j] = state.world->joint(j);
   for (uint32_t hand = 0; hand < kMostHands; ++hand) {
     frame.seen_t_ns[hand] = state.seen[hand].t_ns;
     for (const uint32_t i : model.with_mass) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/shape/baked/mesh_shape.h"
+#include "contact/shape/convex/piece_tree.h"
 #include "proto/config/config.h"
 #include "sim/bullet/body_world.h"
 #include "sim/hand_pushes.h"
@@ -23,9 +24,11 @@ struct BodiesModel {
   double period = 0;                // longest step [s]
 };
 
-/// Shapes as contact has baked them, in the order of the config; they must outlive the model.
+/// Shapes and convex pieces as contact has baked them, in the order of the config; they must
+/// outlive the model. An object with mass for which there are no pieces is the hull of its mesh.
 /// Throws std::invalid_argument with one line for people where a body cannot be made of its mesh.
-BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes);
+BodiesModel build_bodies(const SessionConfig& config, std::span<const MeshShape> shapes,
+                         std::span<const PieceTree> pieces);
 
 /// What the bodies keep between steps.
 struct BodiesState {

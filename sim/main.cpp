@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/bake/bake.h"
+#include "contact/bake/session.h"
 #include "proto/ipc/process.h"
 #include "sim/step.h"
 
@@ -42,13 +42,19 @@ bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_ge
 }
 
 /// The shapes of the objects where any has mass: contact has baked them, or does so now.
-std::vector<BakedShape> bake_where_needed(const SessionConfig& config) {
+struct BakedBodies {
+  std::vector<BakedShape> objects;
+  std::vector<BakedPieces> pieces;
+};
+
+BakedBodies bake_where_needed(const SessionConfig& config) {
   const auto objects = std::span(config.objects).first(config.n_objects);
-  std::vector<BakedShape> baked;
+  BakedBodies baked;
   if (std::ranges::none_of(objects, [](const auto& o) { return has_mass(o.body); })) return baked;
   for (const ObjectConfig& object : objects) {
-    baked.push_back(bake_object(object, config.mesh_memory_limit));
+    baked.objects.push_back(bake_object(object, config.mesh_memory_limit));
   }
+  baked.pieces = bake_collision_pieces(config, baked.objects);
   return baked;
 }
 
@@ -57,10 +63,12 @@ int run(const ChildArguments& arguments) {
   auto predecessors = child.ring<&SimChannels::frames>(Start::kOldest);
   auto controls = child.ring<&ControlChannels::frames>(Start::kOldest);
   HandInbox hand{child.ring<&ServoChannels::frames>(Start::kOldest)};
-  const std::vector<BakedShape> baked = bake_where_needed(child.config());
+  const BakedBodies baked = bake_where_needed(child.config());
   std::vector<MeshShape> shapes;
-  for (const BakedShape& object : baked) shapes.push_back(object.shape);
-  const SimModel model = build_sim(child.config(), shapes);
+  for (const BakedShape& object : baked.objects) shapes.push_back(object.shape);
+  std::vector<PieceTree> pieces;
+  for (const BakedPieces& object : baked.pieces) pieces.push_back(object.tree);
+  const SimModel model = build_sim(child.config(), shapes, pieces);
   const auto state = std::make_unique<SimState>();
   child.start({.fifo_priority = 0, .lock_memory = false});
 

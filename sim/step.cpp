@@ -22,8 +22,10 @@ int64_t elapsed_ns(const SimState& state, int64_t t_ns) {
 
 }  // namespace
 
-SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes) {
-  return {std::min(config.n_objects, kMaxObjects), config.objects, build_bodies(config, shapes)};
+SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes,
+                   std::span<const PieceTree> pieces) {
+  return {std::min(config.n_objects, kMaxObjects), config.objects,
+          build_bodies(config, shapes, pieces)};
 }
 
 SceneFrame sim_step(const SimModel& model, SimState& state, int64_t t_ns, double time_scale) {

@@ -30,9 +30,10 @@ struct SimState {
   BodiesState bodies;
 };
 
-/// `shapes`: as contact has baked them, in the order of the config, where an object has mass; they
-/// must outlive the model. Throws std::invalid_argument as build_bodies.
-SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes = {});
+/// `shapes` and `pieces`: as contact has baked them, in the order of the config, where an object
+/// has mass; they must outlive the model. Throws std::invalid_argument as build_bodies.
+SimModel build_sim(const SessionConfig& config, std::span<const MeshShape> shapes = {},
+                   std::span<const PieceTree> pieces = {});
 
 /// Scene at t_ns; the caller fills in busy_ns. Scripted objects have exact poses and twists, and
 /// the first step of a new scene shows the configured poses. Scene time advances by time_scale (≥

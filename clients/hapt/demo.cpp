@@ -414,7 +414,8 @@ void add_demo_command(Command& app) {
       .option("SCENE", *scene,
               "bunny: a point on a mesh; peg, gears, teeth, ball-joint, dimpled-ball, bunnies: "
               "bodies that push and turn; rigid-peg, rigid-bunnies, frame: bodies that never "
-              "enter another; admittance: an arm that is led")
+              "enter another; heap, door, gear-pair: objects that give way; admittance: an arm "
+              "that is led")
       .one_of(scene_names())
       .excludes("--config")
       .show_default("bunny");

@@ -53,7 +53,7 @@ Lockstep::Lockstep(const SessionConfig& config, const ContactShapes& shapes, Dev
       servo_model_(build_servo_model(config, actuators_of(device.caps()))),
       contact_model_(build_contact_model(config, shapes)),
       contact_state_(std::make_unique<ContactState>(contact_model_)),
-      sim_model_(build_sim(config, shapes.objects)),
+      sim_model_(build_sim(config, shapes.objects, shapes.collision_pieces)),
       control_(initial_control(config)) {
   contact_model_.prediction = options.contact_latency / config.servo_rate;
   scene_ = std::make_unique<SceneFrame>(sim_step(sim_model_, sim_state_, kStartNs));

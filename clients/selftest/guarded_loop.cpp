@@ -47,7 +47,7 @@ class OneThreadSession {
         loop_(config, *device_.device, inbox_, servo_.channels()),
         contact_model_(build_contact_model(config, shapes)),
         contact_state_(contact_model_),
-        sim_model_(build_sim(config, shapes.objects)),
+        sim_model_(build_sim(config, shapes.objects, shapes.collision_pieces)),
         control_(initial_control(config)),
         period_ns_(period_ns(config.servo_rate)),
         sim_period_ns_(period_ns(config.sim_rate)),

@@ -42,7 +42,18 @@ ContactShapes BakedSession::shapes() const {
   if (shell) shapes.bodies.shell = shell->content.shell;
   for (const BakedPieces& object : pieces) shapes.bodies.pieces.push_back(object.tree);
   if (tool_pieces) shapes.bodies.tool_pieces = tool_pieces->tree;
+  for (const BakedPieces& object : collision_pieces) shapes.collision_pieces.push_back(object.tree);
   return shapes;
+}
+
+std::vector<BakedPieces> bake_collision_pieces(const SessionConfig& config,
+                                               std::span<const BakedShape> objects,
+                                               const BakeTold& told) {
+  std::vector<BakedPieces> pieces(objects.size());
+  for (size_t i = 0; i < objects.size(); ++i) {
+    if (collides_as_pieces(config.objects[i])) pieces[i] = bake_told(objects[i], told);
+  }
+  return pieces;
 }
 
 BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
@@ -50,6 +61,7 @@ BakedSession bake_session(const SessionConfig& config, const BakeTold& told) {
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     session.objects.push_back(bake_told(config.objects[i], config.mesh_memory_limit, told));
   }
+  session.collision_pieces = bake_collision_pieces(config, session.objects, told);
   if (view(config.tool.mesh).empty()) return session;
   session.tool = bake_told(config.tool, config.mesh_memory_limit, told);
   if (has_pieces(config)) {

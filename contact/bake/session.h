@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "contact/bake/pieces.h"
@@ -18,6 +19,7 @@ struct BakedSession {
   std::optional<BakedVolume> shell;  // of the tool
   std::vector<BakedPieces> pieces;   // of each object
   std::optional<BakedPieces> tool_pieces;
+  std::vector<BakedPieces> collision_pieces;  // of each object; empty where it needs none
 
   /// Views; valid while this lives.
   ContactShapes shapes() const;
@@ -35,6 +37,11 @@ struct BakeTold {
 /// voxel or if [contact.voxel] is given, the volumes too, and likewise the convex pieces
 /// ([contact.pieces]). Throws MeshError.
 BakedSession bake_session(const SessionConfig& config, const BakeTold& told = {});
+
+/// The convex pieces of the objects that collide with others by them, in the order of the config.
+std::vector<BakedPieces> bake_collision_pieces(const SessionConfig& config,
+                                               std::span<const BakedShape> objects,
+                                               const BakeTold& told = {});
 
 /// Why the hand cannot touch the object: "the object 'part' lies 0.4 m beyond what the hand
 /// reaches; how to mend". Empty if it may, and if the reach is not known (a recorded hand, a device

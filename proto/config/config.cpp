@@ -11,6 +11,7 @@
 #include "proto/config/devices.h"
 #include "proto/config/renderer_needs.h"
 #include "proto/config/scene/config_body.h"
+#include "proto/config/scene/config_joint.h"
 #include "proto/config/scene/config_material.h"
 #include "proto/os/message.h"
 #include "proto/os/regular_file.h"
@@ -192,6 +193,7 @@ SessionConfig read_config(std::string_view toml_text, const std::string& origin)
   read_tool(root, folder, config.tool);
   read_proxy(root, config.proxy);
   for (Section& object : root.sections("object")) read_object(object, config, folder);
+  read_joints(root, config);
   read_sim(root, config);
   root.finish();
   check_body(root, config);

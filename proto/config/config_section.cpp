@@ -183,6 +183,30 @@ bool Section::read_lengths(std::string_view key, const Range& range, Vec3& out) 
   return read_quantities(key, Dimension::kLength, range, out);
 }
 
+bool Section::read_rows(std::string_view key, std::span<const Dimension> columns, size_t most,
+                        std::vector<double>& out) {
+  const toml::node* node = take(key);
+  if (node == nullptr) return false;
+  std::string example = "[";
+  for (const Dimension column : columns) {
+    example += (example.size() > 1 ? ", \"" : "\"") + std::string(example_of(column)) + "\"";
+  }
+  example += "]";
+  const toml::array* rows = node->as_array();
+  if (rows == nullptr || rows->empty() || rows->size() > most) {
+    fail(node->source(), "'" + std::string(key) + "' must be a list of 1 to " +
+                             std::to_string(most) + " rows; write for example [" + example + "]");
+  }
+  out.clear();
+  for (const toml::node& row : *rows) {
+    const toml::array& array = array_of(row, key, columns.size(), example);
+    for (size_t i = 0; i < columns.size(); ++i) {
+      out.push_back(quantity_of(*array.get(i), key, columns[i], kAny));
+    }
+  }
+  return true;
+}
+
 bool Section::read_numbers(std::string_view key, const Range& range, Vec3& out) {
   const toml::node* node = take(key);
   if (node == nullptr) return false;

@@ -116,6 +116,10 @@ class Section {
   bool read_lengths(std::string_view key, const Range& range, Vec3& out);
   /// Three numbers without unit.
   bool read_numbers(std::string_view key, const Range& range, Vec3& out);
+  /// One to `most` rows of quantities, each with these columns:
+  /// [["0 deg", "0 N·m"], ["2 deg", "1 N·m"]]; `out` has them row by row.
+  bool read_rows(std::string_view key, std::span<const Dimension> columns, size_t most,
+                 std::vector<double>& out);
   /// Three numbers, normalised to a unit vector.
   bool read_direction(std::string_view key, Vec3& out);
   /// {axis, angle} or {quaternion = [x, y, z, w]}.

@@ -126,6 +126,12 @@ struct ObjectConfig : ShapeConfig {
   BodyConfig body;
 };
 
+/// Whether others push it by its convex pieces: it has mass, and is no box or ball.
+inline bool collides_as_pieces(const ObjectConfig& object) {
+  return has_mass(object.body) && view(object.mesh) != "primitive:box" &&
+         view(object.mesh) != "primitive:sphere";
+}
+
 /// The tool of renderers with six degrees of freedom; no mesh: a point.
 struct ToolConfig : ShapeConfig {
   double density = 0;  // gives mass and inertia of the closed mesh [kg/m³]; 0: use the two below

@@ -8,6 +8,7 @@
 
 #include "proto/config/config_names.h"
 #include "proto/config/device_config.h"
+#include "proto/config/scene/joint_config.h"
 #include "proto/config/scene_config.h"
 #include "proto/wire/mapping.h"
 #include "proto/wire/proxy_solver.h"
@@ -123,6 +124,8 @@ struct SessionConfig {
   uint32_t n_objects = 0;
   Wake servo_wake = Wake::kSleep;
   std::array<ObjectConfig, kMaxObjects> objects{};
+  uint32_t n_joints = 0;
+  std::array<JointConfig, kMaxJoints> joints{};
   uint32_t n_images = 0;
   uint32_t contact_spare = 1;  // 0: no spare contact process
   std::array<HeightImage, kMaxImages> images{};

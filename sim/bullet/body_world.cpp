@@ -4,9 +4,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "proto/math/assert.h"
+#include "sim/bullet/body_state.h"
 #include "sim/bullet/collision_shape.h"
+#include "sim/bullet/world_joints.h"
 
 namespace haptic {
 namespace {
@@ -74,10 +77,10 @@ struct BodyWorld::Parts {
     return static_cast<uint32_t>(body->getUserIndex());
   }
   bool is_mobile(const btCollisionObject* body) const { return !body->isStaticOrKinematicObject(); }
-  void find_rows();
+  void find_contacts();
+  void find_rows(double dt);
   void add_row(const btManifoldPoint& point, const btVector3& direction, const btRigidBody& a,
                const btRigidBody& b);
-  void keep_free_bodies_awake();
 
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
@@ -88,6 +91,8 @@ struct BodyWorld::Parts {
   std::vector<Pose> placed;  // last
   std::vector<OwnedShape> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::vector<uint8_t> touches;  // each object
+  std::optional<WorldJoints> joints;
   std::vector<ConstraintRow> rows;
   size_t n_contacts = 0;
 };
@@ -123,9 +128,16 @@ BodyWorld::Parts::Parts(const WorldModel& model) {
     world.addRigidBody(body.get());
     bodies.push_back(std::move(body));
   }
+  touches.assign(bodies.size(), 0);
+  std::vector<uint8_t> never_moves;
+  for (const WorldObject& object : model.objects) never_moves.push_back(object.never_moves ? 1 : 0);
+  joints.emplace(model.joints, bodies, never_moves, model.gravity_W, world);
+  joints->add_held(rows);
+  joints->add_locks(rows);
 }
 
 BodyWorld::Parts::~Parts() {
+  joints.reset();
   for (const auto& body : bodies) world.removeRigidBody(body.get());
 }
 
@@ -147,7 +159,7 @@ void BodyWorld::Parts::add_row(const btManifoldPoint& point, const btVector3& di
   rows.push_back(row);
 }
 
-void BodyWorld::Parts::find_rows() {
+void BodyWorld::Parts::find_contacts() {
   rows.clear();
   n_contacts = 0;
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
@@ -170,16 +182,25 @@ void BodyWorld::Parts::find_rows() {
   }
 }
 
-/// A body that touches nothing goes on for ever, however slow it is.
-void BodyWorld::Parts::keep_free_bodies_awake() {
-  std::vector<bool> touches(bodies.size(), false);
-  for (const ConstraintRow& row : rows) {
-    if (row.a != kNoMass) touches[row.a] = true;
-    if (row.b != kNoMass) touches[row.b] = true;
-  }
+/// Contacts, then joints, which put their bodies where they belong. A body that neither holds goes
+/// on for ever, however slow it is.
+void BodyWorld::Parts::find_rows(double dt) {
+  find_contacts();
+  const auto note = [&] {
+    std::fill(touches.begin(), touches.end(), 0);
+    for (const ConstraintRow& row : rows) {
+      if (row.a != kNoMass) touches[row.a] = 1;
+      if (row.b != kNoMass) touches[row.b] = 1;
+    }
+  };
+  note();
+  joints->after(dt, touches);
+  joints->add_held(rows);
+  note();
   for (size_t i = 0; i < bodies.size(); ++i) {
-    if (!touches[i]) bodies[i]->setDeactivationTime(0);
+    if (touches[i] == 0) bodies[i]->setDeactivationTime(0);
   }
+  joints->add_locks(rows);
 }
 
 BodyWorld::BodyWorld(const WorldModel& model) : parts_(std::make_unique<Parts>(model)) {}
@@ -214,23 +235,28 @@ void BodyWorld::push(uint32_t object, const Wrench& impulse_W) {
   const Vec3 origin_W =
       from_bullet(body.getCenterOfMassTransform()) * inverse(parts_->X_OC[object]).p;
   const Vec3 arm_W = origin_W - from_bullet(body.getCenterOfMassPosition());
+  const Wrench at_centre_W = haptic::shift(impulse_W, arm_W);
   body.activate(true);
-  body.applyCentralImpulse(to_bullet(impulse_W.f));
-  body.applyTorqueImpulse(to_bullet(haptic::shift(impulse_W, arm_W).t));
+  if (parts_->joints->push(object, at_centre_W)) return;
+  body.applyCentralImpulse(to_bullet(at_centre_W.f));
+  body.applyTorqueImpulse(to_bullet(at_centre_W.t));
 }
 
 void BodyWorld::shift(uint32_t object, const Twist& displacement_W) {
   btRigidBody& body = *parts_->bodies[object];
   const Pose& X_OC = parts_->X_OC[object];
-  const Pose X_WO = from_bullet(body.getCenterOfMassTransform()) * inverse(X_OC);
+  const Pose X_WO = pose_of(body) * inverse(X_OC);
+  const Vec3 arm_W = pose_of(body).p - X_WO.p;
+  const Twist of_centre{velocity_at(displacement_W, arm_W), displacement_W.w};
+  if (parts_->joints->shift(object, of_centre)) return;
   body.setCenterOfMassTransform(to_bullet(extrapolate(X_WO, displacement_W, 1) * X_OC));
 }
 
 void BodyWorld::step(double dt) {
   HAPTIC_ASSERT(dt > 0);
+  parts_->joints->before(dt);
   parts_->world.stepSimulation(dt, 0, dt);
-  parts_->find_rows();
-  parts_->keep_free_bodies_awake();
+  parts_->find_rows(dt);
 }
 
 MovingBody BodyWorld::motion(uint32_t object) const {
@@ -244,24 +270,23 @@ MovingBody BodyWorld::motion(uint32_t object) const {
   motion.V_WO.v =
       velocity_at({from_bullet(body.getLinearVelocity()), motion.V_WO.w}, motion.X_WO.p - X_WC.p);
   motion.asleep = !body.isActive();
-  const btMatrix3x3& R = body.getCenterOfMassTransform().getBasis();
-  const Vec3 inverse_moments = from_bullet(body.getInvInertiaDiagLocal());
-  const Mat3 axes = from_columns(from_bullet(R.getColumn(0)), from_bullet(R.getColumn(1)),
-                                 from_bullet(R.getColumn(2)));
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      motion.inertia_W.row[i][j] = 0;
-      for (int k = 0; k < 3; ++k) {
-        if (inverse_moments[k] == 0) continue;
-        motion.inertia_W.row[i][j] += axes.row[i][k] * axes.row[j][k] / inverse_moments[k];
-      }
-    }
-  }
+  motion.inertia_W = inertia_of(body);
+  const JointEffect effect = parts_->joints->effect(object);
+  motion.joints_W = effect.load_W;
+  motion.bias_W = effect.bias_W;
   return motion;
 }
 
 std::span<const ConstraintRow> BodyWorld::rows() const {
   return parts_->rows;
+}
+
+JointState BodyWorld::joint(size_t joint) const {
+  return parts_->joints->state(joint);
+}
+
+void BodyWorld::resume_joint(size_t joint, double position) {
+  parts_->joints->resume(joint, position);
 }
 
 size_t BodyWorld::n_contacts() const {

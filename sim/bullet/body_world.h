@@ -6,6 +6,7 @@
 #include <span>
 
 #include "proto/math/mat3.h"
+#include "proto/wire/wire.h"
 #include "sim/bullet/constraint_row.h"
 #include "sim/bullet/world_model.h"
 
@@ -14,9 +15,11 @@ namespace haptic {
 /// Where a body is and how it moves.
 struct MovingBody {
   Pose X_WO;
-  Twist V_WO;      // of the object's origin, in W
-  Vec3 centre_W;   // of mass
-  Mat3 inertia_W;  // about it
+  Twist V_WO;       // of the object's origin, in W
+  Vec3 centre_W;    // of mass
+  Mat3 inertia_W;   // about it
+  Wrench joints_W;  // about it: springs, dampers, detents and sliding friction of joints
+  Twist bias_W;     // acceleration of the centre of mass that joints give a body as it moves
   bool asleep = false;
 };
 
@@ -43,6 +46,10 @@ class BodyWorld {
   /// Contacts that have carried an impulse lately, as what they do not let happen: a row along the
   /// normal, and two across it where friction sticks.
   std::span<const ConstraintRow> rows() const;
+  /// Of a joint, in the order of the model.
+  JointState joint(size_t joint) const;
+  /// After bodies have been placed: the turn of a hinge that its pose means is the one near this.
+  void resume_joint(size_t joint, double position);
   size_t n_contacts() const;  // points, of the last step
 
  private:

@@ -34,8 +34,10 @@ void make_pieces(OwnedShape& owned, const WorldObject& object, const Pose& X_CO)
   for (const std::span<const Vec3> vertices : object.pieces) {
     auto& hull = add<btConvexHullShape>(owned);
     for (const Vec3& p_O : vertices) hull.addPoint(to_bullet(X_CO * p_O), false);
-    hull.recalcLocalAabb();
+    // the bounding box is made with the margin: with Bullet's own all pieces of a pair would
+    // overlap
     hull.setMargin(kSurfaceMargin);
+    hull.recalcLocalAabb();
     hulls.push_back(&hull);
   }
   if (hulls.size() == 1) return;

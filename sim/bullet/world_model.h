@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/shape/mesh/triangle_mesh.h"
+#include "proto/config/scene/joint_config.h"
 #include "proto/math/mat3.h"
 #include "proto/math/pose.h"
 
@@ -30,10 +31,12 @@ struct WorldObject {
   std::vector<std::span<const Vec3>> pieces;  // vertices of each convex piece, in O
   double friction = 0;                        // μ; of two objects the geometric mean counts
   double restitution = 0;                     // likewise
+  bool never_moves = false;                   // no mass and no script
 };
 
 struct WorldModel {
   std::vector<WorldObject> objects;
+  std::vector<JointConfig> joints;
   Vec3 gravity_W;  // [m/s²]
 };
 

@@ -47,6 +47,11 @@ struct BodySim {
   explicit BodySim(const BodyScene& scene) : model(build_sim(scene.config, scene.shapes)) {
     frame = sim_step(model, state, t_ns);
   }
+  /// Begins anew with a hand, whose counters go on from here.
+  void begin_with(const ServoFrame& hand) {
+    state = {};
+    frame = sim_step(model, state, {&hand}, t_ns);
+  }
   const SceneFrame& step(const ServoFrame* hand = nullptr) {
     t_ns += 1'000'000;
     frame = sim_step(model, state, {hand}, t_ns);

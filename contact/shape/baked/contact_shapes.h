@@ -39,6 +39,8 @@ struct ContactShapes {
   }
 
   std::vector<MeshShape> objects;  // in the order of the config
+  // per object of the session, for its collisions with others; empty: none, or it needs none
+  std::vector<PieceTree> collision_pieces;
   BodyShapes bodies;
 };
 

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/bullet/world_joints.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "proto/math/assert.h"
+#include "sim/bullet/body_state.h"
+
+namespace haptic {
+namespace {
+
+// of what has been left open, mended in one step where Bullet's rows alone hold
+constexpr double kMend = 0.5;
+constexpr double kSticks = 0.95;  // of the greatest friction: less does not slide
+// an end stop without impulse goes on holding, as a contact does (body_world.cpp) [steps]
+constexpr int kHeldSteps = 5;
+constexpr double kHold = 1e6;  // κ over the heavier mass, as in sim/mobility.h
+
+bool is_mobile(const btRigidBody& body) {
+  return body.getInvMass() > 0;
+}
+
+/// Twists of the two bodies by an impulse of one along a row, where locks let nothing happen:
+/// (M + κ AᵀA)⁻¹ g.
+struct Response {
+  Twist a, b;
+};
+Response response_to(const JointRow& along, const JointRows& rows, const btRigidBody& a,
+                     const btRigidBody& b) {
+  using Matrix = Eigen::Matrix<double, 12, 12>;
+  using Vector = Eigen::Matrix<double, 12, 1>;
+  Matrix inertia = Matrix::Identity();
+  double heavier = 0;
+  for (const auto& [body, at] : {std::pair{&a, 0}, std::pair{&b, 6}}) {
+    if (!is_mobile(*body)) continue;
+    heavier = std::max(heavier, body->getMass());
+    const Mat3 I = inertia_of(*body);
+    for (int i = 0; i < 3; ++i) {
+      inertia(at + i, at + i) = body->getMass();
+      for (int j = 0; j < 3; ++j) inertia(at + 3 + i, at + 3 + j) = I.row[i][j];
+    }
+  }
+  const auto vector_of = [&](const JointRow& row) {
+    Vector g = Vector::Zero();
+    for (int k = 0; k < 3; ++k) {
+      if (is_mobile(a)) g(k) = row.a.v[k], g(3 + k) = row.a.w[k];
+      if (is_mobile(b)) g(6 + k) = row.b.v[k], g(9 + k) = row.b.w[k];
+    }
+    return g;
+  };
+  for (uint32_t i = 0; i < rows.n_locks; ++i) {
+    inertia.selfadjointView<Eigen::Lower>().rankUpdate(vector_of(rows.locks[i]), kHold * heavier);
+  }
+  const Eigen::LLT<Matrix> factor(inertia.selfadjointView<Eigen::Lower>());
+  const Vector x = factor.solve(vector_of(along));
+  return {{{x(0), x(1), x(2)}, {x(3), x(4), x(5)}}, {{x(6), x(7), x(8)}, {x(9), x(10), x(11)}}};
+}
+
+Twist scaled(double s, const Twist& V) {
+  return {s * V.v, s * V.w};
+}
+Twist sum(const Twist& a, const Twist& b) {
+  return {a.v + b.v, a.w + b.w};
+}
+
+}  // namespace
+
+struct WorldJoints::Kept {
+  Kept(const JointConfig& config, btRigidBody& body_a, btRigidBody& body_b)
+      : joint(build_joint(config, pose_of(body_a), pose_of(body_b))),
+        a(body_a),
+        b(body_b),
+        locks(a, b),
+        friction(a, b),
+        stop(a, b) {
+    for (RowConstraint* each : {&locks, &friction, &stop}) each->enableFeedback(true);
+  }
+  bool has_coordinate() const { return row_of(joint.config.kind).has_coordinate; }
+  bool is_held() const { return stuck || stop_steps > 0; }
+  bool is_awake() const { return a.isActive() || (is_mobile(b) && b.isActive()); }
+  double speed() const { return dot(rows.along.a, twist_of(a)) + dot(rows.along.b, twist_of(b)); }
+  /// Twist of A by a unit of speed, of a joint that leads.
+  Twist motion() const {
+    if (joint.config.kind != JointKind::kHinge) return {rows.axis_W, {}};
+    return {cross(rows.axis_W, pose_of(a).p - rows.anchor_W), rows.axis_W};
+  }
+  double mobility() const { return 1 / dot(motion(), momentum_of(a, motion())); }
+
+  Joint joint;
+  btRigidBody& a;
+  btRigidBody& b;
+  bool leads = false;  // A has a coordinate of its own
+  RowConstraint locks, friction, stop;
+  JointRows rows;
+  double position = 0;
+  // of the step under way, of a joint that leads
+  Twist along;  // row of the speed along the coordinate, by the momentum along it
+  double along_mobility = 0;
+  double smooth = 0;  // change of the speed by springs and gravity
+  bool stuck = false;
+  int stop_steps = 0;
+};
+
+WorldJoints::WorldJoints(std::span<const JointConfig> joints,
+                         std::span<const std::unique_ptr<btRigidBody>> bodies,
+                         std::span<const uint8_t> never_moves, const Vec3& gravity_W,
+                         btDynamicsWorld& world)
+    : bodies_(bodies), gravity_W_(gravity_W), world_(world) {
+  for (const JointConfig& config : joints) {
+    const bool is_to_world = config.to == kToWorld;
+    btRigidBody& a = *bodies[config.object];
+    btRigidBody& b = is_to_world ? *ground_ : *bodies[config.to];
+    auto kept = std::make_unique<Kept>(config, a, b);
+    const auto n_of_a = std::ranges::count_if(joints, [&](const JointConfig& other) {
+      return other.object == config.object || other.to == config.object;
+    });
+    const bool is_one = kept->has_coordinate() && config.kind != JointKind::kCylinder;
+    kept->leads = is_one && n_of_a == 1 && (is_to_world || never_moves[config.to] != 0);
+    if (kept->leads) {
+      // both act along the coordinate alone
+      a.setGravity({0, 0, 0});
+      a.setFlags(0);
+    }
+    kept->rows = rows_of(*kept);
+    kept->stuck = config.friction > 0;
+    world.addConstraint(&kept->locks, !is_to_world);
+    world.addConstraint(&kept->friction, false);
+    world.addConstraint(&kept->stop, false);
+    joints_.push_back(std::move(kept));
+  }
+}
+
+WorldJoints::~WorldJoints() {
+  for (const auto& kept : joints_) {
+    for (RowConstraint* rows : {&kept->locks, &kept->friction, &kept->stop}) {
+      world_.removeConstraint(rows);
+    }
+  }
+}
+
+JointRows WorldJoints::rows_of(const Kept& kept) const {
+  return joint_rows(kept.joint, pose_of(kept.a), pose_of(kept.b), kept.position);
+}
+
+/// A body by its own coordinate: changes its speed, and gives Bullet rows that only act along it.
+void WorldJoints::lead(Kept& kept, double dt) {
+  const Twist motion = kept.motion();
+  const Twist momentum = momentum_of(kept.a, motion);
+  const double mobility = 1 / dot(motion, momentum);
+  const double speed = mobility * dot(momentum, twist_of(kept.a));
+  const double weight = kept.a.getMass() * dot(gravity_W_, motion.v);
+  kept.smooth =
+      speed_change(kept.joint, kept.position, speed, mobility, weight, dt, Moves::kByMean);
+  set_twist(kept.a, scaled(speed + kept.smooth, motion));
+  kept.along_mobility = mobility;
+  kept.along = scaled(mobility, momentum);
+  kept.friction.rows[0].a = kept.stop.rows[0].a = kept.along;
+}
+
+/// Two bodies, or one of several joints: changes their twists as their locks let them.
+void WorldJoints::drive(Kept& kept, double dt) {
+  const Response response = response_to(kept.rows.along, kept.rows, kept.a, kept.b);
+  const double mobility = dot(kept.rows.along.a, response.a) + dot(kept.rows.along.b, response.b);
+  double change = 0;
+  for (const auto& [body, row] :
+       {std::pair{&kept.a, &kept.rows.along.a}, std::pair{&kept.b, &kept.rows.along.b}}) {
+    if (is_mobile(*body)) change += dt * dot(row->v, from_bullet(body->getGravity()));
+  }
+  // gravity is Bullet's, and the spring gives way to it
+  const double speed = kept.speed() + change;
+  kept.smooth = speed_change(kept.joint, kept.position, speed, mobility, 0, dt, Moves::kByEnd);
+  const double impulse = kept.smooth / mobility;
+  set_twist(kept.a, sum(twist_of(kept.a), scaled(impulse, response.a)));
+  if (is_mobile(kept.b)) set_twist(kept.b, sum(twist_of(kept.b), scaled(impulse, response.b)));
+  for (RowConstraint* one : {&kept.friction, &kept.stop}) {
+    one->rows[0].a = kept.rows.along.a;
+    one->rows[0].b = kept.rows.along.b;
+  }
+}
+
+/// Speeds and bounds of the rows of friction and the nearer end stop.
+void WorldJoints::bound(Kept& kept, double dt) {
+  const JointConfig& config = kept.joint.config;
+  kept.friction.n = config.friction > 0 ? 1 : 0;
+  kept.friction.rows[0].lower = -config.friction * dt;
+  kept.friction.rows[0].upper = config.friction * dt;
+  const double below = kept.position - config.lower, above = config.upper - kept.position;
+  RowConstraint::Row& stop = kept.stop.rows[0];
+  kept.stop.n = std::isfinite(std::min(below, above)) ? 1 : 0;
+  const double gap = std::min(below, above);
+  const double reach = (gap > 0 ? gap : kMend * gap) / dt;
+  const bool is_lower = below < above;
+  stop.speed = is_lower ? -reach : reach;
+  stop.lower = is_lower ? 0 : -SIMD_INFINITY;
+  stop.upper = is_lower ? SIMD_INFINITY : 0;
+}
+
+void WorldJoints::before(double dt) {
+  for (const auto& kept : joints_) {
+    kept->rows = rows_of(*kept);
+    kept->position = kept->rows.position;
+    kept->locks.n = kept->rows.n_locks;
+    for (uint32_t i = 0; i < kept->rows.n_locks; ++i) {
+      const JointRow& lock = kept->rows.locks[i];
+      kept->locks.rows[i] = {.a = lock.a, .b = lock.b, .speed = -kMend / dt * lock.error};
+    }
+    if (!kept->has_coordinate() || !kept->is_awake()) continue;
+    if (kept->leads) {
+      lead(*kept, dt);
+    } else {
+      drive(*kept, dt);
+    }
+    bound(*kept, dt);
+  }
+}
+
+void WorldJoints::after(double dt, std::span<const uint8_t> touches) {
+  for (const auto& kept : joints_) {
+    if (kept->has_coordinate() && kept->is_awake()) {
+      const JointConfig& config = kept->joint.config;
+      const double slid = kept->friction.n > 0 ? kept->friction.getAppliedImpulse() : 0;
+      const bool stops = kept->stop.n > 0 && kept->stop.getAppliedImpulse() != 0;
+      kept->stuck = config.friction > 0 && std::fabs(slid) < kSticks * config.friction * dt;
+      kept->stop_steps = stops ? kHeldSteps : std::max(kept->stop_steps - 1, 0);
+      if (kept->leads) {
+        const double speed = dot(kept->along, twist_of(kept->a));
+        // Bullet moves by the speed at the end of a step; half of what it has gained came too late.
+        // What rests or touches is left alone, or it would creep
+        const bool is_free = !kept->stuck && !stops && touches[config.object] == 0;
+        const double gained = is_free ? kept->smooth + kept->along_mobility * slid : 0;
+        place(*kept, kept->position + dt * (speed - 0.5 * gained), speed);
+      }
+    }
+    kept->rows = rows_of(*kept);
+    kept->position = kept->rows.position;
+  }
+}
+
+/// Puts a body that has a coordinate where it says, within the end stops, which take its speed.
+void WorldJoints::place(Kept& kept, double position, double speed) {
+  const JointConfig& config = kept.joint.config;
+  if (position <= config.lower) speed = std::max(speed, 0.0);
+  if (position >= config.upper) speed = std::min(speed, 0.0);
+  kept.position = std::clamp(position, config.lower, config.upper);
+  kept.a.setCenterOfMassTransform(to_bullet(pose_on(kept.joint, pose_of(kept.b), kept.position)));
+  kept.rows = rows_of(kept);
+  set_twist(kept.a, scaled(speed, kept.motion()));
+}
+
+WorldJoints::Kept* WorldJoints::leading(uint32_t object) const {
+  const auto found = std::ranges::find_if(joints_, [&](const auto& kept) {
+    return kept->leads && kept->joint.config.object == object;
+  });
+  if (found == joints_.end()) return nullptr;
+  (*found)->rows = rows_of(**found);
+  return found->get();
+}
+
+bool WorldJoints::push(uint32_t object, const Wrench& impulse_W) {
+  Kept* const kept = leading(object);
+  if (kept == nullptr) return false;
+  const double gained = kept->mobility() * dot(impulse_W, kept->motion());
+  set_twist(kept->a, sum(twist_of(kept->a), scaled(gained, kept->motion())));
+  return true;
+}
+
+bool WorldJoints::shift(uint32_t object, const Twist& displacement_W) {
+  Kept* const kept = leading(object);
+  if (kept == nullptr) return false;
+  const double mobility = kept->mobility();
+  const double speed = mobility * dot(momentum_of(kept->a, twist_of(kept->a)), kept->motion());
+  const double way = mobility * dot(momentum_of(kept->a, displacement_W), kept->motion());
+  place(*kept, kept->rows.position + way, speed);
+  return true;
+}
+
+JointState WorldJoints::state(size_t joint) const {
+  Kept& kept = *joints_[joint];
+  kept.rows = rows_of(kept);
+  return {kept.rows.position, kept.speed()};
+}
+
+void WorldJoints::resume(size_t joint, double position) {
+  joints_[joint]->position = position;
+  joints_[joint]->rows = rows_of(*joints_[joint]);
+  joints_[joint]->position = joints_[joint]->rows.position;
+}
+
+JointEffect WorldJoints::effect(uint32_t object) const {
+  JointEffect effect;
+  const btRigidBody* const body = bodies_[object].get();
+  for (const auto& kept : joints_) {
+    if ((&kept->a != body && &kept->b != body) || !kept->has_coordinate()) continue;
+    const JointConfig& config = kept->joint.config;
+    const double speed = kept->speed();
+    double load = load_at(kept->joint, kept->rows.position).load - config.damping * speed;
+    if (!kept->stuck && speed != 0) load -= std::copysign(config.friction, speed);
+    const Twist& row = &kept->a == body ? kept->rows.along.a : kept->rows.along.b;
+    effect.load_W = effect.load_W + Wrench{load * row.v, load * row.w};
+    if (!kept->leads || &kept->a != body) continue;
+    const Vec3 arm_W = pose_of(kept->a).p - kept->rows.anchor_W;
+    const Vec3& axis_W = kept->rows.axis_W;
+    effect.bias_W.v += speed * speed *
+                       (config.kind == JointKind::kHinge ? cross(axis_W, cross(axis_W, arm_W))
+                                                         : kept->rows.curvature_W);
+  }
+  return effect;
+}
+
+namespace {
+
+/// Of a joint's row what moves.
+ConstraintRow constraint_of(const JointRow& row, const btRigidBody& a, const btRigidBody& b) {
+  ConstraintRow out;
+  out.a = static_cast<uint32_t>(a.getUserIndex());
+  out.row_a = row.a;
+  if (!is_mobile(b)) return out;
+  out.b = static_cast<uint32_t>(b.getUserIndex());
+  out.row_b = row.b;
+  return out;
+}
+
+}  // namespace
+
+void WorldJoints::add_held(std::vector<ConstraintRow>& rows) const {
+  for (const auto& kept : joints_) {
+    if (kept->is_held()) rows.push_back(constraint_of(kept->rows.along, kept->a, kept->b));
+  }
+}
+
+void WorldJoints::add_locks(std::vector<ConstraintRow>& rows) const {
+  for (const auto& kept : joints_) {
+    for (uint32_t i = 0; i < kept->rows.n_locks; ++i) {
+      rows.push_back(constraint_of(kept->rows.locks[i], kept->a, kept->b));
+    }
+  }
+}
+
+}  // namespace haptic

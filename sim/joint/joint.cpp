@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sim/joint/joint.h"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "proto/math/assert.h"
+#include "proto/math/mat3.h"
+
+namespace haptic {
+namespace {
+
+// ω² dt² of a spring on its mass: a stiffer one is integrated implicitly, which damps it; without
+// that, beyond 4 it would explode
+constexpr double kStiff = 0.25;
+
+/// Turns z to a unit vector.
+Quat from_z_to(const Vec3& axis) {
+  const Vec3 x = any_perpendicular(axis);
+  const Vec3 turn = cross({0, 0, 1}, axis);
+  const double angle = std::atan2(norm(turn), axis.z);
+  if (norm(turn) > 0) return from_rotation_vector(angle * normalized(turn));
+  return axis.z > 0 ? Quat{} : from_rotation_vector(std::numbers::pi * x);
+}
+
+/// Speed along a direction of B, of the point p_W of A.
+JointRow along_row(const Vec3& d_W, const Vec3& p_W, const Vec3& centre_a, const Vec3& centre_b) {
+  return {{d_W, cross(p_W - centre_a, d_W)}, {-d_W, -cross(p_W - centre_b, d_W)}};
+}
+JointRow about_row(const Vec3& d_W) {
+  return {{{}, d_W}, {{}, -d_W}};
+}
+
+/// The angle about z of a rotation, near another one.
+double twist_about_z(const Quat& q, double near) {
+  const double angle = 2 * std::atan2(q.z, q.w);
+  const double turn = 2 * std::numbers::pi;
+  return angle + turn * std::round((near - angle) / turn);
+}
+
+}  // namespace
+
+Joint build_joint(const JointConfig& config, const Pose& X_WA, const Pose& X_WB) {
+  Joint joint;
+  joint.config = config;
+  const bool is_curve = config.kind == JointKind::kCurve;
+  const Pose X_WJ{config.at_W, is_curve ? Quat{} : from_z_to(config.axis_W)};
+  joint.X_AJ = inverse(X_WA) * X_WJ;
+  joint.X_BJ = inverse(X_WB) * X_WJ;
+  std::vector<double> positions, loads;
+  for (uint32_t i = 0; i < config.n_detents; ++i) {
+    positions.push_back(config.detents[i].position);
+    loads.push_back(config.detents[i].load);
+  }
+  if (config.n_detents > 0) joint.detents = build_spline(positions, loads);
+  if (!is_curve) return joint;
+  std::vector<Vec3> points{{}};
+  for (uint32_t i = 0; i < config.n_points; ++i) {
+    points.push_back(inverse(X_WJ) * config.points_W[i]);
+  }
+  joint.curve = build_curve(points);
+  joint.config.lower = std::max(config.lower, 0.0);
+  joint.config.upper = std::min(config.upper, joint.curve.length);
+  return joint;
+}
+
+JointRows joint_rows(const Joint& joint, const Pose& X_WA, const Pose& X_WB, double near) {
+  const Pose A = X_WA * joint.X_AJ, B = X_WB * joint.X_BJ;
+  const Quat turned = A.q * conjugate(B.q);
+  JointRows rows;
+  rows.anchor_W = B.p;
+  std::array<Vec3, 3> axes{rotate(B.q, {1, 0, 0}), rotate(B.q, {0, 1, 0}), rotate(B.q, {0, 0, 1})};
+  const JointKind kind = joint.config.kind;
+  if (kind == JointKind::kCurve) {
+    rows.position = nearest_length(joint.curve, inverse(B) * A.p, near);
+    const CurvePoint at = curve_at(joint.curve, rows.position);
+    axes[2] = rotate(B.q, at.tangent);
+    axes[0] = any_perpendicular(axes[2]);
+    axes[1] = cross(axes[2], axes[0]);
+    rows.anchor_W = B * at.p;
+    rows.curvature_W = rotate(B.q, at.curvature);
+  }
+  rows.axis_W = axes[2];
+  const Vec3 off = A.p - rows.anchor_W;
+  const auto lock = [&](JointRow row, double error) {
+    row.error = error;
+    rows.locks[rows.n_locks++] = row;
+  };
+  const bool is_held_along =
+      kind == JointKind::kHinge || kind == JointKind::kBall || kind == JointKind::kFixed;
+  for (size_t k = 0; k < (is_held_along ? 3u : 2u); ++k) {
+    lock(along_row(axes[k], A.p, X_WA.p, X_WB.p), dot(axes[k], off));
+  }
+  const Vec3 rotation = to_rotation_vector(turned);
+  if (kind == JointKind::kHinge || kind == JointKind::kCylinder) {
+    const Vec3 swung = cross(axes[2], rotate(A.q, {0, 0, 1}));
+    for (size_t k = 0; k < 2; ++k) lock(about_row(axes[k]), dot(axes[k], swung));
+  } else if (kind != JointKind::kBall) {
+    for (const Vec3& axis : axes) lock(about_row(axis), dot(axis, rotation));
+  }
+  if (kind == JointKind::kHinge) {
+    rows.along = about_row(axes[2]);
+    rows.position = twist_about_z(conjugate(B.q) * A.q, near);
+  } else if (kind == JointKind::kSlider || kind == JointKind::kCylinder) {
+    rows.along = along_row(axes[2], A.p, X_WA.p, X_WB.p);
+    rows.position = dot(axes[2], off);
+  } else if (kind == JointKind::kCurve) {
+    rows.along = along_row(axes[2], A.p, X_WA.p, X_WB.p);
+  } else if (kind == JointKind::kBall) {
+    rows.position = norm(rotation);
+    if (rows.position > 0) rows.along = about_row(rotation / rows.position);
+  }
+  return rows;
+}
+
+Pose pose_on(const Joint& joint, const Pose& X_WB, double position) {
+  Pose X_JJ;
+  switch (joint.config.kind) {
+    case JointKind::kHinge:
+      X_JJ.q = from_rotation_vector({0, 0, position});
+      break;
+    case JointKind::kCurve:
+      X_JJ.p = curve_at(joint.curve, position).p;
+      break;
+    default:
+      HAPTIC_ASSERT(joint.config.kind == JointKind::kSlider);
+      X_JJ.p = {0, 0, position};
+  }
+  const Pose X_WA = X_WB * joint.X_BJ * X_JJ * inverse(joint.X_AJ);
+  return {X_WA.p, normalized(X_WA.q)};
+}
+
+JointLoad load_at(const Joint& joint, double position) {
+  const JointConfig& config = joint.config;
+  JointLoad load{config.stiffness * (config.rest - position), -config.stiffness};
+  if (joint.detents.x.empty()) return load;
+  const SplineValue table = spline_at(joint.detents, position);
+  load.load += table.y;
+  if (position > joint.detents.x.front() && position < joint.detents.x.back()) {
+    load.slope += table.first;
+  }
+  return load;
+}
+
+double speed_change(const Joint& joint, double position, double speed, double mobility, double load,
+                    double dt, Moves moves) {
+  // where it acts: after dt (before · v + after · v′)
+  double before = 0.25, after = 0.25;
+  JointLoad now = load_at(joint, position);
+  if (now.slope > 0) {
+    // one that pushes away is taken at the middle of the way at this speed
+    now.load += now.slope * (moves == Moves::kByMean ? 0.5 * dt * speed : 0);
+    now.slope = 0;
+  }
+  if (moves == Moves::kByEnd) {
+    before = 0;
+    after = -dt * dt * mobility * now.slope > kStiff ? 1 : 0;
+  }
+  // v′ = v + dt m (F + s dt (before v + after v′) − c v′)
+  const double spring = dt * dt * mobility * now.slope;
+  const double damper = dt * mobility * joint.config.damping;
+  const double end = (speed * (1 + before * spring) + dt * mobility * (load + now.load)) /
+                     (1 - after * spring + damper);
+  return end - speed;
+}
+
+}  // namespace haptic

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Mechanisms that a hand pushes, in closed loop, against an integration of the same equations at
+// 20 µs.
+#include <catch2/catch.hpp>
+
+#include "tests/clients/lab/pushed_body.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kStep = 20e-6;      // of the integration [s]
+constexpr double kLever = 0.1;       // from the hinge, which lies at x = 30 mm, y = −100 mm [m]
+constexpr double kHalfDepth = 0.01;  // of the plate [m]
+constexpr int kTicks = 700;
+
+HandModel pushing_hand() {
+  HandModel hand;
+  hand.intent = rise(0, 0.05, 0.4);
+  return hand;
+}
+
+/// A plate that turns about z through the end of a lever, with its face towards the hand.
+struct Hinged : PushedSession {
+  Hinged(double mass, double stiffness, double lower) : PushedSession(0, stiffness) {
+    config.n_objects = 0;
+    owned.clear();
+    shapes.clear();
+    add_box({2 * kHalfDepth, 0.06, 0.06}, {0.03, 0, 0}, mass);
+    config.n_joints = 1;
+    config.joints[0].kind = JointKind::kHinge;
+    config.joints[0].at_W = {0.03, -kLever, 0};
+    config.joints[0].lower = lower;
+  }
+};
+
+/// Hand, one-sided spring across the turning face, and inertia about the hinge; an end stop takes
+/// all speed.
+std::vector<double> integrate_hinge(HandModel hand, double stiffness, double mass, double lower) {
+  const double depth = 2 * kHalfDepth, height = 0.06;
+  const double inertia = mass / 12 * (depth * depth + height * height) + mass * kLever * kLever;
+  std::vector<double> force;
+  double q = 0, w = 0;
+  for (int k = 0; k < 50 * kTicks; ++k) {
+    const double c = std::cos(q), s = std::sin(q);
+    // n = (−c, −s); the hand seen from the hinge: (x − 0.03, lever)
+    const double away = hand.x - 0.03;
+    const double deep = std::max(0.0, c * away + s * kLever + kHalfDepth);
+    const double push = stiffness * deep;
+    if (k % 50 == 0) force.push_back(c * push);
+    hand.step(k * kStep, -c * push, kStep);
+    w += kStep * push * (away * s - kLever * c) / inertia;
+    q += kStep * w;
+    if (q < lower) {
+      q = lower;
+      w = std::max(w, 0.0);
+    }
+  }
+  return force;
+}
+
+std::vector<double> felt_by(const PushedSession& session, uint32_t latency) {
+  PushingHand hand(pushing_hand());
+  LockstepOptions options;
+  options.scene_latency = latency;
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  return felt(lockstep, kTicks);
+}
+
+}  // namespace
+
+TEST_CASE("pushed joint: a hinged body pushes back as one integrated at 20 µs does", "[pushed]") {
+  const double mass = GENERATE(0.005, 0.05, 2.0);
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(mass, latency);
+  const Hinged session(mass, 800, -3);
+  const double error =
+      rms_error(felt_by(session, latency), integrate_hinge(pushing_hand(), 800, mass, -3));
+  CAPTURE(error);
+  CHECK(error <= 0.05);
+}
+
+TEST_CASE("pushed joint: one that comes to lie against an end stop is a wall there", "[pushed]") {
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const double mass = GENERATE(0.005, 0.05, 2.0);
+  const double lower = GENERATE(0.0, -0.05);  // it lies there at the start, or comes to
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(stiffness, mass, lower, latency);
+  const Hinged session(mass, stiffness, lower);
+  const std::vector<double> force = felt_by(session, latency);
+  const std::vector<double> exact = integrate_hinge(pushing_hand(), stiffness, mass, lower);
+  const double error = rms_error(force, exact);
+  CAPTURE(error, largest_step(force, 200), largest_step(exact, 200));
+  if (stiffness == 800.0) CHECK(error <= 0.2);
+  CHECK(largest_step(force, 200) < 0.02 + 1.5 * largest_step(exact, 200));
+}
+
+TEST_CASE("pushed joint: a body on a spring of 500 N/m pushes back as it should", "[pushed]") {
+  constexpr double kSupport = 500, kCalm = 1;  // [N/m], [N·s/m]
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const double mass = GENERATE(0.005, 0.02, 2.0);
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(stiffness, mass, latency);
+  PushedSession session(mass, stiffness);
+  JointConfig& joint = session.config.joints[0];
+  session.config.n_joints = 1;
+  joint.kind = JointKind::kSlider;
+  joint.axis_W = {1, 0, 0};
+  joint.stiffness = kSupport;
+  joint.damping = kCalm;
+  const std::vector<double> force = felt_by(session, latency);
+  std::vector<double> exact;
+  HandModel hand = pushing_hand();
+  double x = 0, v = 0;
+  for (int k = 0; k < 50 * kTicks; ++k) {
+    const double push = stiffness * std::max(0.0, hand.x - x - 0.02);
+    if (k % 50 == 0) exact.push_back(push);
+    hand.step(k * kStep, -push, kStep);
+    v += kStep * (push - kSupport * x - kCalm * v) / mass;
+    x += kStep * v;
+  }
+  const double error = rms_error(force, exact);
+  CAPTURE(error, largest_step(force, 200), largest_step(exact, 200));
+  if (stiffness == 800.0) CHECK(error <= 0.2);
+  CHECK(largest_step(force, 200) < 0.02 + 1.5 * largest_step(exact, 200));
+}
