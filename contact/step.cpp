@@ -77,15 +77,19 @@ ContactState::ContactState(const ContactModel& model) : renderer(model.renderer)
   detector_of(renderer)(model, detector, question, set);
 }
 
-ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
+ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& hand,
                         const SceneFrame* scene) {
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
   HAPTIC_ASSERT(model.servo_period > 0 && state.period >= 0);
+  const bool seizes = follow_button(state.grasp, model.grasp_button, hand);
+  follow_body(state.grasp, hand, scene);
+  const PointScene now = scene_at(model, scene, hand, hand.t_ns);
+  const ServoFrame servo = drawn_frame(state.grasp, hand, scene, now);
   ContactSet set = begin_set(model, servo, scene);
   set.seq = state.seq++;
   const auto renderer =
       is_renderer(servo.renderer) ? static_cast<Renderer>(servo.renderer) : state.renderer;
-  ContactQuestion question{servo, scene, renderer, scene_at(model, scene, servo, servo.t_ns)};
+  ContactQuestion question{servo, scene, renderer, now};
   question.changed = renderer != state.renderer && state.seq > 1;
   state.renderer = renderer;
   set.renderer = static_cast<uint32_t>(renderer);
@@ -99,6 +103,8 @@ ContactSet contact_step(const ContactModel& model, ContactState& state, const Se
   HAPTIC_ASSERT(set.n_contacts <= kMaxContacts && set.n_active <= set.n_contacts);
   HAPTIC_ASSERT(set.n_objects <= kMaxObjects);
   if ((set.flags & kContactNoFreePose) != 0) set.n_contacts = set.n_active = 0;
+  if (seizes && !state.grasp.holds()) seize(state.grasp, model, servo, set);
+  if (state.grasp.holds()) report_grasp(state.grasp, model, set);
   if ((set.flags & (kContactReseeded | kContactNoFreePose)) != 0) ++state.reseeds;
   set.reseeds = state.reseeds;
   return set;

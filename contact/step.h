@@ -2,6 +2,7 @@
 #pragma once
 
 #include "contact/detect/detector.h"
+#include "contact/grasp.h"
 #include "proto/config/config.h"
 #include "proto/wire/wire.h"
 
@@ -15,17 +16,18 @@ struct ContactState {
 
   DetectorState detector;  // of the last question's renderer
   Renderer renderer{};
+  Grasp grasp;
   uint64_t seq = 0;
   uint64_t reseeds = 0;
   int64_t last_answered_ns = 0;
   double period = 1e-3;  // smoothed time between answered frames [s]
 };
 
-/// Answers one ServoFrame with the detector of its renderer, which looks ahead to what the tool may
-/// reach before the next two answers, within v·(2·T_contact + T). `scene` may be null. Another
-/// renderer than before begins with a detector that has kept nothing, unless the two share it.
-/// Allocates nothing, but for another detector, and for what a rigid tool remembers of the surfaces
-/// near it, which grows until it has held the most.
+/// Answers one ServoFrame, as far as what is grasped draws the tool (grasp.h), with the detector of
+/// its renderer, which looks ahead to what the tool may reach before the next two answers, within
+/// v·(2·T_contact + T). `scene` may be null. Another renderer than before begins with a detector
+/// that has kept nothing, unless the two share it. Allocates nothing, but for another detector, and
+/// for what a rigid tool remembers of the surfaces near it, which grows until it has held the most.
 ContactSet contact_step(const ContactModel& model, ContactState& state, const ServoFrame& servo,
                         const SceneFrame* scene);
 

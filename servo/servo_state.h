@@ -5,6 +5,7 @@
 #include "servo/admittance/energy_ledger.h"
 #include "servo/admittance/following.h"
 #include "servo/admittance/seen_space.h"
+#include "servo/render/grasped.h"
 #include "servo/render/render.h"
 #include "servo/safety/contact_age.h"
 #include "servo/safety/coupling.h"
@@ -51,6 +52,7 @@ struct ServoState {
   std::optional<SoftSolver> soft_solver;  // in use, of a soft body; none: the session's
   bool letting_go = false;                // another one is wanted, and the force is not yet zero
   RenderState render;                     // its own
+  GraspState grasp;
   ContactAge age;
   SafetyState safety;
   AdmittanceState admittance;  // of an admittance device

@@ -31,6 +31,18 @@ void begin_safety(ServoState& state, const ControlFrame& control) {
   if (state.safety.fault == Fault::kNone) state.safety.fault = static_cast<Fault>(control.fault);
 }
 
+HeldBody held_body(const ServoModel& model, const ServoState& state, const ServoInput& input) {
+  HeldBody body;
+  body.is_wanted =
+      is_pressed(input.device, model.map.grasp_button) && !state.clutch.held && !model.admittance;
+  const uint32_t object = state.grasp.object;
+  if (input.scene == nullptr || object >= kMaxObjects) return body;
+  const PushCounters& pushes = state.pushes;
+  body.stands = is_mobile(*input.scene, object) &&
+                !takes_pushes(*input.scene, kFirstHand, pushes.since_ns, pushes.t_ns);
+  return body;
+}
+
 Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
                      const TickScene& scene, const Coupling& coupling, const ServoFrame& frame) {
   // nothing is known of what a detector without a name has found
@@ -43,11 +55,16 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
   if (state.solver != &solver) state.render.forget();
   state.solver = &solver;
-  RenderQuestion question{*input.contacts, scene,      state.pushes.impulse_W,
+  TickScene seen = scene;
+  RenderQuestion question{*input.contacts, seen,       state.pushes.impulse_W,
                           coupling,        frame.X_WT, frame.V_WT,
                           std::nullopt,    input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
-  return solver(model, question, state.render);
+  const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
+  draw_tool(hold, state.grasp, question, seen);
+  Rendered rendered = solver(model, question, state.render);
+  add_hold(model, hold, question, rendered);
+  return rendered;
 }
 
 }  // namespace
@@ -174,7 +191,7 @@ SafetyInput note_inputs(const ServoModel& model, ServoState& state, const ServoI
   safety.released = input.released;
   safety.now_ns = std::max(input.t_ns + input.wake_late_ns, input.device.t_ns);
   const int32_t button = model.dead_man_button;
-  safety.armed = button < 0 || ((input.device.buttons >> button) & 1u) != 0;
+  safety.armed = button < 0 || is_pressed(input.device, button);
   frame.X_WG = frame.X_WT;  // nothing is verified before the first set, and the flags say so
   safety.force_closed = input.contacts == nullptr;
   if (input.contacts != nullptr) {
@@ -211,6 +228,7 @@ void note_safety(ServoState& state, const Rendered& rendered, const SafetyOutput
   // where nothing is felt nothing holds
   if ((frame.flags & kServoClosed) != 0) {
     state.render.forget();
+    state.grasp = {};
     frame.held_back_W = {};
   }
 }

@@ -74,6 +74,7 @@ ServoFrame Lockstep::question_of(const DeviceState& device, int64_t t_ns) const 
   ServoFrame question{};
   question.tick = tick_;
   question.t_ns = t_ns;
+  question.device.buttons = device.buttons;
   question.X_WT = tool_pose(config_.map, servo_state_.clutch, device.X_BH);
   question.V_WT = tool_twist(config_.map, device.X_BH, device.V_BH);
   question.flags = kServoNoContactSet;
@@ -108,6 +109,12 @@ void Lockstep::restart_sim() {
   has_sim_ = true;
 }
 
+void Lockstep::restart_contact() {
+  contact_state_ = std::make_unique<ContactState>(contact_model_);
+  ++contact_generation_;
+  has_contact_ = true;
+}
+
 bool Lockstep::step() {
   const int64_t t_ns = grid_time(config_.servo_rate, tick_);
   for (; grid_time(config_.sim_rate, sim_ticks_) <= t_ns; ++sim_ticks_) {
@@ -124,13 +131,14 @@ bool Lockstep::step() {
   device_.read({t_ns, t_ns}, input.device);
   if ((input.device.flags & kDeviceEnded) != 0) return false;
 
-  const bool asks = tick_ % options_.contact_period == 0;
+  const bool asks = has_contact_ && tick_ % options_.contact_period == 0;
   if (asks && options_.contact_latency == 0) answer(question_of(input.device, t_ns), tick_);
   while (!pending_.empty() && pending_.front().visible_at <= tick_) {
     visible_ = std::move(pending_.front().set);
     pending_.pop_front();
   }
   input.contacts = contacts();
+  input.contact_generation = contact_generation_;
   input.scene = scene_.get();
   input.control = &control_;
   frame_ = servo_step(servo_model_, servo_state_, input);

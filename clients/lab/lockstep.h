@@ -33,6 +33,9 @@ class Lockstep {
   /// last one that was published.
   void kill_sim();
   void restart_sim();
+  /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.
+  void kill_contact() { has_contact_ = false; }
+  void restart_contact();
   /// The servo begins anew, as after a restart.
   void restart_servo() { servo_state_ = {}; }
 
@@ -81,7 +84,8 @@ class Lockstep {
   ServoFrame frame_{};
   uint64_t tick_ = 0;
   uint64_t sim_ticks_ = 0;
-  bool has_sim_ = true;
+  bool has_sim_ = true, has_contact_ = true;
+  uint64_t contact_generation_ = 0;
   uint64_t hash_ = 14695981039346656037ull;
 };
 

@@ -24,6 +24,7 @@ ContactModel build_contact_model(const SessionConfig& config, const ContactShape
   model.renderer = config.renderer;
   model.servo_period = model.prediction = 1 / config.servo_rate;
   model.radius = config.proxy_radius;
+  model.grasp_button = config.map.grasp_button;
   double largest = 0;
   for (uint32_t i = 0; i < config.n_objects; ++i) {
     model.shapes[i] = shapes.objects[i];

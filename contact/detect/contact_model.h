@@ -25,6 +25,7 @@ struct ContactModel {
   BodyModel bodies;
   GodObject6Options rigid;
   bool has_friction = false;  // of any object
+  int32_t grasp_button = -1;  // bit of DeviceState::buttons; −1: nothing is grasped
   Renderer renderer{};        // that the session begins with
 };
 

@@ -79,6 +79,7 @@ void read_map(Section& root, DeviceMap& map) {
     tool->finish();
   }
   section->read_integer("clutch_button", 0, kButtons - 1, map.clutch_button);
+  section->read_integer("grasp_button", 0, kButtons - 1, map.grasp_button);
   section->finish();
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 
 #include "proto/log/csv.h"
 #include "proto/log/layout.h"
@@ -131,6 +132,14 @@ HandTrace load_column(CsvReader& csv, const ReplayConfig& config) {
   return trace;
 }
 
+uint32_t buttons_in(CsvReader& csv, size_t column) {
+  const int64_t buttons = csv.integer(column);
+  if (buttons < 0 || buttons > std::numeric_limits<uint32_t>::max()) {
+    csv.fail("'buttons' is one bit for each of 32 buttons, 0 to 4294967295");
+  }
+  return static_cast<uint32_t>(buttons);
+}
+
 HandTrace load_positions(CsvReader& csv) {
   const size_t time = csv.require("t_s");
   constexpr std::string_view kOneDof =
@@ -140,6 +149,7 @@ HandTrace load_positions(CsvReader& csv) {
   const bool turns = csv.find("qx") != CsvReader::npos;
   std::array<size_t, 4> q{};
   if (turns) q = {csv.require("qx"), csv.require("qy"), csv.require("qz"), csv.require("qw")};
+  const size_t buttons = csv.find("buttons");
   HandTrace trace;
   while (csv.next()) {
     DeviceState sample = sample_at(csv.number(time));
@@ -148,6 +158,7 @@ HandTrace load_positions(CsvReader& csv) {
       sample.X_BH.q =
           normalized(Quat{csv.number(q[0]), csv.number(q[1]), csv.number(q[2]), csv.number(q[3])});
     }
+    if (buttons != CsvReader::npos) sample.buttons = buttons_in(csv, buttons);
     append(trace, sample, trace.ticks.size(), [&](const std::string& what) { csv.fail(what); });
   }
   return trace;

@@ -35,7 +35,8 @@ struct HandTrace {
 ///     only fresh samples are kept;
 ///   - `config.column` set: one degree of freedom, p_B = lever_arm · column · axis_B, with time in
 ///     `t_s`; without a lever arm the column is a length [m];
-///   - else CSV with `t_s, x_m, y_m, z_m` and optionally the orientation `qx, qy, qz, qw`.
+///   - else CSV with `t_s, x_m, y_m, z_m` and optionally the orientation `qx, qy, qz, qw` and the
+///     `buttons` that are down, one bit each.
 /// Velocities are those of the file, else zero: HandCurve in device-io differentiates. Throws
 /// McapError, CsvError (file and line).
 HandTrace load_hand_trace(const ReplayConfig& config);

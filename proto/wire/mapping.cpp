@@ -36,7 +36,7 @@ Wrench device_wrench(const DeviceMap& map, const Pose& X_BH, const Wrench& F_W) 
 Pose apply_clutch(const DeviceMap& map, Clutch& clutch, const DeviceState& device,
                   const Pose& X_WT_last) {
   HAPTIC_ASSERT(map.clutch_button < 32);
-  const bool pressed = map.clutch_button >= 0 && ((device.buttons >> map.clutch_button) & 1u) != 0;
+  const bool pressed = is_pressed(device, map.clutch_button);
   const Pose X_WT = tool_pose(map, clutch, device.X_BH);
   if (!pressed && !clutch.held) return X_WT;
 

@@ -13,8 +13,13 @@ struct DeviceMap {
   double force_scale = 1;      // φ: device newtons per scene newton
   Pose X_HT;                   // tool on the grip, in scene metres; lever arm of the torque
   int32_t clutch_button = -1;  // bit that re-indexes the workspace while held; −1: none
-  uint32_t reserved = 0;
+  int32_t grasp_button = -1;   // bit that holds the touched object while held; −1: none
 };
+
+/// Whether a button of the device is down; −1: there is no such button.
+constexpr bool is_pressed(const DeviceState& device, int32_t button) {
+  return button >= 0 && ((device.buttons >> button) & 1u) != 0;
+}
 
 /// Re-indexing: displacement of the workspace by the clutch.
 struct Clutch {

@@ -46,7 +46,7 @@ float64[2] texture_uv
 float64 stiffness                       # [N/m] of a soft contact; 0: a plane, nothing more
 uint32 object                           # index in the scene
 uint32 material
-uint64 feature                          # 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
+uint64 feature                          # 2 bits kind (0 face, 1 edge, 2 vertex, 3 guide), the rest its index
 )";
 };
 

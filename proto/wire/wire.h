@@ -135,7 +135,9 @@ struct Contact {
   double stiffness;   // of a soft contact, along the normal [N/m]; 0: a plane only
   uint32_t object;    // index in the scene
   uint32_t material;  // index of the object in the config that defines the material
-  uint64_t feature;   // stable id: 2 bits kind (0 face, 1 edge, 2 vertex), the rest its index
+  // stable id: 2 bits kind (0 face, 1 edge, 2 vertex, 3 guide: a row that holds both ways,
+  // proto/wire/guide.h), the rest its index
+  uint64_t feature;
 };
 
 /// ContactSet::flags.
@@ -156,7 +158,8 @@ struct ToolBody {
   double radius;   // of the ball around centre_T that contains the tool [m]
 };
 
-/// Contact's answer to one ServoFrame: the active constraints first, then the nearest others.
+/// Contact's answer to one ServoFrame: the active constraints first, then the nearest others, then
+/// the guide rows.
 struct ContactSet {
   uint64_t seq;
   uint64_t answers_tick;  // ServoFrame::tick

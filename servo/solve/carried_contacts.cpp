@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "proto/math/assert.h"
+#include "proto/wire/guide.h"
 
 namespace haptic {
 namespace {
@@ -41,7 +42,7 @@ bool is_sound(const CarriedContact& c) {
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene) {
   HAPTIC_ASSERT(scene.weight >= 0 && scene.weight <= 1);
   CarriedContacts out;
-  const size_t n = std::min<size_t>(set.n_contacts, kMaxContacts);
+  const size_t n = n_one_sided(set);
   for (size_t i = 0; i < n && out.finite; ++i) {
     out.finite = set.contacts[i].object < kMaxObjects;
     if (!out.finite) break;

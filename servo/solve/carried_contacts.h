@@ -34,10 +34,17 @@ struct CarriedContacts {
 struct TickScene {
   std::array<Pose, kMaxObjects> X_WO;
   std::array<Twist, kMaxObjects> V_WO;
-  double weight = 1;  // of the contacts, by their age
+  double weight = 1;            // of the contacts, by their age
+  uint32_t held = kMaxObjects;  // by the tool (guide rows); kMaxObjects: none
+  double held_share = 1;        // of its weight that is left to its soft contacts
+
+  double soft_weight(uint32_t object) const {
+    return object == held ? weight * held_share : weight;
+  }
 };
 
-/// Moves each contact of a set along with its object, whatever its weight.
+/// Moves each contact of a set along with its object, whatever its weight, but for the guide rows
+/// (proto/wire/guide.h).
 CarriedContacts carry_contacts(const ContactSet& set, const TickScene& scene);
 
 /// How far a surface has fallen away from its tangent plane, and how steeply, at a distance along

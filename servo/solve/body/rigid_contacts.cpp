@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "proto/math/assert.h"
+#include "proto/wire/guide.h"
 
 namespace haptic {
 namespace {
@@ -54,7 +55,7 @@ RigidContacts carry_rigid_contacts(const RigidProxyModel& model, const RigidProx
   const ContactSet& set = *tick.contacts;
   RigidContacts out;
   out.X_WG = set.X_WG;
-  const size_t n = std::min<size_t>(set.n_contacts, kMaxContacts);
+  const size_t n = n_one_sided(set);
   if (n > 0 && set.contacts[0].object < kMaxObjects) {
     out.carrier = set.contacts[0].object;
     out.X_WG = carried_pose(set, tick, out.carrier);

@@ -36,9 +36,9 @@ Mat6 about_centre(const Mat6& K, const Vec3& arm) {
 
 SoftContact spring_of(const CarriedContact& c, const RigidBody& tool, const SoftCarry& carry) {
   const double stiffness = c.stiffness > 0 ? c.stiffness : carry.stiffness;
-  return {
-      c.tool_point_T - tool.centre_T, c.point_W,  c.normal_W, c.velocity_W, c.weight * stiffness,
-      c.weight * carry.damping,       c.curvature};
+  const double weight = carry.soft_weight(c.object);
+  return {c.tool_point_T - tool.centre_T, c.point_W,  c.normal_W, c.velocity_W, weight * stiffness,
+          weight * carry.damping,         c.curvature};
 }
 
 bool all_finite(const Mat6& m) {
@@ -57,9 +57,9 @@ void carry_rest(const ContactSet& set, const RigidBody& tool, const SoftCarry& c
   const Vec3 arm_W = -rotate(out.X_WC0.q, tool.centre_T);
   Mat6 K;
   K.a = set.K;
-  out.K_rest = carry.weight * about_centre(rotated(R, K), arm_W);
+  out.K_rest = carry.soft_weight(object) * about_centre(rotated(R, K), arm_W);
   const Wrench F{R * set.F0_W.f, R * set.F0_W.t};
-  out.F_rest_W = carry.weight * shift(F, arm_W);
+  out.F_rest_W = carry.soft_weight(object) * shift(F, arm_W);
   for (size_t i = 0; i < out.size; ++i) {
     const SoftContact& c = out.contacts[i];
     const double push = push_of(c, out.X_WC0);
@@ -82,7 +82,7 @@ void carry_brake(const ContactSet& set, const RigidBody& tool, const SoftCarry& 
   B.a = set.B;
   if (B == Mat6{}) return;
   const Vec3 arm_W = -rotate((moved_by * set.X_WT).q, tool.centre_T);
-  out.B = carry.weight * about_centre(rotated(to_matrix(moved_by.q), B), arm_W);
+  out.B = carry.soft_weight(object) * about_centre(rotated(to_matrix(moved_by.q), B), arm_W);
   out.X_WO_brake = carry.X_WO[object];
   out.V_WO_brake = carry.V_WO[object];
   out.has_brake = all_finite(out.B);

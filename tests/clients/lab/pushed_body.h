@@ -19,8 +19,9 @@ namespace haptic::test {
 /// A mass on a damper, led by a spring to where the hand means to go; without a spring it flies.
 struct HandModel {
   double mass = 0.65, damping = 5.3, stiffness = 300;  // of the simulated hand of the sessions
-  std::function<double(double)> intent = [](double) { return 0.0; };  // [m] at a time [s]
-  double x = 0, v = 0;                                                // at the start
+  std::function<double(double)> intent = [](double) { return 0.0; };   // [m] at a time [s]
+  std::function<bool(double)> presses = [](double) { return false; };  // button 0, at a time [s]
+  double x = 0, v = 0;                                                 // at the start
 
   void step(double t, double force, double h) {
     v += h * (force - damping * v + stiffness * (intent(t) - x)) / mass;
@@ -52,6 +53,7 @@ class PushingHand : public Device {
     state.t_ns = tick.deadline_ns;
     state.X_BH.p.x = model_.x;
     state.V_BH.v.x = model_.v;
+    state.buttons = model_.presses(t_) ? 1 : 0;
     // passivity control would damp, and there is nothing to guard
     state.flags = kDeviceFresh | kDeviceHomed | kDeviceSimulated | kDeviceOpenLoop;
     return true;

@@ -64,14 +64,18 @@ export class Arrow {
 }
 
 const kMostContacts = 64; // kMaxContacts of a set
+const kGuide = 3; // kind of a row that holds both ways
 
-/** Contact points with normals, and discs of their extent; inactive ones are faint. */
+/**
+ * Contact points with normals, and discs of their extent; inactive ones are faint. What is held is
+ * a cross of lines through the points of its rows, since these pull as well as push.
+ */
 export class Contacts {
   constructor() {
     this.group = new THREE.Group();
     this.items = [];
     this.materials = Object.fromEntries(
-      ["active", "near"].map((name) => [
+      ["active", "near", "held"].map((name) => [
         name,
         {
           dot: new THREE.MeshBasicMaterial(),
@@ -124,15 +128,19 @@ export class Contacts {
     });
   }
 
-  show_one({ group, dot, line, disc }, { point, normal, extent, active }) {
+  show_one({ group, dot, line, disc }, { point, normal, extent, active, kind }) {
     group.visible = point.every(Number.isFinite) && normal.every(Number.isFinite);
     if (!group.visible) return;
-    const set = this.materials[active ? "active" : "near"];
+    const holds = kind === kGuide;
+    const set = this.materials[holds ? "held" : active ? "active" : "near"];
     [dot.material, line.material, disc.material] = [set.dot, set.line, set.disc];
     group.position.set(...point);
     group.quaternion.setFromUnitVectors(kUp, new THREE.Vector3(...normal).normalize());
-    dot.scale.setScalar(this.size * (active ? 0.007 : 0.005));
-    line.scale.setScalar(this.size * 0.09);
+    dot.scale.setScalar(this.size * (active || holds ? 0.007 : 0.005));
+    // a line to both sides of the point is no arrow
+    line.scale.setScalar(this.size * (holds ? 0.05 : 0.09));
+    line.position.y = holds ? -this.size * 0.025 : 0;
+    disc.visible = !holds;
     // 0 or infinite: a plane without bound; its disc shows only the direction
     const bounded = extent > 0 && extent < this.size;
     disc.scale.setScalar(bounded ? extent : this.size * 0.05);

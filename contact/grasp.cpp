@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "contact/grasp.h"
+
+#include <algorithm>
+
+#include "proto/math/assert.h"
+#include "proto/wire/guide.h"
+#include "proto/wire/look_ahead.h"
+#include "proto/wire/mapping.h"
+#include "proto/wire/renderer.h"
+#include "proto/wire/scene_pose.h"
+
+namespace haptic {
+namespace {
+
+double strength_of(const Grasp& grasp, const ServoFrame& servo) {
+  const double since = static_cast<double>(servo.t_ns - grasp.since_ns) * 1e-9;
+  return std::clamp(since / kGraspTime, 0.0, 1.0);
+}
+
+const RendererRow& renderer_of(const ContactSet& set) {
+  return row_of(static_cast<Renderer>(set.renderer));
+}
+
+/// The pose that the contacts of a set are those of. A tool that may enter objects is its proxy.
+const Pose& place_of(const ContactSet& set) {
+  return renderer_of(set).moves == Moves::kSoftBody ? set.X_WT : set.X_WG;
+}
+
+/// Gap between the proxy and a contact's plane [m].
+double gap_of(const ContactModel& model, const ContactSet& set, const Contact& c) {
+  const Pose& X_WO = set.X_WO[c.object];
+  const bool is_body = renderer_of(set).moves >= Moves::kSoftBody;
+  const Vec3 tool_W = is_body ? place_of(set) * c.tool_point_T : place_of(set).p;
+  const double radius = renderer_of(set).moves == Moves::kSphere ? model.radius : 0;
+  return dot(rotate(X_WO.q, c.normal_O), tool_W - X_WO * c.object_point_O) - radius;
+}
+
+Contact guide_row(const Grasp& grasp, const Vec3& tool_point_T, const Vec3& normal_O,
+                  uint32_t index) {
+  Contact row{};
+  row.tool_point_T = tool_point_T;
+  row.object_point_O = grasp.X_OT * tool_point_T;
+  row.normal_O = row.shading_normal_O = normal_O;
+  row.object = row.material = grasp.object;
+  row.feature = guide_feature(index);
+  return row;
+}
+
+constexpr std::array<Vec3, 3> kAxes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+void add_guides(const Grasp& grasp, const ContactModel& model, ContactSet& set) {
+  const bool is_body = renderer_of(set).moves >= Moves::kSoftBody;
+  const uint32_t n_guides = is_body ? 6 : 3;
+  if (set.n_contacts > kMaxContacts - n_guides) {
+    set.flags |= kContactTruncated;
+    set.n_contacts = kMaxContacts - n_guides;
+    set.n_active = std::min(set.n_active, set.n_contacts);
+  }
+  const ToolBody& body = model.bodies.body;
+  for (uint32_t i = 0; i < n_guides; ++i) {
+    const size_t k = i % 3;
+    Vec3 point_T = is_body ? body.centre_T : Vec3{};
+    if (i >= 3) point_T += body.radius * kAxes[(k + 2) % 3];
+    const Vec3 normal_O = is_body ? rotate(grasp.X_OT.q, kAxes[k]) : kAxes[k];
+    set.contacts[set.n_contacts++] = guide_row(grasp, point_T, normal_O, i);
+  }
+}
+
+}  // namespace
+
+bool follow_button(Grasp& grasp, int32_t button, const ServoFrame& servo) {
+  const bool is_down = is_pressed(servo.device, button);
+  const uint32_t shut = kServoClosed | kServoClutched | kServoNoContactSet;
+  const bool is_felt = (servo.flags & shut) == 0 && (servo.device.flags & kDeviceAdmittance) == 0;
+  const bool has_gone_down = is_down && !grasp.was_pressed;
+  grasp.was_pressed = is_down;
+  if (!is_down || !is_felt) grasp.object = kMaxObjects;
+  return has_gone_down && is_felt;
+}
+
+void follow_body(Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene) {
+  if (!grasp.holds() || scene == nullptr || !is_mobile(*scene, grasp.object)) return;
+  const double age = static_cast<double>(servo.t_ns - scene->t_ns) * 1e-9;
+  if (age > kMaxExtrapolation + kLetGoTime) grasp.object = kMaxObjects;
+}
+
+ServoFrame drawn_frame(const Grasp& grasp, const ServoFrame& servo, const SceneFrame* scene,
+                       const PointScene& now) {
+  ServoFrame drawn = servo;
+  if (!grasp.holds()) return drawn;
+  const double strength = strength_of(grasp, servo);
+  const Pose& X_WO = now.X_WO[grasp.object];
+  Pose X_WP = X_WO * grasp.X_OT;
+  Twist V_WP;
+  if (scene != nullptr) {
+    const Twist V_WO = object_twist_at(*scene, grasp.object, servo.t_ns, push_of(servo));
+    V_WP = {velocity_at(V_WO, X_WP.p - X_WO.p), V_WO.w};
+  }
+  const bool is_body =
+      is_renderer(servo.renderer) && is_of_body(static_cast<Renderer>(servo.renderer));
+  if (!is_body) X_WP.q = servo.X_WT.q, V_WP.w = servo.V_WT.w;
+  drawn.X_WT = drawn_towards(servo.X_WT, X_WP, strength);
+  drawn.V_WT = servo.V_WT + strength * (V_WP - servo.V_WT);
+  return drawn;
+}
+
+void seize(Grasp& grasp, const ContactModel& model, const ServoFrame& servo,
+           const ContactSet& set) {
+  HAPTIC_ASSERT(!grasp.holds());
+  double nearest = kMinReach;
+  for (uint32_t i = 0; i < set.n_contacts; ++i) {
+    const Contact& c = set.contacts[i];
+    const double gap = gap_of(model, set, c);
+    if (c.object >= model.n_objects || !(gap <= nearest)) continue;
+    nearest = gap;
+    grasp.object = c.object;
+  }
+  if (!grasp.holds()) return;
+  grasp.X_OT = inverse(set.X_WO[grasp.object]) * place_of(set);
+  grasp.since_ns = servo.t_ns;
+}
+
+void report_grasp(Grasp& grasp, const ContactModel& model, ContactSet& set) {
+  HAPTIC_ASSERT(grasp.holds() && set.n_contacts <= kMaxContacts);
+  // crushed, or without a place: what follows begins without a force
+  if ((set.flags & kContactNoFreePose) != 0) {
+    grasp.object = kMaxObjects;
+    return;
+  }
+  add_guides(grasp, model, set);
+}
+
+}  // namespace haptic

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "proto/math/motion_metric.h"
+#include "proto/wire/wire.h"
+
+/// A guide row is a contact that holds both ways: n·(tool point − object point) = 0. Contact makes
+/// such rows of what the tool has grasped; they are the last of a set.
+namespace haptic {
+
+inline constexpr uint64_t kGuideKind = 3;  // the two highest bits of Contact::feature
+inline constexpr int kFeatureKindBit = 62;
+inline constexpr uint32_t kMaxGuides = 6;  // in a set: they fix a body
+
+/// Time in which a grasp is let in [s]: its strength grows from 0 to 1, as a change of the coupling
+/// does, so that a hand that has pulled already feels no step.
+inline constexpr double kGraspTime = 0.200;
+
+/// Time in which a grasp lets go of a body with mass that no sim moves, from when its extrapolation
+/// has ended [s]: as contacts that are too old fade. A pull that went on would be stored in the
+/// spring, and throw the body when sim is back.
+inline constexpr double kLetGoTime = 0.050;
+
+constexpr uint64_t guide_feature(uint32_t index) {
+  return kGuideKind << kFeatureKindBit | index;
+}
+
+constexpr bool is_guide(const Contact& contact) {
+  return contact.feature >> kFeatureKindBit == kGuideKind;
+}
+
+/// How many contacts a set has before its guide rows.
+constexpr uint32_t n_one_sided(const ContactSet& set) {
+  uint32_t n = std::min(set.n_contacts, kMaxContacts);
+  while (n > 0 && is_guide(set.contacts[n - 1])) --n;
+  return n;
+}
+
+/// The tool on its way to where it is held: the share of the way that the grasp's strength allows.
+/// What the hand has left of the way is the spring that it feels.
+inline Pose drawn_towards(const Pose& X_WT, const Pose& X_WP, double share) {
+  const Pose X = moved(X_WT, share * way_between(X_WT, X_WP));
+  return {X.p, normalized(X.q)};
+}
+
+}  // namespace haptic

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Rows that hold both ways, for every renderer: the tool that a solver sees is drawn to where they
+// hold it.
+#include "servo/render/grasped.h"
+
+#include <algorithm>
+
+#include "proto/math/assert.h"
+#include "proto/wire/renderer.h"
+#include "servo/render/body.h"
+#include "servo/solve/guide_rows.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kLeastSpring = 1e-6;  // that a metric can be made of [N/m]
+constexpr double kLeastTurn = 1e-3;    // of k_T radius², the same of rotation
+constexpr double kPointRadius = 0.01;  // stands for that of a tool that is a point [m]
+
+bool is_body(const RenderQuestion& question) {
+  return is_of_body(static_cast<Renderer>(question.contacts.renderer));
+}
+
+MotionMetric metric_of(const ServoModel& model, const RenderQuestion& question) {
+  const double radius =
+      is_body(question) ? tool_in_force(model, question.contacts).radius : kPointRadius;
+  const Coupling& c = question.coupling;
+  const double k = std::max(c.translational_stiffness, kLeastSpring);
+  return factor_metric(
+      spring_matrix(k, std::max(c.rotational_stiffness, kLeastTurn * k * radius * radius)));
+}
+
+/// The rows of a first set hold the tool where contact has it.
+GraspState begun(uint32_t object, const RenderQuestion& question) {
+  GraspState state;
+  state.object = object;
+  state.X_WT = question.X_WT;
+  if (object >= kMaxObjects) return state;
+  const ContactSet& set = question.contacts;
+  const bool is_soft = row_of(static_cast<Renderer>(set.renderer)).moves == Moves::kSoftBody;
+  state.X_OP = inverse(set.X_WO[object]) * (is_soft ? set.X_WT : set.X_WG);
+  return state;
+}
+
+Vec3 bounded(const Vec3& v, double most) {
+  const double length = norm(v);
+  return most > 0 && length > most ? most / length * v : v;
+}
+
+/// In scene units, no more than a bound of the coupling; 0: none.
+double bound_of(double limit, double force_scale, double of_coupling) {
+  HAPTIC_ASSERT(force_scale > 0);
+  const double most = limit / force_scale;
+  return of_coupling > 0 && (of_coupling < most || !(most > 0)) ? of_coupling : most;
+}
+
+Wrench wrench_of(const ServoModel& model, const Hold& hold, const RenderQuestion& question) {
+  const Coupling& c = question.coupling;
+  const Twist way = way_between(hold.X_WT, hold.X_WP);
+  const Twist V = hold.V_WP - hold.V_WT;
+  const VirtualCoupling& bounds = model.body.coupling;
+  const double scale = model.map.force_scale;
+  Wrench F;
+  F.f = bounded(hold.share * (c.translational_stiffness * way.v + c.translational_damping * V.v),
+                bound_of(model.limits.max_force, scale, bounds.max_force));
+  if (!is_body(question)) return F;
+  F.t = bounded(hold.share * (c.rotational_stiffness * way.w + c.rotational_damping * V.w),
+                bound_of(model.limits.max_torque, scale, bounds.max_torque));
+  return F;
+}
+
+}  // namespace
+
+Hold hold_of(const ServoModel& model, GraspState& state, const RenderQuestion& question,
+             const HeldBody& body) {
+  HAPTIC_ASSERT(model.dt > 0 && state.strength >= 0);
+  Hold hold;
+  const GuideRows guides = body.is_wanted ? guide_rows(question.contacts) : GuideRows{};
+  if (guides.object != state.object) state = begun(guides.object, question);
+  if (guides.object >= kMaxObjects || state.is_over) return hold;
+  const double growth = body.stands ? -model.dt / kLetGoTime : model.dt / kGraspTime;
+  state.strength = std::clamp(state.strength + growth, 0.0, 1.0);
+  state.is_over = !(state.strength > 0);
+
+  const TickScene& scene = question.scene;
+  const Pose& X_WO = scene.X_WO[guides.object];
+  if (!is_finite(X_WO) || !is_finite(question.X_WT) || !is_finite(state.X_OP)) return hold;
+  hold.object = guides.object;
+  hold.n_rows = static_cast<int>(guides.size);
+  hold.share = state.strength * scene.weight;
+  hold.X_WT = question.X_WT;
+  hold.V_WT = question.V_WT;
+  hold.X_WP =
+      nearest_on_guides(guides, X_WO, question.X_WT, X_WO * state.X_OP, metric_of(model, question));
+  state.X_OP = inverse(X_WO) * hold.X_WP;
+  const Twist& V_WO = scene.V_WO[guides.object];
+  hold.V_WP = {velocity_at(V_WO, hold.X_WP.p - X_WO.p), V_WO.w};
+  // a point has no orientation of its own
+  if (!is_body(question)) hold.V_WP.w = question.V_WT.w;
+  return hold;
+}
+
+void draw_tool(const Hold& hold, GraspState& state, RenderQuestion& question, TickScene& scene) {
+  if (!hold.holds()) return;
+  HAPTIC_ASSERT(hold.share >= 0 && hold.share <= 1);
+  question.X_WT = drawn_towards(hold.X_WT, hold.X_WP, hold.share);
+  question.V_WT = hold.V_WT + hold.share * (hold.V_WP - hold.V_WT);
+  question.X_WT_before = state.X_WT;
+  state.X_WT = question.X_WT;
+  scene.held = hold.object;
+  scene.held_share = 1 - state.strength;
+}
+
+void add_hold(const ServoModel& model, const Hold& hold, const RenderQuestion& question,
+              Rendered& rendered) {
+  if (!hold.holds() || !(hold.share > 0) || !rendered.finite) return;
+  const Wrench F_W = wrench_of(model, hold, question);
+  rendered.F_W = rendered.F_W + F_W;
+  rendered.n_pushing += hold.n_rows;
+  rendered.surface_W = hold.V_WP.v;
+  rendered.surface_turning_W = is_body(question) ? hold.V_WP.w : Vec3{};
+  const Vec3 arm_W = hold.X_WP.p - question.scene.X_WO[hold.object].p;
+  Wrench& impulse_W = rendered.object_impulse_W[hold.object];
+  impulse_W = impulse_W + -model.dt * shift(F_W, arm_W);
+}
+
+}  // namespace haptic

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A grasp, in closed loop: what is held follows the hand, against an integration of the same
+// equations at 20 µs, and what happens where somebody is away.
+#include <catch2/catch.hpp>
+
+#include "proto/wire/guide.h"
+#include "tests/clients/lab/pushed_body.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kFace = 0.03 - kBoxEdge / 2;  // of the box, towards the hand [m]
+constexpr double kPress = 0.010;               // [s]
+constexpr double kMove = 0.050;                // when the hand begins to move [s]
+
+/// A hand 0.1 mm before the box that presses the button and moves it by `way` within 0.4 s.
+HandModel carrying_hand(double way, double release) {
+  HandModel hand;
+  hand.x = kFace - 1e-4;
+  const auto moves = rise(hand.x, way, 0.4);
+  hand.intent = [=](double t) { return moves(t - kMove); };
+  hand.presses = [=](double t) { return t >= kPress && t < release; };
+  return hand;
+}
+
+PushedSession carrying_session(double mass, double stiffness) {
+  PushedSession session(mass, stiffness);
+  session.config.map.grasp_button = 0;
+  return session;
+}
+
+struct Carried {
+  std::vector<double> force;  // at each tick [N]
+  double hand = 0, box = 0, box_speed = 0;
+};
+
+/// By definition: what is held pulls with k s (hand − place), and pushes as any contact.
+Carried integrate_held(HandModel hand, double stiffness, double mass, bool is_fixed, int n_ticks) {
+  constexpr double kStep = 20e-6;
+  Carried out;
+  double box = kFace, v = 0, place = 0, since = -1;
+  for (int k = 0; k < 50 * n_ticks; ++k) {
+    const double t = k * kStep;
+    if (!hand.presses(t)) since = -1;
+    if (hand.presses(t) && since < 0) since = t, place = hand.x - box;
+    const double depth = hand.x - box - (since < 0 ? 0 : place);
+    const double strength = since < 0 ? 0 : std::min((t - since) / kGraspTime, 1.0);
+    const double push = stiffness * (hand.x > box ? std::max(depth, 0.0) : strength * depth);
+    if (k % 50 == 0) out.force.push_back(push);
+    hand.step(t, -push, kStep);
+    if (!is_fixed) v += kStep * push / mass;
+    box += kStep * v;
+  }
+  out.hand = hand.x, out.box = box, out.box_speed = v;
+  return out;
+}
+
+double root_mean_square(const std::vector<double>& force) {
+  return rms_error(force, std::vector<double>(force.size()));
+}
+
+bool holds(const Lockstep& lockstep) {
+  return n_one_sided(*lockstep.contacts()) < lockstep.contacts()->n_contacts;
+}
+
+}  // namespace
+
+TEST_CASE("grasp: a free body is carried as one integrated at 20 µs is", "[grasp]") {
+  constexpr int kTicks = 500;
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const double mass = GENERATE(0.02, 0.1, 0.5);
+  const double way = GENERATE(0.05, -0.05);
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(stiffness, mass, way, latency);
+  PushedSession session = carrying_session(mass, stiffness);
+  PushingHand hand(carrying_hand(way, 1));
+  LockstepOptions options;
+  options.scene_latency = latency;
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  const std::vector<double> force = felt(lockstep, kTicks);
+  const Carried truth = integrate_held(carrying_hand(way, 1), stiffness, mass, false, kTicks);
+  const double box = lockstep.scene().X_WO[0].p.x - kBoxEdge / 2;
+  CAPTURE(rms_error(force, truth.force), root_mean_square(truth.force), largest_step(force, 100));
+  CAPTURE(box, truth.box, hand.hand().x, truth.hand);
+  CHECK(rms_error(force, truth.force) <= 0.2);
+  CHECK(std::fabs(box - truth.box) < 1e-3);
+  CHECK(holds(lockstep));
+}
+
+TEST_CASE("grasp: a body that falls is caught and carried against gravity", "[grasp]") {
+  constexpr int kTicks = 900;
+  constexpr double kMass = 0.1, kFall = -9.81;  // towards the hand's side; [kg, m/s²]
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(stiffness, latency);
+  HandModel model = carrying_hand(0.05, 2);
+  model.damping = 40;  // so that it comes to rest
+  model.x = kFace - 1e-5;
+  model.presses = [](double t) { return t >= 0.003; };  // it falls from the start
+  PushedSession session = carrying_session(kMass, stiffness);
+  // away from the hand: what catches it pulls
+  session.config.gravity_W = {-kFall, 0, 0};
+  session.config.coupling.translational_damping = 2;
+  PushingHand hand(model);
+  LockstepOptions options;
+  options.scene_latency = latency;
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  const std::vector<double> force = felt(lockstep, kTicks);
+  const std::vector<double> last(force.end() - 100, force.end());
+  double mean = 0;
+  for (const double f : last) mean += f / 100;
+  CAPTURE(mean, largest_step(force, 100));
+  CHECK(std::fabs(mean - kMass * kFall) < 0.05);
+  CHECK(holds(lockstep));
+}
+
+TEST_CASE("grasp: a body that is let go of flies on with its twist", "[grasp]") {
+  constexpr double kMass = 0.1, kRelease = 0.25;  // in mid-motion
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const double way = GENERATE(0.05, -0.05);
+  CAPTURE(stiffness, way);
+  PushedSession session = carrying_session(kMass, stiffness);
+  PushingHand hand(carrying_hand(way, kRelease));
+  Lockstep lockstep(session.config, session.shapes, hand);
+  double before = 0, given = 0, last_force = 0;
+  for (int k = 0; k < 253; ++k) {
+    REQUIRE(lockstep.step());
+    const double force = lockstep.frame().F_coupling_W.f.x;
+    // what pushes goes on without a step
+    if (way > 0 && k > 100) CHECK(std::fabs(force - last_force) < 0.2);
+    last_force = force;
+    const bool is_down = (lockstep.frame().device.buttons & 1) != 0;
+    // a hand that pushes goes on pushing, as a hand does
+    if (is_down) given -= 1e-3 * lockstep.frame().F_coupling_W.f.x;
+    if (is_down) before = given / kMass;
+    if (!is_down && way < 0) CHECK(lockstep.frame().F_coupling_W.f.x == 0);
+  }
+  REQUIRE(std::fabs(before) > 0.05);
+  if (way < 0) CHECK(std::fabs(lockstep.scene().V_WO[0].v.x - before) < 1e-9);
+  for (int k = 0; k < 10; ++k) REQUIRE(lockstep.step());
+  CHECK(!holds(lockstep));
+}
+
+TEST_CASE("grasp: what the hand gives is what the body has, whoever is killed meanwhile",
+          "[grasp]") {
+  constexpr double kMass = 0.05;
+  PushedSession session = carrying_session(kMass, 800);
+  PushingHand hand(carrying_hand(GENERATE(0.05, -0.05), 0.4));
+  LockstepOptions options;
+  options.scene_latency = GENERATE(0u, 1u);
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  const int kill = GENERATE(0, 5, 60);  // ticks without sim, while the body is carried
+  const bool kills_contact = GENERATE(false, true);
+  CAPTURE(kill, kills_contact, options.scene_latency);
+  double given = 0;
+  for (int k = 0; k < 600; ++k) {
+    if (k == 220 && kill > 0) lockstep.kill_sim();
+    if (k == 220 + kill && kill > 0) lockstep.restart_sim();
+    if (k == 300 && kills_contact) lockstep.kill_contact();
+    if (k == 340 && kills_contact) lockstep.restart_contact();
+    REQUIRE(lockstep.step());
+    given -= 1e-3 * lockstep.frame().F_coupling_W.f.x;
+  }
+  for (int k = 0; k < 5; ++k) lockstep.step();
+  const double forgotten =
+      lockstep.frame().forgotten_impulse_W.x + lockstep.scene().responses[0].seen[0].forgotten_W.x;
+  const double has = kMass * lockstep.scene().V_WO[0].v.x;
+  CAPTURE(given, forgotten, has);
+  double most = 0;
+  for (const double p : {given, forgotten, has}) most = std::max(most, std::fabs(p));
+  REQUIRE(most > 1e-3);
+  CHECK(std::fabs(given - forgotten - has) <= 1e-9 * most);
+}
+
+TEST_CASE("grasp: what cannot move holds the hand as the coupling's spring", "[grasp]") {
+  constexpr double kStiffness = 800;
+  PushedSession session = carrying_session(0, kStiffness);
+  PushingHand hand(carrying_hand(-0.02, 2));
+  Lockstep lockstep(session.config, session.shapes, hand);
+  double place = 0;
+  for (int k = 0; k < 600; ++k) {
+    REQUIRE(lockstep.step());
+    const ServoFrame& frame = lockstep.frame();
+    const double x = frame.X_WT.p.x, force = frame.F_coupling_W.f.x;
+    if (k == 12) place = x;
+    CHECK((k <= 12 || force * (place - x) >= -1e-4));
+    if (k < 230) continue;
+    CHECK(std::fabs(force - kStiffness * (lockstep.contacts()->X_WG.p.x - x)) < 1e-6);
+    CHECK(std::fabs(lockstep.contacts()->X_WG.p.x - (kFace - 1e-4)) < 1e-5);
+  }
+  CHECK(lockstep.frame().F_coupling_W.f.x > 1);
+}
+
+TEST_CASE("grasp: no step of force when the button goes down, nor while it is let in",
+          "[grasp][trap]") {
+  constexpr double kStiffness = 800;
+  const double mass = GENERATE(0.0, 2.0);
+  HandModel model;
+  // leans against the box, 4 mm into it and at rest, and then withdraws
+  const auto leaves = rise(kFace + 0.004 * (1 + kStiffness / model.stiffness), -0.03, 0.3);
+  model.x = kFace + 0.004;
+  model.intent = [=](double t) { return leaves(t - 0.3); };
+  model.presses = [](double t) { return t >= 0.05; };
+  PushedSession session = carrying_session(mass, kStiffness);
+  PushingHand hand(model);
+  Lockstep lockstep(session.config, session.shapes, hand);
+  std::vector<double> force;
+  std::vector<double> way;
+  double before = model.x;
+  for (int k = 0; k < 700; ++k) {
+    REQUIRE(lockstep.step());
+    force.push_back(-lockstep.frame().F_coupling_W.f.x);
+    way.push_back(std::fabs(lockstep.frame().X_WT.p.x - before));
+    before = lockstep.frame().X_WT.p.x;
+  }
+  // a spring changes by its stiffness times the relative motion, and 1/200 of a pull per tick
+  for (size_t k = 40; k < force.size(); ++k) {
+    const double moved = way[k] + (mass > 0 ? 1e-3 * 0.5 : 0);
+    CAPTURE(k, force[k - 1], force[k], way[k]);
+    CHECK(std::fabs(force[k] - force[k - 1]) <=
+          kStiffness * moved + 0.01 + std::fabs(force[k]) / 200);
+  }
+  if (mass == 0) CHECK(std::fabs(force[200] - force[49]) < 0.05);
+  if (mass == 0) CHECK(force.back() < -1);
+}
+
+TEST_CASE("grasp: contact is killed while the body is held: its rows fade, and nothing is held",
+          "[grasp]") {
+  const double mass = GENERATE(0.0, 0.1);
+  PushedSession session = carrying_session(mass, 800);
+  PushingHand hand(carrying_hand(-0.02, 2));
+  Lockstep lockstep(session.config, session.shapes, hand);
+  std::vector<double> force;
+  for (int k = 0; k < 900; ++k) {
+    if (k == 400) lockstep.kill_contact();
+    if (k == 600) lockstep.restart_contact();
+    REQUIRE(lockstep.step());
+    force.push_back(lockstep.frame().F_coupling_W.f.x);
+    // full for 20 ms, gone within 50 more
+    if (k > 475 && k < 600) CHECK(force.back() == 0);
+    if (k > 402 && k < 600)
+      CHECK(std::fabs(force.back()) <= std::fabs(force[static_cast<size_t>(k) - 1]) + 0.1);
+  }
+  CHECK(!holds(lockstep));
+}
+
+TEST_CASE("grasp: sim is killed while the body is held: it is carried again, or let go of",
+          "[grasp]") {
+  constexpr double kMass = 0.1, kStiffness = 800, kWay = 0.05;
+  const int away = GENERATE(10, 40, 300);  // [ticks]
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(away, latency);
+  PushedSession session = carrying_session(kMass, kStiffness);
+  HandModel model = carrying_hand(kWay, 3);
+  model.damping = 40;
+  PushingHand hand(model);
+  LockstepOptions options;
+  options.scene_latency = latency;
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  double before = 0, fastest = 0, most = 0;
+  for (int k = 0; k < 1500; ++k) {
+    if (k == 220) lockstep.kill_sim();
+    if (k == 220 + away) lockstep.restart_sim();
+    REQUIRE(lockstep.step());
+    const double force = std::fabs(lockstep.frame().F_coupling_W.f.x);
+    if (k > 220) fastest = std::max(fastest, force - before);
+    most = std::max(most, force);
+    before = force;
+  }
+  CAPTURE(most, fastest);
+  // what stands in the hand's way pushes it as a wall does
+  if (away < 70) CHECK(most < 6);
+  // a hand of at most 0.25 m/s, and a pull that is let in
+  CHECK(fastest < kStiffness * 0.25e-3 + 0.1);
+  CHECK(holds(lockstep) == (away < 70));
+  const double box = lockstep.scene().X_WO[0].p.x - kBoxEdge / 2;
+  if (away < 70) CHECK(std::fabs(box - lockstep.frame().X_WT.p.x) < 5e-3);
+}
+
+TEST_CASE("grasp: a button that is down at the start, or touches nothing, holds nothing",
+          "[grasp][trap]") {
+  PushedSession session = carrying_session(0.1, 800);
+  HandModel model = carrying_hand(0.05, 2);
+  SECTION("down at the start") {
+    model.presses = [](double) { return true; };
+  }
+  SECTION("a millimetre away") {
+    model.x -= 1e-3;
+    model.intent = [=](double) { return model.x; };
+  }
+  SECTION("no button is named") {
+    session.config.map.grasp_button = -1;
+  }
+  PushingHand hand(model);
+  Lockstep lockstep(session.config, session.shapes, hand);
+  for (int k = 0; k < 100; ++k) {
+    REQUIRE(lockstep.step());
+    const ContactSet* set = lockstep.contacts();
+    REQUIRE((set == nullptr || n_one_sided(*set) == set->n_contacts));
+  }
+}
