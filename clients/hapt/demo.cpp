@@ -270,7 +270,9 @@ std::vector<Row> judge(const PlayOptions& options, const SessionConfig& config,
   rows.note("machine", machine_line());
   rows.note("real time", played.realtime);
   rows.append(summarize(options.session, data, config, measure_penetration(data, config, baked)));
-  if (row_of(config.device.kind).is_recorded && !played.was_cut)
+  // a hand in closed loop lives in the time of its wakes, and meets no sample of its intention
+  const bool is_open = config.device.replay.closed_loop == 0;
+  if (row_of(config.device.kind).is_recorded && is_open && !played.was_cut)
     add_coverage_rows(data, hand, config.servo_rate, rows);
   rows.note("log", options.log);
   if (!options.plot.empty()) rows.note("plot", options.plot);
@@ -414,8 +416,8 @@ void add_demo_command(Command& app) {
       .option("SCENE", *scene,
               "bunny: a point on a mesh; peg, gears, teeth, ball-joint, dimpled-ball, bunnies: "
               "bodies that push and turn; rigid-peg, rigid-bunnies, frame: bodies that never "
-              "enter another; heap, door, gear-pair: objects that give way; admittance: an arm "
-              "that is led")
+              "enter another; heap, door, gear-pair, gearshift: objects that give way; "
+              "admittance: an arm that is led")
       .one_of(scene_names())
       .excludes("--config")
       .show_default("bunny");

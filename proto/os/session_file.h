@@ -22,6 +22,7 @@ inline constexpr std::array kScenes{
     Scene{"frame", "frame.toml", "a long part through an opening, onto its pins"},
     Scene{"gear-pair", "gear-pair.toml", "a gear that turns another"},
     Scene{"gears", "gears.toml", "two gears"},
+    Scene{"gearshift", "gearshift.toml", "a gear lever in its gate"},
     Scene{"heap", "heap.toml", "boxes and tins to push over"},
     Scene{"peg", "peg-in-hole.toml", "a peg in a hole"},
     Scene{"rigid-bunnies", "rigid-bunnies.toml", "a rigid bunny on a bunny", true},

@@ -6,6 +6,9 @@
 #include <functional>
 #include <memory>
 #include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "clients/lab/lockstep.h"
 #include "contact/bake/session.h"
@@ -44,6 +47,12 @@ struct Demo {
   Lockstep lockstep;
   double most_force = 0;
 };
+
+/// How far the pin of gearshift lies outside of neutral, 1.5 mm to either side of it, and of both
+/// lanes, 0.5 mm [m].
+double outside_of_lanes(double x, double z) {
+  return std::min(std::fabs(z) - 1.5e-3, std::fabs(std::fabs(x) - 25e-3) - 0.5e-3);
+}
 
 }  // namespace
 
@@ -86,6 +95,58 @@ TEST_CASE("scene gear-pair: the turned gear turns the other by the ratio of teet
   CHECK(off <= kPlay);
 }
 
+TEST_CASE("scene gearshift: two gears and a third, and never through a wall", "[mechanisms]") {
+  Demo shift("gearshift");
+  std::vector<int> gears;
+  double outside = 0;
+  shift.play(20, [&] {
+    const double x = shift.joint(1).position, z = shift.joint(2).position;
+    outside = std::max(outside, outside_of_lanes(x, z));
+    if (std::fabs(z) < 28e-3) return;
+    const int gear = (x < 0 ? 1 : 3) + (z < 0 ? 0 : 1);
+    if (gears.empty() || gears.back() != gear) gears.push_back(gear);
+  });
+  CHECK(gears == std::vector<int>{1, 2, 3});
+  CAPTURE(outside);
+  CHECK(outside < 0.5e-3);
+}
+
+TEST_CASE("scene gearshift: no gear is reached through a wall", "[mechanisms]") {
+  // a hand's strength, and more: at 2 m/s a step is 2 mm, which a wall takes back
+  const auto [strength, depth] = GENERATE(std::pair(5.0, 1e-3), std::pair(20.0, 4e-3));
+  const Demo shift("gearshift");
+  const ContactShapes shapes = shift.baked.shapes();
+  const SimModel model = build_sim(shift.config, shapes.objects, shapes.collision_pieces);
+  const uint32_t pin = shift.config.joints[2].object;
+  SimState state;
+  ServoFrame hand{};
+  hand.t_ns = hand.impulses_since_ns = 1'000'000'000;
+  SceneFrame scene = sim_step(model, state, {&hand}, hand.t_ns);
+  double outside = 0, most_x = 0, most_z = 0;
+  for (int way = 0; way < 40; ++way) {
+    // directions that no lane has, in an order that visits neutral and gears
+    const double a = 2 * std::numbers::pi * 0.6180339887 * way;
+    const Vec3 force_W = strength * Vec3{std::cos(a), 0, std::sin(a)};
+    for (int k = 0; k < 120; ++k) {
+      Wrench& J = hand.object_impulse_W[pin];
+      Wrench& S = hand.object_impulse_time_W[pin];
+      S = S + 1e-3 * J + Wrench{5e-7 * force_W, {}};
+      J.f += 1e-3 * force_W;
+      hand.t_ns += 1'000'000;
+      scene = sim_step(model, state, {&hand}, hand.t_ns);
+      const double x = std::fabs(scene.joints[1].position);
+      const double z = std::fabs(scene.joints[2].position);
+      outside = std::max({outside, outside_of_lanes(x, z), x - 25.5e-3, z - 35.5e-3});
+      most_x = std::max(most_x, x);
+      most_z = std::max(most_z, z);
+    }
+  }
+  CAPTURE(strength, outside, most_x, most_z);
+  CHECK(outside < depth);
+  CHECK(most_x > 24e-3);
+  if (strength > 10) CHECK(most_z > 28e-3);
+}
+
 TEST_CASE("scene heap: what the hand pushes falls, and nothing falls through", "[mechanisms]") {
   Demo heap("heap");
   heap.play(4, [] {});
@@ -101,4 +162,30 @@ TEST_CASE("scene heap: what the hand pushes falls, and nothing falls through", "
   CHECK(moved >= 3);
   // the upper box has come down
   CHECK(scene.X_WO[6].p.y < 0.06);
+}
+
+TEST_CASE("bodies: a ring falls over a post, since it collides as its convex pieces",
+          "[mechanisms]") {
+  const SessionConfig config = parse_config(
+      "[session]\nname = \"ring\"\n[device]\nkind = \"simulated-hand\"\n"
+      "[sim]\ngravity = [\"0 m/s²\", \"0 m/s²\", \"-9.81 m/s²\"]\n"
+      "[[object]]\nname = \"ground\"\nprimitive = \"box\"\n"
+      "extent = [\"100 mm\", \"100 mm\", \"10 mm\"]\nposition = [\"0 mm\", \"0 mm\", \"-5 mm\"]\n"
+      "[[object]]\nname = \"post\"\nprimitive = \"peg\"\ndiameter = \"20 mm\"\nlength = \"40 mm\"\n"
+      "around = 24\nalong = 1\nposition = [\"0 mm\", \"0 mm\", \"20 mm\"]\n"
+      "[[object]]\nname = \"ring\"\nprimitive = \"hole\"\ndiameter = \"20 mm\"\n"
+      "clearance = \"1 mm\"\nlength = \"10 mm\"\nblock = \"40 mm\"\naround = 24\nalong = 1\n"
+      "position = [\"0.5 mm\", \"0 mm\", \"60 mm\"]\n[object.body]\nmass = \"50 g\"\n",
+      "ring.toml");
+  const BakedSession baked = bake_session(config);
+  const ContactShapes shapes = baked.shapes();
+  const bool has_pieces = GENERATE(true, false);
+  std::span<const PieceTree> pieces = shapes.collision_pieces;
+  if (!has_pieces) pieces = {};
+  const SimModel model = build_sim(config, shapes.objects, pieces);
+  SimState state;
+  SceneFrame scene{};
+  for (int64_t k = 0; k <= 400; ++k) scene = sim_step(model, state, 1'000'000'000 + k * 1'000'000);
+  // without them it is its hull, and lies on the post
+  CHECK(scene.X_WO[2].p.z == Approx(has_pieces ? 5e-3 : 45e-3).margin(0.2e-3));
 }
