@@ -5,6 +5,16 @@ import { is_faulted, is_late, kPeriod, tick_at } from "./mock_session.mjs";
 
 const kFirstTick = 1000;
 const kTicks = 30000;
+// as `hapt view --clearance` gives it; no tick of the synthetic session is meant
+export const kTightest = {
+  object: 0,
+  distance: 0.0012,
+  tick: 1500,
+  tool: [0.01, 0.02, 0.03, 0, 1, 0, 0],
+  tool_point: [0.01, 0.02, 0.03],
+  object_point: [0.01, 0.0212, 0.03],
+  text: "The tool is nearest to 'block' at 0.500 s: 1.2 mm",
+};
 const kVectors = { force: "force", torque: "torque" };
 
 export class Recording {
@@ -39,6 +49,7 @@ export class Recording {
       last_time: this.last_tick * kPeriod,
       growing: this.growing,
       marks: this.marks(),
+      clearance: kTightest,
     };
   }
 

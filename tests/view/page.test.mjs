@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, afterEach, before, describe, test } from "node:test";
 import { has_chromium, launch } from "./browser.mjs";
 import { kToken, Mock } from "./mock.mjs";
+import { kTightest } from "./mock_recording.mjs";
 import { nameless, overflow } from "./page_checks.mjs";
 
 const view = process.env.VIEW ?? "../../build/dev/view";
@@ -414,6 +415,36 @@ describe("the page", { skip: lack }, () => {
       }
     });
   }
+
+  test("a recording: the tool at its tightest place, where that was measured", async () => {
+    await open({ log: true });
+    await until(
+      (text) => document.querySelector("#legend-tightest").textContent === text,
+      kTightest.text,
+    );
+    const drawn = await page.evaluate(() => {
+      const [{ tightest, proxy }] = window.hapticd.stage.models;
+      const { group, ghost, dots, line } = tightest;
+      const { x, y, z, w } = ghost.quaternion;
+      return {
+        visible: group.visible,
+        pose: [...ghost.position.toArray(), w, x, y, z],
+        dots: dots.map((dot) => dot.position.toArray()),
+        length: line.scale.y,
+        is_tool: ghost.geometry === proxy.children[0].geometry,
+      };
+    });
+    assert.equal(drawn.visible, true);
+    assert.deepEqual(drawn.pose, kTightest.tool);
+    assert.deepEqual(drawn.dots, [kTightest.tool_point, kTightest.object_point]);
+    assert.ok(Math.abs(drawn.length - kTightest.distance) < 1e-9);
+    assert.equal(drawn.is_tool, true);
+    assert.ok(await page.isVisible("#legend-tightest"));
+    await page.close();
+    await mock.close();
+    await open();
+    assert.ok(await page.isHidden("#legend-tightest"), "a session has none");
+  });
 
   test("a recording: slider, steps, marks, playing, loop, export", async () => {
     await open({ log: true });

@@ -24,7 +24,7 @@ const kScenes = [
   ["dimpled-ball", ["dimpled-ball"], { nearer: 1.1, face: true }],
   ["bunnies", ["bunnies"], { nearer: 0.85, face: true }],
   ["rigid-peg", ["rigid-peg"], { nearer: 1.1, turn: [0, 0.1] }],
-  ["frame", ["frame"], { nearer: 1.1, turn: [0.3, 0.1] }],
+  ["frame", ["frame"], { nearer: 1.5, turn: [0.2, 0.1] }],
   ["admittance", ["admittance"], { nearer: 1.1, face: true }],
   ["rigid-bunnies", ["rigid-bunnies"], { nearer: 0.75, face: true }],
   ["plane", ["--config", "plane.toml"], { face: true }],

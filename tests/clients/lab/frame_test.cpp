@@ -5,7 +5,9 @@
 #include "clients/lab/lockstep.h"
 #include "clients/report/rigid_pose.h"
 #include "contact/bake/session.h"
+#include "contact/query/proximity/triangle_pairs.h"
 #include "proto/config/config.h"
+#include "proto/wire/mapping.h"
 #include "tests/support/data.h"
 #include "tests/support/near.h"
 
@@ -88,6 +90,32 @@ TEST_CASE("frame: carried through the opening and laid on its pins, never inside
   CHECK(std::abs(turn.z) <= 2 * (play + 20e-6) / apart);
   // and it is pressed down by the hand
   CHECK(lockstep.frame().F_device_B.f.y > 0.3);
+}
+
+TEST_CASE("frame: the part fits through the opening as it is tilted, and not when it is level",
+          "[lab]") {
+  const Frame frame(1);
+  const IntentConfig& intent = frame.config.device.hand.intent;
+  const MeshShape &opening = frame.baked.objects[kOpening].shape, &part = frame.baked.tool->shape;
+  const Pose X_OW = inverse(frame.config.objects[kOpening].X_WO);
+  // the upright tab is in the opening; it stands 0.3 to 0.6 of the channel's half behind the middle
+  const PartConfig& rail = frame.config.tool.part;
+  Vec3 way = intent.waypoints[1].X_BH.p;
+  way.x = frame.config.objects[kOpening].X_WO.p.x + 0.45 * (0.5 * rail.length - rail.width);
+  const auto meets = [&](const Vec3& aside, const Quat& q) {
+    const Pose X_WT = tool_pose(frame.config.map, {}, {way + aside, q});
+    return triangle_pairs(opening, part, X_OW * X_WT, {}) > 0;
+  };
+  CHECK_FALSE(meets({}, intent.waypoints[1].X_BH.q));
+  // wherever a level one is in the opening
+  constexpr double kStep = 1e-3;
+  constexpr int kSteps = 20;
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    for (int j = -kSteps; j <= kSteps; ++j) {
+      CAPTURE(i, j);
+      REQUIRE(meets({0, i * kStep, j * kStep}, {}));
+    }
+  }
 }
 
 }  // namespace haptic

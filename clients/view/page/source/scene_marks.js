@@ -157,11 +157,13 @@ export class Tightest {
       opacity: 0.3,
       depthWrite: false,
     });
+    // over all else: the two points are mostly hidden by what they lie on
     this.mark = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
     this.ghost = new THREE.Mesh(new THREE.BufferGeometry(), this.surface);
     const dot = new THREE.SphereGeometry(1, 12, 8);
     this.dots = [new THREE.Mesh(dot, this.mark), new THREE.Mesh(dot, this.mark)];
     this.line = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 8), this.mark);
+    for (const mark of [this.line, ...this.dots]) mark.renderOrder = 1;
     this.group.add(this.ghost, this.line, ...this.dots);
   }
 
@@ -185,11 +187,10 @@ export class Tightest {
     this.ghost.quaternion.set(tool[4], tool[5], tool[6], tool[3]);
     const [from, to] = [tool_point, object_point].map((p) => new THREE.Vector3(...p));
     const way = to.clone().sub(from);
-    // as large as can be seen, and no larger than the way between them
-    const thick = Math.max(Math.min(this.size * 0.004, way.length() * 0.3), this.size * 5e-4);
+    const thick = this.size * 0.004; // two points that are nearer than this are one dot
     [from, to].forEach((p, i) => {
       this.dots[i].position.copy(p);
-      this.dots[i].scale.setScalar(thick);
+      this.dots[i].scale.setScalar(1.5 * thick);
     });
     this.line.visible = way.length() > 0;
     if (!this.line.visible) return;
