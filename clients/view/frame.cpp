@@ -54,6 +54,10 @@ uint32_t n_listed(const View& view) {
   return view.has_contacts ? std::min(view.contacts.n_contacts, kMaxContacts) : 0;
 }
 
+uint32_t n_joints(const View& view) {
+  return view.has_scene ? std::min(view.scene.n_joints, kMaxJoints) : 0;
+}
+
 /// Age of the set that the servo used in its newest tick [s]; NaN: none.
 double age_of_set_in_use(const View& view) {
   const bool has = (view.servo.flags & kServoNoContactSet) == 0 && view.tick_period > 0;
@@ -115,6 +119,7 @@ constexpr FrameField<View> kFixed[] = {
     FIELD("buttons", 1, out.put(v.servo.device.buttons)),
     FIELD("n_objects", 1, out.put(n_objects(v))),
     FIELD("n_listed", 1, out.put(n_listed(v))),
+    FIELD("n_joints", 1, out.put(n_joints(v))),
     FIELD("n_samples", 1, out.put(0)),
 };
 #undef FIELD
@@ -139,6 +144,11 @@ constexpr FrameField<ListedContact> kContact[] = {
     {"object", 1, [](const ListedContact& c, Out out) { out.put(c.contact.object); }},
     {"active", 1, [](const ListedContact& c, Out out) { out.put(c.is_active); }},
     {"kind", 1, [](const ListedContact& c, Out out) { out.put(c.contact.feature >> kKindShift); }},
+};
+
+constexpr FrameField<JointState> kJoint[] = {
+    {"position", 1, [](const JointState& joint, Out out) { out.put(joint.position); }},
+    {"velocity", 1, [](const JointState& joint, Out out) { out.put(joint.velocity); }},
 };
 
 constexpr FrameField<Sample> kSample[] = {
@@ -203,13 +213,16 @@ std::string part_json(const char* name, const FrameField<T> (&fields)[N]) {
 std::string layout_json() {
   return "{\"fixed\": {" + places_json(kFixed) +
          "}, \"fixed_size\": " + std::to_string(size_of(kFixed)) + part_json("object", kObject) +
-         part_json("contact", kContact) + part_json("sample", kSample) + "}\n";
+         part_json("contact", kContact) + part_json("joint", kJoint) +
+         part_json("sample", kSample) + "}\n";
 }
 
 std::vector<double> common_frame(const View& view) {
   std::vector<double> out;
   const uint32_t objects = n_objects(view), listed = n_listed(view);
-  out.reserve(size_of(kFixed) + objects * size_of(kObject) + listed * size_of(kContact));
+  const uint32_t joints = n_joints(view);
+  out.reserve(size_of(kFixed) + objects * size_of(kObject) + listed * size_of(kContact) +
+              joints * size_of(kJoint));
   append(out, kFixed, view);
   for (uint32_t i = 0; i < objects; ++i) append(out, kObject, object_pose(view, i));
   for (uint32_t i = 0; i < listed; ++i) {
@@ -218,6 +231,7 @@ std::vector<double> common_frame(const View& view) {
     append(out, kContact,
            ListedContact{contact, object_pose(view, object), i < view.contacts.n_active});
   }
+  for (uint32_t i = 0; i < joints; ++i) append(out, kJoint, view.scene.joints[i]);
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "proto/config/config.h"
@@ -50,6 +51,24 @@ Json objects_json(const SceneInfo& info, const View& view) {
     objects.push_back(object);
   }
   return objects;
+}
+
+/// The joints in the order of their states; an end stop that a joint does not have is null.
+Json joints_json(const SceneInfo& info) {
+  Json joints = Json::array();
+  if (!info.config) return joints;
+  const auto end = [](double q) { return std::isfinite(q) ? Json(q) : Json(nullptr); };
+  for (uint32_t i = 0; i < info.config->n_joints; ++i) {
+    const JointConfig& joint = info.config->joints[i];
+    const std::string name(haptic::view(joint.name));
+    const JointKindRow& row = row_of(joint.kind);
+    joints.push_back({{"name", name.empty() ? "joint " + std::to_string(i) : name},
+                      {"kind", row.name},
+                      {"turns", row.turns},
+                      {"lower", end(joint.lower)},
+                      {"upper", end(joint.upper)}});
+  }
+  return joints;
 }
 
 Json renderers_json(const SceneInfo& info) {
@@ -152,6 +171,7 @@ std::string scene_json(const SceneInfo& info, const View& view, bool with_config
   Json scene{{"type", "scene"}, {"session", info.session}};
   scene["objects"] = objects_json(info, view);
   scene["tool"] = tool_json(info);
+  scene["joints"] = joints_json(info);
   scene["renderers"] = renderers_json(info);
   scene["renderer"] = renderer_json(view);
   scene["solvers"] = kSoftSolverNames;  // by SoftSolver

@@ -22,6 +22,7 @@ const frame = {
   tool: [1, 2, 3, 1, 0, 0, 0],
   n_pushing: 1,
   objects: [{ pose: [4, 5, 6, 0, 1, 0, 0] }],
+  joints: [{ position: 0.5, velocity: -2 }],
   samples: [sample(1, [3, 4, 0]), sample(1.001, [0, 0, -2])],
   contacts: [
     {
@@ -44,6 +45,7 @@ test("a frame is read by the places of the layout, ticks beyond 2^52 exactly", (
   assert.deepEqual([...read.objects[0].pose], frame.objects[0].pose);
   assert.deepEqual([...read.contacts[0].point], [7, 8, 9]);
   assert.equal(read.contacts[0].kind, 2);
+  assert.deepEqual(read.joints, [{ position: 0.5, velocity: -2 }]);
 });
 
 test("a layout in another order is followed, for the page knows none", () => {

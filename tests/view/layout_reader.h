@@ -34,6 +34,10 @@ class LayoutReader {
                               const std::string& name) const {
     return part(frame, contacts(frame) + i * size("contact"), layout_.at("contact").at(name));
   }
+  std::vector<double> joint(const std::vector<double>& frame, size_t i,
+                            const std::string& name) const {
+    return part(frame, joints(frame) + i * size("joint"), layout_.at("joint").at(name));
+  }
   std::vector<double> sample(const std::vector<double>& frame, size_t i,
                              const std::string& name) const {
     return part(frame, samples(frame) + i * size("sample"), layout_.at("sample").at(name));
@@ -52,8 +56,11 @@ class LayoutReader {
   size_t contacts(const std::vector<double>& frame) const {
     return fixed_size() + count(frame, "n_objects") * size("object");
   }
-  size_t samples(const std::vector<double>& frame) const {
+  size_t joints(const std::vector<double>& frame) const {
     return contacts(frame) + count(frame, "n_listed") * size("contact");
+  }
+  size_t samples(const std::vector<double>& frame) const {
+    return joints(frame) + count(frame, "n_joints") * size("joint");
   }
   static std::vector<double> part(const std::vector<double>& frame, size_t begin,
                                   const nlohmann::json& place) {

@@ -5,9 +5,10 @@ const kFixed = `sequence column tick time realtime tool:7 proxy:7 verified:7 han
   torque:3 coupling_force:3 coupling_torque:3 depth fade flags fault renderer solver skipped wake_late busy
   n_pushing contact_age contact_flags contact_renderer reseeds contact_busy age_servo age_contact age_sim
   rate_servo rate_contact rate_sim unseen lost revision stiffness damping rotational_stiffness
-  rotational_damping paused armed leading intent:3 buttons n_objects n_listed n_samples`;
+  rotational_damping paused armed leading intent:3 buttons n_objects n_listed n_joints n_samples`;
 const kObject = "pose:7";
 const kContact = "point:3 normal:3 extent stiffness object active kind";
+const kJoint = "position velocity";
 const kSample = "time force:3 torque:3 depth wake_late contact_rate flags";
 
 function places(text) {
@@ -33,11 +34,12 @@ export function make_layout() {
     fixed_size,
     object: with_size(kObject),
     contact: with_size(kContact),
+    joint: with_size(kJoint),
     sample: with_size(kSample),
   };
 }
 
-/** Bytes of a frame {fixed fields, objects: [], contacts: [], samples: []}; what is missing is 0. */
+/** Bytes of a frame {fixed fields, objects: [], contacts: [], joints: [], samples: []}; what is missing is 0. */
 export function encode(layout, frame) {
   const numbers = [];
   const put = (table, record) => {
@@ -51,10 +53,12 @@ export function encode(layout, frame) {
     ...frame,
     n_objects: frame.objects.length,
     n_listed: frame.contacts.length,
+    n_joints: frame.joints?.length ?? 0,
     n_samples: frame.samples.length,
   });
   for (const object of frame.objects) put(layout.object, object);
   for (const contact of frame.contacts) put(layout.contact, contact);
+  for (const joint of frame.joints ?? []) put(layout.joint, joint);
   for (const sample of frame.samples) put(layout.sample, sample);
   return Float64Array.from(numbers);
 }

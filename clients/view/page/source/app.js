@@ -6,6 +6,7 @@ import { Controls, reason_for_no_touch, reason_for_none } from "./controls.js";
 import { announce, by_id, write } from "./dom.js";
 import { follow, judge, kNothingYet, kWell } from "./health.js";
 import { History } from "./history.js";
+import { Joints } from "./joints.js";
 import { each_sample, kQuantities } from "./layout.js";
 import { has_pieces, load_eyes, load_pieces, picture_key } from "./loader.js";
 import { Banner, note_event, Processes, Readings } from "./panels.js";
@@ -51,6 +52,7 @@ let story = kWell;
 
 const stage = new Stage(by_id("stage"), { low });
 const readings = new Readings();
+const joints = new Joints();
 const processes = new Processes();
 const banner = new Banner(announce);
 const plots = new Plots(by_id("plots"), {
@@ -140,6 +142,7 @@ async function take_scene(scene) {
   state.device = scene.device;
   write(by_id("device"), scene.device?.description ?? "");
   controls.set_scene(scene);
+  joints.set_scene(scene);
   permit();
   if (state.source === "log") player.set_scene(scene);
   const key = picture_key(scene);
@@ -290,6 +293,7 @@ function show_texts() {
   const origin = began();
   plots.set_origin(origin);
   for (const frame of frames) if (frame) readings.show(frame, origin);
+  joints.show(frames[0]);
   controls.show(frames[0], state.status, state.source === "log");
   if (state.source === "log") player.show(frames[0]);
   const now = now_s();

@@ -20,8 +20,8 @@ function read_list(numbers, base, count, kind) {
 }
 
 /**
- * Frame of an ArrayBuffer: the fixed fields by name, `objects`, `contacts`, and `samples`, which
- * stays packed: {numbers, base, count}. Throws a RangeError where the length does not fit.
+ * Frame of an ArrayBuffer: the fixed fields by name, `objects`, `contacts`, `joints`, and `samples`,
+ * which stays packed: {numbers, base, count}. Throws a RangeError where the length does not fit.
  */
 export function decode_frame(buffer, layout) {
   if (buffer.byteLength % 8 !== 0 || buffer.byteLength < 8 * layout.fixed_size) {
@@ -31,13 +31,15 @@ export function decode_frame(buffer, layout) {
   const frame = read_record(numbers, 0, layout.fixed);
   const at_objects = layout.fixed_size;
   const at_contacts = at_objects + frame.n_objects * layout.object.size;
-  const at_samples = at_contacts + frame.n_listed * layout.contact.size;
+  const at_joints = at_contacts + frame.n_listed * layout.contact.size;
+  const at_samples = at_joints + frame.n_joints * layout.joint.size;
   const end = at_samples + frame.n_samples * layout.sample.size;
   if (end !== numbers.length) {
     throw new RangeError(`a frame of ${numbers.length} numbers, where its counts ask for ${end}`);
   }
   frame.objects = read_list(numbers, at_objects, frame.n_objects, layout.object);
   frame.contacts = read_list(numbers, at_contacts, frame.n_listed, layout.contact);
+  frame.joints = read_list(numbers, at_joints, frame.n_joints, layout.joint);
   frame.samples = { numbers, base: at_samples, count: frame.n_samples };
   return frame;
 }
