@@ -14,14 +14,14 @@ struct Intent {
   Vec3 w_B{};  // angular velocity of q_B [rad/s]
 };
 
-/// Progress along a motion, 0 to 1, and its rate [1/s].
-struct Progress {
+/// IntentProgress along a motion, 0 to 1, and its rate [1/s].
+struct IntentProgress {
   double s, rate;
 };
 
 /// From rest to rest with the least jerk: s = 10τ³ − 15τ⁴ + 6τ⁵ (Flash & Hogan 1985), τ the
 /// fraction of the duration [s].
-inline Progress minimum_jerk(double fraction, double duration) {
+inline IntentProgress minimum_jerk(double fraction, double duration) {
   HAPTIC_ASSERT(fraction >= 0 && fraction <= 1 && duration > 0);
   const double a = fraction, b = 1 - fraction;
   return {a * a * a * (10 + a * (6 * a - 15)), 30 * a * a * b * b / duration};

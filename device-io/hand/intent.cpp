@@ -71,7 +71,7 @@ Intent on_arc(const Vec3& from, const Vec3& across, double radius, double angle,
 }
 
 /// Along the shorter great-circle arc; for half a turn any plane will do.
-Intent travel(const Vec3& from, const Vec3& to, double radius, const Progress& progress) {
+Intent travel(const Vec3& from, const Vec3& to, double radius, const IntentProgress& progress) {
   const Vec3 rest = to - dot(to, from) * from;
   const double sine = norm(rest);
   const Vec3 across = sine > 1e-9 ? rest / sine : any_perpendicular(from);
@@ -86,7 +86,7 @@ Intent travel(const Vec3& from, const Vec3& to, double radius, const Progress& p
 
 Intent stroke_motion(const IntentConfig& config, uint64_t seed, double t) {
   const IntentPhase phase = intent_phase(config, t);
-  const Progress progress = minimum_jerk(phase.fraction, phase.duration);
+  const IntentProgress progress = minimum_jerk(phase.fraction, phase.duration);
   const Stroke stroke = stroke_at(config, seed, phase.stroke);
   const double depth = config.hover_radius - config.press_radius;
   switch (phase.part) {
@@ -129,7 +129,7 @@ Vec3 turn_at(const IntentConfig& config, uint64_t seed, uint64_t number) {
 void put_turn(const IntentConfig& config, uint64_t seed, double t, Intent& intent) {
   const IntentPhase phase = intent_phase(config, t);
   if (phase.part == IntentPart::kReach) return;
-  const Progress progress = minimum_jerk(phase.fraction, phase.duration);
+  const IntentProgress progress = minimum_jerk(phase.fraction, phase.duration);
   const Vec3 turn = turn_at(config, seed, phase.stroke);
   // about one axis: the angular velocity is the derivative of the rotation vector
   double share = 1;

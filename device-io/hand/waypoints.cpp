@@ -15,7 +15,7 @@ Intent along_waypoints(const IntentConfig& config, double t) {
     const Waypoint& to = config.waypoints[i];
     if (left < to.time) {
       const Pose& from = config.waypoints[i - 1].X_BH;
-      const Progress progress = minimum_jerk(left / to.time, to.time);
+      const IntentProgress progress = minimum_jerk(left / to.time, to.time);
       const Vec3 way = to.X_BH.p - from.p;
       const Vec3 turn = portable_rotation_vector(to.X_BH.q * conjugate(from.q));
       return {from.p + progress.s * way, progress.rate * way,
