@@ -17,6 +17,7 @@ inline constexpr std::array kScenes{
     Scene{"ball-joint", "ball-joint.toml", "a ball in its socket"},
     Scene{"bunnies", "bunny-on-bunny.toml", "a bunny on a bunny", true},
     Scene{"bunny", "bunny.toml", "the Stanford bunny", true},
+    Scene{"carry", "carry.toml", "blocks that are grasped and stacked"},
     Scene{"dimpled-ball", "dimpled-ball.toml", "a ball with dimples"},
     Scene{"door", "door.toml", "a door with a latch and a check"},
     Scene{"frame", "frame.toml", "a long part through an opening, onto its pins"},

@@ -89,6 +89,20 @@ TEST_CASE("grasp: a free body is carried as one integrated at 20 µs is", "[gras
   CHECK(holds(lockstep));
 }
 
+TEST_CASE("grasp: without the counters a body that is carried buzzes", "[grasp]") {
+  constexpr int kTicks = 500;
+  constexpr double kStiffness = 3000, kMass = 0.02;
+  PushedSession session = carrying_session(kMass, kStiffness);
+  PushingHand hand(carrying_hand(0.05, 1));
+  LockstepOptions options;
+  options.scene_latency = 2;
+  options.without_counters = true;
+  Lockstep lockstep(session.config, session.shapes, hand, options);
+  const std::vector<double> force = felt(lockstep, kTicks);
+  const Carried truth = integrate_held(carrying_hand(0.05, 1), kStiffness, kMass, false, kTicks);
+  CHECK(rms_error(force, truth.force) > 0.2);
+}
+
 TEST_CASE("grasp: a body that falls is caught and carried against gravity", "[grasp]") {
   constexpr int kTicks = 900;
   constexpr double kMass = 0.1, kFall = -9.81;  // towards the hand's side; [kg, m/s²]

@@ -84,6 +84,20 @@ TEST_CASE("hand trace: a recording with what is no motion is refused with its ti
         })) == "");
 }
 
+TEST_CASE("hand trace: a table may say which buttons are down") {
+  const test::TemporaryFolder folder;
+  ReplayConfig config;
+  assign(config.path, folder.path() + "/hand.csv");
+  const std::string path(view(config.path));
+  std::ofstream(path) << "t_s,x_m,y_m,z_m,buttons\n0,0,0,0,0\n1,0,0,0,5\n2,0,0,0,4294967295\n";
+  const HandTrace trace = load_hand_trace(config);
+  CHECK(trace.samples[0].buttons == 0);
+  CHECK(trace.samples[1].buttons == 5);
+  CHECK(trace.samples[2].buttons == 0xffffffff);
+  std::ofstream(path) << "t_s,x_m,y_m,z_m,buttons\n0,0,0,0,0\n1,0,0,0,-1\n";
+  CHECK_THAT(error_of(path), Catch::StartsWith(path + ":3: 'buttons' is one bit for each"));
+}
+
 TEST_CASE("hand trace: a table whose numbers leave the range of a motion is refused") {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/hand.csv";

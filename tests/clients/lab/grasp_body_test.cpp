@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A grasp by a tool with six degrees of freedom, with each kind of renderer, and the scene `carry`.
+#include <catch2/catch.hpp>
+
+#include "contact/shape/mesh/generated.h"
+#include "proto/math/motion_metric.h"
+#include "proto/wire/guide.h"
+#include "proto/wire/renderer.h"
+#include "tests/clients/lab/pushed_body.h"
+#include "tests/support/data.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+constexpr double kTool = 0.01;                         // edge of the tool, a cube [m]
+constexpr double kStart = 0.02 - 0.5 * kTool - 10e-6;  // of the hand: 10 µm before the box [m]
+constexpr double kWay = 0.05, kTurn = 0.4;             // of the hand [m], [rad]
+
+/// A hand that presses its button at once, then goes back by kWay and turns by kTurn.
+class CarryingHand : public PushingHand {
+ public:
+  explicit CarryingHand(double start) : PushingHand(model(start)) {}
+  bool read(const TickTime& tick, DeviceState& state) override {
+    const bool is_new = PushingHand::read(tick, state);
+    turn_ = rise(0, kTurn, 0.3)(1e-3 * ticks_++ - 0.25);
+    state.X_BH.q = from_rotation_vector({turn_, 0, 0});
+    return is_new;
+  }
+  double turn() const { return turn_; }
+
+ private:
+  static HandModel model(double start) {
+    HandModel hand;
+    hand.x = start;
+    hand.damping = 20;
+    hand.intent = [moves = rise(start, -kWay, 0.4)](double t) { return moves(t - 0.05); };
+    hand.presses = [](double t) { return t > 0.01; };
+    return hand;
+  }
+  double turn_ = 0;
+  int ticks_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("grasp: a tool with six degrees of freedom carries a body and turns it", "[grasp]") {
+  const Renderer renderer =
+      GENERATE(Renderer::kGodObject6, Renderer::kConstrained6, Renderer::kDirect6);
+  const uint32_t latency = GENERATE(0u, 2u);
+  CAPTURE(row_of(renderer).name, latency);
+  constexpr double kMass = 0.1;
+  PushedSession session(kMass, 800);
+  SessionConfig& config = session.config;
+  config.renderer = renderer;
+  config.map.grasp_button = 0;
+  config.coupling.translational_damping = 1;
+  config.coupling.rotational_stiffness = 0.5;
+  config.coupling.rotational_damping = 1e-3;
+  config.safety.max_torque = 1e3;
+  config.safety.torque_slew = 1e6;
+  config.safety.angular_velocity_limit = 1e3;
+  config.proxy.solver = SoftSolver::kQuasiStatic;
+  assign(config.tool.mesh, "primitive:box");
+  config.tool.mass = 0.02;
+  const MeshShapeData tool = build_shape(make_box({kTool, kTool, kTool}));
+  ContactShapes shapes(session.shapes);
+  shapes.bodies.tool = tool.view();
+  // triangles that meet have no contact before they do
+  CarryingHand hand(renderer == Renderer::kDirect6 ? kStart + 0.1e-3 : kStart);
+  LockstepOptions options;
+  options.scene_latency = latency;
+  Lockstep lockstep(config, shapes, hand, options);
+  std::vector<double> force;
+  double most_turn = 0;
+  Vec3 given{};
+  for (int k = 0; k < 800; ++k) {
+    REQUIRE(lockstep.step());
+    force.push_back(lockstep.frame().F_coupling_W.f.x);
+    given += -1e-3 * lockstep.frame().F_coupling_W.f;
+    most_turn = std::max(most_turn, norm(lockstep.frame().F_coupling_W.t));
+    REQUIRE((lockstep.frame().flags & kServoFault) == 0);
+  }
+  const ContactSet& set = *lockstep.contacts();
+  CHECK(set.n_contacts - n_one_sided(set) == 6);
+  const Pose& X_WO = lockstep.scene().X_WO[0];
+  const Twist& V_WO = lockstep.scene().V_WO[0];
+  CAPTURE(X_WO.p.x, hand.hand().x, most_turn, force.back());
+  // it lies against the tool, as it did
+  CHECK(std::fabs(X_WO.p.x - hand.hand().x - 0.5 * (kTool + kBoxEdge)) < 1e-3);
+  CHECK(std::fabs(to_rotation_vector(X_WO.q).x - hand.turn()) < 0.02);
+  CHECK(most_turn > 1e-4);
+  CHECK(norm(V_WO.w) < 0.05);
+  CHECK(largest_step(force, 200) < 0.02);
+  // a massless proxy gives what the hand gives, and the body has what sim has seen of it
+  const Vec3 seen = lockstep.scene().responses[0].seen[0].impulse_W.f;
+  if (renderer != Renderer::kGodObject6) return;
+  CHECK(norm(given - lockstep.frame().object_impulse_W[0].f) < 1e-12);
+  CHECK(norm(seen - kMass * V_WO.v) < 1e-9 * kMass);
+}
+
+TEST_CASE("scene carry: one block is lifted, laid on the other and brought back", "[grasp]") {
+  const SessionConfig config = load_config(from_source("configs/carry.toml"));
+  std::deque<MeshShapeData> owned;
+  std::vector<MeshShape> shapes;
+  for (uint32_t i = 0; i < config.n_objects; ++i) {
+    owned.push_back(build_shape(make_box(config.objects[i].extent)));
+    shapes.push_back(owned.back().view());
+  }
+  const auto hand = open_device(config.device);
+  Lockstep lockstep(config, shapes, *hand);
+  const auto block = [&] { return lockstep.scene().X_WO[1].p; };
+  double highest = 0;
+  for (int k = 0; k < 16'000 && lockstep.step(); ++k) {
+    REQUIRE(norm(lockstep.frame().F_device_B.f) <= config.safety.max_force * (1 + 1e-9));
+    highest = std::max(highest, block().y);
+    if (k != 8'300) continue;
+    // on the other, both at rest
+    CHECK(highest > 0.06);
+    CAPTURE(block().x, block().y, block().z);
+    CHECK(norm(block() - Vec3{0.05, 0.045, 0}) < 5e-3);
+    CHECK(std::fabs(block().y - 0.045) < 2e-4);
+    CHECK(norm(lockstep.scene().V_WO[1].v) < 1e-3);
+  }
+  CAPTURE(block().x, block().y, block().z);
+  CHECK(norm(block() - Vec3{-0.05, 0.015, 0}) < 5e-3);
+}
