@@ -149,7 +149,7 @@ TEST_CASE("scene gearshift: no gear is reached through a wall", "[mechanisms]") 
 
 TEST_CASE("scene heap: what the hand pushes falls, and nothing falls through", "[mechanisms]") {
   Demo heap("heap");
-  heap.play(4, [] {});
+  heap.play(3, [] {});
   const SceneFrame& scene = heap.lockstep.scene();
   int moved = 0;
   for (uint32_t i = 1; i < heap.config.n_objects; ++i) {
