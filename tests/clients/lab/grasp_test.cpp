@@ -188,23 +188,25 @@ TEST_CASE("grasp: what the hand gives is what the body has, whoever is killed me
   CHECK(std::fabs(given - forgotten - has) <= 1e-9 * most);
 }
 
-TEST_CASE("grasp: what cannot move holds the hand as the coupling's spring", "[grasp]") {
+TEST_CASE("grasp: what cannot move holds the hand as the coupling's spring, let in over 200 ms",
+          "[grasp]") {
   constexpr double kStiffness = 800;
   PushedSession session = carrying_session(0, kStiffness);
   PushingHand hand(carrying_hand(-0.02, 2));
   Lockstep lockstep(session.config, session.shapes, hand);
-  double place = 0;
+  int n_held = 0;  // ticks
+  double most_pull = 0;
   for (int k = 0; k < 600; ++k) {
     REQUIRE(lockstep.step());
-    const ServoFrame& frame = lockstep.frame();
-    const double x = frame.X_WT.p.x, force = frame.F_coupling_W.f.x;
-    if (k == 12) place = x;
-    CHECK((k <= 12 || force * (place - x) >= -1e-4));
-    if (k < 230) continue;
-    CHECK(std::fabs(force - kStiffness * (lockstep.contacts()->X_WG.p.x - x)) < 1e-6);
-    CHECK(std::fabs(lockstep.contacts()->X_WG.p.x - (kFace - 1e-4)) < 1e-5);
+    if (k > 0 && holds(lockstep)) ++n_held;
+    // held where the proxy was, 0.1 mm before the face
+    const double stretch = kFace - 1e-4 - lockstep.frame().X_WT.p.x;
+    const double force = lockstep.frame().F_coupling_W.f.x;
+    CHECK(std::fabs(force - std::min(n_held / 200.0, 1.0) * kStiffness * stretch) < 0.01);
+    most_pull = std::max(most_pull, force);
   }
-  CHECK(lockstep.frame().F_coupling_W.f.x > 1);
+  CHECK(n_held > 550);
+  CHECK(most_pull > 1);
 }
 
 TEST_CASE("grasp: no step of force when the button goes down, nor while it is let in",
