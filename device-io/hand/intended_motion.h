@@ -14,7 +14,7 @@ struct Intent {
   Vec3 w_B{};  // angular velocity of q_B [rad/s]
 };
 
-/// IntentProgress along a motion, 0 to 1, and its rate [1/s].
+/// How far along a motion, 0 to 1, and its rate [1/s].
 struct IntentProgress {
   double s, rate;
 };

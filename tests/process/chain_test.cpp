@@ -80,7 +80,7 @@ bool collect_until(Watcher& watcher, Frames& frames, Wanted wanted) {
 }
 
 /// The steady press, a while after the hand has come to rest.
-bool is_pressed(const ServoFrame& frame) {
+bool is_pressing(const ServoFrame& frame) {
   return frame.tick > 1200 && std::fabs(force(frame) - kPressForce) < 1e-6;
 }
 
@@ -145,7 +145,7 @@ struct Press {
 
   Press() : hapticd({write_press_session(folder.path(), 120)}, folder.path()), watcher("press") {
     REQUIRE(watcher.wait_for_all());
-    REQUIRE(collect_until(watcher, frames, is_pressed));
+    REQUIRE(collect_until(watcher, frames, is_pressing));
     frames.erase(frames.begin(), frames.end() - 1);
   }
 };
@@ -175,12 +175,13 @@ uint64_t kill_contact(Watcher& watcher, Frames& frames) {
   // only the successor can answer a later frame
   const uint64_t dead = frames.back().tick;
   REQUIRE(collect_until(watcher, frames, [&](const ServoFrame& f) {
-    return f.contact_tick > dead && is_pressed(f);
+    return f.contact_tick > dead && is_pressing(f);
   }));
   // and it continues
   const uint64_t back = frames.back().tick;
-  REQUIRE(collect_until(
-      watcher, frames, [&](const ServoFrame& f) { return f.tick >= back + 100 && is_pressed(f); }));
+  REQUIRE(collect_until(watcher, frames, [&](const ServoFrame& f) {
+    return f.tick >= back + 100 && is_pressing(f);
+  }));
   watcher.contact.latest(watcher.contact_set);
   CHECK(watcher.contact.generation() > 1);
   return before;
@@ -249,7 +250,7 @@ TEST_CASE("chain: a contact that hangs leaves no stale wall, and its return is a
   kill(contact, SIGCONT);
   REQUIRE(faded);
   CHECK(force(frames.back()) == 0);
-  REQUIRE(collect_until(watcher, frames, is_pressed));
+  REQUIRE(collect_until(watcher, frames, is_pressing));
 
   check_every_tick(watcher, frames);
   check_press(frames);
