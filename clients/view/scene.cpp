@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "proto/config/config.h"
@@ -57,7 +56,7 @@ Json objects_json(const SceneInfo& info, const View& view) {
 Json joints_json(const SceneInfo& info) {
   Json joints = Json::array();
   if (!info.config) return joints;
-  const auto end = [](double q) { return std::isfinite(q) ? Json(q) : Json(nullptr); };
+  const auto end = [](double q) { return is_stop(q) ? Json(q) : Json(nullptr); };
   for (uint32_t i = 0; i < info.config->n_joints; ++i) {
     const JointConfig& joint = info.config->joints[i];
     const std::string name(haptic::view(joint.name));

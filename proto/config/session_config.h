@@ -124,7 +124,7 @@ struct SessionConfig {
   uint32_t n_objects = 0;
   Wake servo_wake = Wake::kSleep;
   std::array<ObjectConfig, kMaxObjects> objects{};
-  uint32_t n_joints = 0;
+  uint32_t n_joints = 0, reserved_joints = 0;
   std::array<JointConfig, kMaxJoints> joints{};
   uint32_t n_images = 0;
   uint32_t contact_spare = 1;  // 0: no spare contact process

@@ -188,7 +188,7 @@ void WorldJoints::bound(Kept& kept, double dt) {
   kept.friction.rows[0].upper = config.friction * dt;
   const double below = kept.position - config.lower, above = config.upper - kept.position;
   RowConstraint::Row& stop = kept.stop.rows[0];
-  kept.stop.n = std::isfinite(std::min(below, above)) ? 1 : 0;
+  kept.stop.n = is_stop(below < above ? config.lower : config.upper) ? 1 : 0;
   const double gap = std::min(below, above);
   const double reach = (gap > 0 ? gap : kMend * gap) / dt;
   const bool is_lower = below < above;

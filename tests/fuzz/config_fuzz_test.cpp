@@ -178,7 +178,9 @@ std::string input(const std::vector<Lines>& files, const test::Damage& damage, F
 
 /// Every number of a session, text read as numbers too: valid UTF-8 is never NaN.
 bool is_finite(SessionConfig config) {
-  config.device.hand.seed = 0;  // any integer, also one whose bits are no finite real
+  // any integers, also such whose bits are no finite real
+  config.device.hand.seed = 0;
+  config.map.clutch_button = config.map.grasp_button = 0;
   // the images at its end have no numbers
   double words[(sizeof(SessionConfig) - sizeof(SessionConfig::images)) / sizeof(double)];
   std::memcpy(words, &config, sizeof words);

@@ -11,7 +11,7 @@ using enum Dimension;
 namespace {
 
 constexpr auto kKindWords = words_of(kJointKinds);
-constexpr Range kNotPositive{-std::numeric_limits<double>::infinity(), 0};
+constexpr Range kNotPositive{-kNoStop, 0};
 
 /// Dimensions of a joint's coordinate and of what acts on it.
 struct JointDimensions {

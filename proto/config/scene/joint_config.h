@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <string_view>
 
 #include "proto/config/config_names.h"
@@ -44,9 +43,14 @@ struct DetentPoint {
   double load = 0;      // along its coordinate [N·m] or [N]
 };
 
-inline constexpr uint32_t kToWorld = ~0u;
+inline constexpr uint32_t kToWorld = 1000;        // no object has that index
+inline constexpr double kNoStop = 1e12;           // [rad] or [m]: as far as any number of a session
 inline constexpr uint32_t kMostDetents = 48;      // limits the size of SessionConfig
 inline constexpr uint32_t kMostCurvePoints = 24;  // likewise
+
+constexpr bool is_stop(double end) {
+  return -kNoStop < end && end < kNoStop;
+}
 
 /// A mechanism between an object with mass and another one or the world. Its coordinate is zero
 /// where the session begins: the angle about `axis` of a hinge, the way along it of a slider and of
@@ -57,9 +61,9 @@ struct JointConfig {
   uint32_t object = 0;     // index
   uint32_t to = kToWorld;  // index
   Vec3 at_W;  // at the start: a point of the axis, the middle of the ball, the object on its curve
-  Vec3 axis_W{0, 0, 1};                                     // of unit length, at the start
-  double lower = -std::numeric_limits<double>::infinity();  // end stops, ≤ 0 ≤ [rad] or [m]
-  double upper = std::numeric_limits<double>::infinity();
+  Vec3 axis_W{0, 0, 1};     // of unit length, at the start
+  double lower = -kNoStop;  // end stops, ≤ 0 ≤ [rad] or [m]
+  double upper = kNoStop;
   double stiffness = 0;  // [N·m/rad] or [N/m]
   double rest = 0;       // of that spring [rad] or [m]
   double damping = 0;    // [N·m·s/rad] or [N·s/m]
