@@ -24,7 +24,7 @@ struct RuntimeFolder {
 /// Looks every 10 ms until it holds; throws std::runtime_error with `what` after 20 s.
 void wait_until(const std::string& what, const std::function<bool()>& holds);
 
-/// What a live session did in one window.
+/// Figures of a live session over one stretch of time.
 struct SessionWindow {
   double busy_p50 = 0, busy_p99 = 0;  // of the servo [s]
   double wake_p99 = 0;                // its lateness [s]

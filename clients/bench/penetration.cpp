@@ -87,7 +87,7 @@ void add_peers(Rows& rows, const std::vector<Contestant>& contestants,
   }
 }
 
-/// What the walk answered, and how it compares with the polytope.
+/// Rows of the depths found by the walk against those of the polytope, which are exact.
 void add_truth(Rows& rows, const std::vector<PenetrationDepth>& found,
                const std::vector<double>& exact, const std::vector<double>& times) {
   size_t below = 0, equal = 0, fell_back = 0, n_steps = 0;

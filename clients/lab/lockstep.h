@@ -29,8 +29,8 @@ class Lockstep {
   Lockstep(const SessionConfig& config, const ContactShapes& shapes, Device& device,
            const LockstepOptions& options = {});
 
-  /// What kill -9 does to sim: it makes no scene until it begins anew, as after a restart, with the
-  /// last one that was published.
+  /// Sim makes no scenes from here on, as after kill -9; restart_sim() begins it anew from the last
+  /// scene that was published.
   void kill_sim();
   void restart_sim();
   /// Likewise contact: it answers nothing until it begins anew, and knows nothing then.

@@ -58,7 +58,8 @@ struct SceneInfo {
 /// empty and returns why.
 std::string use_config(SceneInfo& info, const std::string& text);
 
-/// Of the text of `hapt clearance --json`. `file` is its name, for messages. Throws InputError.
+/// The tightest place in the text that `hapt clearance --json` prints. `file` is named in messages.
+/// Throws InputError.
 TightestPlace parse_tightest(std::string_view text, const std::string& file);
 
 /// Reads such a file. Throws InputError.

@@ -32,6 +32,7 @@ class CountedFalcon final : public CountedDevice {
  public:
   CountedFalcon() : falcon_({.hand = stroking_hand({0, 1, 0}, 0.25, 1), .has_firmware = true}) {}
   EmulatedUsb& usb() override { return falcon_; }
+  void end(int64_t t_ns) override { falcon_.let_pass(t_ns); }
   std::string account() const override {
     return "packets=" + std::to_string(falcon_.packets()) +
            " rejected=" + std::to_string(falcon_.rejected()) +

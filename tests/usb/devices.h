@@ -14,6 +14,8 @@ class CountedDevice {
   virtual ~CountedDevice() = default;
   virtual EmulatedUsb& usb() = 0;
   /// "key=value …": what it received and answered.
+  /// The last instant before the account.
+  virtual void end(int64_t) {}
   virtual std::string account() const = 0;
 };
 

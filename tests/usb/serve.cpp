@@ -81,6 +81,7 @@ void serve(const Options& options) {
     if (is_back) redirected.plug();
     stood_ns = std::max(stood_ns, wait_for(redirected));
   }
+  device->end(now_ns());
   std::printf("%s %s stood_ms=%lld\n", options.kind.c_str(), device->account().c_str(),
               static_cast<long long>(stood_ns / 1'000'000));
 }

@@ -49,7 +49,7 @@ uint32_t number(const OpenMesh::BaseHandle& handle) {
   return static_cast<uint32_t>(handle.idx());
 }
 
-/// What a collapse would leave of a piece.
+/// The facets and corners that a piece keeps after a collapse.
 struct Rest {
   uint32_t piece;
   std::vector<uint32_t> planes;            // faces without the vertex that moves

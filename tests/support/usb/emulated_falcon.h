@@ -69,6 +69,8 @@ class EmulatedFalcon final : public EmulatedUsb {
   /// Times from a packet that commanded a force to the next, where that is the zero of hapticd or
   /// of a servo that ends [ns].
   const std::vector<int64_t>& let_go_ns() const { return let_go_ns_; }
+  /// Time goes on without a packet; its watchdog acts in it.
+  void let_pass(int64_t t_ns) { advance_to(t_ns); }
   /// How often its watchdog, not a packet, has put an end to a force.
   uint64_t watchdogs() const { return watchdogs_; }
   /// Longest time between two packets, since the firmware runs [ns].
