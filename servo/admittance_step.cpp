@@ -275,7 +275,7 @@ ServoFrame admittance_step(const ServoModel& model, ServoState& state, const Ser
   const bool is_soft = is_soft_body(input.contacts);
   if (!is_soft) stay_in_sight(model, state, input, before, free);
   place_tool(model, state, input, free, frame);
-  const TickScene scene = scene_of(state, input);
+  TickScene scene = scene_of(state, input);
   const Coupling coupling = is_soft ? state.coupling : inertial_coupling(model);
   const Rendered rendered = render(model, state, input, scene, coupling, frame);
   own.contacts_finite = rendered.finite && is_finite(rendered.X_WP) && is_finite(rendered.F_W);

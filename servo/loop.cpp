@@ -24,6 +24,11 @@ ServoModel build_model(const SessionConfig& config, const Device& device) {
 
 }  // namespace
 
+void ServoInbox::prefetch() const noexcept {
+  contacts.prefetch_newest();
+  scenes.prefetch_newest();
+}
+
 void ServoInbox::receive(ServoInput& input) noexcept {
   any_contact |= contacts.latest(contact_set);
   any_scene |= scenes.latest(scene);
@@ -48,6 +53,7 @@ ServoLoop::ServoLoop(const SessionConfig& config, Device& device, ServoInbox& in
 void ServoLoop::tick(const Tick& tick) {
   const int64_t woke_ns = tick.deadline_ns + tick.late_ns;
   channels_.frames.prefetch();
+  inbox_.prefetch();
   device_.read({tick.deadline_ns, woke_ns}, input_.device);
   inbox_.receive(input_);
   input_.tick = tick.index;

@@ -28,6 +28,8 @@ struct ServoInbox {
         controls(rings.template ring<&ControlChannels::frames>(Start::kOldest)) {}
 
   void receive(ServoInput& input) noexcept;
+  /// A few microseconds before receive: starts to fetch what other cores have written.
+  void prefetch() const noexcept;
 };
 
 /// Reads device and rings, makes one step, writes device and ring. Only the constructor allocates.

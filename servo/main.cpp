@@ -21,6 +21,12 @@ int run(const ChildArguments& arguments) {
   const auto loop = std::make_unique<ServoLoop>(config, *device, *inbox, child.channels());
   std::fprintf(stderr, "haptic-servo: device: %s\n",
                haptic::one_line(device->description()).c_str());
+  if (config.map.grasp_button >= 0 && device->caps().causality == Causality::kAdmittance) {
+    std::fputs(
+        "haptic-servo: [map] grasp_button has no effect: an admittance device grasps "
+        "nothing\n",
+        stderr);
+  }
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 
   DeadlineClock clock(period_ns(config.servo_rate),

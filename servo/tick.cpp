@@ -44,7 +44,7 @@ HeldBody held_body(const ServoModel& model, const ServoState& state, const Servo
 }
 
 Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInput& input,
-                     const TickScene& scene, const Coupling& coupling, const ServoFrame& frame) {
+                     TickScene& scene, const Coupling& coupling, const ServoFrame& frame) {
   // nothing is known of what a detector without a name has found
   if (input.contacts == nullptr || !is_renderer(input.contacts->renderer)) {
     Rendered none;
@@ -55,13 +55,12 @@ Rendered solve_proxy(const ServoModel& model, ServoState& state, const ServoInpu
   Render& solver = render_of(static_cast<Renderer>(input.contacts->renderer));
   if (state.solver != &solver) state.render.forget();
   state.solver = &solver;
-  TickScene seen = scene;
-  RenderQuestion question{*input.contacts, seen,       state.pushes.impulse_W,
+  RenderQuestion question{*input.contacts, scene,      state.pushes.impulse_W,
                           coupling,        frame.X_WT, frame.V_WT,
                           std::nullopt,    input.t_ns, state.soft_solver};
   if (state.started) question.X_WT_before = state.X_WT;
   const Hold hold = hold_of(model, state.grasp, question, held_body(model, state, input));
-  draw_tool(hold, state.grasp, question, seen);
+  draw_tool(hold, state.grasp, question, scene);
   Rendered rendered = solver(model, question, state.render);
   add_hold(model, hold, question, rendered);
   return rendered;
@@ -152,8 +151,9 @@ TickScene scene_of(const ServoState& state, const ServoInput& input) {
   const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.impulse_W,
                       pushes.impulse_time_W};
   for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
-    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns, push);
-    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns, push);
+    const ObjectMotion motion = object_motion_at(*input.scene, i, input.t_ns, push);
+    scene.X_WO[i] = motion.X_WO;
+    scene.V_WO[i] = motion.V_WO;
   }
   return scene;
 }
@@ -164,7 +164,7 @@ bool is_soft_body(const ContactSet* contacts) {
 }
 
 Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
-                const TickScene& scene, const Coupling& coupling, ServoFrame& frame) {
+                TickScene& scene, const Coupling& coupling, ServoFrame& frame) {
   Rendered rendered = solve_proxy(model, state, input, scene, coupling, frame);
   if (!rendered.converged) frame.flags |= kServoSolverLimit;
   frame.F_coupling_W = rendered.F_W;

@@ -40,9 +40,9 @@ TickScene scene_of(const ServoState& state, const ServoInput& input);
 bool is_soft_body(const ContactSet* contacts);
 
 /// The proxy for the frame's tool, by the solver that goes with the detector of the contacts; it
-/// begins with nothing of another's. Noted in the frame.
+/// begins with nothing of another's. Noted in the frame; what is held, in the scene.
 Rendered render(const ServoModel& model, ServoState& state, const ServoInput& input,
-                const TickScene& scene, const Coupling& coupling, ServoFrame& frame);
+                TickScene& scene, const Coupling& coupling, ServoFrame& frame);
 
 /// The coupling in force as the handle would feel it.
 HandleStiffness handle_stiffness(const DeviceMap& map, const Coupling& coupling);

@@ -12,7 +12,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the predecessor's frames
+constexpr int64_t kPatienceNs = kNsPerSecond;  // longest wait for the session's segments
 constexpr int64_t kLookNs = 1'000'000;         // between checks
 
 /// The newest frame of the hand, kept from step to step.
@@ -27,18 +27,10 @@ struct HandInbox {
   }
 };
 
-/// After a restart: the predecessor's last frame. hapticd announces in order, so once our own
-/// segment arrives there is nothing older to wait for.
-bool last_frame_before(RingSource<&SimChannels::frames>& frames, uint64_t own_generation,
-                       SceneFrame& last) {
+/// Waits until what the session has is attached. hapticd sends its own segment last.
+void await_session(RingSource<&ControlChannels::frames>& controls, ControlFrame& control) {
   const int64_t give_up_ns = now_ns() + kPatienceNs;
-  bool found = false;
-  while (now_ns() < give_up_ns) {
-    found |= frames.latest(last);
-    if (frames.generation() == own_generation) break;
-    sleep_until(now_ns() + kLookNs);
-  }
-  return found;
+  while (!controls.latest(control) && now_ns() < give_up_ns) sleep_until(now_ns() + kLookNs);
 }
 
 /// The shapes of the objects where any has mass: contact has baked them, or does so now.
@@ -70,24 +62,32 @@ int run(const ChildArguments& arguments) {
   for (const BakedPieces& object : baked.pieces) pieces.push_back(object.tree);
   const SimModel model = build_sim(child.config(), shapes, pieces);
   const auto state = std::make_unique<SimState>();
-  child.start({.fifo_priority = 0, .lock_memory = false});
+  child.attach();
+  child.enter_realtime({.fifo_priority = 0, .lock_memory = false});
 
-  SceneFrame frame{};
-  if (child.generation() > 1 && last_frame_before(predecessors, child.generation(), frame)) {
-    resume(model, *state, frame);
-  }
   ControlFrame control{};
   control.scene_time_scale = 1;
+  await_session(controls, control);
+  SceneFrame frame{};
+  if (child.generation() > 1 && predecessors.latest(frame)) resume(model, *state, frame);
+  const auto publish_step = [&](int64_t t_ns, int64_t begin_ns) {
+    controls.latest(control);
+    // a ring may hold anything
+    const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
+    frame = sim_step(model, *state, {hand.latest()}, t_ns, time_scale);
+    frame.busy_ns = now_ns() - begin_ns;
+    child.channels().frames.publish(frame);
+  };
+  // offered only with a frame in it: whoever comes after this process finds where the bodies are
+  // in the newest segment, whenever this one is killed
+  const int64_t first_ns = now_ns();
+  publish_step(first_ns, first_ns);
+  child.offer();
   DeadlineClock clock(period_ns(child.config().sim_rate));
   while (!child.stopping()) {
     const Tick tick = clock.wait();
     child.beat(tick);
-    controls.latest(control);
-    // a ring may hold anything
-    const double time_scale = control.scene_time_scale >= 0 ? control.scene_time_scale : 0;
-    frame = sim_step(model, *state, {hand.latest()}, tick.deadline_ns, time_scale);
-    frame.busy_ns = now_ns() - tick.deadline_ns - tick.late_ns;
-    child.channels().frames.publish(frame);
+    publish_step(tick.deadline_ns, tick.deadline_ns + tick.late_ns);
   }
   child.finish();
   return kExitClean;

@@ -166,13 +166,14 @@ std::vector<Row> session_rows(const Options& options) {
   const RuntimeFolder folder("world");
   const std::string with = find_session_file(options.config);
   const std::array<std::string, 2> configs{without_masses(with, folder.path), with};
-  std::array<std::vector<double>, 2> busy, rate, contacts;
+  std::array<std::vector<double>, 2> usual, busy, rate, contacts;
   std::vector<double> busy_ratio, rate_ratio;
   Progress progress("sessions", options.rounds);
   for (int round = 0; round < options.rounds; ++round) {
     for (size_t i = 0; i < 2; ++i) {
       LiveSession session(folder, "bench-world", configs[i]);
       const SessionWindow window = session.watch(options.seconds);
+      usual[i].push_back(window.busy_p50);
       busy[i].push_back(window.busy_p99);
       rate[i].push_back(window.contact_rate);
       contacts[i].push_back(window.contacts);
@@ -182,6 +183,8 @@ std::vector<Row> session_rows(const Options& options) {
     progress.step();
   }
   Rows rows(options.config + ", live, with masses and without");
+  rows.add("servo busy p50, without", median(usual[0]), "s");
+  rows.add("servo busy p50, with", median(usual[1]), "s");
   rows.add("servo busy p99, without", median(busy[0]), "s");
   rows.add("servo busy p99, with", median(busy[1]), "s");
   rows.at_most("servo busy p99, with over without", median(busy_ratio), "", kGoalBusy);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "clients/report/spectrum.h"
+#include "proto/wire/guide.h"
 
 namespace haptic {
 namespace {
@@ -60,7 +61,10 @@ void RigidJudge::judge_cone(const ContactSet& set, const Wrench& spring_W) {
   rows_.clear();
   for (uint32_t i = 0; i < set.n_contacts; ++i) {
     const Contact& c = set.contacts[i];
-    rows_.push_back(contact_row(rotate(set.X_WG.q, c.tool_point_T), c.normal_O, 0, 0));
+    const Vec3 arm_W = rotate(set.X_WG.q, c.tool_point_T);
+    rows_.push_back(contact_row(arm_W, c.normal_O, 0, 0));
+    // what is grasped is held both ways
+    if (is_guide(c)) rows_.push_back(contact_row(arm_W, -c.normal_O, 0, 0));
   }
   const Twist unexplained = response(metric_, spring_W);
   const Twist left = least_constraint(metric_, -1.0 * unexplained, rows_).a;

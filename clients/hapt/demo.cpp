@@ -65,7 +65,8 @@ struct Played {
 /// A recorded hand, sampled on the servo's grid.
 struct Recording {
   size_t samples = 0;
-  double seconds = 0;
+  double seconds = 0;  // that it lasts, as far as it is played
+  double limit = 0;    // end after [s]: one that is not cut says itself when it has ended
 };
 
 std::string default_log(const std::string& session) {
@@ -145,9 +146,7 @@ FileDescriptor connect_when_ready(SessionProcess& daemon, const std::string& ses
 }
 
 /// Records until the hand has finished, then stops the session and drains the rest.
-Played play_and_record(const PlayOptions& options, bool replay, double seconds) {
-  // a recorded hand says itself when it has ended
-  const double limit = replay ? options.limit : seconds;
+Played play_and_record(const PlayOptions& options, bool replay, const Recording& hand) {
   std::vector<std::string> arguments{options.config, "--session", options.session};
   for (std::string& word : replay_options(options.replay)) arguments.push_back(std::move(word));
   if (!options.renderer.empty()) {
@@ -172,7 +171,7 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
                     recording_metadata(options.session, read_config_text(options.config)));
 
   Played played;
-  HandProgress progress(seconds);
+  HandProgress progress(hand.seconds);
   ServoFrame frame{};
   double shown = 0;
   int64_t first_ns = 0, news_ns = now_ns();
@@ -190,8 +189,8 @@ Played play_and_record(const PlayOptions& options, bool replay, double seconds) 
     const bool silent =
         first_ns != 0 && static_cast<double>(now_ns() - news_ns) * 1e-9 > kNoNewsLimit;
     played.ended_early = stop_requested() || daemon.exit_code().has_value() || silent;
-    const bool played_out =
-        (replay && (frame.device.flags & kDeviceEnded) != 0) || (first_ns != 0 && shown >= limit);
+    const bool played_out = (replay && (frame.device.flags & kDeviceEnded) != 0) ||
+                            (first_ns != 0 && shown >= hand.limit);
     done = played_out || played.ended_early;
   }
   played.was_cut = (frame.device.flags & kDeviceEnded) == 0;
@@ -312,14 +311,18 @@ void play(PlayOptions options) {
   check_outputs({options.log, options.plot},
                 {options.config, replay ? std::string(view(config.device.replay.path)) : ""},
                 options.overwrite);
-  Recording hand{0, options.duration};
+  Recording hand{0, options.duration, options.duration};
   if (replay) {
     const HandTrace trace = load_hand_trace(config.device.replay);
     options.replay.from = instant_of("--from", options.from, trace);
     options.replay.to = instant_of("--to", options.to, trace);
     use_replay(config, options.replay);
-    hand = {trace.samples.size(), played_time(config.device.replay, trace.duration())};
-    if (config.device.replay.loop != 0) hand.seconds = options.limit;
+    hand.samples = trace.samples.size();
+    hand.seconds = played_time(config.device.replay, trace.duration());
+    const bool is_looped = config.device.replay.loop != 0;
+    if (is_looped) hand.seconds = options.duration;
+    hand.seconds = std::min(hand.seconds, options.limit);
+    hand.limit = is_looped ? hand.seconds : options.limit;
     if (!trace.notice.empty()) {
       std::cerr << shown(view(config.device.replay.path)) << ": " << trace.notice << '\n';
     }
@@ -330,7 +333,7 @@ void play(PlayOptions options) {
   if (nothing_in_reach(config, baked)) {
     end_with(options, verdict({}, "", 0, out_of_reach(config, baked, 0), ""), false);
   }
-  const Played played = play_and_record(options, replay, hand.seconds);
+  const Played played = play_and_record(options, replay, hand);
   SessionData data = load_session(options.log);
   data.lost = played.lost;
   const std::vector<Row> rows = judge(options, config, baked, hand, played, data);
@@ -423,7 +426,8 @@ void add_demo_command(Command& app) {
       .show_default("bunny");
   command.option("--trace FILE", options->replay.trace,
                  "recorded hand (.mcap or .csv) instead of the simulated one");
-  add_duration(command, "--for", options->duration, "how long the hand explores").show_default();
+  add_duration(command, "--for", options->duration, "how long the hand explores")
+      .show_default("20 s, or as long as a recorded hand lasts");
   const auto own = std::make_shared<OwnMesh>();
   command
       .option("--mesh FILE", own->file,
@@ -444,6 +448,7 @@ void add_demo_command(Command& app) {
   command.example("hapt demo --mesh part.stl --unit mm");
   command.action([options, scene, own, list, command] {
     if (*list) return list_scenes(std::cout);
+    if (command.was_given("--for")) options->limit = options->duration;
     if (!own->file.empty()) return play_mesh(*options, *own);
     if (scene->empty() && !command.was_given("--config")) *scene = default_scene();
     if (!scene->empty()) {
@@ -478,6 +483,7 @@ void add_replay_command(Command& app) {
   command.example("hapt replay hand.csv --config plane.toml --speed 0.5");
   command.action([options, command] {
     if (command.was_given("--speed")) options->replay.speed = options->speed;
+    options->duration = options->limit;
     if (command.was_given("--stiffness")) options->replay.stiffness = options->stiffness;
     command.was_given("--config") ? play(*options) : play_as_recorded(*options);
   });

@@ -36,7 +36,7 @@ void detect_by_pieces(const ContactModel& model, const RefineOptions& refine, De
   at_proxy.tool_radius = norm(model.bodies.body.centre_T) + model.bodies.body.radius;
   const SceneFrame* scene = question.scene;
   for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
-    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns);
+    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
   }
   detect_pieces(pieces, refine, {question.now.shapes, model.bodies.tool}, kept, at_proxy, set);
 }

@@ -19,6 +19,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <ranges>
 
 #include "proto/config/config_names.h"
 #include "proto/ipc/handout_message.h"
@@ -245,7 +246,8 @@ size_t HandoutServer::n_clients() const {
 bool HandoutServer::add_peer(Peer peer) {
   HAPTIC_ASSERT(peer.socket.is_open());
   const int fd = peer.socket.get();
-  for (const auto& [id, segment] : segments_) {
+  // hapticd's own, which is always there, comes last: a child that has it has all there were
+  for (const auto& [id, segment] : std::views::reverse(segments_)) {
     if (is_eye(id)) {
       if (!peer.is_child) peer.owed.insert(id);
     } else if (!send_announcement(fd, segment.announcement, segment.fd.get())) {

@@ -256,6 +256,11 @@ class RingSource<kMember> {
     return found;
   }
 
+  /// A few microseconds before latest(), which then finds the newest item in the cache.
+  void prefetch_newest() const noexcept {
+    if (ring_ != nullptr) ring_->prefetch_newest();
+  }
+
   /// Items published since the start that next() could not deliver.
   uint64_t lost() const noexcept { return lost_ + cursor_.lost; }
   /// Generation of the writer being read; 0: none yet.

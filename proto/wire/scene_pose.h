@@ -7,6 +7,7 @@
 #include <span>
 
 #include "proto/math/assert.h"
+#include "proto/math/motion_metric.h"
 #include "proto/wire/hands.h"
 #include "proto/wire/wire.h"
 
@@ -28,11 +29,16 @@ inline HandPush push_of(const ServoFrame& frame, uint32_t hand = kFirstHand) {
           frame.object_impulse_time_W};
 }
 
-/// Whether this object moves when it is pushed, as far as the scene says.
+/// Whether this object moves when it is pushed, as far as the scene says. A mobility is positive
+/// semidefinite: it is zero exactly where its diagonal is.
 inline bool is_mobile(const SceneFrame& scene, uint32_t object) {
   HAPTIC_ASSERT(object < kMaxObjects);
-  constexpr std::array<double, 36> kFixed{};
-  return object < scene.n_responses && scene.responses[object].mobility != kFixed;
+  if (object >= scene.n_responses) return false;
+  const std::array<double, 36>& mobility = scene.responses[object].mobility;
+  for (size_t i = 0; i < 6; ++i) {
+    if (mobility[7 * i] != 0) return true;
+  }
+  return false;
 }
 
 /// Whether a push at t_ns still moves what is mobile: sim has used counters of this servo, and its
@@ -100,42 +106,47 @@ inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t
   return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
 }
 
-/// X_WO of one object at time t, with dt = t − t_scene, at most 20 ms either way:
-/// V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)] from the scene's pose. Servo, contact
-/// and whoever draws use this function, so they see an object in the same place. Of an object that
-/// only follows its script it is object_pose_at of the scene alone.
-inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
-                           const HandPush& push) {
-  const Pose X_WO = object_pose_at(scene, object, t_ns);
-  if (object >= scene.n_responses) return X_WO;
+/// Where an object is at some time, and how it moves.
+struct ObjectMotion {
+  Pose X_WO;
+  Twist V_WO;  // velocity of its origin, and angular velocity, in W
+};
+
+/// Of one object at time t, with dt = t − t_scene, at most 20 ms either way:
+///   X_WO moved by  V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)],
+///   V_WO =         V + a·dt + M⁻¹ (J − J_seen), and zero beyond the 20 ms.
+/// Servo, contact and whoever draws use this function, so they see an object in the same place. Of
+/// an object that only follows its script it is what the scene alone says.
+inline ObjectMotion object_motion_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                                     const HandPush& push) {
+  ObjectMotion motion{object_pose_at(scene, object, t_ns), object_twist_at(scene, object, t_ns)};
+  if (object >= scene.n_responses) return motion;
   const ObjectResponse& response = scene.responses[object];
-  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
-                               kMaxExtrapolation);
-  Twist travel{0.5 * dt * dt * response.acceleration_W.v,
-               0.5 * dt * dt * response.acceleration_W.w};
+  const double age = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  const double dt = std::clamp(age, -kMaxExtrapolation, kMaxExtrapolation);
+  const Twist& a_W = response.acceleration_W;
+  Twist travel{0.5 * dt * dt * a_W.v, 0.5 * dt * dt * a_W.w};
+  Twist faster{dt * a_W.v, dt * a_W.w};
   if (is_mobile(scene, object)) {
-    const Twist pushed =
-        moved_by(response.mobility, unseen_push(scene, object, t_ns, push).impulse_time_W);
-    travel = {travel.v + pushed.v, travel.w + pushed.w};
+    const UnseenPush unseen = unseen_push(scene, object, t_ns, push);
+    travel = travel + moved_by(response.mobility, unseen.impulse_time_W);
+    faster = faster + moved_by(response.mobility, unseen.impulse_W);
   }
-  return travel == Twist{} ? X_WO : extrapolate(X_WO, travel, 1);
+  if (travel != Twist{}) motion.X_WO = extrapolate(motion.X_WO, travel, 1);
+  if (dt == age) motion.V_WO = motion.V_WO + faster;
+  return motion;
 }
 
-/// Velocity of the object's origin and its angular velocity, in W: V + a·dt + M⁻¹ (J − J_seen);
-/// zero where object_pose_at no longer extrapolates.
+/// X_WO alone.
+inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                           const HandPush& push) {
+  return object_motion_at(scene, object, t_ns, push).X_WO;
+}
+
+/// V_WO alone.
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                              const HandPush& push) {
-  Twist V_WO = object_twist_at(scene, object, t_ns);
-  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
-  if (object >= scene.n_responses || std::fabs(dt) > kMaxExtrapolation) return V_WO;
-  const ObjectResponse& response = scene.responses[object];
-  const Twist pushed =
-      is_mobile(scene, object)
-          ? moved_by(response.mobility, unseen_push(scene, object, t_ns, push).impulse_W)
-          : Twist{};
-  V_WO.v += dt * response.acceleration_W.v + pushed.v;
-  V_WO.w += dt * response.acceleration_W.w + pushed.w;
-  return V_WO;
+  return object_motion_at(scene, object, t_ns, push).V_WO;
 }
 
 /// Velocity in W of the point p_W fixed to the object.

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "proto/wire/guide.h"
+#include "proto/wire/renderer.h"
 #include "tests/clients/lab/pushed_body.h"
 
 using namespace haptic;
@@ -85,6 +86,34 @@ TEST_CASE("grasp: a free body is carried as one integrated at 20 µs is", "[gras
   CAPTURE(rms_error(force, truth.force), root_mean_square(truth.force), largest_step(force, 100));
   CAPTURE(box, truth.box, hand.hand().x, truth.hand);
   CHECK(rms_error(force, truth.force) <= 0.2);
+  CHECK(std::fabs(box - truth.box) < 1e-3);
+  CHECK(holds(lockstep));
+}
+
+TEST_CASE("grasp: a proxy with a radius, and a point that may enter, carry a body", "[grasp]") {
+  constexpr int kTicks = 500;
+  constexpr double kMass = 0.1, kRadius = 2e-3;
+  const double stiffness = GENERATE(800.0, 3000.0);
+  const Renderer renderer = GENERATE(Renderer::kVirtualProxy3, Renderer::kPenalty3);
+  const double way = GENERATE(0.05, -0.05);
+  CAPTURE(row_of(renderer).name, stiffness, way);
+  PushedSession session = carrying_session(kMass, stiffness);
+  session.config.renderer = renderer;
+  session.config.proxy_radius = kRadius;
+  const HandModel at_face = carrying_hand(way, 1);
+  HandModel model = at_face;
+  // the surface of the proxy is where the point of the other hand is
+  const double back = renderer == Renderer::kVirtualProxy3 ? kRadius : 0;
+  model.x -= back;
+  model.intent = [=](double t) { return at_face.intent(t) - back; };
+  PushingHand hand(model);
+  Lockstep lockstep(session.config, session.shapes, hand);
+  const std::vector<double> force = felt(lockstep, kTicks);
+  const Carried truth = integrate_held(at_face, stiffness, kMass, false, kTicks);
+  const double box = lockstep.scene().X_WO[0].p.x - kBoxEdge / 2;
+  CAPTURE(rms_error(force, truth.force), root_mean_square(truth.force), box, truth.box);
+  CHECK(rms_error(force, truth.force) <= 0.01);
+  CHECK(root_mean_square(truth.force) > 0.1);
   CHECK(std::fabs(box - truth.box) < 1e-3);
   CHECK(holds(lockstep));
 }

@@ -2,6 +2,7 @@
 // A reader of a damaged segment reports a named error; it never crashes or hangs.
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 #include <limits>
@@ -142,8 +143,14 @@ TEST_CASE("segment fuzz: a file cut at any interesting length is too short") {
       }
     }
   }
+  // what lies behind the header says nothing of its length: holes, which take no time to write
   for (const size_t length : lengths) {
-    const auto fault = fault_of(file_with(Bytes(good.begin(), good.begin() + ptrdiff_t(length))));
+    FileDescriptor cut(memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    const size_t head = std::min(length, sizeof(Header));
+    REQUIRE(write(cut.get(), good.data(), head) == ssize_t(head));
+    REQUIRE(ftruncate(cut.get(), off_t(length)) == 0);
+    REQUIRE(fcntl(cut.get(), F_ADD_SEALS, F_SEAL_SHRINK) == 0);
+    const auto fault = fault_of(std::move(cut));
     if (fault == SegmentFault::kTooShort) continue;
     CAPTURE(length);
     CHECK(fault == SegmentFault::kTooShort);
@@ -230,6 +237,7 @@ TEST_CASE("segment fuzz: whatever lies in a ring, a reader of it comes to an end
     uint64_t looks = 0;
     while (read_next(ring, living, out)) ++looks;
     while (read_final(ring, dead, out)) ++looks;
+    ring.prefetch_newest();
     ring.latest(out);
     CHECK(looks <= 2 * RingType::kCapacity);
   }

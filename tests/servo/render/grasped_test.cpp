@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tests for servo/render/grasped.cpp: how a grasp is let in, falls while nobody moves the body, and
+// is over.
+#include "servo/render/grasped.h"
+
+#include <catch2/catch.hpp>
+
+#include "proto/wire/guide.h"
+#include "proto/wire/renderer.h"
+#include "tests/support/servo_tick.h"
+
+using namespace haptic;
+using namespace haptic::test;
+
+namespace {
+
+/// A point 10 mm from where three guide rows hold it, at the origin of object 0.
+struct HeldPoint {
+  ServoModel model = plain_model(800);
+  std::unique_ptr<ContactSet> set = std::make_unique<ContactSet>();
+  TickScene scene;
+  std::array<Wrench, kMaxObjects> impulse_W{};
+  GraspState state;
+
+  HeldPoint() {
+    set->renderer = static_cast<uint32_t>(Renderer::kGodObject3);
+    set->n_objects = 1;
+    const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (uint32_t i = 0; i < 3; ++i) {
+      Contact& row = set->contacts[set->n_contacts++];
+      row.normal_O = axes[i];
+      row.feature = guide_feature(i);
+    }
+  }
+  Hold tick(bool is_wanted, bool stands = false) {
+    RenderQuestion question{*set, scene,        impulse_W, model.coupling, {},
+                            {},   std::nullopt, 0,         std::nullopt};
+    question.X_WT.p = {0.01, 0, 0};
+    return hold_of(model, state, question, {is_wanted, stands});
+  }
+  /// Ticks until the share is what is asked for.
+  int ticks_until(double share, bool stands) {
+    int n = 1;
+    while (std::fabs(tick(true, stands).share - share) > 1e-9 && n < 1000) ++n;
+    return n;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("grasped: a grasp is let in within 200 ms, as a share that grows by each tick") {
+  HeldPoint point;
+  CHECK_FALSE(point.tick(false).holds());
+  const Hold first = point.tick(true);
+  CHECK(first.holds());
+  CHECK(first.share == Approx(1e-3 / 0.2));
+  CHECK(norm(first.X_WP.p) < 1e-12);
+  CHECK(point.ticks_until(1, false) == 199);
+  point.scene.weight = 0.25;  // of contacts that are late
+  CHECK(point.tick(true).share == Approx(0.25));
+}
+
+TEST_CASE("grasped: while no sim moves the body it falls within 50 ms, and is over until anew") {
+  HeldPoint point;
+  point.ticks_until(1, false);
+  CHECK(point.ticks_until(0, true) == 50);
+  // sim is back, and the button still down: what has let go does not pull again
+  for (int k = 0; k < 300; ++k) CHECK_FALSE(point.tick(true).holds());
+  CHECK_FALSE(point.tick(false).holds());
+  CHECK(point.tick(true).holds());
+}
+
+TEST_CASE("grasped: a body that stands from the first tick on is never held") {
+  HeldPoint point;
+  for (int k = 0; k < 300; ++k) CHECK(point.tick(true, true).share == 0);
+  CHECK_FALSE(point.tick(true).holds());
+}
