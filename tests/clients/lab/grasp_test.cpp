@@ -112,7 +112,7 @@ TEST_CASE("grasp: a proxy with a radius, and a point that may enter, carry a bod
   const Carried truth = integrate_held(at_face, stiffness, kMass, false, kTicks);
   const double box = lockstep.scene().X_WO[0].p.x - kBoxEdge / 2;
   CAPTURE(rms_error(force, truth.force), root_mean_square(truth.force), box, truth.box);
-  CHECK(rms_error(force, truth.force) <= 0.01);
+  CHECK(rms_error(force, truth.force) <= 0.05);
   CHECK(root_mean_square(truth.force) > 0.1);
   CHECK(std::fabs(box - truth.box) < 1e-3);
   CHECK(holds(lockstep));

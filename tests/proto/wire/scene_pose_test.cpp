@@ -157,13 +157,15 @@ TEST_CASE("scene pose: counters that sim has not used yet, or of another servo, 
 TEST_CASE("scene pose: a push beside the centre of mass turns the object", "[wire][push]") {
   SceneFrame scene{};
   scene.n_objects = scene.n_responses = 1;
-  // a unit impulse along x turns the object about z
-  scene.responses[0].mobility[6 * 5 + 0] = 2;
+  // a rod on a hinge 0.5 m from its end, about z: mobility 4 j jᵀ with j = (0.5, 0, 0, 0, 0, 1)
+  scene.responses[0].mobility[0] = 1;
+  scene.responses[0].mobility[5] = scene.responses[0].mobility[6 * 5] = 2;
+  scene.responses[0].mobility[6 * 5 + 5] = 4;
   scene.seen_t_ns[0] = 1;
   Counters hand(1);
   hand.push(1, {0.5, 0, 0});
   hand.push(1 + kTickNs, {});
   const Pose X_WO = object_pose_at(scene, 0, 1 + kTickNs, push_of(hand.frame));
   CHECK_THAT(to_rotation_vector(X_WO.q), IsNear({0, 0, 2 * 0.5 * kTick}, 1e-15));
-  CHECK(X_WO.p == Vec3{});
+  CHECK_THAT(X_WO.p, IsNear({0.5 * kTick, 0, 0}, 1e-15));
 }
