@@ -40,14 +40,14 @@ struct MemfdObject {
 
 bip::mapped_region map_all(int fd, bip::mode_t mode, size_t bytes) {
   try {
-    return bip::mapped_region(MemfdObject{fd, mode}, mode, 0, bytes, nullptr, MAP_POPULATE);
+    return bip::mapped_region(MemfdObject{fd, mode}, mode, 0, bytes);
   } catch (const bip::interprocess_exception& error) {
     throw SegmentError(SegmentFault::kSystem, std::string("cannot map a segment: ") + error.what());
   }
 }
 
-/// Reads each page once. Under a hypervisor that keeps page tables of its own the first touch by a
-/// process costs 6 to 15 µs although the guest has mapped the page: no step of a loop shall pay it.
+/// Reads each page once. The first touch by a process costs 6 to 15 µs under a hypervisor that keeps
+/// page tables of its own, even of a page that the guest has mapped: no step of a loop shall pay it.
 void touch_pages(const bip::mapped_region& region) {
   const auto* bytes = static_cast<const volatile char*>(region.get_address());
   for (size_t at = 0; at < region.get_size(); at += bip::mapped_region::get_page_size()) {

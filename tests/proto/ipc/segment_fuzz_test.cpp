@@ -3,15 +3,18 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstring>
 #include <limits>
 #include <random>
 #include <set>
+#include <span>
 #include <thread>
 
 #include "proto/ipc/handout.h"
 #include "tests/proto/ipc/segment_image.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -88,8 +91,11 @@ constexpr uint64_t kOddNumbers[] = {0,
 TEST_CASE(
     "segment fuzz: each byte of header and table flipped is refused by the name of its field") {
   PatchedSegment segment;
+  // the first alone of a byte that may have any value: what is accepted takes its time
+  constexpr std::array kMasks{0xffu, 1u, 2u, 4u, 8u, 16u, 32u, 64u, 128u, 0x55u};
   for (size_t at = 0; at < sizeof(Header); ++at) {
-    for (const unsigned mask : {1u, 2u, 4u, 8u, 16u, 32u, 64u, 128u, 0x55u, 0xffu}) {
+    const size_t n = fault_of_byte(at).has_value() ? kMasks.size() : 1;
+    for (const unsigned mask : std::span(kMasks).first(n)) {
       const auto fault = segment.fault_with(at, segment.image()[at] ^ std::byte(mask));
       if (fault == fault_of_byte(at)) continue;
       CAPTURE(at, mask);
@@ -102,8 +108,10 @@ TEST_CASE(
 TEST_CASE("segment fuzz: a header of random damage is accepted only where no field is touched") {
   PatchedSegment segment;
   std::mt19937_64 random(23);
+  // the thread sanitizer takes 20 ms for each mapping
+  constexpr int kRounds = test::kSlowdown > 1 ? 1000 : 4000;
   uint64_t accepted = 0;
-  for (int round = 0; round < 20'000; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     Bytes header(segment.image().begin(), segment.image().begin() + sizeof(Header));
     bool is_harmed = false;
     for (uint64_t left = 1 + random() % (round % 10 == 0 ? 640 : 3); left > 0; --left) {
@@ -123,8 +131,8 @@ TEST_CASE("segment fuzz: a header of random damage is accepted only where no fie
     CAPTURE(round);
     CHECK(fault.has_value() == !is_same);
   }
-  CHECK(accepted > 1000);
-  CHECK(accepted < 19'000);
+  CHECK(accepted > kRounds / 20);
+  CHECK(accepted < kRounds - kRounds / 20);
 }
 
 TEST_CASE("segment fuzz: a file cut at any interesting length is too short") {
@@ -211,7 +219,7 @@ TEST_CASE("segment fuzz: a header that changes while it is checked does not cras
     }
   });
   uint64_t refused = 0;
-  for (int round = 0; round < 3000; ++round) refused += segment.fault().has_value();
+  for (int round = 0; round < 1000; ++round) refused += segment.fault().has_value();
   done = true;
   vandal.join();
   CHECK(refused > 0);
