@@ -323,7 +323,7 @@ class RingSource<kMember> {
 };
 
 struct AttachOptions {
-  bool lock_memory = false;  // mlock each segment
+  bool lock_memory = false;  // mlock and prefault each segment
   int fifo_priority = 0;     // of the attach thread, if granted; 0: normal
   /// All run on the attach thread.
   // a segment cannot be read: one line. Without it, one of another version ends the connection,
@@ -333,8 +333,8 @@ struct AttachOptions {
   std::function<void()> on_closed = {};  // hapticd is gone or dropped this client
 };
 
-/// Receives announcements on a thread of its own; maps, checks and prefaults each segment and links
-/// it in with one atomic store; frees a generation once all readers have left it. Make Sources
+/// Receives announcements on a thread of its own; maps and checks each segment and links it in
+/// with one atomic store; frees a generation once all readers have left it. Make Sources
 /// before start(), and do not use them after the Attachments are gone. A reader that stops reading
 /// keeps its generations mapped, since losses are counted exactly.
 class Attachments {

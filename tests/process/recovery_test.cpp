@@ -9,6 +9,7 @@
 #include "tests/process/watcher.h"
 #include "tests/support/data.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/torture_scale.h"
 
 namespace haptic {
 namespace {
@@ -64,7 +65,8 @@ TEST_CASE("recovery: hapt record keeps its file, tells of the gap and goes on") 
   ProgramProcess recorder("hapt", {"record", "-o", file, "--session", "mortal"},
                           session.folder.path());
   REQUIRE(eventually([&] { return recorder.said("recording to "); }));
-  sleep_until(now_ns() + kNsPerSecond / 2);
+  // under a sanitizer it takes a second to attach
+  sleep_until(now_ns() + (test::kSlowdown > 1 ? 4 : 1) * kNsPerSecond / 2);
   session.kill_and_start();
   const int64_t back_ns = now_ns();
   REQUIRE(eventually([&] { return recorder.said("hapticd is back after "); }));
