@@ -14,6 +14,7 @@ namespace {
 
 constexpr int64_t kPatience = 20 * kNsPerSecond;
 constexpr int64_t kLookPeriod = kNsPerSecond / 100;
+constexpr int64_t kSettle = kNsPerSecond;  // in which readers touch the pages of their segments
 
 }  // namespace
 
@@ -51,6 +52,7 @@ LiveSession::LiveSession(const RuntimeFolder& folder, const std::string& session
   wait_until("the servo does not run", [&] {
     return frames_->latest(frame) && (frame.flags & kServoPaused) == 0 && frame.contact_seq > 0;
   });
+  sleep_until(now_ns() + kSettle);
 }
 
 SessionWindow LiveSession::watch(double seconds) {

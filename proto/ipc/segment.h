@@ -271,7 +271,7 @@ class SegmentWriter {
 
 struct ViewOptions {
   int64_t ready_timeout_ns = 0;  // longest wait for the magic number
-  bool lock_memory = false;      // mlock and prefault it; a refusal is no error, see lock_errno()
+  bool lock_memory = false;      // mlock it; a refusal is no error, see lock_errno()
 };
 
 /// A checked, read-only mapping of a segment.
