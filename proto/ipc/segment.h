@@ -274,7 +274,7 @@ struct ViewOptions {
   bool lock_memory = false;      // mlock it; a refusal is no error, see lock_errno()
 };
 
-/// A checked, read-only mapping of a segment.
+/// A checked, read-only, prefaulted mapping of a segment.
 class SegmentMapping {
  public:
   /// Takes the descriptor. Throws SegmentError with the fault and one line of text.

@@ -74,12 +74,12 @@ TEST_CASE("hapt lead: the tool is led to a place in free space, and back") {
     }
     return !was_led && now_ns() - stopped_ns > 2 * kLeadNs;
   }));
+  // the newest command that hapticd has published, before anybody goes on
+  while (watcher.control.next(watcher.control_frame)) {
+  }
   leader.send(SIGCONT);
   leader.send(SIGKILL);
   hapticd.send(SIGCONT);
-  // the newest command that hapticd has published
-  while (watcher.control.next(watcher.control_frame)) {
-  }
   const int64_t last_ns = watcher.control_frame.intent_t_ns;
   CHECK(ended_ns >= last_ns + kLeadNs);
   CHECK(eventually([&] {
