@@ -2,6 +2,7 @@
 // haptic-servo: device, coupling, proxy solver and safety, once per period.
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "proto/ipc/process.h"
 #include "proto/os/message.h"
@@ -22,10 +23,10 @@ int run(const ChildArguments& arguments) {
   std::fprintf(stderr, "haptic-servo: device: %s\n",
                haptic::one_line(device->description()).c_str());
   if (config.map.grasp_button >= 0 && device->caps().causality == Causality::kAdmittance) {
-    std::fputs(
-        "haptic-servo: [map] grasp_button has no effect: an admittance device grasps "
-        "nothing\n",
-        stderr);
+    std::fprintf(stderr,
+                 "%shaptic-servo: an admittance device grasps nothing; remove grasp_button from "
+                 "[map]\n",
+                 std::string(kWarningLine).c_str());
   }
   child.start({.fifo_priority = kFifoPriority, .lock_memory = true});
 

@@ -151,9 +151,9 @@ TickScene scene_of(const ServoState& state, const ServoInput& input) {
   const HandPush push{kFirstHand, pushes.t_ns, pushes.since_ns, pushes.impulse_W,
                       pushes.impulse_time_W};
   for (uint32_t i = 0; i < std::min(input.scene->n_objects, kMaxObjects); ++i) {
-    const ObjectMotion motion = object_motion_at(*input.scene, i, input.t_ns, push);
-    scene.X_WO[i] = motion.X_WO;
-    scene.V_WO[i] = motion.V_WO;
+    const UnseenPush unseen = unseen_push(*input.scene, i, input.t_ns, push);
+    scene.X_WO[i] = object_pose_at(*input.scene, i, input.t_ns, unseen);
+    scene.V_WO[i] = object_twist_at(*input.scene, i, input.t_ns, unseen);
   }
   return scene;
 }

@@ -461,6 +461,7 @@ void add_demo_command(Command& app) {
 
 void add_replay_command(Command& app) {
   const auto options = std::make_shared<PlayOptions>();
+  options->duration = options->limit;  // a loop goes on until --for or Ctrl-C
   Command command = app.subcommand(
       "replay", "Play a recorded hand through a session, open loop or as an intention");
   command.option("TRACE", options->replay.trace, "recorded hand: .mcap or .csv").required();
@@ -483,7 +484,6 @@ void add_replay_command(Command& app) {
   command.example("hapt replay hand.csv --config plane.toml --speed 0.5");
   command.action([options, command] {
     if (command.was_given("--speed")) options->replay.speed = options->speed;
-    options->duration = options->limit;
     if (command.was_given("--stiffness")) options->replay.stiffness = options->stiffness;
     command.was_given("--config") ? play(*options) : play_as_recorded(*options);
   });

@@ -54,6 +54,17 @@ PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const Se
   return now;
 }
 
+std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
+                                         const ServoFrame& servo) {
+  HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
+  std::array<Twist, kMaxObjects> V_WO{};
+  if (scene == nullptr) return V_WO;
+  for (uint32_t i = 0; i < std::min(model.n_objects, scene->n_objects); ++i) {
+    V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
+  }
+  return V_WO;
+}
+
 Contact contact_at(const PointScene& scene, const FacetContact& at, double crease_cosine) {
   HAPTIC_ASSERT(at.object < scene.shapes.size());
   const TriangleMesh& mesh = scene.shapes[at.object].mesh;

@@ -46,6 +46,10 @@ struct ContactQuestion {
 PointScene scene_at(const ContactModel& model, const SceneFrame* scene, const ServoFrame& servo,
                     int64_t t_ns);
 
+/// The objects' velocities in W at the hand's instant; zero where no scene has come.
+std::array<Twist, kMaxObjects> twists_at(const ContactModel& model, const SceneFrame* scene,
+                                         const ServoFrame& servo);
+
 /// Where something touches or may touch: on which facet.
 struct FacetContact {
   uint32_t object;

@@ -5,7 +5,6 @@
 #include "contact/detect/body/pieces.h"
 #include "contact/detect/detector.h"
 #include "proto/math/assert.h"
-#include "proto/wire/scene_pose.h"
 
 namespace haptic {
 namespace {
@@ -34,10 +33,7 @@ void detect_by_pieces(const ContactModel& model, const RefineOptions& refine, De
   at_proxy.X_WO = question.now.X_WO;
   at_proxy.reach = question.reach;
   at_proxy.tool_radius = norm(model.bodies.body.centre_T) + model.bodies.body.radius;
-  const SceneFrame* scene = question.scene;
-  for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
-    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
-  }
+  at_proxy.V_WO = twists_at(model, question.scene, servo);
   detect_pieces(pieces, refine, {question.now.shapes, model.bodies.tool}, kept, at_proxy, set);
 }
 

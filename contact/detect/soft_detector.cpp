@@ -3,7 +3,6 @@
 
 #include "contact/detect/detector.h"
 #include "proto/math/assert.h"
-#include "proto/wire/scene_pose.h"
 
 namespace haptic {
 
@@ -21,10 +20,7 @@ void detect_soft(const ContactModel& model, DetectorState& state, const ContactQ
   at_proxy.X_WO = question.now.X_WO;
   at_proxy.reach = question.reach;
   HAPTIC_ASSERT(model.n_objects <= kMaxObjects);
-  const SceneFrame* scene = question.scene;
-  for (uint32_t i = 0; scene != nullptr && i < std::min(model.n_objects, scene->n_objects); ++i) {
-    at_proxy.V_WO[i] = object_twist_at(*scene, i, servo.t_ns, push_of(servo));
-  }
+  at_proxy.V_WO = twists_at(model, question.scene, servo);
   set.X_WT = servo.X_WP;
   set.X_WG = servo.X_WP;
   set.free_fraction = 1;

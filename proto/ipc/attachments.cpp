@@ -18,14 +18,13 @@ namespace haptic {
 namespace {
 
 constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have left old generations
-
-constexpr int kTouchPollMs = 1;      // [ms] between steps of touching pages
+constexpr int kTouchPollMs = 1;     // [ms] between steps of touching pages
 constexpr size_t kTouchedPages = 4;  // of each segment in a step: twice what its writer fills
 
 /// Reads each page of the newest segments once, a few at a time. The first touch by a process costs
 /// 6 to 15 µs under a hypervisor that keeps page tables of its own, even of a page that the guest
-/// has locked: no tick shall pay it. All at once would keep others from the processor while a
-/// process is replaced.
+/// has locked; what is read here no tick has to pay. Reading all at once would keep others from the
+/// processor while a process is replaced.
 class PageToucher {
  public:
   /// True: there are pages left.

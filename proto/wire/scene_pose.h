@@ -29,8 +29,8 @@ inline HandPush push_of(const ServoFrame& frame, uint32_t hand = kFirstHand) {
           frame.object_impulse_time_W};
 }
 
-/// Whether this object moves when it is pushed, as far as the scene says. A mobility is positive
-/// semidefinite: it is zero exactly where its diagonal is.
+/// Returns whether the scene lets a push move this object. The mobility is positive semidefinite,
+/// so it is zero exactly where its diagonal is zero.
 inline bool is_mobile(const SceneFrame& scene, uint32_t object) {
   HAPTIC_ASSERT(object < kMaxObjects);
   if (object >= scene.n_responses) return false;
@@ -67,12 +67,12 @@ struct UnseenPush {
   Wrench impulse_time_W;  // S − S_seen − J_seen (t − t_seen)
 };
 
-/// At t, as far as the object is still moved then: beyond 20 ms the integral stays as it was, which
-/// holds because the servo counts no push any more.
+/// Computes what is unseen at t; nothing of an object that does not move when it is pushed. Beyond
+/// 20 ms the integral stays as it was, which holds because the servo counts no push any more.
 inline UnseenPush unseen_push(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                               const HandPush& push) {
   const int64_t seen_ns = scene.seen_t_ns[push.hand];
-  if (seen_ns == 0 || seen_ns < push.since_ns) return {};
+  if (seen_ns == 0 || seen_ns < push.since_ns || !is_mobile(scene, object)) return {};
   const SeenPush& seen = scene.responses[object].seen[push.hand];
   const auto seconds = [](int64_t ns) { return static_cast<double>(ns) * 1e-9; };
   const double age = seconds(t_ns - scene.t_ns);
@@ -106,47 +106,39 @@ inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t
   return std::fabs(dt) > kMaxExtrapolation ? Twist{} : scene.V_WO[object];
 }
 
-/// Where an object is at some time, and how it moves.
-struct ObjectMotion {
-  Pose X_WO;
-  Twist V_WO;  // velocity of its origin, and angular velocity, in W
-};
-
-/// Of one object at time t, with dt = t − t_scene, at most 20 ms either way:
-///   X_WO moved by  V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)],
-///   V_WO =         V + a·dt + M⁻¹ (J − J_seen), and zero beyond the 20 ms.
-/// Servo, contact and whoever draws use this function, so they see an object in the same place. Of
-/// an object that only follows its script it is what the scene alone says.
-inline ObjectMotion object_motion_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
-                                     const HandPush& push) {
-  ObjectMotion motion{object_pose_at(scene, object, t_ns), object_twist_at(scene, object, t_ns)};
-  if (object >= scene.n_responses) return motion;
+/// Computes X_WO of one object at time t, with dt = t − t_scene, at most 20 ms either way:
+/// V·dt + ½·a·dt² + M⁻¹ [S − S_seen − J_seen (t − t_seen)] from the scene's pose. Servo, contact
+/// and whoever draws use this function, so they see an object in the same place. Of an object that
+/// only follows its script it is object_pose_at of the scene alone.
+inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                           const UnseenPush& unseen) {
+  const Pose X_WO = object_pose_at(scene, object, t_ns);
+  if (object >= scene.n_responses) return X_WO;
   const ObjectResponse& response = scene.responses[object];
-  const double age = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
-  const double dt = std::clamp(age, -kMaxExtrapolation, kMaxExtrapolation);
-  const Twist& a_W = response.acceleration_W;
-  Twist travel{0.5 * dt * dt * a_W.v, 0.5 * dt * dt * a_W.w};
-  Twist faster{dt * a_W.v, dt * a_W.w};
-  if (is_mobile(scene, object)) {
-    const UnseenPush unseen = unseen_push(scene, object, t_ns, push);
-    travel = travel + moved_by(response.mobility, unseen.impulse_time_W);
-    faster = faster + moved_by(response.mobility, unseen.impulse_W);
-  }
-  if (travel != Twist{}) motion.X_WO = extrapolate(motion.X_WO, travel, 1);
-  if (dt == age) motion.V_WO = motion.V_WO + faster;
-  return motion;
+  const double dt = std::clamp(static_cast<double>(t_ns - scene.t_ns) * 1e-9, -kMaxExtrapolation,
+                               kMaxExtrapolation);
+  const Twist travel =
+      0.5 * dt * dt * response.acceleration_W + moved_by(response.mobility, unseen.impulse_time_W);
+  return travel == Twist{} ? X_WO : extrapolate(X_WO, travel, 1);
 }
-
-/// X_WO alone.
 inline Pose object_pose_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                            const HandPush& push) {
-  return object_motion_at(scene, object, t_ns, push).X_WO;
+  return object_pose_at(scene, object, t_ns, unseen_push(scene, object, t_ns, push));
 }
 
-/// V_WO alone.
+/// Computes the velocity of the object's origin and its angular velocity, in W:
+/// V + a·dt + M⁻¹ (J − J_seen); zero where object_pose_at no longer extrapolates.
+inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
+                             const UnseenPush& unseen) {
+  const Twist V_WO = object_twist_at(scene, object, t_ns);
+  const double dt = static_cast<double>(t_ns - scene.t_ns) * 1e-9;
+  if (object >= scene.n_responses || std::fabs(dt) > kMaxExtrapolation) return V_WO;
+  const ObjectResponse& response = scene.responses[object];
+  return V_WO + dt * response.acceleration_W + moved_by(response.mobility, unseen.impulse_W);
+}
 inline Twist object_twist_at(const SceneFrame& scene, uint32_t object, int64_t t_ns,
                              const HandPush& push) {
-  return object_motion_at(scene, object, t_ns, push).V_WO;
+  return object_twist_at(scene, object, t_ns, unseen_push(scene, object, t_ns, push));
 }
 
 /// Velocity in W of the point p_W fixed to the object.

@@ -13,9 +13,9 @@ class CountedDevice {
  public:
   virtual ~CountedDevice() = default;
   virtual EmulatedUsb& usb() = 0;
+  /// Lets time go on to the last instant before the account.
+  virtual void end(int64_t /*t_ns*/) {}
   /// "key=value …": what it received and answered.
-  /// The last instant before the account.
-  virtual void end(int64_t) {}
   virtual std::string account() const = 0;
 };
 
