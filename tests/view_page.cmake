@@ -19,4 +19,4 @@ else()
   add_test(NAME view_bridge COMMAND ${CMAKE_COMMAND} -E echo "SKIPPED: node is needed to test the page")
 endif()
 set_tests_properties(view_bridge PROPERTIES SKIP_REGULAR_EXPRESSION "SKIPPED: " TIMEOUT 600 COST 20
-  ENVIRONMENT "SHORT=1;BIN=${CMAKE_BINARY_DIR}/bin;VIEW=${CMAKE_BINARY_DIR}/view")
+  RESOURCE_LOCK session ENVIRONMENT "SHORT=1;BIN=${CMAKE_BINARY_DIR}/bin;VIEW=${CMAKE_BINARY_DIR}/view")

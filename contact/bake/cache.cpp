@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "contact/shape/baked/block.h"
 #include "proto/os/environment.h"
 #include "proto/os/file_descriptor.h"
 #include "proto/os/realtime.h"
@@ -37,6 +38,11 @@ std::string cache_folder() {
   return geteuid() == 0
              ? "/var/cache/hapticd"
              : fs::temp_directory_path() / ("hapticd-cache-" + std::to_string(geteuid()));
+}
+
+uint64_t mesh_key(const TriangleMesh& mesh, std::string_view what) {
+  const uint64_t seed = hash_bytes(std::as_bytes(std::span(what)), kBakeVersion);
+  return hash_bytes(std::as_bytes(mesh.triangles), hash_bytes(std::as_bytes(mesh.vertices), seed));
 }
 
 std::string cache_path(uint64_t key) {

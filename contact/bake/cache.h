@@ -7,7 +7,10 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "contact/shape/mesh/triangle_mesh.h"
 
 namespace haptic {
 
@@ -24,6 +27,9 @@ MappedFile map_file(const std::string& path);
 /// Maps a file of the cache: only if this user (or root) owns it and nobody else may write it;
 /// symbolic links are not followed. Throws std::runtime_error with the reason.
 MappedFile map_cached(const std::string& path);
+
+/// Key of what is made of a mesh's triangles with the options in `what`, which names them all.
+uint64_t mesh_key(const TriangleMesh& mesh, std::string_view what);
 
 std::string cache_path(uint64_t key);
 

@@ -14,16 +14,11 @@ namespace {
 // incremented with every change of how pieces are made: older caches are not read
 constexpr std::string_view kPieceVersion = "pieces 2";
 
-uint64_t piece_key(const TriangleMesh& mesh) {
-  const uint64_t seed = hash_bytes(std::as_bytes(std::span(kPieceVersion)), kBakeVersion);
-  return hash_bytes(std::as_bytes(mesh.triangles), hash_bytes(std::as_bytes(mesh.vertices), seed));
-}
-
 }  // namespace
 
 BakedPieces bake_pieces(const BakedShape& shape, const BakeProgress& progress) {
   const TriangleMesh& mesh = shape.shape.mesh;
-  const uint64_t key = piece_key(mesh);
+  const uint64_t key = mesh_key(mesh, kPieceVersion);
   BakedPieces pieces;
   CacheUse use = use_cached(
       key,

@@ -58,12 +58,6 @@ void check_obstacle(const BakedShape& shape, const VoxelConfig& options) {
                   "open_as_sheet = true in [contact.voxel] to touch it as a sheet");
 }
 
-/// Key from the triangles and the options in `what`.
-uint64_t volume_key(const TriangleMesh& mesh, const std::string& what) {
-  const uint64_t seed = hash_bytes(std::as_bytes(std::span(what)), kBakeVersion);
-  return hash_bytes(std::as_bytes(mesh.triangles), hash_bytes(std::as_bytes(mesh.vertices), seed));
-}
-
 /// Duration of some work [s].
 double time_of(const std::function<void()>& work) {
   const int64_t start_ns = now_ns();
@@ -108,7 +102,7 @@ BakedVolume bake_obstacle(const BakedShape& shape, const VoxelConfig& options,
        << options.field << " " << options.band;
   const BakeProgress tell = progress ? progress : [](std::string_view, double) {};
   const TriangleMesh& mesh = shape.shape.mesh;
-  const uint64_t key = volume_key(mesh, what.str());
+  const uint64_t key = mesh_key(mesh, what.str());
   return cached_volume(key, [&](BakedVolume& volume) {
     VoxmapData map;
     DistanceFieldData field;
@@ -130,7 +124,7 @@ BakedVolume bake_tool(const BakedShape& shape, const VoxelConfig& options,
   std::ostringstream what;
   what << std::hexfloat << "shell 2 " << options.point_spacing;
   const TriangleMesh& mesh = shape.shape.mesh;
-  const uint64_t key = volume_key(mesh, what.str());
+  const uint64_t key = mesh_key(mesh, what.str());
   return cached_volume(key, [&](BakedVolume& volume) {
     PointshellData shell;
     if (progress) progress("points", 0);

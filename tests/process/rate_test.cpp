@@ -43,15 +43,20 @@ struct SeenFrame : ServoFrame {
 };
 using Frames = std::vector<SeenFrame>;
 
-/// Frames over at least this duration of the servo's time, none lost.
+/// Frames over at least this duration of the servo's time, none lost. Begins again where the test
+/// itself was kept from reading and the ring came around: that says nothing about the servo.
 Frames collect_for(Watcher& watcher, int64_t duration_ns) {
   Frames frames;
+  uint64_t lost = watcher.servo.lost();
   const bool seen = eventually([&] {
     for (ServoFrame frame; watcher.servo.next(frame);) frames.push_back({frame, now_ns()});
+    if (watcher.servo.lost() != lost) {
+      lost = watcher.servo.lost();
+      frames.clear();
+    }
     return !frames.empty() && frames.back().t_ns - frames.front().t_ns >= duration_ns;
   });
   REQUIRE(seen);
-  REQUIRE(watcher.servo.lost() == 0);
   REQUIRE(watcher.servo.generation() == 1);
   return frames;
 }
