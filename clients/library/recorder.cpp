@@ -133,7 +133,7 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   if (flushed_ns_ == 0) flushed_ns_ = t_ns;
   if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
     flushed_ns_ = t_ns;
-    trace.flush();
+    trace.close_chunk();
   }
   return trace.error().empty();
 }

@@ -21,40 +21,29 @@ constexpr int kRetirePollMs = 100;  // [ms] between checks whether readers have 
 constexpr int kTouchPollMs = 1;     // [ms] between steps of touching pages
 constexpr size_t kTouchedPages = 4;  // of each segment in a step: twice what its writer fills
 
-/// Reads each page of the newest segments once, a few at a time. The first touch by a process costs
-/// 6 to 15 µs under a hypervisor that keeps page tables of its own, even of a page that the guest
-/// has locked; what is read here no tick has to pay. Reading all at once would keep others from the
-/// processor while a process is replaced.
-class PageToucher {
- public:
-  /// True: there are pages left.
-  bool touch_some(const std::map<SegmentId, detail::Feed>& feeds) {
-    bool some_left = false;
-    for (const auto& [id, feed] : feeds) {
-      if (feed.generations.empty()) continue;
-      const detail::Generation& newest = *feed.generations.back();
-      Place& place = places_[id];
-      if (place.serial != newest.serial) place = {newest.serial, 0};
-      touch(newest.mapping->memory(), feed.spec->total_bytes, place.begin);
-      some_left = some_left || place.begin < feed.spec->total_bytes;
-    }
-    return some_left;
-  }
+// the thread sanitizer would touch memory of its own as well
+[[gnu::no_sanitize_thread]] void touch(const void* memory, size_t begin, size_t end, size_t page) {
+  const auto* bytes = static_cast<const volatile char*>(memory);
+  for (size_t at = begin; at < end; at += page) static_cast<void>(bytes[at]);
+}
 
- private:
-  struct Place {
-    uint64_t serial = 0;  // of the generation
-    size_t begin = 0;     // of what is not touched yet
-  };
-  // the thread sanitizer would touch memory of its own as well
-  [[gnu::no_sanitize_thread]] static void touch(const void* memory, size_t size, size_t& begin) {
-    const size_t page = boost::interprocess::mapped_region::get_page_size();
-    const size_t end = std::min(size, begin + kTouchedPages * page);
-    const auto* bytes = static_cast<const volatile char*>(memory);
-    for (; begin < end; begin += page) static_cast<void>(bytes[begin]);
+/// Reads the next pages of each newest segment once; true: there are pages left. The first touch by
+/// a process costs 6 to 15 µs under a hypervisor that keeps page tables of its own, even of a page
+/// that the guest has locked; what is read here no tick has to pay. Reading all at once would keep
+/// others from the processor while a process is replaced.
+bool touch_some(const std::map<SegmentId, detail::Feed>& feeds) {
+  const size_t page = boost::interprocess::mapped_region::get_page_size();
+  bool some_left = false;
+  for (const auto& [id, feed] : feeds) {
+    if (feed.generations.empty()) continue;
+    detail::Generation& newest = *feed.generations.back();
+    const size_t size = feed.spec->total_bytes, begin = newest.touched;
+    newest.touched = std::min(size, begin + kTouchedPages * page);
+    touch(newest.mapping->memory(), begin, newest.touched, page);
+    some_left = some_left || newest.touched < size;
   }
-  std::map<SegmentId, Place> places_;
-};
+  return some_left;
+}
 
 bool is_of_another_version(SegmentFault fault) {
   return fault == SegmentFault::kWrongAbi || fault == SegmentFault::kWrongLayout;
@@ -98,7 +87,6 @@ void Attachments::run() {
   if (options_.fifo_priority > 0) {
     enter_realtime({.fifo_priority = options_.fifo_priority, .lock_memory = false});
   }
-  PageToucher toucher;
   bool retiring = false, touching = false;
   for (;;) {
     pollfd waiting[] = {{socket_.get(), POLLIN, 0}, {stop_event_.get(), POLLIN, 0}};
@@ -107,7 +95,7 @@ void Attachments::run() {
     if (waiting[1].revents != 0) return;
     if (waiting[0].revents != 0 && !receive()) break;
     retiring = free_retired();
-    touching = options_.lock_memory && toucher.touch_some(feeds_);
+    touching = options_.lock_memory && touch_some(feeds_);
   }
   connected_.store(false, std::memory_order_release);
   if (options_.on_closed) options_.on_closed();

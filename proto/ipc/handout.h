@@ -132,6 +132,7 @@ namespace detail {
 struct Generation {
   std::unique_ptr<SegmentMapping> mapping;  // null: before the first generation
   uint64_t serial = 0;                      // position in the list
+  size_t touched = 0;                       // bytes whose pages the attach thread has read once
   std::atomic<Generation*> next{nullptr};   // set once, by the attach thread
 };
 

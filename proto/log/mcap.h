@@ -3,14 +3,17 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "proto/log/file_queue.h"
 #include "proto/os/file_descriptor.h"
 #include "proto/os/message.h"
 
@@ -68,9 +71,11 @@ struct McapAttachment {
   std::string name, media_type;
 };
 
-/// Appends messages to a file in chunks (zstd, level 1), each written at once.
+/// Appends messages to a file in chunks (zstd, level 1), each written at once by a thread of its
+/// own (FileQueue), so that a disk that stands still for a while keeps nobody waiting.
 ///
-/// A killed writer loses only the open chunk. A full disk loses no chunk: before each chunk, space
+/// A killed writer loses only the open chunk, and what a disk that stands still has kept waiting. A
+/// full disk loses no chunk: before each chunk, space
 /// for it *and* for the end of the file is reserved; if that is refused, the file is ended there, a
 /// complete MCAP. If the file system cannot reserve and a write falls short, the file is truncated
 /// to its last whole chunk. After such a stop `error()` gives the reason, and further messages are
@@ -87,34 +92,43 @@ class McapWriter {
   uint16_t add_schema(std::string_view name, std::string_view encoding, std::string_view text);
   uint16_t add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
                        const McapMetadata& metadata);
-  /// Named texts that belong to the file; written immediately.
+  /// Named texts that belong to the file, behind the open chunk, which is closed.
   void add_metadata(std::string_view name, const McapMetadata& metadata);
 
-  /// A file that belongs to this one; written immediately. `log_time_ns`: when it came.
+  /// A file that belongs to this one, placed likewise. `log_time_ns`: when it came.
   void add_attachment(std::string_view name, std::string_view media_type, uint64_t log_time_ns,
                       std::span<const std::byte> data);
 
   /// Adds a message to the open chunk; false if an error has ended the file.
   bool write(const McapMessage& message);
-  /// Writes the open chunk; false as above. The caller decides how long a chunk stays open.
+  /// Hands the open chunk over to be written; false as above. The caller decides how long a chunk
+  /// stays open.
+  bool close_chunk();
+  /// Closes the open chunk and waits until all is written; false as above.
   bool flush();
-  /// Writes the open chunk and the end of the file; false as above.
+  /// Flushes and writes the end of the file; false as above.
   bool close();
 
   /// One line; empty: no error.
   const std::string& error() const { return error_; }
-  /// Bytes in the file so far.
+  /// Bytes of the file so far, with those that are on their way.
   uint64_t size() const { return offset_; }
-  /// Messages of a channel in the file so far, without those of the open chunk, which may still be
-  /// lost.
+  /// Messages of a channel that are known to be in the file, as all are that were written before a
+  /// flush.
   uint64_t written(uint16_t channel) const;
 
  private:
   using Buffer = std::vector<char>;
   using Indexed = std::pair<uint64_t, uint64_t>;  // log time [ns], offset
 
-  bool has_room(uint64_t bytes) const;
-  bool append(const Buffer& bytes);
+  struct Queued {
+    uint64_t end;  // in the file
+    std::function<void()> enter;
+  };
+
+  bool append(
+      Buffer bytes, std::function<void()> enter = [] {});
+  bool settle();
   bool finish();
   void stop(int error);
   void tell(int error, bool whole);
@@ -125,6 +139,8 @@ class McapWriter {
 
   std::string path_;
   FileDescriptor file_;
+  std::unique_ptr<FileQueue> queue_;  // as long as the file is open
+  std::deque<Queued> queued_;         // what is on its way into the file
   uint64_t offset_ = 0;
   std::string error_;
   std::vector<McapSchema> schemas_;

@@ -2,7 +2,6 @@
 #include "proto/log/mcap.h"
 
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zstd.h>
@@ -79,18 +78,6 @@ void put_chunk_index(Buffer& out, const McapChunkIndex& c) {
              c.index_length, kZstd, c.compressed, c.uncompressed);
 }
 
-bool write_all(int file, const Buffer& bytes, uint64_t offset) {
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n =
-        ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n == 0) errno = ENOSPC;
-    if (n <= 0) return false;
-    done += static_cast<size_t>(n);
-  }
-  return true;
-}
-
 /// An empty file that replaces an existing one. Anything but a regular file is refused: it cannot
 /// be truncated, and a pipe would wait for a reader.
 FileDescriptor create(const std::string& path) {
@@ -114,11 +101,13 @@ FileDescriptor create(const std::string& path) {
 
 }  // namespace
 
-McapWriter::McapWriter(const std::string& path) : path_(path), file_(create(path)) {
+McapWriter::McapWriter(const std::string& path)
+    : path_(path), file_(create(path)), queue_(std::make_unique<FileQueue>(file_.get())) {
   chunk_.reserve(kChunkBytes + (64 << 10));
   Buffer start(kMagic.begin(), kMagic.end());
   put_record(start, kHeader, "ros2", "hapticd");
-  if (!append(start)) throw MessageError(error_);
+  append(std::move(start));
+  if (!flush()) throw MessageError(error_);
 }
 
 McapWriter::~McapWriter() {
@@ -132,7 +121,7 @@ uint16_t McapWriter::add_schema(std::string_view name, std::string_view encoding
   Buffer record;
   put_schema(record, schemas_.back());
   named_bytes_ += record.size();
-  append(record);
+  append(std::move(record));
   return id;
 }
 
@@ -143,17 +132,17 @@ uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic, std::s
   Buffer record;
   put_channel(record, channels_.back());
   named_bytes_ += record.size();
-  append(record);
+  append(std::move(record));
   return id;
 }
 
 void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadata) {
-  flush();
+  close_chunk();
   Buffer record;
   put_record(record, kMetadata, name, metadata);
   named_bytes_ += name.size();
-  const uint64_t offset = offset_;
-  if (append(record)) metadata_.push_back({offset, record.size(), std::string(name)});
+  McapMetadataIndex index{offset_, record.size(), std::string(name)};
+  append(std::move(record), [this, index] { metadata_.push_back(index); });
 }
 
 void McapWriter::add_attachment(std::string_view name, std::string_view media_type,
@@ -176,7 +165,7 @@ void McapWriter::add_attachment(std::string_view name, std::string_view media_ty
   std::memcpy(&record[kRecordHeader + content], &crc, sizeof crc);
   index.length = record.size();
   named_bytes_ += name.size() + media_type.size();
-  if (append(record)) attachments_.push_back(std::move(index));
+  append(std::move(record), [this, index] { attachments_.push_back(index); });
 }
 
 bool McapWriter::write(const McapMessage& message) {
@@ -187,21 +176,28 @@ bool McapWriter::write(const McapMessage& message) {
   chunk_index_[message.channel].push_back({message.log_time_ns, chunk_.size()});
   put_record(chunk_, kMessage, message.channel, message.sequence, message.log_time_ns,
              message.publish_time_ns, message.data);
-  return chunk_.size() < kChunkBytes || flush();
+  return chunk_.size() < kChunkBytes || close_chunk();
+}
+
+bool McapWriter::close_chunk() {
+  if (!file_.is_open()) return false;
+  if (chunk_.empty()) return settle();
+  McapChunkIndex index;
+  Buffer bytes = make_chunk(index);
+  std::map<uint16_t, uint64_t> counts;
+  for (const auto& [channel, messages] : chunk_index_) counts[channel] = messages.size();
+  chunk_.clear();
+  chunk_index_.clear();
+  return append(std::move(bytes), [this, index, counts] {
+    chunks_.push_back(index);
+    for (const auto& [channel, n] : counts) counts_[channel] += n;
+  });
 }
 
 bool McapWriter::flush() {
-  if (!file_.is_open()) return false;
-  if (chunk_.empty()) return true;
-  McapChunkIndex index;
-  const Buffer bytes = make_chunk(index);
-  if (append(bytes)) {
-    chunks_.push_back(std::move(index));
-    for (const auto& [channel, messages] : chunk_index_) counts_[channel] += messages.size();
-  }
-  chunk_.clear();
-  chunk_index_.clear();
-  return file_.is_open();
+  if (!close_chunk()) return false;
+  queue_->wait();
+  return settle();
 }
 
 bool McapWriter::close() {
@@ -307,30 +303,27 @@ uint64_t McapWriter::end_bound() const {
   constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerAttachment = 64, kPerChannel = 10;
   return kFixed + named_bytes_ + kPerMetadata * metadata_.size() +
          kPerAttachment * attachments_.size() + kPerChannel * channels_.size() +
-         (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + 1);
+         (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + queued_.size() + 1);
 }
 
-/// Whether the file may grow by that much; reserves the space if the file system can.
-bool McapWriter::has_room(uint64_t bytes) const {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
-      offset_ + bytes > limit.rlim_cur) {
-    errno = EFBIG;
-    return false;
-  }
-  // reserves beyond the end without changing the size, on which a scan depends
-  const int result = ::fallocate(file_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset_),
-                                 static_cast<off_t>(bytes));
-  return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
-}
-
-bool McapWriter::append(const Buffer& bytes) {
+/// Queues bytes for the end of the file; `enter` puts them into the index once they are there.
+bool McapWriter::append(Buffer bytes, std::function<void()> enter) {
   if (!file_.is_open()) return false;
-  if (has_room(bytes.size() + end_bound()) && write_all(file_.get(), bytes, offset_)) {
-    offset_ += bytes.size();
-    return true;
+  offset_ += bytes.size();
+  queued_.push_back({offset_, std::move(enter)});
+  queue_->append(std::move(bytes), end_bound());
+  return settle();
+}
+
+/// Enters what has reached the file; after an error ends the file behind that.
+bool McapWriter::settle() {
+  const FileQueue::Written written = queue_->written();
+  for (; !queued_.empty() && queued_.front().end <= written.bytes; queued_.pop_front()) {
+    queued_.front().enter();
   }
-  stop(errno);
+  if (written.error == 0) return true;
+  offset_ = written.bytes;
+  stop(written.error);
   return false;
 }
 
@@ -348,6 +341,8 @@ void McapWriter::tell(int error, bool whole) {
 
 /// Writes the end and closes the file; false, with errno, if the file then has no end.
 bool McapWriter::finish() {
+  queue_.reset();
+  queued_.clear();
   const Buffer end = make_end();
   // overwrites a half-written chunk, or uses the reserved space
   const bool whole = write_all(file_.get(), end, offset_);

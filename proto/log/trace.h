@@ -106,12 +106,14 @@ class TraceWriter {
                       std::span<const std::byte> data) {
     mcap_.add_attachment(name, media_type, static_cast<uint64_t>(realtime_ns), data);
   }
-  /// Writes what is still in memory.
+  /// Hands what has been written over to the disk, without waiting for it.
+  bool close_chunk() { return mcap_.close_chunk(); }
+  /// Waits until what has been written is in the file.
   bool flush() { return mcap_.flush(); }
   bool close() { return mcap_.close(); }
   const std::string& error() const { return mcap_.error(); }
   uint64_t size() const { return mcap_.size(); }
-  /// Records of a topic in the file, without those of the open chunk.
+  /// Records of a topic that are known to be in the file.
   uint64_t written(std::string_view topic) const;
 
  private:

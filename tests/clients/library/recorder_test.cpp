@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "proto/os/realtime.h"
+#include "tests/support/disk/standing_disk.h"
 #include "tests/support/temporary_folder.h"
 
 namespace haptic {
@@ -183,6 +184,32 @@ TEST_CASE("recorder: what it was too slow for is counted exactly and is a record
   CHECK(losses[0].numbers == std::array<double, 5>{double(missing), double(missing), 1, 0, 0});
 }
 
+TEST_CASE("recorder: a disk that stands still for longer than the rings reach loses no record") {
+  Session session;
+  SegmentWriter<ServoChannels> servo(1);
+  session.announce(servo);
+  REQUIRE(session.drain_until([&] { return session.recorder->servo_header() != nullptr; }));
+  constexpr uint64_t kPart = kServoSlots / 2, kParts = 8;
+  {
+    test::StandingDisk standing;
+    int64_t t_ns = now_ns();
+    for (uint64_t part = 0; part < kParts; ++part) {
+      publish(servo, part * kPart, kPart);
+      // on virtual time, by which chunks are closed
+      REQUIRE(session.recorder->drain(*session.trace, t_ns += kNsPerSecond / 4));
+    }
+    standing.move();
+    CHECK_FALSE(standing.was_waited_for());
+  }
+  REQUIRE(session.recorder->finish(*session.trace, now_ns()));
+  CHECK(session.lost(kServo) == 0);
+  uint64_t next = 0;
+  for (const ServoFrame& frame : TraceReader(session.path).read(servo_topic(kFirstHand))) {
+    CHECK(frame.tick == next++);
+  }
+  CHECK(next == kParts * kPart);
+}
+
 TEST_CASE("recorder: it follows a servo that is restarted, without a hole") {
   Session session;
   SegmentWriter<ServoChannels> first(1), second(2);
@@ -218,7 +245,8 @@ TEST_CASE("recorder: a chunk is closed after a quarter of a second, however litt
   REQUIRE(session.recorder->drain(*session.trace, t_ns += 1));
   CHECK(session.trace->size() > with_first);
   // a reader sees it although the file has no end yet
-  CHECK(TraceReader(session.path).read(servo_topic(kFirstHand)).size() == 2);
+  CHECK(session.drain_until(
+      [&] { return TraceReader(session.path).read(servo_topic(kFirstHand)).size() == 2; }));
 }
 
 namespace {

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/log/file_queue.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <utility>
+
+namespace haptic {
+namespace {
+
+/// Whether the file may grow by that much from `offset` on; reserves the space if the file system
+/// can. False with errno.
+bool has_room(int file, uint64_t offset, uint64_t bytes) {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
+      offset + bytes > limit.rlim_cur) {
+    errno = EFBIG;
+    return false;
+  }
+  // reserves beyond the end without changing the size, on which a scan depends
+  const int result =
+      ::fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset), static_cast<off_t>(bytes));
+  return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
+}
+
+/// A thread that gets no signals: they are for the one that waits for them.
+template <typename Run>
+std::thread start_thread(Run run) {
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::thread thread(std::move(run));
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return thread;
+}
+
+}  // namespace
+
+bool write_all(int file, const std::vector<char>& bytes, uint64_t offset) {
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t n =
+        ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n == 0) errno = ENOSPC;
+    if (n <= 0) return false;
+    done += static_cast<size_t>(n);
+  }
+  return true;
+}
+
+FileQueue::FileQueue(int file) : file_(file), thread_(start_thread([this] { run(); })) {}
+
+FileQueue::~FileQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void FileQueue::append(std::vector<char> bytes, uint64_t reserve) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return waiting_ <= kMostWaiting || written_.error != 0; });
+  waiting_ += bytes.size();
+  pieces_.push_back({std::move(bytes), reserve});
+  changed_.notify_all();
+}
+
+void FileQueue::wait() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return waiting_ == 0 || written_.error != 0; });
+}
+
+FileQueue::Written FileQueue::written() const {
+  const std::lock_guard lock(mutex_);
+  return written_;
+}
+
+int FileQueue::write(const Piece& piece, uint64_t offset) const {
+  const bool is_whole = has_room(file_, offset, piece.bytes.size() + piece.reserve) &&
+                        write_all(file_, piece.bytes, offset);
+  return is_whole ? 0 : errno;
+}
+
+void FileQueue::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return ends_ || !pieces_.empty(); });
+    if (pieces_.empty() || written_.error != 0) return;
+    const Piece piece = std::move(pieces_.front());
+    pieces_.pop_front();
+    const uint64_t offset = written_.bytes;
+    lock.unlock();
+    const int error = write(piece, offset);
+    lock.lock();
+    if (error == 0) {
+      written_.bytes += piece.bytes.size();
+      waiting_ -= piece.bytes.size();
+    }
+    written_.error = error;
+    changed_.notify_all();
+  }
+}
+
+}  // namespace haptic
