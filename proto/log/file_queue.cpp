@@ -65,6 +65,7 @@ FileQueue::~FileQueue() {
 }
 
 void FileQueue::append(std::vector<char> bytes, uint64_t reserve) {
+  bytes.shrink_to_fit();  // kMostWaiting is what it takes
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return waiting_ <= kMostWaiting || written_.error != 0; });
   waiting_ += bytes.size();

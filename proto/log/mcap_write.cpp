@@ -147,7 +147,7 @@ void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadat
 
 void McapWriter::add_attachment(std::string_view name, std::string_view media_type,
                                 uint64_t log_time_ns, std::span<const std::byte> data) {
-  flush();
+  close_chunk();
   McapAttachment index{offset_,
                        0,
                        log_time_ns,
