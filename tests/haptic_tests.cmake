@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # tests of one room; a test name must not contain ';' (CTest would split it).
-# ALONE: what is measured suffers from others. SESSION: it runs sessions with real-time priority,
-# which leave no time for those of a second test on two cores. COST: who takes long begins early
+# ALONE: what is measured suffers from others. SESSION: it runs sessions, and those with real-time
+# priority leave no time for another one on two cores. COST: who takes long begins early
 function(haptic_tests room)
   cmake_parse_arguments(ARG "ALONE;SESSION" "NAME;COST" "SOURCES;LIBRARIES" ${ARGN})
   set(target test_${room})

@@ -102,13 +102,14 @@ std::optional<Pose> base_of(const std::string& config) {
   return std::nullopt;
 }
 
-/// Real time like the session that is recorded, where it is and the kernel grants it. Returns
-/// whether the servo has been seen.
-bool follow_realtime(Recorder& recorder) {
+/// Real time like the session that is recorded, where it is and the kernel grants it, for who
+/// drains the rings and who writes the file. Returns whether the servo has been seen.
+bool follow_realtime(Recorder& recorder, TraceWriter& trace) {
   const SegmentHeader* servo = recorder.servo_header();
   if (servo == nullptr) return false;
   const bool is_realtime = (servo->realtime_bits.load() & kRealtimeFifo) != 0;
   if (is_realtime) enter_realtime({.fifo_priority = kFifoPriority, .lock_memory = false});
+  trace.share_priority();
   return true;
 }
 
@@ -159,7 +160,7 @@ class Recording {
     while (good_ && !is_over() && attachments_->is_connected()) {
       sleep_until(now_ns() + kDrainPeriodNs);
       good_ = recorder_.drain(trace_, now_ns());
-      followed_ = followed_ || follow_realtime(recorder_);
+      followed_ = followed_ || follow_realtime(recorder_, trace_);
       if (progress_) progress_->at(seconds());
     }
   }
@@ -174,7 +175,7 @@ class Recording {
     }
     if (!good_) return false;
     std::cerr << "hapticd is gone; the recording goes on when it is back, Ctrl-C ends it\n";
-    trace_.flush();
+    trace_.close_chunk();
     const int64_t gone_ns = now_ns();
     FileDescriptor socket = connect_again(session_, [this] { return is_over(); });
     if (!socket.is_open()) return false;

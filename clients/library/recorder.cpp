@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr int64_t kFlushPeriodNs = kNsPerSecond / 4;  // lost at most if the recorder is killed
+constexpr int64_t kChunkPeriodNs = kNsPerSecond / 4;  // a killed recorder loses its open chunk
 constexpr uint64_t kMostPerDrain = 4096;              // records per ring, the size of the largest
 
 int64_t time_of(const ServoFrame& frame) {
@@ -130,9 +130,9 @@ bool Recorder::drain(TraceWriter& trace, int64_t t_ns) {
   drain_feed(rings_.sim, kSimTopic, SimChannels::kId);
   drain_feed(rings_.contact, contact_topic(kFirstHand), ContactChannels::kId);
   drain_feed(rings_.servo, servo_topic(kFirstHand), ServoChannels::kId);
-  if (flushed_ns_ == 0) flushed_ns_ = t_ns;
-  if (t_ns - flushed_ns_ >= kFlushPeriodNs) {
-    flushed_ns_ = t_ns;
+  if (chunk_begun_ns_ == 0) chunk_begun_ns_ = t_ns;
+  if (t_ns - chunk_begun_ns_ >= kChunkPeriodNs) {
+    chunk_begun_ns_ = t_ns;
     trace.close_chunk();
   }
   return trace.error().empty();
@@ -181,8 +181,8 @@ bool Recorder::finish(TraceWriter& trace, int64_t t_ns) {
   return false;
 }
 
-/// A file that ended with an error holds only its complete chunks: the open chunk and everything
-/// after it count as lost.
+/// A file that ended with an error holds the chunks before it: all that came after them counts as
+/// lost.
 void Recorder::count_what_is_there(const TraceWriter& trace) {
   failure_ = trace.error();
   const char* separator = "; lost: ";

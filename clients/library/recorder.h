@@ -27,8 +27,8 @@ struct TopicCount {
 
 /// Drains every ring of a session into a recording. When a writer restarts, everything its
 /// predecessor published is recorded first. Losses are counted exactly, each with a record on
-/// /events. A chunk stays open for 0.25 s: that much is lost if the recorder is killed, and nothing
-/// if any other process is.
+/// /events. A chunk stays open for 0.25 s: that much is lost if the recorder is killed, with what
+/// the disk has kept waiting, and nothing if any other process is.
 ///
 ///   Attachments attachments(connect_session(name));
 ///   Recorder recorder(attachments);            // before attachments.start()
@@ -113,7 +113,7 @@ class Recorder {
   int64_t last_servo_ns_ = 0;  // of the newest frame in the recording
   uint64_t last_tick_ = 0;
   int64_t realtime_offset_ns_ = 0;  // CLOCK_REALTIME − CLOCK_MONOTONIC
-  int64_t flushed_ns_ = 0;
+  int64_t chunk_begun_ns_ = 0;
   double standard_rate_;
   std::optional<StandardMessages> standard_;  // once there is a recording
   std::optional<SceneFrame> scene_;           // the newest

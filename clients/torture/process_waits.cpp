@@ -2,9 +2,11 @@
 #include "clients/torture/process_waits.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <system_error>
 
 namespace haptic {
 namespace {
@@ -13,11 +15,22 @@ std::string folder_of(pid_t pid) {
   return "/proc/" + std::to_string(pid);
 }
 
-/// Since the start of the process [ns]; −1: unknown.
+/// Of a process, which is its first thread, or of a thread, since its start [ns]; −1: unknown.
 int64_t read_time_waited(const std::string& folder) {
   int64_t ran_ns = 0, waited_ns = -1;
   std::ifstream(folder + "/schedstat") >> ran_ns >> waited_ns;
   return waited_ns;
+}
+
+/// Of all threads of a process together; −1: unknown.
+int64_t read_time_threads_waited(const std::string& folder) {
+  int64_t sum_ns = -1;
+  std::error_code none;
+  for (const auto& thread : std::filesystem::directory_iterator(folder + "/task", none)) {
+    const int64_t waited_ns = read_time_waited(thread.path());
+    if (waited_ns >= 0) sum_ns = std::max<int64_t>(sum_ns, 0) + waited_ns;
+  }
+  return sum_ns;
 }
 
 bool is_stopped(const std::string& folder) {
@@ -36,7 +49,7 @@ int64_t time_waited(pid_t pid) {
 
 void ProcessWaits::look(int64_t t_ns) {
   const std::string folder = folder_of(pid_);
-  const int64_t waited_ns = read_time_waited(folder);
+  const int64_t waited_ns = read_time_threads_waited(folder);
   if (waited_ns < 0) return;
   if (looked_ns_ != 0) {
     const int64_t longest_ns = t_ns - looked_ns_;

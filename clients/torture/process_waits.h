@@ -9,12 +9,13 @@
 
 namespace haptic {
 
-/// Total time a process has waited for a processor, by the kernel's count [ns]; 0 if the kernel
-/// does not count or the process does not exist.
+/// Total time the first thread of a process has waited for a processor, by the kernel's count [ns];
+/// 0 if the kernel does not count or the process does not exist.
 int64_t time_waited(pid_t pid);
 
-/// Intervals in which a process could not run: it waited for a processor, by the kernel's count
-/// (/proc/<pid>/schedstat), or was stopped. Its own sleep and work do not count.
+/// Intervals in which a process could not run: one of its threads waited for a processor, by the
+/// kernel's count (/proc/<pid>/task/<tid>/schedstat), or it was stopped. Its own sleep and work do
+/// not count.
 class ProcessWaits {
  public:
   explicit ProcessWaits(pid_t pid) : pid_(pid) {}

@@ -28,15 +28,22 @@ bool has_room(int file, uint64_t offset, uint64_t bytes) {
   return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
 }
 
-/// A thread that gets no signals: they are for the one that waits for them.
+/// While it lives this thread gets no signals, and those that it starts never get any.
+struct NoSignals {
+  sigset_t before{};
+  NoSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+  }
+  ~NoSignals() { pthread_sigmask(SIG_SETMASK, &before, nullptr); }
+};
+
+/// A thread without signals: they are for the one that waits for them.
 template <typename Run>
 std::thread start_thread(Run run) {
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  std::thread thread(std::move(run));
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return thread;
+  const NoSignals none;
+  return std::thread(std::move(run));
 }
 
 }  // namespace
@@ -65,12 +72,21 @@ FileQueue::~FileQueue() {
 }
 
 void FileQueue::append(std::vector<char> bytes, uint64_t reserve) {
-  bytes.shrink_to_fit();  // kMostWaiting is what it takes
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return waiting_ <= kMostWaiting || written_.error != 0; });
-  waiting_ += bytes.size();
-  pieces_.push_back({std::move(bytes), reserve});
+  const uint64_t taken = bytes.capacity();
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return waiting_ <= kMostWaiting || written_.error != 0; });
+    pieces_.push_back({std::move(bytes), reserve});
+    waiting_ += taken;
+  }
   changed_.notify_all();
+}
+
+void FileQueue::share_priority() {
+  sched_param priority{};
+  int policy = SCHED_OTHER;
+  if (pthread_getschedparam(pthread_self(), &policy, &priority) != 0) return;
+  pthread_setschedparam(thread_.native_handle(), policy, &priority);
 }
 
 void FileQueue::wait() {
@@ -90,22 +106,24 @@ int FileQueue::write(const Piece& piece, uint64_t offset) const {
 }
 
 void FileQueue::run() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [&] { return ends_ || !pieces_.empty(); });
-    if (pieces_.empty() || written_.error != 0) return;
-    const Piece piece = std::move(pieces_.front());
-    pieces_.pop_front();
-    const uint64_t offset = written_.bytes;
-    lock.unlock();
-    const int error = write(piece, offset);
-    lock.lock();
-    if (error == 0) {
-      written_.bytes += piece.bytes.size();
-      waiting_ -= piece.bytes.size();
+  for (uint64_t offset = 0;;) {
+    Piece piece;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return ends_ || !pieces_.empty(); });
+      if (pieces_.empty()) return;
+      piece = std::move(pieces_.front());
+      pieces_.pop_front();
     }
-    written_.error = error;
+    const int error = write(piece, offset);
+    if (error == 0) offset += piece.bytes.size();
+    {
+      const std::lock_guard lock(mutex_);
+      written_ = {error, offset};
+      waiting_ -= piece.bytes.capacity();
+    }
     changed_.notify_all();
+    if (error != 0) return;
   }
 }
 

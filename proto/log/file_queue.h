@@ -14,8 +14,9 @@ namespace haptic {
 bool write_all(int file, const std::vector<char>& bytes, uint64_t offset);
 
 /// Appends pieces to a file on a thread of its own: a disk that stands still for seconds, as one
-/// does behind a large build, keeps nobody from draining the rings. A piece is in the file whole or
-/// not at all: room for it is reserved first. After an error nothing more is written.
+/// does behind a large build, keeps nobody from draining the rings. Room for each piece is reserved
+/// first, where the file system can. After an error nothing more is written, and the file may end
+/// with a part of the piece that failed.
 class FileQueue {
  public:
   /// The file is empty, and stays open until the queue is gone.
@@ -25,8 +26,8 @@ class FileQueue {
   FileQueue(const FileQueue&) = delete;
   FileQueue& operator=(const FileQueue&) = delete;
 
-  /// Queues a piece, with which `reserve` bytes behind it are reserved [bytes]. Waits where more
-  /// than kMostWaiting bytes are on their way.
+  /// Queues a piece; `reserve` bytes behind it are reserved with it. Waits while more than
+  /// kMostWaiting bytes are queued already.
   void append(std::vector<char> bytes, uint64_t reserve);
   /// Waits until all that was queued is written, or an error has ended it.
   void wait();
@@ -37,7 +38,10 @@ class FileQueue {
   };
   Written written() const;
 
-  static constexpr uint64_t kMostWaiting = 64 << 20;  // [bytes]; minutes of a compressed recording
+  /// Gives the thread the scheduling policy and priority of the caller.
+  void share_priority();
+
+  static constexpr uint64_t kMostWaiting = 64 << 20;  // [bytes]; a minute of a scene with masses
 
  private:
   struct Piece {
@@ -51,7 +55,7 @@ class FileQueue {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Piece> pieces_;
-  uint64_t waiting_ = 0;  // bytes of the pieces, with the one being written
+  uint64_t waiting_ = 0;  // bytes that the pieces take, with the one being written
   Written written_;
   bool ends_ = false;
   std::thread thread_;

@@ -71,15 +71,14 @@ struct McapAttachment {
   std::string name, media_type;
 };
 
-/// Appends messages to a file in chunks (zstd, level 1), each written at once by a thread of its
-/// own (FileQueue), so that a disk that stands still for a while keeps nobody waiting.
+/// Appends messages to a file in chunks (zstd, level 1). A thread writes them (FileQueue), so that
+/// a disk that stands still for a while keeps nobody waiting.
 ///
-/// A killed writer loses only the open chunk, and what a disk that stands still has kept waiting. A
-/// full disk loses no chunk: before each chunk, space
-/// for it *and* for the end of the file is reserved; if that is refused, the file is ended there, a
-/// complete MCAP. If the file system cannot reserve and a write falls short, the file is truncated
-/// to its last whole chunk. After such a stop `error()` gives the reason, and further messages are
-/// refused.
+/// A killed writer loses the open chunk and those not written yet. On a full disk the file ends,
+/// complete, before the first chunk for which there is no room; that chunk and the later ones are
+/// lost: before each chunk, space for it *and* for the end of the file is reserved. If the file
+/// system cannot reserve and a write falls short, the file is truncated to its last whole chunk.
+/// After such a stop `error()` gives the reason, and further messages are refused.
 class McapWriter {
  public:
   /// Creates or replaces the file. Throws McapError, also if the path is a device or a pipe.
@@ -113,6 +112,10 @@ class McapWriter {
   const std::string& error() const { return error_; }
   /// Bytes of the file so far, with those that are on their way.
   uint64_t size() const { return offset_; }
+  /// Gives the thread that writes the scheduling policy and priority of the caller.
+  void share_priority() {
+    if (queue_ != nullptr) queue_->share_priority();
+  }
   /// Messages of a channel that are known to be in the file, as all are that were written before a
   /// flush.
   uint64_t written(uint16_t channel) const;
@@ -148,6 +151,7 @@ class McapWriter {
   std::vector<McapChunkIndex> chunks_;
   std::vector<McapMetadataIndex> metadata_;
   std::vector<McapAttachment> attachments_;
+  uint16_t n_schemas_ = 0, n_channels_ = 0;  // with those on their way
   uint64_t named_bytes_ = 0;  // size of all schemas, channels, names of metadata and attachments
   std::map<uint16_t, uint64_t> counts_;  // messages in whole chunks, by channel
   Buffer chunk_;                         // open chunk, uncompressed

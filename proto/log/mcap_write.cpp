@@ -116,24 +116,24 @@ McapWriter::~McapWriter() {
 
 uint16_t McapWriter::add_schema(std::string_view name, std::string_view encoding,
                                 std::string_view text) {
-  const uint16_t id = static_cast<uint16_t>(schemas_.size() + 1);
-  schemas_.push_back({id, std::string(name), std::string(encoding), std::string(text)});
+  const McapSchema schema{++n_schemas_, std::string(name), std::string(encoding),
+                          std::string(text)};
   Buffer record;
-  put_schema(record, schemas_.back());
+  put_schema(record, schema);
   named_bytes_ += record.size();
-  append(std::move(record));
-  return id;
+  append(std::move(record), [this, schema] { schemas_.push_back(schema); });
+  return schema.id;
 }
 
 uint16_t McapWriter::add_channel(uint16_t schema, std::string_view topic, std::string_view encoding,
                                  const McapMetadata& metadata) {
-  const uint16_t id = static_cast<uint16_t>(channels_.size() + 1);
-  channels_.push_back({id, schema, std::string(topic), std::string(encoding), metadata});
+  const McapChannel channel{++n_channels_, schema, std::string(topic), std::string(encoding),
+                            metadata};
   Buffer record;
-  put_channel(record, channels_.back());
+  put_channel(record, channel);
   named_bytes_ += record.size();
-  append(std::move(record));
-  return id;
+  append(std::move(record), [this, channel] { channels_.push_back(channel); });
+  return channel.id;
 }
 
 void McapWriter::add_metadata(std::string_view name, const McapMetadata& metadata) {
@@ -220,8 +220,12 @@ McapWriter::Buffer McapWriter::make_chunk(McapChunkIndex& index) const {
   // with a buffer of this size only memory can fail
   if (ZSTD_isError(packed_size)) throw std::bad_alloc();
   packed.resize(packed_size);
+  size_t index_bytes = 0;
+  for (const auto& [channel, messages] : chunk_index_) {
+    index_bytes += kRecordHeader + 6 + sizeof(Indexed) * messages.size();
+  }
   Buffer out;
-  out.reserve(packed.size() + (64 << 10));
+  out.reserve(packed.size() + index_bytes + 128);
   put_record(out, kChunk, chunk_first_ns_, chunk_last_ns_, uint64_t{chunk_.size()},
              crc32(chunk_.data(), chunk_.size()), kZstd, uint64_t{packed.size()},
              std::as_bytes(std::span<const char>(packed)));
@@ -302,8 +306,8 @@ uint64_t McapWriter::end_bound() const {
   constexpr uint64_t kFixed = 1024;
   constexpr uint64_t kPerChunk = 128, kPerMetadata = 64, kPerAttachment = 64, kPerChannel = 10;
   return kFixed + named_bytes_ + kPerMetadata * metadata_.size() +
-         kPerAttachment * attachments_.size() + kPerChannel * channels_.size() +
-         (kPerChunk + kPerChannel * channels_.size()) * (chunks_.size() + queued_.size() + 1);
+         kPerAttachment * attachments_.size() + kPerChannel * n_channels_ +
+         (kPerChunk + kPerChannel * n_channels_) * (chunks_.size() + queued_.size() + 1);
 }
 
 /// Queues bytes for the end of the file; `enter` puts them into the index once they are there.

@@ -54,7 +54,8 @@ TraceWriter::TraceWriter(const std::string& path, const McapMetadata& metadata,
     channels_.push_back({topic.name, add_channel(topic.name, topic.schema, text, topic.what)});
   }
   mcap_.add_metadata("recording", metadata);
-  if (!mcap_.error().empty()) throw McapError(mcap_.error());
+  // who reads the file from here on finds its topics
+  if (!mcap_.flush()) throw McapError(mcap_.error());
 }
 
 uint16_t TraceWriter::add_channel(std::string_view topic, std::string_view schema,

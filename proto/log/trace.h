@@ -113,6 +113,8 @@ class TraceWriter {
   bool close() { return mcap_.close(); }
   const std::string& error() const { return mcap_.error(); }
   uint64_t size() const { return mcap_.size(); }
+  /// Gives the thread that writes the scheduling policy and priority of the caller.
+  void share_priority() { mcap_.share_priority(); }
   /// Records of a topic that are known to be in the file.
   uint64_t written(std::string_view topic) const;
 

@@ -106,7 +106,7 @@ TEST_CASE("file queue: after an error nothing more is written, and nobody waits"
   queue.wait();
   for (size_t n = 300; n < 600; ++n) queue.append(piece(n), 0);
   queue.wait();
-  disk.room = INT64_MAX;
+  CHECK(disk.room == INT64_MAX);
   CHECK(queue.written().error == ENOSPC);
   // the last piece that is there whole
   size_t whole = 0, bytes = 0;
@@ -121,7 +121,6 @@ TEST_CASE("file queue: a recording on a disk that stands still misses no record"
   constexpr uint64_t kFrames = 20'000;
   {
     TraceWriter trace(path, {});
-    trace.flush();
     StandingDisk standing;
     for (uint64_t tick = 1; tick <= kFrames; ++tick) {
       REQUIRE(trace.write(servo_topic(kFirstHand), frame_of(tick), {}));
@@ -148,23 +147,27 @@ TEST_CASE("file queue: a recording that ends amid what is on its way counts what
   uint64_t written = 0;
   {
     TraceWriter trace(path, {});
-    trace.flush();
     StandingDisk standing;
     for (uint64_t tick = 1; tick <= 5000; ++tick) {
       REQUIRE(trace.write(servo_topic(kFirstHand), frame_of(tick), {}));
       if (tick % 100 == 0) REQUIRE(trace.close_chunk());
-      if (tick % 1000 == 0) trace.add_metadata("mark " + std::to_string(tick), {{"at", "here"}});
+      if (tick % 1000 != 0) continue;
+      const std::string name = "mark " + std::to_string(tick);
+      trace.add_metadata(name, {{"at", "here"}});
+      trace.add_channel("/" + name, "std_msgs/msg/Empty", "", "a topic that comes late");
     }
+    // the end then has the room that was reserved for it
     disk.room = 20'000;
     standing.move();
     CHECK_FALSE(trace.flush());
-    // some room for the end, as it was reserved
-    disk.room = INT64_MAX;
     CHECK_FALSE(trace.close());
     CHECK(trace.error().find("No space left on device") != std::string::npos);
+    CHECK(trace.error().find("the file is complete") != std::string::npos);
     written = trace.written(servo_topic(kFirstHand).name);
   }
+  // read by its index, which has what is in the file and nothing else
   const TraceReader read(path);
+  REQUIRE(read.mcap().finished());
   const std::vector<ServoFrame> frames = read.read(servo_topic(kFirstHand));
   CHECK(frames.size() == written);
   CHECK(written > 0);
@@ -174,7 +177,9 @@ TEST_CASE("file queue: a recording that ends amid what is on its way counts what
   // marks as far as the file goes, and no others
   size_t marks = 0;
   for (const auto& [name, content] : read.mcap().metadata()) marks += name.rfind("mark ", 0) == 0;
-  CHECK(marks == (written == 0 ? 0 : (written - 1) / 1000));
+  CHECK(marks == (written - 1) / 1000);
+  CHECK((read.mcap().find_channel("/mark 1000") != nullptr) == (marks > 0));
+  CHECK(read.mcap().find_channel("/mark 5000") == nullptr);
 }
 
 }  // namespace haptic

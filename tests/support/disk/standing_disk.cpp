@@ -37,6 +37,7 @@ extern "C" ssize_t pwrite(int file, const void* bytes, size_t size, off_t offset
   const int64_t room = disk.room.load();
   const auto part = std::min(static_cast<int64_t>(size), room);
   if (part <= 0) {
+    disk.room = INT64_MAX;
     errno = ENOSPC;
     return -1;
   }

@@ -9,8 +9,9 @@
 namespace haptic::test {
 
 struct Disk {
-  std::atomic<bool> stands{false};       // calls wait
-  std::atomic<int64_t> room{INT64_MAX};  // [bytes] until it is full; a write may fall short
+  std::atomic<bool> stands{false};  // calls wait
+  // [bytes] until a write falls short and the next one fails; after that there is room again
+  std::atomic<int64_t> room{INT64_MAX};
 };
 extern Disk disk;
 
