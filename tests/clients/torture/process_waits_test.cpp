@@ -12,6 +12,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "clients/lab/forked_process.h"
 #include "proto/os/realtime.h"
@@ -33,9 +34,10 @@ class Child {
     waitpid(pid_, nullptr, 0);
   }
   pid_t pid() const { return pid_; }
-  void await(char state) const {
+  /// Until its first thread is in that state, with the name of its program in front: "(sleep) S".
+  void await(const std::string& state) const {
     std::string line;
-    while (line.find(std::string(") ") + state) == std::string::npos) {
+    while (line.find(state) == std::string::npos) {
       std::getline(std::ifstream("/proc/" + std::to_string(pid_) + "/stat"), line);
     }
   }
@@ -53,8 +55,9 @@ cpu_set_t this_threads_processors() {
 }  // namespace
 
 TEST_CASE("process waits: one that is stopped has no time, one that sleeps waits for nothing") {
-  const Child sleeper([] { pause(); });
-  sleeper.await('S');
+  // a program without sanitizer, which would have a thread of its own that wakes
+  const Child sleeper([] { execlp("sleep", "sleep", "1000", nullptr); });
+  sleeper.await("(sleep) S");
   ProcessWaits waits(sleeper.pid());
   const auto look_for = [&](int n) {
     const int64_t from_ns = now_ns();
@@ -68,10 +71,10 @@ TEST_CASE("process waits: one that is stopped has no time, one that sleeps waits
   look_for(1);
   CHECK(look_for(20) == 0);
   kill(sleeper.pid(), SIGSTOP);
-  sleeper.await('T');
+  sleeper.await("(sleep) T");
   CHECK(look_for(20) >= 20 * kMs);
   kill(sleeper.pid(), SIGCONT);
-  sleeper.await('S');
+  sleeper.await("(sleep) S");
   look_for(1);
   CHECK(look_for(20) == 0);
   CHECK(waits.stalls(now_ns()).empty());
@@ -96,6 +99,21 @@ TEST_CASE("process waits: it waits for a processor on which others run") {
   const int64_t to_ns = now_ns();
   waits.look(to_ns);
   CHECK(held_up(waits.stalls(from_ns), from_ns, to_ns) >= std::min(waited_ns, to_ns - from_ns));
+  pthread_setaffinity_np(pthread_self(), sizeof before, &before);
+}
+
+TEST_CASE("process waits: a thread beside the first one counts") {
+  const cpu_set_t before = this_threads_processors();
+  pin_to_processor(0);
+  const Child busy([] {
+    std::thread([] {
+      for (volatile bool on = true; on;) continue;
+    }).join();
+  });
+  ProcessWaits waits(busy.pid());
+  const int64_t from_ns = now_ns();
+  while (waits.stalls(from_ns).empty() && now_ns() < from_ns + 20'000 * kMs) waits.look(now_ns());
+  CHECK_FALSE(waits.stalls(from_ns).empty());
   pthread_setaffinity_np(pthread_self(), sizeof before, &before);
 }
 
