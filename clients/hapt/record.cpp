@@ -102,8 +102,8 @@ std::optional<Pose> base_of(const std::string& config) {
   return std::nullopt;
 }
 
-/// Real time like the session that is recorded, where it is and the kernel grants it, for who
-/// drains the rings and who writes the file. Returns whether the servo has been seen.
+/// Gives the thread that drains the rings and the one that writes the file real-time priority,
+/// where the session has it and the kernel grants it. Returns whether the servo has been seen.
 bool follow_realtime(Recorder& recorder, TraceWriter& trace) {
   const SegmentHeader* servo = recorder.servo_header();
   if (servo == nullptr) return false;

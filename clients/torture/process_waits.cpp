@@ -15,19 +15,24 @@ std::string folder_of(pid_t pid) {
   return "/proc/" + std::to_string(pid);
 }
 
-/// Of a process, which is its first thread, or of a thread, since its start [ns]; −1: unknown.
+/// Returns how long a thread has waited for a processor since its start [ns]; −1: unknown. The
+/// folder of a process is that of its first thread.
 int64_t read_time_waited(const std::string& folder) {
   int64_t ran_ns = 0, waited_ns = -1;
   std::ifstream(folder + "/schedstat") >> ran_ns >> waited_ns;
   return waited_ns;
 }
 
-/// Of all threads of a process together; −1: unknown.
+/// Returns the sum of that over all threads of a process; −1: unknown.
 int64_t read_time_threads_waited(const std::string& folder) {
+  namespace fs = std::filesystem;
   int64_t sum_ns = -1;
-  std::error_code none;
-  for (const auto& thread : std::filesystem::directory_iterator(folder + "/task", none)) {
-    const int64_t waited_ns = read_time_waited(thread.path());
+  // a process may end while it is looked at
+  std::error_code gone;
+  const fs::directory_iterator end;
+  for (fs::directory_iterator thread(folder + "/task", gone); !gone && thread != end;
+       thread.increment(gone)) {
+    const int64_t waited_ns = read_time_waited(thread->path());
     if (waited_ns >= 0) sum_ns = std::max<int64_t>(sum_ns, 0) + waited_ns;
   }
   return sum_ns;

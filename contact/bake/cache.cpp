@@ -84,17 +84,6 @@ std::string distrust_folder(const std::string& folder) {
   return S_ISDIR(status.st_mode) ? distrust(status) : "it is no folder";
 }
 
-/// Writes everything; false with errno set.
-bool write_all(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
-    bytes = bytes.subspan(static_cast<size_t>(n));
-  }
-  return true;
-}
-
 }  // namespace
 
 MappedFile map_file(const std::string& path) {

@@ -28,7 +28,8 @@ MappedFile map_file(const std::string& path);
 /// symbolic links are not followed. Throws std::runtime_error with the reason.
 MappedFile map_cached(const std::string& path);
 
-/// Key of what is made of a mesh's triangles with the options in `what`, which names them all.
+/// Returns the key under which the cache keeps what is made of a mesh; `what` names all options
+/// that it is made with.
 uint64_t mesh_key(const TriangleMesh& mesh, std::string_view what);
 
 std::string cache_path(uint64_t key);

@@ -8,13 +8,16 @@
 
 #include <cerrno>
 #include <csignal>
+#include <span>
 #include <utility>
+
+#include "proto/os/regular_file.h"
 
 namespace haptic {
 namespace {
 
-/// Whether the file may grow by that much from `offset` on; reserves the space if the file system
-/// can. False with errno.
+/// Reserves space from `offset` on, where the file system can. Returns false, with errno, if the
+/// file may not grow by that much.
 bool has_room(int file, uint64_t offset, uint64_t bytes) {
   rlimit limit{};
   if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY &&
@@ -28,37 +31,26 @@ bool has_room(int file, uint64_t offset, uint64_t bytes) {
   return result == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG);
 }
 
-/// While it lives this thread gets no signals, and those that it starts never get any.
-struct NoSignals {
+/// Blocks all signals of this thread while it lives; threads that are started then keep them
+/// blocked.
+struct BlockedSignals {
   sigset_t before{};
-  NoSignals() {
+  BlockedSignals() {
     sigset_t all;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
   }
-  ~NoSignals() { pthread_sigmask(SIG_SETMASK, &before, nullptr); }
+  ~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &before, nullptr); }
 };
 
-/// A thread without signals: they are for the one that waits for them.
+/// Starts a thread that gets no signals, so that they reach the thread that waits for them.
 template <typename Run>
 std::thread start_thread(Run run) {
-  const NoSignals none;
+  const BlockedSignals blocked;
   return std::thread(std::move(run));
 }
 
 }  // namespace
-
-bool write_all(int file, const std::vector<char>& bytes, uint64_t offset) {
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n =
-        ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n == 0) errno = ENOSPC;
-    if (n <= 0) return false;
-    done += static_cast<size_t>(n);
-  }
-  return true;
-}
 
 FileQueue::FileQueue(int file) : file_(file), thread_(start_thread([this] { run(); })) {}
 
@@ -101,7 +93,7 @@ FileQueue::Written FileQueue::written() const {
 
 int FileQueue::write(const Piece& piece, uint64_t offset) const {
   const bool is_whole = has_room(file_, offset, piece.bytes.size() + piece.reserve) &&
-                        write_all(file_, piece.bytes, offset);
+                        write_all(file_, std::as_bytes(std::span(piece.bytes)), offset);
   return is_whole ? 0 : errno;
 }
 

@@ -10,9 +10,6 @@
 
 namespace haptic {
 
-/// Writes all bytes at this place of a file; false, with errno, if it could not.
-bool write_all(int file, const std::vector<char>& bytes, uint64_t offset);
-
 /// Appends pieces to a file on a thread of its own: a disk that stands still for seconds, as one
 /// does behind a large build, keeps nobody from draining the rings. Room for each piece is reserved
 /// first, where the file system can. After an error nothing more is written, and the file may end
@@ -41,7 +38,7 @@ class FileQueue {
   /// Gives the thread the scheduling policy and priority of the caller.
   void share_priority();
 
-  static constexpr uint64_t kMostWaiting = 64 << 20;  // [bytes]; a minute of a scene with masses
+  static constexpr uint64_t kMostWaiting = 64 << 20;  // [bytes]; a minute at 1 MB/s, as heap has
 
  private:
   struct Piece {

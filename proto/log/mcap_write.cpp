@@ -349,7 +349,7 @@ bool McapWriter::finish() {
   queued_.clear();
   const Buffer end = make_end();
   // overwrites a half-written chunk, or uses the reserved space
-  const bool whole = write_all(file_.get(), end, offset_);
+  const bool whole = write_all(file_.get(), std::as_bytes(std::span(end)), offset_);
   int error = errno;
   const uint64_t size = offset_ + (whole ? end.size() : 0);
   const bool cut = ::ftruncate(file_.get(), static_cast<off_t>(size)) == 0;

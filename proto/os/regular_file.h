@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <span>
 #include <string>
 
 #include "proto/os/file_descriptor.h"
@@ -32,5 +33,8 @@ std::string open_stream(const std::string& path, std::ifstream& in);
 
 /// Reads a whole file of at most `most` bytes into `text`. Returns the problem; empty: none.
 std::string read_regular_file(const std::string& path, size_t most, std::string& text);
+
+/// Writes all bytes to a regular file, from `offset` on; false, with errno, if it could not.
+bool write_all(int file, std::span<const std::byte> bytes, uint64_t offset = 0);
 
 }  // namespace haptic
