@@ -131,9 +131,11 @@ TEST_CASE("realtime: a hybrid clock really spins, for at most half a period") {
   for (int k = 0; k < kAttempts && most_ns <= kTicks * spin / 4; ++k) {
     DeadlineClock clock(period, kHybridSpinNs);
     const int64_t used_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID);
-    for (int i = 0; i < kTicks; ++i) clock.wait();
+    // what a hypervisor takes in mid-spin counts as time of the thread, and makes the tick late
+    int64_t late_ns = 0;
+    for (int i = 0; i < kTicks; ++i) late_ns += clock.wait().late_ns;
     const int64_t spent_ns = read_clock_ns(CLOCK_THREAD_CPUTIME_ID) - used_ns;
-    CHECK(spent_ns < kTicks * (spin + period / 4));
+    CHECK(spent_ns < kTicks * (spin + period / 4) + late_ns);
     most_ns = std::max(most_ns, spent_ns);
   }
   CAPTURE(period, most_ns);
