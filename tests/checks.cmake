@@ -7,3 +7,14 @@ foreach(check IN ITEMS layering links style)
     -DWORK=${CMAKE_CURRENT_BINARY_DIR}/${check}_breaches
     -P ${CMAKE_CURRENT_SOURCE_DIR}/checks_selftest.cmake)
 endforeach()
+
+# what the demo needs, as ninja knows it
+if(NOT HAPTIC_SANITIZE AND CMAKE_GENERATOR STREQUAL "Ninja")
+  set(growth ${CMAKE_COMMAND} -DROOT=${CMAKE_SOURCE_DIR} -DBUILD=${CMAKE_BINARY_DIR} -DNINJA=${CMAKE_MAKE_PROGRAM})
+  add_test(NAME growth COMMAND ${growth} -P ${CMAKE_CURRENT_SOURCE_DIR}/growth.cmake)
+  foreach(program IN ITEMS hapt-lab haptic-emulator)
+    add_test(NAME growth_catches_${program}
+      COMMAND ${growth} -DPROGRAMS=${program} -P ${CMAKE_CURRENT_SOURCE_DIR}/growth.cmake)
+    set_tests_properties(growth_catches_${program} PROPERTIES WILL_FAIL ON)
+  endforeach()
+endif()
