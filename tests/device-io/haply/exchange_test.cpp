@@ -7,7 +7,6 @@
 #include <set>
 
 #include "device-io/haply/haply.h"
-#include "tests/support/guarded.h"
 #include "tests/support/torture_scale.h"
 
 using namespace haptic;
@@ -131,28 +130,4 @@ TEST_CASE("haply exchange: fuzz: answers that are right, damaged, cut, doubled o
     if (!within || !is_finite(state.X_BH.p) || !is_finite(state.V_BH.v)) FAIL("input " << k);
   }
   CHECK(fresh > n / 2);
-}
-
-TEST_CASE("haply exchange: a tick neither allocates, locks nor calls the system", "[device-io]") {
-  if (!hooks_are_here()) return;
-  const auto mailbox = std::make_shared<MotorMailbox>();
-  ThreeMotorDevice device(haply_arm({}), {}, mailbox);
-  HaplyExchange exchange(*mailbox);
-  DeviceState state{};
-  int64_t fresh = 0;
-  const auto tick = [&](int64_t i) {
-    const HaplyQuestion asked = exchange.ask(i * kMs);
-    const Bytes answer = answer_of(asked[1], static_cast<float>(-1000 - i / 8 % 300), 900);
-    exchange.hear({answer.data(), i % 500 == 3 ? size_t{5} : answer.size()}, i * kMs);
-    fresh += device.read({i * kMs, i * kMs}, state) ? 1 : 0;
-    device.write({i % 1000 == 7 ? Vec3{1e300, 0, 0} : -20.0 * state.X_BH.p, {}});
-  };
-  for (int64_t i = 1; i <= 1000; ++i) tick(i);
-  const auto ticks = static_cast<int64_t>(11'000 * torture_scale());
-  const GuardReport report = guarded([&] {
-    for (int64_t i = 1001; i <= 1000 + ticks; ++i) tick(i);
-  });
-  INFO(report.explain());
-  CHECK(report.violations() == 0);
-  CHECK(fresh > ticks * 9 / 10);
 }

@@ -205,17 +205,17 @@ TEST_CASE("falcon over usbfs: half packets, lost bytes and a stale queue end in 
   Desk desk(pressing());
   desk.open();
   REQUIRE(desk.tick_until(3000, [&] { return desk.pushes(); }) > 0);
-  const auto fault = GENERATE(FalconFault::kHalves, FalconFault::kLoses, FalconFault::kOldFirst);
+  const auto fault = GENERATE(Lie::kHalves, Lie::kLoses, Lie::kOldFirst);
   {
     const std::lock_guard guard(desk.usb.lock());
     desk.falcon.lie(fault);
   }
   const int stale = desk.tick_until(300, [&] { return desk.has(kDeviceStale, kDeviceStale); });
-  if (fault == FalconFault::kOldFirst) CHECK(stale > 0);
+  if (fault == Lie::kOldFirst) CHECK(stale > 0);
   CHECK(std::isfinite(desk.state.X_BH.p.z));
   {
     const std::lock_guard guard(desk.usb.lock());
-    desk.falcon.lie(FalconFault::kHealthy);
+    desk.falcon.lie(Lie::kHealthy);
   }
   CHECK(desk.tick_until(3000, [&] {
     return desk.has(kDeviceHomed, kDeviceHomed | kDeviceLost | kDeviceStale);
