@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What only a Polhem does, its kinematics; what it shares with other drivers is in
+// tests/device-io/driver.
 #include "device-io/polhem/kinematics.h"
 
 #include <catch2/catch.hpp>
