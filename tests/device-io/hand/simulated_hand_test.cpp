@@ -260,34 +260,3 @@ TEST_CASE("simulated hand: it turns under the held torque by torque over stiffne
              IsNear(torque / config.hand.hand_rotational_stiffness, 1e-9));
   CHECK((state.flags & kDeviceSaturated) == 0);
 }
-
-TEST_CASE("simulated hand: led, the handle turns to the orientation, by the shorter arc and back",
-          "[device-io]") {
-  DeviceConfig config = turning_device();
-  config.hand.intent.stroke_time = 1.2;
-  config.hand.intent.turn_angle = 0.4;
-  SimulatedHand led(config), alone(config);
-  const Quat wanted = from_rotation_vector({0.5, 0.2, -2.8});
-  Quat before;
-  Vec3 w_before;
-  double fastest = 0, jerked = 0;
-  for (int k = 0; k < 6000; ++k) {
-    read_at(led, k * kMs);
-    read_at(alone, k * kMs);
-    const bool leads = k >= 700 && k < 3000;
-    led.lead(leads ? std::optional(Pose{{0.05, 0, 0}, wanted}) : std::nullopt);
-    const Quat now = led.plant().intent_q_B;
-    const Vec3 w = to_rotation_vector(now * conjugate(before)) / 1e-3;
-    if (k > 1) fastest = std::max(fastest, norm(w));
-    if (k > 2) jerked = std::max(jerked, norm(w - w_before));
-    before = now;
-    w_before = w;
-    if (k == 2999) CHECK(norm(to_rotation_vector(now * conjugate(wanted))) < 1e-6);
-    if (k <= 700 || k > 5500) REQUIRE(now == alone.plant().intent_q_B);
-  }
-  // its own turn, at most 1.875·0.4/0.6 s, and that of the lead
-  CHECK(fastest < kMostLedSpin + 1.25);
-  CHECK(fastest > 0.9 * kMostLedSpin);
-  // a jump of a tenth of a degree would be 1.7 rad/s; the filter's acceleration is at most ω²·3 rad
-  CHECK(jerked < kLedRate * kLedRate * 3 * 1e-3);
-}
