@@ -403,7 +403,7 @@ TEST_CASE("kinematics: motors do the work that the handle does", "[device-io]") 
       const Twist way = between(moved(row, q, i, -unit), moved(row, q, i, unit));
       CAPTURE(i);
       REQUIRE(std::fabs(dot(F_B.f, way.v) + dot(F_B.t, way.w) - 2 * row.work[i] * motors[i]) <=
-              tol(1e-9));
+              tol(1e-10));
     }
   });
 }

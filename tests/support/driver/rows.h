@@ -28,6 +28,8 @@ struct DriverRow {
     double force, torque = 0;  // the device's own [N, N·m]
     double effort;             // of a motor, in the device's unit
     double working;            // of a motor of a hand that presses, at least
+    bool is_motors = false;    // the motors yield before that force is reached
+    double misled = 2;  // force by wrong counts, over the limit that holds where they are right
   };
   struct Steps {
     double place = 150e-6;                   // of some counts, at the handle [m]
