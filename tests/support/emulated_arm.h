@@ -42,7 +42,7 @@ class EmulatedArm final : public DriverBench {
   }
   void lie(Lie how) override {
     lie_ = how;
-    mirror_ = board_.record().counts[1];
+    mirror_ = board_.record().counts[encoder];
     board_.lie(fault_of(how));
     board_.disturb({}, 0);
   }
@@ -87,9 +87,9 @@ class EmulatedArm final : public DriverBench {
   void turn(int64_t t_ns) {
     turned_ns_ = t_ns;
     if (lie_ == Lie::kSilent || is_cut_) return;
-    const int32_t off = 2 * (mirror_ - board_.record().counts[1]);
-    if (lie_ == Lie::kFlipped) board_.disturb({0, off}, 10);
-    if (lie_ == Lie::kSlipped) board_.disturb({0, 3000}, 10);
+    MotorCounts off{};
+    off[encoder] = lie_ == Lie::kFlipped ? 2 * (mirror_ - board_.record().counts[encoder]) : 3000;
+    if (lie_ == Lie::kFlipped || lie_ == Lie::kSlipped) board_.disturb(off, 10);
     const std::string asked = hear();
     board_.receive({asked.data(), asked.size()});
     board_.turn(t_ns);

@@ -74,8 +74,12 @@ TEST_CASE("lying device: an encoder that counts wrong drives nothing beyond the 
           "[device-io]") {
   // honest to the protocol; the hand's motion is wrong, and the limits hold all the same
   const Liar liar = GENERATE(from_range(liars(&DriverRow::wrong_counts)));
-  CAPTURE(liar.row.name, static_cast<int>(liar.lie));
-  Wall w(liar.row);
+  const size_t encoder = GENERATE_COPY(from_range(liar.row.wrong_encoders));
+  const bool from_start = GENERATE(false, true);
+  CAPTURE(liar.row.name, static_cast<int>(liar.lie), encoder, from_start);
+  Wall w(liar.row, pressing(liar.row, "typical", liar.row.wall.depth));
+  if (!from_start) w.run(1100);
+  w.bench->encoder = encoder;
   w.bench->lie(liar.lie);
   double effort = 0, force = 0;
   for (int i = 0; i < 3000; ++i) {

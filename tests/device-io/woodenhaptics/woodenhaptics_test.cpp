@@ -6,6 +6,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "device-io/emulator/firmware.h"
@@ -122,6 +123,17 @@ TEST_CASE("woodenhaptics driver: a force becomes the currents of the pose it was
   b.tick(force_B, counts);
   CHECK(b.line.hear() == line_for(motor_currents(kArm, joint_angles(kArm, counts), force_B)));
   CHECK_FALSE(b.has(kDeviceSaturated));
+}
+
+TEST_CASE("woodenhaptics driver: a force that is not a number is sent as zero", "[device-io]") {
+  Bench b;
+  b.line.hear();
+  const double bad =
+      GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
+  b.tick({0, bad, 0}, {0, 0, 0});
+  CHECK(b.line.hear() == kZeroCommand);
+  b.tick({}, {0, 0, 0});
+  CHECK(b.has(kDeviceSaturated));
 }
 
 TEST_CASE("woodenhaptics driver: one line is under way at a time, a lost one is asked again",

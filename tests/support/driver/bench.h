@@ -50,6 +50,8 @@ class DriverBench : public Device {
 
   /// What the line takes each way, or the way to the host; bytes keep their order [ns].
   int64_t delay_ns = 0;
+  /// That lies, where the emulated device lets one choose.
+  size_t encoder = 1;
   static constexpr int64_t kStartNs = 1'000'000'000;  // of virtual time
 
  protected:

@@ -130,7 +130,8 @@ const DriverRow kPolhem{.name = "polhem",
                         .describes = "6 axes, 3 of them driven (torque is dropped)",
                         .has_currents = true,
                         .most_delay_ms = 15,
-                        .noises = {Lie::kNoise, Lie::kTurnNoise}};
+                        .noises = {Lie::kNoise, Lie::kTurnNoise},
+                        .wrong_encoders = {1, 2}};
 
 const DriverRow kWoodenHaptics{.name = "woodenhaptics",
                                .open = open_line<WoodenHaptics, &woodenhaptics_arm>,
@@ -139,7 +140,8 @@ const DriverRow kWoodenHaptics{.name = "woodenhaptics",
                                .limits = {.force = 5, .effort = 3000, .working = 300},
                                .release = "[0,0,0]\n",
                                .has_currents = true,
-                               .most_delay_ms = 15};
+                               .most_delay_ms = 15,
+                               .wrong_encoders = {0, 1, 2}};
 
 // what half a milliampere in each motor makes at most: the column sums of J⁻ᵀ, from the numbers of
 // the description alone: 0.2 m of lever for the arm, the wrist's ratios
@@ -153,7 +155,8 @@ const DriverRow kSixMotors{
     .release = "[0,0,0,0,0,0]\n",
     .has_currents = true,
     .most_delay_ms = 15,
-    .noises = {Lie::kNoise, Lie::kTurnNoise}};
+    .noises = {Lie::kNoise, Lie::kTurnNoise},
+    .wrong_encoders = {1, 2, 5}};
 
 // its counts are micrometres: one that jumps by 60 of them is no noise
 const DriverRow kOwnDevice{
@@ -165,7 +168,8 @@ const DriverRow kOwnDevice{
     .steps = {.place = 10e-6, .turn = 1e-3, .unit_force = 2.5e-3, .unit_torque = 5e-5},
     .release = "[0,0,0,0,0,0]\n",
     .most_delay_ms = 15,
-    .noises = {}};
+    .noises = {},
+    .wrong_encoders = {1, 2, 5}};
 
 DriverRow variant(DriverRow row, const char* name, decltype(DriverRow::open) open) {
   row.name = name;

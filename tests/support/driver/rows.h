@@ -63,6 +63,7 @@ struct DriverRow {
   std::vector<Lie> noises{Lie::kNoise};
   std::vector<Lie> silences{Lie::kSilent};
   std::vector<Lie> wrong_counts{Lie::kFlipped, Lie::kSlipped};  // honest to the protocol
+  std::vector<size_t> wrong_encoders{1};                        // that count wrong
   std::vector<Lie> losses{};                                    // that cost samples, not sense
 };
 
