@@ -81,6 +81,11 @@ struct Bench {
     device->write({force_B, {}});
     return fresh;
   }
+  /// A tick of a device that does not answer.
+  void miss(const Vec3& force_B) {
+    read();
+    device->write({force_B, {}});
+  }
   bool has(uint32_t flag) const { return (state.flags & flag) != 0; }
 };
 
@@ -140,13 +145,9 @@ TEST_CASE("woodenhaptics driver: one line is under way at a time, a lost one is 
           "[device-io]") {
   Bench b;
   CHECK(b.line.hear() == kZeroCommand);
-  for (int i = 0; i < 4; ++i) {
-    b.read();
-    b.device->write({{0, 0, 1}, {}});
-  }
+  for (int i = 0; i < 4; ++i) b.miss({0, 0, 1});
   CHECK(b.line.hear(0).empty());
-  b.read();
-  b.device->write({{0, 0, 1}, {}});
+  b.miss({0, 0, 1});
   CHECK_FALSE(b.line.hear(100).empty());
 }
 
@@ -200,17 +201,11 @@ TEST_CASE("woodenhaptics driver: a device that falls silent is lost after 20 ms 
   b.tick({0, 0, 2}, {0, 0, 0});
   b.line.hear();
   int64_t silent = 0;
-  for (; silent < 100 && !b.has(kDeviceLost); ++silent) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (; silent < 100 && !b.has(kDeviceLost); ++silent) b.miss({0, 0, 2});
   CHECK(silent == 21);
   // every command from now on is zero
   b.line.hear(50);
-  for (int i = 0; i < 20; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (int i = 0; i < 20; ++i) b.miss({0, 0, 2});
   CHECK(b.line.hear() == kZeroCommand);
   // it answers again: the jump in between is not a velocity
   CHECK_FALSE(b.tick({0, 0, 2}, {3000, 0, 0}));
@@ -223,10 +218,7 @@ TEST_CASE("woodenhaptics driver: after a silence zero is confirmed before any fo
           "[device-io]") {
   Bench b;
   b.tick({0, 0, 2}, {0, 0, 0});
-  for (int i = 0; i < 40; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
-  }
+  for (int i = 0; i < 40; ++i) b.miss({0, 0, 2});
   REQUIRE(b.has(kDeviceLost));
   b.line.hear();
   // the first answer was under way when the device fell silent: the lines since then are queued,
@@ -249,8 +241,7 @@ TEST_CASE("woodenhaptics driver: a silent device is asked ever more rarely", "[d
   b.line.hear();
   size_t lines = 0;
   for (int i = 0; i < 5000; ++i) {
-    b.read();
-    b.device->write({{0, 0, 2}, {}});
+    b.miss({0, 0, 2});
     const std::string said = b.line.hear(0);
     lines += static_cast<size_t>(std::count(said.begin(), said.end(), '\n'));
   }
