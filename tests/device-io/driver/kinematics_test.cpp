@@ -31,7 +31,7 @@ struct ArmRow {
   Vec3 middle_B{};             // of its workspace
   Vec3 reach_B;                // half axes of the workspace [m]
   double turn = 0;             // of the handle, up to [rad]
-  Vec3 far_B{0.6, 0, 0};       // out of reach; the origin: there is no such place
+  Vec3 far_B{0.5, 0, 0};       // out of reach; the origin: there is no such place
   double inverse = 1e-9;       // of angles found for a pose [m]
   double turn_inverse = 1e-7;  // [rad]
   double slope = 1e-8;         // of differences against the Jacobian [m/rad]
@@ -49,7 +49,10 @@ struct ArmRow {
   std::function<MotorAmperes(const JointAngles& q, const Pose& X_BH, const Wrench& F_B)> drive;
   std::function<Wrench(const JointAngles& q, const Pose& X_BH, const MotorAmperes&)> wrench;
   std::array<double, kMostMotors> work{};
-  const Arm* counted = nullptr;  // its encoders count the angles
+  /// Of its encoders, rounded down, and the angles of whole counts; empty: none are known here.
+  std::function<MotorCounts(const JointAngles& q)> counts;
+  std::function<JointAngles(const MotorCounts&)> angles;
+  size_t encoders = 3;
   /// Lengths of its links in space, each over that of the drawing.
   std::function<std::vector<double>(const JointAngles& q, const Vec3& p_B)> links;
   double count = 0, least_step = 0, most_step = 0;  // angle of a count, and what it moves [rad, m]
@@ -75,7 +78,9 @@ ArmRow row_of(const Arm& arm, const Vec3& reach_B, double turn) {
   row.motors = arm.motors;
   row.reach_B = reach_B;
   row.turn = turn;
-  row.counted = &arm;
+  row.encoders = arm.encoders;
+  row.counts = arm.counts;
+  row.angles = arm.angles;
   row.solve = [&](const Pose& X_BH, JointAngles& q) { return arm.solve(X_BH, q); };
   row.pose = [&](const JointAngles& q, Pose& X_BH) { return X_BH = arm.pose(q), true; };
   row.drive = [&](const JointAngles& q, const Pose&, const Wrench& F) {
@@ -124,17 +129,51 @@ std::vector<double> falcon_rods(const JointAngles& q, const Vec3& p_B) {
   return rods;
 }
 
-ArmRow woodenhaptics() {
-  ArmRow row = row_of(woodenhaptics_arm(), {0.14, 0.14, 0.14}, 0);
+/// Of three bodies, as a config or the WoodenHaptics has them. A turn of a motor is so many counts,
+/// whatever body it drives: its work is independent of capstans and signs.
+ArmRow serial_arm(const char* name, const WoodenHapticsGeometry& g) {
+  ArmRow row;
+  row.name = name;
+  row.reach_B = {0.14, 0.14, 0.14};
   row.inverse = row.wrench_step = 1e-12;
   row.slope = 1e-10;
   row.is_meant = is_elbow_up;
-  row.jacobian = [](const JointAngles& q, const Pose&) {
-    return columns_of(tip_jacobian(WoodenHapticsGeometry{}, first_three(q)));
+  row.solve = [g](const Pose& X_BH, JointAngles& q) {
+    Vec3 angles = first_three(q);
+    const bool found = solve_joint_angles(g, X_BH.p, angles);
+    std::copy_n(joints(angles).begin(), 3, q.begin());
+    return found;
   };
-  // an ampere gives 0.0259 N·m and a turn of a motor is 2000 counts, whatever body it drives:
-  // independent of capstans and signs
+  row.pose = [g](const JointAngles& q, Pose& X_BH) {
+    return X_BH.p = tip_position(g, first_three(q)), true;
+  };
+  row.jacobian = [g](const JointAngles& q, const Pose&) {
+    return columns_of(tip_jacobian(g, first_three(q)));
+  };
+  row.drive = [g](const JointAngles& q, const Pose&, const Wrench& F_B) {
+    return joints(motor_currents(g, first_three(q), F_B.f));
+  };
+  row.wrench = [g](const JointAngles& q, const Pose&, const MotorAmperes& currents) {
+    return Wrench{tip_force(g, first_three(q), first_three(currents)), {}};
+  };
+  row.counts = [g](const JointAngles& q) { return motor_counts(g, first_three(q)); };
+  row.angles = [g](const MotorCounts& n) { return joints(joint_angles(g, n)); };
+  return row;
+}
+
+ArmRow woodenhaptics() {
+  ArmRow row = serial_arm("WoodenHaptics", {});
   row.work.fill(0.0259 * 2 * std::numbers::pi / 2000);
+  return row;
+}
+
+ArmRow hid_arm(const char* name, const HidArmConfig& config) {
+  ArmRow row = serial_arm(name, hid_arm_geometry(config));
+  const double count = 2 * std::numbers::pi / config.counts_per_turn;
+  const auto motor = [&](int i) {
+    return config.signs[i] * config.motor_signs[i] * config.torque_constant * count;
+  };
+  row.work = {motor(0), motor(1), motor(2)};
   return row;
 }
 
@@ -158,6 +197,7 @@ ArmRow six_motors() {
 ArmRow polhem() {
   ArmRow row = row_of(polhem_arm(), {0.09, 0.09, 0.09}, 3.1);
   row.is_meant = [](const JointAngles& q) { return q[4] <= 0; };
+  row.far_B = {0.2, 0, 0};
   row.jacobian = [](const JointAngles& q, const Pose&) {
     Mat3 J;
     REQUIRE(linkage_jacobian(PolhemLinkage{}, first_three(q), J));
@@ -178,34 +218,13 @@ ArmRow own_device() {
   return row;
 }
 
-ArmRow hid_arm_of(const char* name, const HidArmConfig& config) {
-  const WoodenHapticsGeometry g = hid_arm_geometry(config);
-  ArmRow row;
-  row.name = name;
-  row.reach_B = {0.14, 0.14, 0.14};
-  row.slope = 1e-10;
-  row.is_meant = is_elbow_up;
-  row.solve = [g](const Pose& X_BH, JointAngles& q) {
-    Vec3 angles = first_three(q);
-    const bool found = solve_joint_angles(g, X_BH.p, angles);
-    for (int i = 0; i < 3; ++i) q[static_cast<size_t>(i)] = angles[i];
-    return found;
-  };
-  row.pose = [g](const JointAngles& q, Pose& X_BH) {
-    return X_BH.p = tip_position(g, first_three(q)), true;
-  };
-  row.jacobian = [g](const JointAngles& q, const Pose&) {
-    return columns_of(tip_jacobian(g, first_three(q)));
-  };
-  return row;
-}
-
 ArmRow pantograph(const char* name, const PantographGeometry& g) {
   ArmRow row;
   row.name = name;
   row.motors = 2;
   row.middle_B = {0, 0.07, 0};
   row.reach_B = {0.035, 0.035, 0};
+  row.far_B = {0, 0.2, 0};
   row.solve = [g](const Pose& X_BH, JointAngles& q) {
     PantographAngles angles{q[0], q[1]};
     const bool found = solve_pantograph(g, X_BH.p, angles);
@@ -229,6 +248,7 @@ ArmRow falcon() {
   ArmRow row;
   row.name = "Falcon";
   row.reach_B = {0.05, 0.05, 0.05};
+  row.far_B = {0.2, 0, 0};
   row.solve = [](const Pose& X_BH, JointAngles& q) {
     FalconPose pose;
     if (!solve_falcon(kGeometry, X_BH.p, pose)) return false;
@@ -280,8 +300,8 @@ std::vector<ArmRow> arms() {
           polhem(),
           own_device(),
           falcon(),
-          hid_arm_of("HID arm of 2016", {}),
-          hid_arm_of("HID arm of other lengths", other),
+          hid_arm("HID arm of 2016", {}),
+          hid_arm("HID arm of other lengths", other),
           haply(),
           pantograph("pantograph with its motors on one axis", {0.07, 0.09, 0}),
           pantograph("pantograph of short driven links", {0.06, 0.09, 0.05})};
@@ -304,6 +324,14 @@ struct Draw {
             from_rotation_vector(row.turn * in_ball())};
   }
 };
+
+/// What a joint turns by in a count, or the unit of its row.
+double unit_of(const ArmRow& row, size_t joint) {
+  if (!row.angles) return row.unit;
+  MotorCounts one{};
+  one[joint] = 1;
+  return row.angles(one)[joint] - row.angles({})[joint];
+}
 
 /// Way and turn of the handle from one pose to another.
 Twist between(const Pose& from, const Pose& to) {
@@ -351,17 +379,13 @@ TEST_CASE("kinematics: forward after inverse is the identity over the workspace"
 
 TEST_CASE("kinematics: encoders read the counts below the angles", "[device-io]") {
   const ArmRow row = GENERATE(from_range(arms()));
-  if (row.counted == nullptr) return;
+  if (!row.counts) return;
   INFO(row.name);
-  const Arm& arm = *row.counted;
-  const JointAngles zero = arm.angles({});
   visit_workspace(row, 300, [&](const JointAngles& q, const Pose&, Draw&) {
-    const JointAngles below = arm.angles(arm.counts(q));
-    for (size_t i = 0; i < arm.encoders; ++i) {
-      MotorCounts one{};
-      one[i] = 1;
+    const JointAngles below = row.angles(row.counts(q));
+    for (size_t i = 0; i < row.encoders; ++i) {
       // along its own motor
-      const double over = (q[i] - below[i]) / (arm.angles(one)[i] - zero[i]);
+      const double over = (q[i] - below[i]) / unit_of(row, i);
       CAPTURE(i);
       REQUIRE(over >= -tol(1e-8));
       REQUIRE(over < 1 + tol(1e-8));
@@ -395,11 +419,7 @@ TEST_CASE("kinematics: motors do the work that the handle does", "[device-io]") 
     const Wrench F_B{5 * draw.in_ball(), row.motors == 6 ? 0.3 * draw.in_ball() : Vec3{}};
     const MotorAmperes motors = row.drive(q, X_BH, F_B);
     for (size_t i = 0; i < row.motors; ++i) {
-      MotorCounts one{};
-      one[i] = 1;
-      const double unit = row.counted == nullptr
-                              ? row.unit
-                              : row.counted->angles(one)[i] - row.counted->angles({})[i];
+      const double unit = unit_of(row, i);
       const Twist way = between(moved(row, q, i, -unit), moved(row, q, i, unit));
       CAPTURE(i);
       REQUIRE(std::fabs(dot(F_B.f, way.v) + dot(F_B.t, way.w) - 2 * row.work[i] * motors[i]) <=
@@ -440,7 +460,8 @@ TEST_CASE("kinematics: out of reach is said, and the angles stay", "[device-io]"
   if (row.far_B == Vec3{}) return;
   INFO(row.name);
   const JointAngles before{1, 2, 3, 4, 5, 6};
-  for (const Vec3& p_B : {row.far_B, Vec3{0, std::nan(""), 0}}) {
+  const double nan = std::nan("");
+  for (const Vec3& p_B : {row.far_B, Vec3{nan, 0, 0}, Vec3{0, nan, 0}}) {
     JointAngles q = before;
     CHECK_FALSE(row.solve({p_B, {}}, q));
     CHECK(q == before);

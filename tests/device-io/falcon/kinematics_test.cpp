@@ -29,10 +29,7 @@ TEST_CASE("falcon: a count is 0.0364 degrees", "[device-io]") {
   }
 }
 
-TEST_CASE("falcon: out of reach is said, and the place stays", "[device-io]") {
-  FalconPose pose;
-  CHECK_FALSE(solve_falcon(kFalcon, {0.2, 0, 0}, pose));
-  CHECK_FALSE(solve_falcon(kFalcon, {0, 0, std::nan("")}, pose));
+TEST_CASE("falcon: angles of no place are said, and the place stays", "[device-io]") {
   Vec3 p_B{0.01, 0, 0};
   CHECK_FALSE(find_falcon_handle(kFalcon, {3, -3, 3}, p_B));
   CHECK_FALSE(find_falcon_handle(kFalcon, {std::nan(""), 0, 0}, p_B));

@@ -54,9 +54,7 @@ TEST_CASE("pantograph: places and torques are those of hAPI", "[device-io]") {
 
 TEST_CASE("pantograph: out of reach and singular are said, and nothing changes", "[device-io]") {
   PantographAngles angles{1, 2};
-  CHECK_FALSE(solve_pantograph(kHaplyArm, {0, 0.2, 0}, angles));
   CHECK_FALSE(solve_pantograph(kHaplyArm, {-0.01, 0.001, 0}, angles));
-  CHECK_FALSE(solve_pantograph(kHaplyArm, {std::nan(""), 0.05, 0}, angles));
   CHECK(angles == PantographAngles{1, 2});
   Vec3 p_B{1, 2, 3};
   // elbows farther apart than two distal links, or in one line with them

@@ -75,7 +75,6 @@ TEST_CASE("six motors: what the arm's motors take of a torque is no force", "[de
 
 TEST_CASE("six motors: stops, reach and singular poses", "[device-io]") {
   JointAngles q{1, 2, 3, 4, 5, 6};
-  CHECK_FALSE(solve_joint_angles(kDevice, {{0.5, 0, 0}, {}}, q));
   CHECK_FALSE(solve_joint_angles(kDevice, {{}, from_rotation_vector({1.45, 0, 0})}, q));
   CHECK(q == JointAngles{1, 2, 3, 4, 5, 6});
   // any other axis turns farther
