@@ -282,7 +282,7 @@ TEST_CASE("driver: the zero of hapticd lets go of its device, and its answers ar
   CHECK(w.is_working());
 }
 
-TEST_CASE("driver: an honest device behind a busy machine is believed, however late it is",
+TEST_CASE("lying device: an honest one behind a busy machine is believed, however late it is",
           "[device-io]") {
   // bytes delayed for lack of a processor, up to the allowed silence; constant or random
   const DriverRow row =

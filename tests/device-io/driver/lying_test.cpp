@@ -64,7 +64,7 @@ TEST_CASE("lying device: frozen, old or mixed up answers are found, and honest o
   }
 }
 
-TEST_CASE("lying device: noise on an encoder is found, and its end", "[device-io]") {
+TEST_CASE("lying device: noise on one encoder is found", "[device-io]") {
   const Liar liar = GENERATE(from_range(liars(&DriverRow::noises)));
   Wall w(liar.row);
   check_found(w, liar.lie, kDeviceNoisy);

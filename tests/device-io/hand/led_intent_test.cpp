@@ -86,9 +86,8 @@ TEST_CASE("led intent: its speed is bounded, and it never overshoots", "[device-
   CHECK(before == Approx(0.5).epsilon(1e-9));
 }
 
-TEST_CASE(
-    "simulated hand: led, it moves and turns without a jump, by the shorter arc, and goes back",
-    "[device-io]") {
+TEST_CASE("simulated hand: led, it begins and ends without a jump and goes on as configured",
+          "[device-io]") {
   DeviceConfig config;
   config.max_torque = 0.3;
   config.hand.inertia = 1e-4;

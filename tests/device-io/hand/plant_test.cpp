@@ -125,8 +125,7 @@ double growth(WallLoop loop, int periods) {
 
 }  // namespace
 
-TEST_CASE("hand plant: a constant force gives the closed-form motion, along and about an axis",
-          "[device-io]") {
+TEST_CASE("hand plant: a constant force gives the closed-form motion", "[device-io]") {
   const Axis axis = GENERATE(from_range(kAxes));
   const double m = 0.1, b = 0.8, F = 2, v0 = -0.3, t = 0.25;
   HandPlant plant = axis.at(0, v0);

@@ -10,7 +10,7 @@
 using namespace haptic;
 using namespace haptic::test;
 
-TEST_CASE("haply: half a question, then the zeros of hapticd: it lets go and keeps its counts",
+TEST_CASE("haply: half a question, then the zeros of hapticd: it lets go all the same",
           "[device-io]") {
   constexpr int64_t kPause = 5'000'000;
   // a program is killed in the middle of a question, after any byte, or between two of them

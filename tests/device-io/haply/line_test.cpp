@@ -119,8 +119,7 @@ TEST_CASE("haply line: a board that is new is set up, and its handle is at home"
   CHECK(desk.board().setups() == 1);
 }
 
-TEST_CASE("haply line: a board that is set up keeps its counts, also from a servo that was killed",
-          "[device-io]") {
+TEST_CASE("haply line: a board that is set up keeps its counts", "[device-io]") {
   Desk desk;
   {
     EmulatedHaply::Bytes before = bytes_of(encode_haply_setup(kHaplyDevice, {}));

@@ -97,8 +97,7 @@ TEST_CASE("replay: in a loop the pose never jumps, and nothing may be felt on th
   CHECK(norm(motion.at(cycle_ns).X_BH.p - position(0.1)) < 1e-9);
 }
 
-TEST_CASE(
-    "replay: as an intention the hand follows, and force and torque push it back by its springs") {
+TEST_CASE("replay: as an intention the hand follows, and a force pushes it back by F/k") {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/turning.csv";
   // a turn of 0.8 rad about an oblique axis, then rest

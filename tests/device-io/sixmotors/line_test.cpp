@@ -69,8 +69,7 @@ TEST_CASE("six motors line: a command is six whole numbers in brackets and a lin
   CHECK(longest.view() == expected + "\n");
 }
 
-TEST_CASE("six motors line: each line has the answer that the table says, as with three",
-          "[device-io]") {
+TEST_CASE("six motors line: each line has the answer that the table says", "[device-io]") {
   const Arm& arm = GENERATE(false, true) ? six_motors_arm() : woodenhaptics_arm();
   constexpr Milliamperes kBefore{7, 7, 7, 7, 7, 7}, kNumbers{10, 20, 30, 40, 50, 60};
   auto [text, errors, obeyed] = GENERATE_COPY(table<std::string, std::vector<int>, Milliamperes>({

@@ -54,8 +54,7 @@ EmulatedHidArmOptions resting_arm() {
 
 }  // namespace
 
-TEST_CASE("umock: a WoodenHaptics over HID is found, read, driven, let go of and unplugged",
-          "[umock]") {
+TEST_CASE("umock: a WoodenHaptics over HID is found, read, driven and let go of", "[umock]") {
   EmulatedHidArm arm(resting_arm());
   UmockHidraw node(arm);
   const DeviceConfig config = of_kind(DeviceKind::kHidArm);
