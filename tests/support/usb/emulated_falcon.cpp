@@ -31,7 +31,7 @@ double angle_at(const Vec3& p_B, int leg) {
   };
   // from leaning outwards as far as it goes: the rod becomes shorter as the arm rises
   double low = -kPi / 2, high = kPi * 2 / 3;
-  constexpr double kScan = 0.05;  // far less than between the two ways to bend the leg
+  constexpr double kScan = 0.15;  // far less than between the two ways to bend the leg
   for (double angle = low; angle < high; angle += kScan) {
     if (too_long(angle)) low = angle;
     if (!too_long(angle) && too_long(angle - kScan)) {
@@ -39,7 +39,7 @@ double angle_at(const Vec3& p_B, int leg) {
       break;
     }
   }
-  for (int n = 0; n < 45; ++n) {
+  for (int n = 0; n < 36; ++n) {
     const double middle = (low + high) / 2;
     (too_long(middle) ? low : high) = middle;
   }
