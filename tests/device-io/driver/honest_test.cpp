@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Each driver and its emulated device on virtual time, known to each other by their bytes: what all
 // drivers do with an honest device. Its particular bytes and kinematics have tests of their own.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "tests/support/driver/rows.h"
 #include "tests/support/near.h"
@@ -54,31 +57,19 @@ TEST_CASE("driver: the pose is that of the hand, to a count, and each tick has i
 }
 
 TEST_CASE("driver: the force at the handle is the one commanded", "[device-io]") {
+  // what the device cannot exert is dropped before the limits: torque of one without such motors,
+  // force out of the plane of one that moves in it
   const DriverRow row = GENERATE(from_range(rows_and_variants()));
   INFO(row.name);
   Wall w(row, pressing(row, "stiff-arm", 0.4 * row.wall.depth));
-  w.also_B.f = 0.3 * aside(row);
+  const Vec3 aside_B = 0.3 * aside(row);
+  w.also_B.f = aside_B + Vec3{0, 0, row.is_flat ? 100.0 : 0.0};
+  if (row.limits.torque == 0) w.also_B.t = {10, -20, 30};
   w.run(2000);
   REQUIRE(w.wall_force() > 0.7);
   CHECK_THAT(w.bench->felt_B().f,
-             IsNear(w.wall_force() * row.wall.out_B + w.also_B.f, row.steps.force));
+             IsNear(w.wall_force() * row.wall.out_B + aside_B, row.steps.force));
   CHECK((w.seen & kDeviceSaturated) == 0);
-}
-
-TEST_CASE("driver: what the device cannot exert is dropped before the limits", "[device-io]") {
-  // torque of a device without such motors, force out of the plane of one that moves in it
-  const DriverRow row =
-      GENERATE(from_range(rows_where([](const DriverRow& r) { return r.limits.torque == 0; })));
-  INFO(row.name);
-  Wall w(row, pressing(row, "stiff-arm", 0.4 * row.wall.depth));
-  w.also_B.t = {10, -20, 30};
-  if (row.is_flat) w.also_B.f = {0, 0, 100};
-  w.run(2000);
-  REQUIRE(w.wall_force() > 0.7);
-  CHECK_THAT(w.bench->felt_B().f, IsNear(w.wall_force() * row.wall.out_B, row.steps.force));
-  CHECK((w.seen & kDeviceSaturated) == 0);
-  CHECK(w.bench->caps().max_torque == 0);
-  CHECK(w.bench->description().find(row.describes) != std::string::npos);
 }
 
 TEST_CASE("driver: pose and velocity follow a hand that turns the handle", "[device-io]") {
@@ -185,6 +176,7 @@ TEST_CASE("driver: its limits are the smaller ones of the device and of the conf
   CHECK(own.bench->caps().max_force == row.limits.force);
   CHECK(own.bench->caps().max_torque == row.limits.torque);
   CHECK_FALSE(own.bench->caps().simulated);
+  CHECK(own.bench->description().find(row.describes) != std::string::npos);
   DeviceConfig config;
   config.max_force = 2;
   config.max_torque = 0;

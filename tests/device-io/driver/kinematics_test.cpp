@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The kinematics of all devices: what holds for each of them, whatever its lengths. Rows of numbers
 // of independent programs and poses by hand are in the tests of each.
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Each driver and an emulated device that lies, falls silent or is gone: it is found, and gets
 // zero.
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <utility>
+#include <vector>
 
 #include "tests/support/driver/rows.h"
 

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "device-io/hand/simulated_hand.h"
 #include "tests/support/near.h"

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <deque>
+#include <numbers>
 #include <vector>
 
 #include "tests/support/near.h"
@@ -215,13 +216,19 @@ TEST_CASE("hand plant: friction stops a slide after m v squared over 2 f and the
 TEST_CASE("hand plant: a hand settles on its intention displaced by force over stiffness",
           "[device-io]") {
   SimulatedHandConfig config;
-  config.coulomb_friction = 0;
-  config.intent.stroke_time = 1e6;  // stands still
-  config.intent.tremor_amplitude = 0;
-  HandPlant plant = start_plant(config);
-  const Vec3 force_B{1, -2, 3};
-  for (int k = 0; k < 40; ++k) advance(config, plant, {force_B, {}}, 100 * kMs);
-  CHECK_THAT(plant.p_B - plant.intent_B, IsNear(force_B / config.hand_stiffness, 1e-9));
+  config.inertia = 1e-4;
+  config.coulomb_friction = config.rotational_friction = 0;
+  const Vec3 force_B{1, -2, 3}, torque_B{0.1, -0.2, 0.3}, place_B{0.1, 0.02, -0.03};
+  // more than half a turn the other way round is the same orientation, by the shorter arc
+  const Quat turned = from_rotation_vector({0, 0, 2 * std::numbers::pi - 0.4});
+  const Intention intention = [&](double) { return Intent{place_B, {}, turned, {}}; };
+  HandPlant plant = start_plant(config, intention);
+  plant.q_B = {};
+  advance(config, intention, plant, {force_B, torque_B}, 4000 * kMs);
+  CHECK_THAT(plant.p_B - place_B, IsNear(force_B / config.hand_stiffness, 1e-9));
+  CHECK_THAT(to_rotation_vector(plant.q_B * conjugate(turned)),
+             IsNear(torque_B / config.hand_rotational_stiffness, 1e-9));
+  CHECK(to_rotation_vector(plant.q_B).z > -0.4);
 }
 
 // exact limits from the Schur–Cohn criterion for the sampled, held wall; with everything of a row

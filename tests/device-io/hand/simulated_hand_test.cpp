@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "device-io/hand/simulated_hand.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <vector>
 
 #include "tests/support/near.h"

@@ -3,10 +3,8 @@
 #include "device-io/hand/turning.h"
 
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "device-io/hand/plant.h"
@@ -165,22 +163,4 @@ TEST_CASE("turning: no axis is special", "[device-io]") {
     const Vec3 there = rotate(q_AB, to_rotation_vector(straight.q_B));
     REQUIRE_THAT(to_rotation_vector(turned.q_B), IsNear(there, 1e-10));
   }
-}
-
-TEST_CASE("turning: a hand settles twisted by torque over stiffness, by the shorter arc",
-          "[device-io]") {
-  SimulatedHandConfig config;
-  config.inertia = 1e-4;
-  config.rotational_friction = 0;
-  const Vec3 torque{0.1, -0.2, 0.3};
-  // more than half a turn the other way round is the same orientation
-  const Intention intention = [](double) {
-    return Intent{{}, {}, from_rotation_vector({0, 0, 2 * std::numbers::pi - 0.4}), {}};
-  };
-  HandPlant plant = start_plant(config, intention);
-  plant.q_B = {};
-  advance(config, intention, plant, {{}, torque}, 4000 * kMs);
-  const Vec3 twist = to_rotation_vector(plant.q_B * from_rotation_vector({0, 0, 0.4}));
-  CHECK_THAT(twist, IsNear(torque / config.hand_rotational_stiffness, 1e-9));
-  CHECK(angle_about({0, 0, 1}, plant.q_B) > -0.4);
 }

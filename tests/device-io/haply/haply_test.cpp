@@ -3,6 +3,7 @@
 #include "device-io/haply/haply.h"
 
 #include <catch2/catch.hpp>
+#include <span>
 
 #include "tests/support/driver/rows.h"
 #include "tests/support/haply/haply_bench.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The line of docs/six-motors.md, and that of three motors, byte by byte: what the emulated board
 // says to whatever reaches it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>

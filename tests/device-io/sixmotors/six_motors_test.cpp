@@ -3,8 +3,8 @@
 // tests/device-io/driver.
 #include "device-io/sixmotors/six_motors.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 
 #include "device-io/emulator/fault_order.h"

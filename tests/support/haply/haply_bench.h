@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include "device-io/haply/haply.h"

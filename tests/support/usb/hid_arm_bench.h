@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "device-io/hidarm/hid_arm.h"
 #include "device-io/hidarm/hid_exchange.h"
